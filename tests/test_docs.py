@@ -216,7 +216,7 @@ def test_every_finding_of_the_code_is_in_the_catalogue_with_an_explanation_and_a
     assert set(re.findall(r'Finding\.of\(\s*"([^"]+)"', source)) <= named == set(entries)
     for kind, entry in entries.items():
         assert "." in kind or {"explanation", "example", "text"} <= entry.keys()
-    assert Finding(check="clock", text="").place == "docs/findings.md#clock"
+    assert Finding(check="clock", text="").place == "stribeck explain clock"
 
 
 def test_every_verdict_is_explained_with_an_example_and_a_cure() -> None:
@@ -224,7 +224,7 @@ def test_every_verdict_is_explained_with_an_example_and_a_cure() -> None:
     for verdict in get_args(Verdict):
         heading = verdict.capitalize()
         assert re.search(r"^> .*^Remedy: ", parts[heading], re.MULTILINE | re.DOTALL), verdict
-        assert verdict_place(verdict) == f"docs/verdicts.md#{heading.lower().replace(' ', '-')}"
+        assert verdict_place(verdict) == f"stribeck explain {heading.lower().replace(' ', '-')}"
 
 
 def test_every_column_of_the_table_is_explained(tmp_path: Path) -> None:

@@ -72,4 +72,4 @@ def test_a_load_torque_of_another_sign_or_unit_stops(
     (bed / "bed.toml").write_text((bed / "bed.toml").read_text() + f"[log.external_torque]\nscale = {scale}\n")
     sentence = refused(capsys, "identify", bed / "bed.csv", "--robot", bed / "bed.toml", "-o", bed / "out")
     assert float(sentence.split("Set scale = ")[1].split()[0]) == pytest.approx(1.0, rel=0.01)
-    assert "findings.md#external-torque" in sentence
+    assert "stribeck explain external-torque" in sentence

@@ -14,6 +14,7 @@ from stribeck.friction_torque.preparation import PreparedLog, log_names
 from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.friction_torque.stage import LogsFriction, thinned_samples
 from stribeck.friction_torque.thinning import join_logs, take
+from stribeck.judgement.excitation import why_none
 from stribeck.judgement.joint_fit import JointFit, with_gain_error
 from stribeck.judgement.own_friction import own_friction
 from stribeck.judgement.passivity import passivity_violated
@@ -117,8 +118,7 @@ def _joints(
     """Judge every joint and coupling, and add the terms of the law "auto"."""
     joints = judge(fits, samples, law, settings, fitted.validations, fitted.criteria)
     if all(joint.verdict == "not excited" for joint in joints.values()):
-        reasons = "; ".join(f"{name}: {joint.reason}" for name, joint in list(joints.items())[:3])
-        raise NothingIdentifiedError(f"no joint can be identified from this log: {reasons}")
+        raise NothingIdentifiedError(why_none({name: joint.reason for name, joint in joints.items()}))
     for name, joint in joints.items():
         if joint.parameters:
             joints[name] = replace(joint, correlation=_correlation(fits[name], tuple(joint.parameters)))

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -10,6 +11,7 @@ import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -28,6 +30,7 @@ from stribeck.errors import SettingsError
 from stribeck.exporters import TARGETS
 from stribeck.friction import AUTO, LAWS, LAWS_WITH_STATE
 from stribeck.methods import METHODS
+from stribeck.result.joint import Verdict
 
 ON_FEET = {
     *("npz of contact forces", "parquet with half a wrench"),
@@ -84,7 +87,7 @@ def test_identify_writes_three_files(arm: Path, tmp_path: Path, capsys: pytest.C
     assert sorted(os.listdir(tmp_path / "out")) == OUTPUTS
     assert os.listdir(tmp_path) == ["out"]
     printed = capsys.readouterr().out
-    assert all(words in printed for words in ("identified", " N m │", " N │", "use it"))
+    assert all(words in printed for words in ("identified", " N m at ", " N at ", "OK"))
     document = json.loads((tmp_path / "out/result.json").read_text())
     assert document["schema"] == 1
     assert list(document["joints"]) == ["shoulder", "elbow", "slide"]
@@ -118,11 +121,11 @@ def test_compare_names_results_and_writes_a_page(arm: Path, tmp_path: Path, caps
     assert printed.endswith(f"{page}\n")
     assert "June" in page.read_text()
     for arguments, words in (
-        ((result, result, "-o", page), "is there already"),
+        ((result, result, "-o", page), "already exists"),
         ((result, result, "-o", result, "--overwrite"), "is read"),
-        ((result, result, result), "3 results are given; expected two"),
-        ((result, result, "--names", "May"), "expected 2 names"),
-        ((result, "--names", "May"), "leave the names out"),
+        ((result, result, result), "3 results were given; expected two"),
+        ((result, result, "--names", "May"), "expected 2 different names"),
+        ((result, "--names", "May"), "omit it to compare left and right"),
     ):
         assert words in refused(capsys, "compare", *arguments)
     assert run("compare", result, result, "--names", "May,June", "-o", page, "--overwrite", "--json") == 0
@@ -340,9 +343,9 @@ def test_outputs_are_written_over_only_when_asked_to(
         ("demo", "-o", tmp_path / "out"),
     ]
     for command in commands:
-        assert "is there already; name another output, or add --overwrite" in refused(capsys, *command)
+        assert "already exists; choose another -o, or pass --overwrite" in refused(capsys, *command)
     (tmp_path / "dangling").symlink_to(tmp_path / "nowhere")
-    assert "is there already" in refused(capsys, *inspect[:-1], tmp_path / "dangling")
+    assert "already exists" in refused(capsys, *inspect[:-1], tmp_path / "dangling")
     assert "is a folder" in refused(capsys, *inspect[:-1], tmp_path / "out", "--overwrite")
     os.mkfifo(tmp_path / "pipe")
     for device in (tmp_path / "pipe", "/dev/null"):
@@ -425,14 +428,14 @@ def test_quiet_prints_errors_and_json_alone(arm: Path, tmp_path: Path, capsys: p
     assert len(os.listdir(tmp_path)) == 4
     assert run("compare", result, result, "-q", "--json") == 0
     assert json.loads(capsys.readouterr().out)["rows"]
-    assert "is there already" in refused(capsys, "convert", arm / "log.npz", "-q", "-o", tmp_path / "log.parquet")
+    assert "already exists" in refused(capsys, "convert", arm / "log.npz", "-q", "-o", tmp_path / "log.parquet")
 
 
 def test_every_command_that_writes_takes_overwrite_and_every_command_is_quiet() -> None:
     for name, command in typer.main.get_group(app).commands.items():
         options = {option for parameter in command.params for option in parameter.opts}
         assert ("--output" in options) <= ("--overwrite" in options), name
-        assert "--quiet" in options, name
+        assert "--quiet" in options or name == "explain", name
 
 
 def test_names_are_completed() -> None:
@@ -463,3 +466,34 @@ def test_what_ascii_lacks_is_printed_by_its_number(tmp_path: Path) -> None:
     done = subprocess.run(command, capture_output=True, env={**os.environ, "PYTHONIOENCODING": "ascii"}, timeout=60)
     assert (done.returncode, done.stderr) == (0, b"")
     assert rb"Kniegelenk_\xe4" in done.stdout
+
+
+def test_the_help_lists_the_first_four_commands_first_and_cuts_no_summary(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run() == 2
+    shown = capsys.readouterr().err
+    names = re.findall(r"^  ([a-z]+)  ", shown.partition("Commands:")[2], re.MULTILINE)
+    assert names[:4] == ["init", "inspect", "identify", "export"]
+    assert "..." not in shown.partition("Commands:")[2]
+    assert run("identify", "-h") == 0
+    shown = capsys.readouterr().out
+    assert "identify [OPTIONS] LOG...\n" in shown
+    assert re.search(r"default: auto.*default: whole-log", shown, re.DOTALL)
+    assert not re.search(r"<\w+", shown)
+
+
+def test_explain_prints_the_explanation_of_verdicts_and_checks(capsys: pytest.CaptureFixture[str]) -> None:
+    names = {verdict.replace(" ", "-") for verdict in get_args(Verdict)}
+    assert run("explain") == 0
+    listed = capsys.readouterr().out.split()
+    assert {*names, "torque-sign"} <= set(listed)
+    for name in listed:
+        assert run("explain", name) == 0
+        assert re.search(r"\n(Remedy|Example): ", capsys.readouterr().out)
+    assert "did you mean 'torque-sign'?" in refused(capsys, "explain", "torque-sing")
+
+
+def test_a_model_given_as_robot_file_points_to_init(
+    arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sentence = refused(capsys, "identify", arm / "log.npz", "-r", arm / "arm.urdf", "-o", tmp_path / "out")
+    assert f"Create one: stribeck init {arm / 'arm.urdf'} LOG" in sentence

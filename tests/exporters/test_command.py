@@ -33,7 +33,7 @@ def test_a_wrong_model_comes_out_nearer_to_the_truth(tmp_path: Path, capsys: pyt
     capsys.readouterr()
     assert run("export", out / "result.json", "-r", wrong.path, "--to", "urdf", "-o", out / "new.urdf") == 0
     printed = capsys.readouterr().out
-    assert "Inertias are changed" in printed
+    assert "Changed inertias of the links" in printed
     assert printed.endswith(f"{out / 'new.urdf'}\n")
     new = read_again(true, out / "new.urdf")
 

@@ -99,7 +99,7 @@ def test_the_command_line_writes_all_or_none(tmp_path: Path, capsys: pytest.Capt
     assert run(*arguments, "urdf", "--samples", "3") == 0
     assert sorted(path.name for path in (tmp_path / "draws").iterdir()) == ["000.urdf", "001.urdf", "002.urdf"]
     capsys.readouterr()
-    assert "draws: is there already" in refused(capsys, *arguments, "urdf", "--samples", "3")
+    assert "draws: already exists" in refused(capsys, *arguments, "urdf", "--samples", "3")
     for count in ("0", "1000000000"):
         sentence = refused(capsys, *arguments, "urdf", "--samples", count, "--overwrite")
         assert f"export: {count} samples are asked for; expected 1 to 100,000" in sentence
@@ -211,7 +211,7 @@ def test_weak_friction_is_left_out_or_said_to_be_wide(tmp_path: Path) -> None:
     weak = replace(own, verdict="weak", parameters=parameters, correlation=None)
     result, robot = arm_result(tmp_path, shoulder=uncertain(), elbow=weak)
     lines = export_ranges(result, robot, tmp_path / "ranges", "mjcf")
-    assert "Not identified, or not asked for: elbow." in lines
+    assert "Not identified or not requested: elbow." in lines
     lines = export_ranges(result, robot, tmp_path / "ranges", "mjcf", include_weak=True)
     (line,) = (line for line in lines if line.startswith("Joint elbow"))
     assert line.endswith("; wide, as its friction is weak.")

@@ -129,10 +129,10 @@ def test_friction_is_stated_in_the_formats_words_and_the_rest_is_told(tmp_path: 
     text = (tmp_path / "new.urdf").read_text()
     assert all(line.replace("--", "- -") in text for line in lines)
     assert (
-        f"Joint {names[0]}: friction 1.2 N m, damping 0.3 N m s/rad; no place here for offset -0.4 N m, "
+        f"Joint {names[0]}: friction 1.2 N m, damping 0.3 N m s/rad. Cannot store: offset -0.4 N m, "
         "armature 0.05 kg m^2." in text
     )
-    assert f"keep what the model said: {names[1]}, {names[2]}." in text
+    assert f"the model's friction is kept for: {names[1]}, {names[2]}." in text
     assert_same_dynamics(robot, read_again(robot, tmp_path / "new.urdf"), 1e-15)
 
 
@@ -144,7 +144,7 @@ def test_a_joint_without_friction_has_none_in_the_model_and_its_bound_is_told(tm
     none = replace(
         joint_result({"offset": (0.1, "N m")}),
         verdict="no friction",
-        reason="no friction detectable, below 0.2 N m",
+        reason="no friction detected, below 0.2 N m",
         curve=tuple(points),
     )
     result, robot, name = of_joint(none, tmp_path)
@@ -152,7 +152,7 @@ def test_a_joint_without_friction_has_none_in_the_model_and_its_bound_is_told(tm
     dynamics = ET.parse(tmp_path / "new.urdf").getroot().find(f"joint[@name='{name}']/dynamics")
     assert dynamics is not None
     assert dynamics.attrib == {"friction": "0.0", "damping": "0.0"}
-    told = f"Joint {name}: friction 0 N m, damping 0 N m s/rad (no friction detectable, below 0.2 N m);"
+    told = f"Joint {name}: friction 0 N m, damping 0 N m s/rad (no friction detected, below 0.2 N m)."
     assert told in (tmp_path / "new.urdf").read_text()
 
 
@@ -168,5 +168,5 @@ def test_of_two_directions_models_get_the_mean(tmp_path: Path) -> None:
     assert model.dof_damping.reshape(model.nv, -1)[first, 0] == pytest.approx(0.3)
     assert model.dof_frictionloss[second] == 0.0
     assert model.dof_armature[second] == pytest.approx(0.05)
-    told_in_words = "the nearest to what was found with viscous_positive 0.2 N m, viscous_negative 0.4 N m"
+    told_in_words = "approximates viscous_positive 0.2 N m, viscous_negative 0.4 N m"
     assert told_in_words in (tmp_path / "new.xml").read_text()

@@ -371,7 +371,7 @@ def test_the_command_asks_what_it_cannot_know(
     assert Robot.from_file(output).base == "fixed"
     assert "# TODO: is the torque" in output.read_text()
     code, said = ended(capsys, monkeypatch, "package:panda", "-o", output)
-    assert (code, "is there already" in said) == (2, True)
+    assert (code, "already exists" in said) == (2, True)
 
 
 @pytest.mark.parametrize(

@@ -26,8 +26,8 @@ def test_a_well_moved_joint_has_no_reason(make_samples, make_joint) -> None:
     assert found.velocity_range[0] < -1.5 < 1.5 < found.velocity_range[1]
 
 
-SLOW = "it moves only between -0.01.* rad/s; move it faster than 0.05 rad/s in both directions"
-ONE_WAY = "it moves in one direction only, between 0.* and 1.* rad/s"
+SLOW = "moves only between -0.01.* rad/s; move the joint faster than 0.05 rad/s in both directions"
+ONE_WAY = "moves in only one direction, between 0.* and 1.* rad/s"
 
 
 @pytest.mark.parametrize(
@@ -35,7 +35,7 @@ ONE_WAY = "it moves in one direction only, between 0.* and 1.* rad/s"
     [
         ({"speed": 0.005}, 30, SLOW),
         ({"speed": 0.3, "drift": 1.0}, 30, ONE_WAY),
-        ({}, 5, "it moves in 5 blocks .*; move it in at least 6"),
+        ({}, 5, "the motion is too short: 5 blocks .*; record at least 6"),
     ],
 )
 def test_reasons_name_what_was_found_and_what_is_needed(make_samples, make_joint, joint, blocks, reason) -> None:
@@ -50,9 +50,9 @@ def test_few_samples_one_turn_and_noise_are_not_enough(make_samples, make_joint)
     few = usable | (np.arange(len(usable)) % 100 == 0)[:, None]
     for changed, reason in (
         ({"usable": usable}, "0 usable samples"),
-        ({"usable": few}, "60 usable samples; 6 parameters need at least 120: move it longer"),
-        ({"velocity": turn}, "it turns round 1 times; let it turn round at least 4 times"),
-        ({"velocity": noise}, "hardly more than its velocity's noise; move it faster than 0.8"),
+        ({"usable": few}, "60 usable samples, but 6 parameters need at least 120; record a longer motion"),
+        ({"velocity": turn}, "only 1 reversals; reverse the direction at least 4 times"),
+        ({"velocity": noise}, "hardly more than the velocity's noise; move the joint faster than 0.8"),
     ):
         assert reason in judged(replace(samples, **changed)).reason
 
@@ -60,7 +60,7 @@ def test_few_samples_one_turn_and_noise_are_not_enough(make_samples, make_joint)
 def test_prismatic_joints_are_judged_in_metres(make_samples, make_joint) -> None:
     samples = make_samples({"slide": make_joint(speed=0.02)})
     assert judged(samples, "slide", prismatic=True).reason == ""
-    assert "move it faster than 0.05 rad/s" in judged(samples, "slide").reason
+    assert "move the joint faster than 0.05 rad/s" in judged(samples, "slide").reason
 
 
 def test_velocity_noise_is_found_under_motion() -> None:
@@ -83,5 +83,5 @@ def test_every_reason_ends_with_what_to_do(make_samples, make_joint, motion) -> 
     for blocks in (samples, replace(samples, block=np.zeros_like(samples.block))):
         found = judged(blocks)
         joint = made.joint(reason=found.reason)
-        assert advice(joint).startswith(("move it ", "let it "))
+        assert advice(joint).startswith(("move the joint ", "record ", "reverse "))
         assert found.reason.endswith(advice(joint))

@@ -68,4 +68,4 @@ def test_the_command_writes_what_the_robot_file_says(
     with pytest.raises(SystemExit) as ended:
         main()
     assert ended.value.code == 2
-    assert "is there already" in capsys.readouterr().err
+    assert "already exists" in capsys.readouterr().err

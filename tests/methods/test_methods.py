@@ -95,7 +95,7 @@ def test_a_third_method_goes_through_the_command_line(
     result = read_result(tmp_path / "out/result.json")
     assert result.method == all_samples
     assert pq.read_table(tmp_path / "out/friction_torque.parquet").num_rows == result.log.samples_used
-    assert "all samples (docs/findings.md#said)" in capsys.readouterr().out
+    assert "all samples (stribeck explain said)" in capsys.readouterr().out
     assert run(*command, "--overwrite", "--set", "holdout=3") == 2
     said = capsys.readouterr().err
     assert "holdout is 3, which the method 'all-samples' does not use; leave it out, or --set holdout=5" in said

@@ -80,15 +80,15 @@ def test_weak_and_still_joints_are_planned_for(out: Path, result: Result) -> Non
     assert verdicts == {"shoulder": "identified", "elbow": "not excited", "slide": "weak"}
     found = plan(out / "result.json", out / "robot.toml")
     assert list(found.joints) == ["elbow", "slide"]
-    assert "its present motion is not enough: it moves only" in found.joints["elbow"].advice
+    assert "the present motion is not sufficient: moves only" in found.joints["elbow"].advice
     assert found.joints["elbow"].guessed
-    assert "would do if it lasted" in found.joints["slide"].advice
+    assert "the present motion is sufficient if recorded" in found.joints["slide"].advice
     for joint in found.joints.values():
         needed = [np.inf if one.needed is None else one.needed for one in joint.candidates]
         assert needed == sorted(needed)
         assert needed[0] < 120
     assert json.loads(found.to_json())["joints"]["slide"]["unit"] == "m/s"
-    assert found.notes == ["of elbow nothing is known: friction as of the other joints in the middle is assumed"]
+    assert found.notes == ["elbow: no data; the median friction of the other joints is assumed"]
 
 
 def test_a_longer_motion_is_as_much_longer_as_the_interval_is_too_wide(result: Result) -> None:
@@ -178,12 +178,12 @@ def test_the_command_writes_plan_and_trajectory_once(
     words += ["--duration", "10", "--joints", "slide"]
     app(words, standalone_mode=False)
     shown = capsys.readouterr().out
-    assert "slide: weak: the present motion would do if it lasted" in shown
-    assert "a log of the trajectory, 10 s, promises: slide ±" in shown
+    assert "slide weak: the present motion is sufficient if recorded" in shown
+    assert "expected intervals after the trajectory (10 s): slide ±" in shown
     document = json.loads((tmp_path / "new/plan.json").read_text())
     assert list(document["trajectory"]["promise"]) == ["slide"]
     assert {path.name for path in (tmp_path / "new").iterdir()} == {"plan.json", "trajectory.csv"}
-    with pytest.raises(SettingsError, match=r"plan\.json: is there already; name another output, or add --overwrite"):
+    with pytest.raises(SettingsError, match=r"plan\.json: already exists; choose another -o, or pass --overwrite"):
         app(words, standalone_mode=False)
 
 
@@ -191,7 +191,7 @@ def test_a_base_that_moves_gets_no_trajectory_unless_it_is_held(out: Path) -> No
     robot = Robot.from_model(out / "arm.urdf", base="floating")
     walking = plan(out / "result.json", robot, duration=10.0)
     assert walking.trajectory is None
-    assert walking.notes[-1].startswith("no trajectory: the base moves; --held says")
+    assert walking.notes[-1].startswith("no trajectory, because the base moves")
     lying = plan(out / "result.json", robot, joints=["slide"], held="-x", duration=10.0)
     assert lying.trajectory is not None
 

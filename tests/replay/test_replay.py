@@ -222,7 +222,7 @@ def test_what_is_exported_explains_the_log_it_was_found_in(tmp_path: Path, capsy
     assert all(joint in page for joint in robot.joint_names)
     assert all(f"velocity error after {1e3 * horizon:.0f} ms" in page for horizon in HORIZONS)
     assert json.loads((tmp_path / "replayed" / "replay.json").read_text())["robot"] == robot.name
-    assert "is there already" in refused(capsys, *arguments, "-o", tmp_path / "replayed")
+    assert "already exists" in refused(capsys, *arguments, "-o", tmp_path / "replayed")
 
 
 @pytest.mark.parametrize(

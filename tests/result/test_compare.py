@@ -61,10 +61,10 @@ def test_joints_that_cannot_be_compared_are_named_with_the_reason() -> None:
 
 
 def test_a_joint_without_friction_is_named() -> None:
-    loose = replace(joint({"offset": 0.1}), verdict="no friction", reason="no friction detectable, below 0.2 N m")
+    loose = replace(joint({"offset": 0.1}), verdict="no friction", reason="no friction detected, below 0.2 N m")
     found = compare(result(knee=joint({"coulomb": 1.0, "offset": 0.2})), result(knee=loose))
     assert [row.parameter for row in found.rows] == ["offset"]
-    assert found.missing == {"knee": "no friction in the second (no friction detectable, below 0.2 N m)"}
+    assert found.missing == {"knee": "no friction in the second (no friction detected, below 0.2 N m)"}
 
 
 def test_left_and_right_are_compared_without_what_depends_on_the_axis() -> None:

@@ -148,8 +148,11 @@ KNOWN = joint({"coulomb": 1.0}, curve=CURVE)
 
 
 def test_an_identified_joint_is_used_by_its_curve_if_parameters_are_open() -> None:
-    assert advice(KNOWN) == "use it"
-    assert advice(replace(KNOWN, parameters={"slope": estimate(1.0, verdict="weak")})) == "use its curve"
+    assert advice(KNOWN) == "OK"
+    assert (
+        advice(replace(KNOWN, parameters={"slope": estimate(1.0, verdict="weak")}))
+        == "OK (use the curve, not single parameters)"
+    )
 
 
 NOTHING = Validation(rms=1.0, rms_zero_friction=1.0, rms_coulomb_only=1.0)
@@ -160,11 +163,11 @@ UNEVEN = (point(0.1, 1.0, 0.1), point(0.5, 1.0, 0.6), point(1.0, 2.0, 0.7))
 @pytest.mark.parametrize(
     ("changed", "expected"),
     [
-        ({"verdict": "weak", "curve": UNEVEN}, "log more motion near 0.5 rad/s"),  # where it is least known
+        ({"verdict": "weak", "curve": UNEVEN}, "record more motion near 0.5 rad/s"),  # where it is least known
         ({"verdict": "weak", "validation": NOTHING}, "check the model, signs and delays"),
-        ({"verdict": "weak", "curve": FLAT}, "check its torque; log it longer"),
-        ({"verdict": "not excited", "reason": NOT_FITTED}, "move it longer between contact changes"),
-        ({"verdict": "not excited", "reason": "?"}, "move it faster and longer, in both directions"),
+        ({"verdict": "weak", "curve": FLAT}, "check the torque signal or record a longer log"),
+        ({"verdict": "not excited", "reason": NOT_FITTED}, "record longer motion between contact changes"),
+        ({"verdict": "not excited", "reason": "?"}, "record faster and longer motion in both directions"),
     ],
 )
 def test_what_to_do_about_a_joint_follows_from_what_is_known_of_it(changed: dict[str, object], expected: str) -> None:

@@ -90,7 +90,7 @@ def test_couplings_are_kept_and_shown(arm: Robot, found: dict[str, Result], tmp_
         left = shown.friction_torque[:, column] - each.friction(shown.velocity[:, column])
         moving = np.abs(shown.velocity[:, column]) > 0.05
         assert np.sqrt(np.mean(left[moving] ** 2)) < 0.3
-    assert "The friction of couplings has no place here: motor." in summary(result, arm, TARGETS["urdf"], {}, [])
+    assert "Cannot store the friction of couplings: motor." in summary(result, arm, TARGETS["urdf"], {}, [])
 
 
 def test_a_coupling_of_a_joint_that_stands_still_is_not_excited(arm: Robot, log: RobotLog) -> None:

@@ -83,12 +83,12 @@ class Finding:
 
     @property
     def place(self) -> str:
-        """Anchor of the paragraph that explains the check."""
-        return f"docs/findings.md#{self.check}"
+        """Command that explains the check."""
+        return f"stribeck explain {self.check}"
 
     @property
     def line(self) -> str:
-        """Text and remedy with the place of the explanation."""
+        """Text and remedy with the command that explains them."""
         return f"{self} ({self.place})"
 
 

@@ -1,4 +1,4 @@
-"""The command line: commands, and what they print."""
+"""Command line: commands and their console output."""
 
 import sys
 
@@ -6,7 +6,7 @@ from stribeck.base.outputs import Interrupted, anything_written, catch_signals
 
 
 def main() -> None:
-    """Run the command line; a request to stop ends it in one line, also while it is still being imported."""
+    """Run the command line; an interruption, also during imports, ends it with one line on stderr."""
     catch_signals()
     try:
         from stribeck.cli.app import run

@@ -1,6 +1,6 @@
-"""The command line: parses, calls, prints.
+"""Commands: parse arguments, call the library, print the results.
 
-What is slow to import is imported where a command needs it, so that `--help` and `--version` answer at once.
+Slow imports stand inside the commands, so that `--help` and `--version` respond at once.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import tomllib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from importlib.util import find_spec
 from io import TextIOWrapper
 from pathlib import Path
@@ -17,6 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from typer.core import TyperCommand
 
 from stribeck.base.outputs import check_name, check_outputs, staged_folder
 from stribeck.cli import console
@@ -32,33 +34,67 @@ app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
 
-Logs = Annotated[
-    list[Path], typer.Argument(metavar="LOG", help="npz, h5, mat, csv, parquet, mcap, bag; rosbag2, LeRobot.")
+
+class Command(TyperCommand):
+    """A command whose help shows `LOG...` instead of `{LOG}...`, and no Python types."""
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        """List the parts of the usage line without braces."""
+        return [piece.replace("{", "").replace("}", "") for piece in super().collect_usage_pieces(ctx)]
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write the tables of arguments and options."""
+        for title, kind in (("Arguments", "argument"), ("Options", "option")):
+            parameters = [each for each in self.get_params(ctx) if each.param_type_name == kind]
+            records = [record for each in parameters if (record := each.get_help_record(ctx))]
+            if records:
+                with formatter.section(title):
+                    formatter.write_dl([(name.partition(" <")[0], text) for name, text in records])
+
+
+command = partial(app.command, cls=Command)
+
+FORMATS_READ = "Log: npz, h5, mat, csv, parquet, mcap or bag file, or a folder (rosbag2, LeRobot)."
+Logs = Annotated[list[Path], typer.Argument(metavar="LOG", help=FORMATS_READ)]
+LogFile = Annotated[Path, typer.Argument(metavar="LOG", help=FORMATS_READ)]
+ResultFile = Annotated[Path, typer.Argument(metavar="RESULT", help="A result.json written by `stribeck identify`.")]
+PageOption = Annotated[
+    Path | None, typer.Option("--output", "-o", metavar="FILE", help="Also write the result as an HTML page.")
 ]
-LogFile = Annotated[Path, typer.Argument(metavar="LOG", help="The log.")]
-ResultFile = Annotated[Path, typer.Argument(metavar="OUT/result.json", help="What was found.")]
-PageOption = Annotated[Path | None, typer.Option("--output", "-o", help="Write an HTML page here.")]
-RobotOption = Annotated[Path, typer.Option("--robot", "-r", help="The robot file (robot.toml).")]
-QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors alone, and JSON if asked for.")]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON on stdout, and nothing else there.")]
+RobotOption = Annotated[Path, typer.Option("--robot", "-r", metavar="FILE", help="Robot file (robot.toml).")]
+QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print only errors (and JSON with --json).")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as JSON on stdout.")]
 SetOption = Annotated[
-    list[str], typer.Option("--set", metavar="KEY=VALUE", help="A setting of [identify], e.g. --set filter.window=31.")
+    list[str],
+    typer.Option("--set", metavar="KEY=VALUE", help="Override a setting of [identify], e.g. --set filter.window=31."),
 ]
 LAW_NAMES = ("coulomb-viscous", "stribeck", "stribeck-exponent", "asymmetric", "lugre", "auto")
 METHOD_NAMES = ("whole-log", "curve-fit", "observer", "ground-reaction", "direct")
 FORMATS = ("mjcf", "urdf", "drake", "c", "python", "yaml", "table", "isaaclab", "pinocchio")
-ForceOption = Annotated[bool, typer.Option("--force", help="Go on with a log that makes every number wrong.")]
-FromOption = Annotated[float | None, typer.Option("--from", metavar="SECONDS", help="Use each LOG from here on.")]
-ToOption = Annotated[float | None, typer.Option("--to", metavar="SECONDS", help="Use each LOG up to here.")]
-OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Write over outputs that are there already.")]
+ForceOption = Annotated[bool, typer.Option("--force", help="Continue although the audit found a fatal error.")]
+FromOption = Annotated[
+    float | None, typer.Option("--from", metavar="SECONDS", help="Start of the used part of each log.")
+]
+ToOption = Annotated[float | None, typer.Option("--to", metavar="SECONDS", help="End of the used part of each log.")]
+OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Overwrite existing outputs.")]
 LawOption = Annotated[
-    str | None, typer.Option(help=f"Friction law: {', '.join(LAW_NAMES)}.", autocompletion=lambda: LAW_NAMES)
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        help=f"Friction law: {', '.join(LAW_NAMES)}.  [default: auto, or as in the robot file]",
+        autocompletion=lambda: LAW_NAMES,
+    ),
 ]
 MethodOption = Annotated[
-    str | None, typer.Option(help=f"How to fit: {', '.join(METHOD_NAMES)}.", autocompletion=lambda: METHOD_NAMES)
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        help=f"Estimation method: {', '.join(METHOD_NAMES)}.  [default: whole-log, or as in the robot file]",
+        autocompletion=lambda: METHOD_NAMES,
+    ),
 ]
 PLAN, TRAJECTORY = "plan.json", "trajectory.csv"
 REPLAY, REPLAY_PAGE = "replay.json", "replay.html"
@@ -79,53 +115,26 @@ def stribeck(
         bool, typer.Option("--version", "-V", help="Print the version.", callback=_print_version, is_eager=True)
     ] = False,
 ) -> None:
-    """Joint friction of legged robots and arms, from the logs they already record."""
+    """Identify joint friction of legged robots and arms from logs.
+
+    Typical use: `init`, `inspect`, `identify`, `export`. To see an example first, run `demo`.
+    """
 
 
-@app.command()
-def identify(
-    logs: Logs,
-    robot: RobotOption,
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for result, report and friction torque.")],
-    law: LawOption = None,
-    method: MethodOption = None,
-    settings: SetOption = [],  # noqa: B006
-    validate: Annotated[
-        list[Path], typer.Option("--validate", metavar="LOG", help="A log that no fit sees, to test the fit on.")
-    ] = [],  # noqa: B006
-    start: FromOption = None,
-    stop: ToOption = None,
-    force: ForceOption = False,
-    json: JsonOption = False,
-    overwrite: OverwriteOption = False,
-    quiet: QuietOption = False,
-) -> None:
-    """Find the friction of every joint: writes result.json, report.html and friction_torque.parquet."""
-    from stribeck.pipeline import identify as run
-    from stribeck.report import write_report
-    from stribeck.robot import Robot
-
-    machine = Robot.from_file(robot)
-    chosen = with_settings(machine.settings, {"law": law, "method": method}, settings)
-    check_outputs([output / name for name in (RESULT, REPORT, TABLE)], [*logs, *validate, *_files_of(robot)], overwrite)
-    with staged_folder(output) as staging, progress_bar(quiet) as progress:
-        parts = [_part(log, machine, start, stop) for log in logs]
-        result = run(parts, machine, chosen, table=staging / TABLE, validate=validate, force=force, progress=progress)
-        progress("writing the report", 0.9)
-        (staging / RESULT).write_text(result.to_json(), encoding="utf-8")
-        write_report(result, staging / REPORT)
-    _show(result, console.print_result, [output / name for name in (RESULT, REPORT, TABLE)], json=json, quiet=quiet)
-
-
-@app.command()
+@command()
 def init(
     model: Annotated[str, typer.Argument(metavar="MODEL", help="URDF or MJCF file, or package:NAME.")],
-    log: Annotated[Path | None, typer.Argument(metavar="[LOG]", help="A log of the robot.")] = None,
-    output: Annotated[Path, typer.Option("--output", "-o", help="The robot file to write.")] = Path("robot.toml"),
+    log: Annotated[Path | None, typer.Argument(metavar="LOG", help="A log of the robot.")] = None,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Robot file to write.")] = Path(
+        "robot.toml"
+    ),
     overwrite: OverwriteOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Write a first robot file from a model and a log of the robot; what neither says is marked TODO."""
+    """Write a robot file for a model, with settings for a log.
+
+    Settings that neither the model nor the log determines are marked TODO.
+    """
     from stribeck.base.outputs import whole_or_not_at_all
     from stribeck.init import draft_robot_file
     from stribeck.robot import model_path
@@ -142,7 +151,7 @@ def init(
         console.print_paths([output])
 
 
-@app.command()
+@command()
 def inspect(
     log: LogFile,
     robot: RobotOption,
@@ -154,7 +163,7 @@ def inspect(
     overwrite: OverwriteOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Show what a log holds: rate, gaps, channels, support phases, ranges, delays and signs."""
+    """Check a log: rate, gaps, channels, ranges, signs, delays."""
     from stribeck.audit.inspection import inspect_log
     from stribeck.report.inspection import write_inspection
     from stribeck.robot import Robot
@@ -169,50 +178,76 @@ def inspect(
     _show(found, console.print_inspection, [output] if output else [], json=json, quiet=quiet)
 
 
-@app.command()
-def convert(
-    log: LogFile,
-    output: Annotated[Path, typer.Option("--output", "-o", help="The file to write: .npz or .parquet.")],
-    robot: Annotated[
-        Path | None, typer.Option("--robot", "-r", help="Whose joints, in whose order, units and signs.")
+@command()
+def identify(
+    logs: Logs,
+    robot: RobotOption,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Folder for the outputs.")],
+    law: LawOption = None,
+    method: MethodOption = None,
+    settings: SetOption = [],  # noqa: B006
+    validate: Annotated[
+        list[Path], typer.Option("--validate", metavar="LOG", help="Log for validation, not used for the fit.")
+    ] = [],  # noqa: B006
+    start: FromOption = None,
+    stop: ToOption = None,
+    force: ForceOption = False,
+    json: JsonOption = False,
+    overwrite: OverwriteOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Identify the friction of every joint from logs.
+
+    Writes result.json, report.html and friction_torque.parquet.
+    """
+    from stribeck.pipeline import identify as run
+    from stribeck.report import write_report
+    from stribeck.robot import Robot
+
+    machine = Robot.from_file(robot)
+    chosen = with_settings(machine.settings, {"law": law, "method": method}, settings)
+    check_outputs([output / name for name in (RESULT, REPORT, TABLE)], [*logs, *validate, *_files_of(robot)], overwrite)
+    with staged_folder(output) as staging, progress_bar(quiet) as progress:
+        parts = [_part(log, machine, start, stop) for log in logs]
+        result = run(parts, machine, chosen, table=staging / TABLE, validate=validate, force=force, progress=progress)
+        progress("writing the report", 0.9)
+        (staging / RESULT).write_text(result.to_json(), encoding="utf-8")
+        write_report(result, staging / REPORT)
+    _show(result, console.print_result, [output / name for name in (RESULT, REPORT, TABLE)], json=json, quiet=quiet)
+
+
+@command()
+def export(
+    result: ResultFile,
+    robot: RobotOption,
+    to: Annotated[
+        str, typer.Option(metavar="FORMAT", help=f"Format: {', '.join(FORMATS)}.", autocompletion=lambda: FORMATS)
+    ],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="PATH", help="File to write, or folder for --samples.")
+    ],
+    samples: Annotated[
+        int | None, typer.Option(metavar="N", help="Draw N models from the uncertainty of the result.")
+    ] = None,
+    ranges: Annotated[bool, typer.Option("--ranges", help="Write 95 % ranges for domain randomization.")] = False,
+    joints: Annotated[
+        str | None, typer.Option(metavar="NAMES", help="Comma-separated joints to export.  [default: all]")
+    ] = None,
+    include_weak: Annotated[bool, typer.Option("--include-weak", help="Also export friction that is weak.")] = False,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Fail if the format cannot represent all of the friction.")
+    ] = False,
+    friction: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FORM",
+            help="Friction model. mjcf: plain or lugre  [default: the closer fit]; yaml: all or plain  [default: all].",
+        ),
     ] = None,
     overwrite: OverwriteOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Write a log again, in SI units and under the names that are read without any setting."""
-    from stribeck.log.readers import read_log
-    from stribeck.log.writers import write_log
-    from stribeck.robot import Robot
-
-    check_outputs([output], [log, *(_files_of(robot) if robot else [])], overwrite)
-    with progress_bar(quiet) as progress:
-        progress("reading", 0.1)
-        found = read_log(log, Robot.from_file(robot) if robot else None)
-        progress("writing", 0.6)
-        write_log(found, output)
-    if quiet:
-        return
-    for note in found.notes:
-        typer.echo(note)
-    console.print_paths([output])
-
-
-@app.command()
-def export(
-    result: ResultFile,
-    robot: RobotOption,
-    to: Annotated[str, typer.Option(help=f"What to write: {', '.join(FORMATS)}.", autocompletion=lambda: FORMATS)],
-    output: Annotated[Path, typer.Option("--output", "-o", help="The file to write; with --samples the folder.")],
-    samples: Annotated[int | None, typer.Option(help="Write as many robots that the log cannot tell apart.")] = None,
-    ranges: Annotated[bool, typer.Option("--ranges", help="Write 95 % ranges of the numbers to draw from.")] = False,
-    joints: Annotated[str | None, typer.Option(help="Joints whose friction is written, a,b,c; all if none.")] = None,
-    include_weak: Annotated[bool, typer.Option("--include-weak", help="Write weak friction too.")] = False,
-    strict: Annotated[bool, typer.Option("--strict", help="Refuse what cannot say all of the friction.")] = False,
-    friction: Annotated[str | None, typer.Option(help="Form: plain or lugre (mjcf), all or plain (yaml).")] = None,
-    overwrite: OverwriteOption = False,
-    quiet: QuietOption = False,
-) -> None:
-    """Write what was found for a simulator or a controller: the robot's model again, or a file of its own kind."""
+    """Export a result to a simulator, a model file or code."""
     from stribeck.exporters import export as write_model
     from stribeck.exporters import export_ranges, export_samples
     from stribeck.result import read_result
@@ -225,7 +260,7 @@ def export(
         raise SettingsError("--ranges takes neither --samples, --strict nor --friction; leave them out")
     if samples is not None:
         if output.is_dir() and any(output.iterdir()) and not overwrite:
-            raise SettingsError(f"{output}: is there already; name another folder, or add --overwrite")
+            raise SettingsError(f"{output}: already exists; choose another -o, or pass --overwrite")
         with findings_kept([*machine.warnings, *found.warnings]):
             paths = export_samples(found, machine, output, to, samples, friction=friction, **chosen)
         if not quiet:
@@ -242,25 +277,64 @@ def export(
         console.print_paths([output])
 
 
-@app.command()
-def plan(
-    result: ResultFile,
-    robot: RobotOption,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Folder for plan.json and a trajectory.")
+@command()
+def compare(
+    results: Annotated[
+        list[Path],
+        typer.Argument(metavar="RESULT", help="Two results, older first; or one, to compare left and right."),
+    ],
+    names: Annotated[
+        str | None, typer.Option(metavar="A,B", help="Labels of the results.  [default: log file names]")
     ] = None,
-    joints: Annotated[
-        str | None, typer.Option(help="Joints to plan for, a,b,c; weak or not excited ones if none.")
-    ] = None,
-    held: Annotated[
-        str | None, typer.Option(help="A floating base hangs or lies, this axis of it up: x, -x, y, -y, z or -z.")
-    ] = None,
-    duration: Annotated[float, typer.Option(help="Length of the trajectory [s].")] = 60.0,
+    output: PageOption = None,
     json: JsonOption = False,
     overwrite: OverwriteOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Say which motion would make the friction of weak joints known, and write the trajectory of it."""
+    """Compare two results, or left and right joints of one."""
+    from stribeck.report.comparison import write_comparison
+    from stribeck.result import read_result
+    from stribeck.result.compare import compare as compare_two
+    from stribeck.result.compare import compare_sides
+
+    files = [_result_file(path) for path in results]
+    check_outputs([output] if output else [], files, overwrite)
+    labels = _names(names)
+    if len(files) > 2:
+        raise SettingsError(f"compare: {len(files)} results were given; expected two, or one to compare left and right")
+    if labels and len(files) == 1:
+        raise SettingsError("--names applies to two results; omit it to compare left and right of one")
+    if labels and len(set(labels)) != 2:
+        raise SettingsError(f"--names: found {', '.join(labels)}; expected 2 different names")
+    if len(files) == 1:
+        found = compare_sides(read_result(files[0]))
+    else:
+        found = compare_two(files[0], files[1], names=(labels[0], labels[1]) if labels else None)
+    if output is not None:
+        write_comparison(found, output)
+    _show(found, console.print_comparison, [output] if output else [], json=json, quiet=quiet)
+
+
+@command()
+def plan(
+    result: ResultFile,
+    robot: RobotOption,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Folder for plan.json and trajectory.csv.")
+    ] = None,
+    joints: Annotated[
+        str | None, typer.Option(metavar="NAMES", help="Comma-separated joints.  [default: all weak or not excited]")
+    ] = None,
+    held: Annotated[
+        str | None,
+        typer.Option(metavar="AXIS", help="Base axis that points up: x, -x, y, ...; if a floating base is held."),
+    ] = None,
+    duration: Annotated[float, typer.Option(metavar="SECONDS", help="Duration of the trajectory.")] = 60.0,
+    json: JsonOption = False,
+    overwrite: OverwriteOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Plan the motion that weak joints need, with trajectory."""
     from stribeck.plan.plan import plan as run
     from stribeck.robot import Robot
 
@@ -278,13 +352,13 @@ def plan(
     _show(found, console.print_plan, outputs if found.trajectory else outputs[:1], json=json, quiet=quiet)
 
 
-@app.command()
+@command()
 def replay(
     log: LogFile,
     robot: RobotOption,
-    model: Annotated[Path, typer.Option("--model", "-m", help="A URDF or MJCF with the robot's joints.")],
+    model: Annotated[Path, typer.Option("--model", "-m", metavar="FILE", help="URDF or MJCF with friction to test.")],
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Folder for replay.json and replay.html.")
+        Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Folder for replay.json and replay.html.")
     ] = None,
     settings: SetOption = [],  # noqa: B006
     start: FromOption = None,
@@ -294,7 +368,10 @@ def replay(
     overwrite: OverwriteOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Compare a log with a model: torques, and short simulations, with and without the model's friction."""
+    """Test a model on a log: torques and short simulations.
+
+    Compares the model of the robot file with another model, without and with the friction of the latter.
+    """
     from stribeck.replay.replay import replay as run
     from stribeck.report.replay import write_replay
     from stribeck.robot import Robot
@@ -313,50 +390,45 @@ def replay(
     _show(found, console.print_replay, outputs, json=json, quiet=quiet)
 
 
-@app.command()
-def compare(
-    results: Annotated[
-        list[Path],
-        typer.Argument(metavar="RESULT", help="Two result.json of a robot, older first; of one, its left and right."),
-    ],
-    names: Annotated[str | None, typer.Option(help="What to call the two results, a,b; by their logs if none.")] = None,
-    output: PageOption = None,
-    json: JsonOption = False,
+@command()
+def convert(
+    log: LogFile,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="File to write: .npz or .parquet.")],
+    robot: Annotated[
+        Path | None,
+        typer.Option("--robot", "-r", metavar="FILE", help="Robot file with joint order, units and signs."),
+    ] = None,
     overwrite: OverwriteOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Show what changed between two results of a robot, or between left and right of one."""
-    from stribeck.report.comparison import write_comparison
-    from stribeck.result import read_result
-    from stribeck.result.compare import compare as compare_two
-    from stribeck.result.compare import compare_sides
+    """Convert a log to standard channel names and SI units."""
+    from stribeck.log.readers import read_log
+    from stribeck.log.writers import write_log
+    from stribeck.robot import Robot
 
-    files = [_result_file(path) for path in results]
-    check_outputs([output] if output else [], files, overwrite)
-    labels = _names(names)
-    if len(files) > 2:
-        raise SettingsError(f"compare: {len(files)} results are given; expected two, or one for its left and right")
-    if labels and len(files) == 1:
-        raise SettingsError("--names: one result has its left and right to compare; leave the names out")
-    if labels and len(set(labels)) != 2:
-        raise SettingsError(f"--names: found {', '.join(labels)}; expected 2 names, each once")
-    if len(files) == 1:
-        found = compare_sides(read_result(files[0]))
-    else:
-        found = compare_two(files[0], files[1], names=(labels[0], labels[1]) if labels else None)
-    if output is not None:
-        write_comparison(found, output)
-    _show(found, console.print_comparison, [output] if output else [], json=json, quiet=quiet)
+    check_outputs([output], [log, *(_files_of(robot) if robot else [])], overwrite)
+    with progress_bar(quiet) as progress:
+        progress("reading", 0.1)
+        found = read_log(log, Robot.from_file(robot) if robot else None)
+        progress("writing", 0.6)
+        write_log(found, output)
+    if quiet:
+        return
+    for note in found.notes:
+        typer.echo(note)
+    console.print_paths([output])
 
 
-@app.command()
+@command()
 def simulate(
-    scenario: Annotated[Path, typer.Argument(metavar="SCENARIO.toml", help="What happens.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="The log (.npz); its truth is written beside it.")],
+    scenario: Annotated[
+        Path, typer.Argument(metavar="SCENARIO", help="Scenario file: robot, motion, sensors and friction.")
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Log to write (.npz).")],
     overwrite: OverwriteOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Make a log of a simulated robot, with its truth beside it."""
+    """Simulate a robot: write a log and its ground truth."""
     _require_simulation()
     from stribeck_simulation.files import truth_file, write_simulated
     from stribeck_simulation.run import run_scenario
@@ -373,15 +445,15 @@ def simulate(
         console.print_paths([output, truth, Path(found.robot.path)])
 
 
-@app.command()
+@command()
 def demo(
-    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for the log and what is found in it.")] = Path(
-        "demo"
-    ),
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="FOLDER", help="Folder for the log and the results.")
+    ] = Path("demo"),
     overwrite: OverwriteOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Let a simulated humanoid walk, find its friction from its log, and compare it with the truth."""
+    """Identify a simulated walking humanoid, compare with truth."""
     _require_simulation()
     from stribeck.pipeline import identify as run
     from stribeck.report import write_report
@@ -404,8 +476,20 @@ def demo(
         console.print_paths([output / name for name in (example.log.name, RESULT, TABLE, REPORT)])
 
 
+@command()
+def explain(
+    name: Annotated[
+        str | None, typer.Argument(metavar="NAME", help="Verdict or check, e.g. weak, torque-sign.")
+    ] = None,
+) -> None:
+    """Explain a verdict or a finding, or list their names."""
+    from stribeck.cli.explain import explanation, explanation_names
+
+    typer.echo("\n".join(explanation_names()) if name is None else explanation(name))
+
+
 def _show(found: Any, show: Callable[[Any], None], paths: list[Path], *, json: bool, quiet: bool) -> None:
-    """Print what was found as JSON, or as tables with the files that were written."""
+    """Print a result as JSON, or as tables followed by the paths of the written files."""
     if json:
         typer.echo(found.to_json(), nl=False)
     elif not quiet:
@@ -414,19 +498,19 @@ def _show(found: Any, show: Callable[[Any], None], paths: list[Path], *, json: b
 
 
 def _names(text: str | None) -> list[str] | None:
-    """Return the names of a list `a,b,c`."""
+    """Split the names of a list `a,b,c`."""
     return None if text is None else [name.strip() for name in text.split(",")]
 
 
 def _require_simulation() -> None:
-    """Refuse to simulate without what the extra of that name installs."""
+    """Raise SettingsError if the packages of the extra `simulation` are not installed."""
     missing = [name for name in ("mujoco", "daqp") if find_spec(name) is None]
     if missing:
         raise SettingsError(f"simulation needs {' and '.join(missing)}: pip install 'stribeck[simulation]'")
 
 
 def _moved(result: Result, staging: str, output: str) -> Result:
-    """Return a result that knows its one log and its robot file where they end up."""
+    """Replace the staging folder by the output folder in the paths of a result with one log."""
     assert isinstance(result.log.path, str)
     assert result.evidence is not None
     provenance = [(label, text.replace(staging, output)) for label, text in result.evidence.provenance]
@@ -438,19 +522,19 @@ def _moved(result: Result, staging: str, output: str) -> Result:
 
 
 def _part(path: Path, robot: Robot, start: float | None, stop: float | None) -> RobotLog | Path:
-    """Return a log's part from `start` to `stop` [s] after its begin, or the path of one that is used as a whole."""
+    """Read the part of a log between `start` and `stop` [s after its start]; without limits, return its path."""
     if start is None and stop is None:
         return path
     low, high = start or 0.0, float("inf") if stop is None else stop
     if not 0 <= low < high:
-        raise SettingsError(f"--from is {low:g} s and --to {high:g} s; expected 0 or more, and --to after --from")
+        raise SettingsError(f"--from is {low:g} s and --to is {high:g} s; expected 0 <= --from < --to")
     from stribeck.log.readers import read_log
 
     return read_log(path, robot).between(start, stop)
 
 
 def with_settings(settings: Settings, options: dict[str, str | None], assignments: list[str]) -> Settings:
-    """Return the settings with options of the command line, and `key.key=value` assignments (TOML values), put in.
+    """Override settings by options of the command line and by `key.key=value` assignments (TOML values).
 
     Raises
     ------
@@ -487,7 +571,7 @@ def with_settings(settings: Settings, options: dict[str, str | None], assignment
 
 
 def _files_of(robot: Path) -> list[Path]:
-    """Return the robot file and the model that it names."""
+    """List the robot file and its model file."""
     from stribeck.robot import model_path, read_robot_file
 
     return [robot, model_path(read_robot_file(robot).robot.model, robot.parent)]
@@ -499,7 +583,7 @@ def _result_file(path: Path) -> Path:
 
 @contextmanager
 def progress_bar(quiet: bool) -> Iterator[Any]:
-    """Give a function to call with a stage and its share; it draws on stderr if that is a terminal, and not `quiet`."""
+    """Draw a progress bar on stderr if it is a terminal, and not `quiet`; give its callback `(stage, fraction)`."""
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
     hidden = quiet or not console.ERRORS.is_terminal
     with Progress(*columns, console=console.ERRORS, transient=True, disable=hidden) as progress:
@@ -508,12 +592,12 @@ def progress_bar(quiet: bool) -> Iterator[Any]:
 
 
 def run() -> None:
-    """Run the command line; wrong input ends with one sentence on stderr and exit code 2, nothing found with 3.
+    """Run the command line: exit code 2 and one sentence on stderr for invalid input, 3 if nothing was identified.
 
-    What was found before is printed above the sentence, a line each.
+    Findings made before the error are printed above the sentence, one per line.
     """
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, TextIOWrapper):  # an encoding may lack what a file is called
+        if isinstance(stream, TextIOWrapper):  # file names may contain characters that the encoding lacks
             stream.reconfigure(errors="backslashreplace")
     try:
         for word in sys.argv[1:]:
@@ -529,5 +613,7 @@ def run() -> None:
         console.print_error(f"{place}{error.strerror or error}")
         sys.exit(2)
     except MemoryError:
-        console.print_error("the log and what is worked out of it do not fit in memory; expected a shorter log")
+        console.print_error(
+            "the log and its intermediate results do not fit in memory; use a shorter part of it (--from, --to)"
+        )
         sys.exit(2)

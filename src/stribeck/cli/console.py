@@ -1,4 +1,4 @@
-"""What the command line prints: tables on stdout, errors on stderr."""
+"""Console output: tables on stdout, errors on stderr."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ if TYPE_CHECKING:
     from stribeck.audit.inspection import Inspection
     from stribeck.plan.plan import Plan
     from stribeck.replay.replay import Replay
-    from stribeck.result import ParameterEstimate, Result
+    from stribeck.result import CurvePoint, ParameterEstimate, Result
     from stribeck.result.compare import Comparison, Difference
 
 ERRORS = Console(stderr=True, emoji=False)
 STYLES = {"identified": "green", "weak": "yellow", "no friction": "cyan", "not excited": "dim"}
-WIDE = 110
-"""Columns from which a line has friction at all speeds, not at the middle one alone."""
+WIDE = 140
+"""Minimum width of a terminal [columns] for friction at three speeds; narrower tables show the middle speed."""
 PLAIN_WIDTH = 160
-"""Columns of a table that does not go to a terminal."""
+"""Width of tables that are not printed to a terminal [columns]."""
 
 
 def _console() -> Console:
@@ -32,30 +32,30 @@ def _console() -> Console:
 
 
 def _say(lines: Iterable[str]) -> None:
-    """Print lines as they are."""
+    """Print lines without interpreting markup."""
     console = _console()
     for line in lines:
         console.print(line, markup=False)
 
 
 def print_error(message: str) -> None:
-    """Print one sentence on stderr, as it is."""
+    """Print one sentence on stderr, without wrapping or markup."""
     ERRORS.print(f"stribeck: {message}", markup=False, highlight=False, soft_wrap=True)
 
 
 def print_paths(paths: Sequence[Path]) -> None:
-    """Print the files that were written."""
+    """Print the paths of written files, one per line."""
     for path in paths:
         print(path)
 
 
 def number(value: float) -> str:
-    """Return a number with four significant digits."""
+    """Format a number with four significant digits."""
     return f"{value:.4g}"
 
 
 def _table(title: str, left: Sequence[str], right: Sequence[str] = (), last: Sequence[str] = ()) -> Table:
-    """Return an empty table: columns of text, of numbers, and of text again; what is too long is broken, never cut."""
+    """Create an empty table with text, number and text columns; long cells are folded, never cut."""
     table = Table(title=Text(title, style="table.title"))
     for headings, justify in ((left, "left"), (right, "right"), (last, "left")):
         for heading in headings:
@@ -64,7 +64,7 @@ def _table(title: str, left: Sequence[str], right: Sequence[str] = (), last: Seq
 
 
 def _show(table: Table, names: Iterable[str]) -> None:
-    """Print a table whose first column has joints, their names in one line unless they take half of the width."""
+    """Print a table; names in its first column stay on one line unless they need half of the width."""
     console, longest = _console(), max(map(cell_len, names), default=0)
     if longest <= console.width // 2:
         table.columns[0].no_wrap, table.columns[0].min_width = True, longest
@@ -72,47 +72,59 @@ def _show(table: Table, names: Iterable[str]) -> None:
 
 
 def print_result(result: Result) -> None:
-    """Print a line a joint: friction, verdict, what to do; of a law that was chosen, its parameters; then warnings."""
+    """Print one line per joint, its parameters unless the law is "auto", reasons of weak verdicts, and warnings."""
     from stribeck.friction import AUTO
     from stribeck.result.joint import verdict_place
+    from stribeck.result.tables import advice, main_reason
 
     _show(_lines_of_joints(result, all_speeds=_console().width >= WIDE), result.all_friction)
     without = {name: joint for name, joint in result.all_friction.items() if joint.verdict == "no friction"}
     if without:
         bounds = ", ".join(f"{name} ({joint.reason.rpartition(', ')[2]})" for name, joint in without.items())
-        _say([f"no friction that the log resolves: {bounds} ({verdict_place('no friction')})"])
+        _say([f"friction below the resolution of the log: {bounds} ({verdict_place('no friction')})"])
     if result.law != AUTO:
         _show(_columns_of_parameters(result), result.all_friction)
     for log in result.held_out:
-        print(f"{log.path or 'log'}, {number(log.duration)} s that no fit has seen:")
-        table = _table("what is left of the torques", ["joint"], ["RMS\nwith friction", "RMS\nwithout", "R²"])
+        print(f"validation log {log.path}, {number(log.duration)} s:")
+        table = _table("torque error [N m]", ["joint"], ["RMS\nwith friction", "RMS\nwithout friction", "R²"])
         for joint, error in log.joints.items():
             table.add_row(Text(joint), number(error.rms), number(error.rms_zero_friction), f"{error.torque_r2:.3f}")
         _show(table, log.joints)
     poor = {name: joint for name, joint in result.all_friction.items() if joint.verdict in ("weak", "not excited")}
     _say([result.log.usage])
-    _say(f"{name}: {joint.verdict}: {joint.reason} ({verdict_place(joint.verdict)})" for name, joint in poor.items())
+    for name, own in poor.items():
+        step = advice(own)
+        step = f"{step[0].upper()}{step[1:]} ({verdict_place(own.verdict)})."
+        _say([f"{name} {own.verdict}: {main_reason(own)}. {step}"])
     _say(f"warning: {warning}" for warning in result.warning_lines)
 
 
 def _lines_of_joints(result: Result, *, all_speeds: bool) -> Table:
-    from stribeck.result.tables import advice, point_text
+    from stribeck.result.tables import advice
 
     units = {joint.curve[0].unit for joint in result.all_friction.values() if joint.curve} or {"N m"}
-    speeds = {"slow": 0, "middle": 1, "top speed": 2} if all_speeds else {"middle speed": 1}
+    speeds = {"slow": 0, "middle": 1, "fast": 2} if all_speeds else {"friction": 1}
     mixed = len(units) > 1
-    headings = [speed if mixed else f"{speed}\n[{min(units)}]" for speed in speeds]
-    title = f"{result.robot}: friction, law '{result.law}', ± half of 95 % intervals"
-    table = _table(title, ["joint"], [*headings, "R²\nheld out"], ["verdict", "what to do"])
+    unit = "" if mixed else f"{min(units)}, at {'rad/s' if units == {'N m'} else 'm/s'}"
+    headings = [f"{speed}\n[{unit}]" if unit else speed for speed in speeds]
+    title = f"Friction of {result.robot} (95 % intervals, law {result.law})"
+    table = _table(title, ["joint"], [*headings, "R²\nheld out"], ["verdict", "next step"])
     for joint, found in result.all_friction.items():
         if found.verdict == "no friction":
             continue
-        points = [found.curve[k] if len(found.curve) > k else None for k in speeds.values()]
-        friction = [point_text(point) + f" {point.unit}" * mixed if point else "" for point in points]
+        friction = [_at_speed(found.curve[k], mixed) if len(found.curve) > k else "" for k in speeds.values()]
         r2 = f"{found.torque_r2.best:.3f}" if found.torque_r2 else ""
         verdict = f"[{STYLES[found.verdict]}]{found.verdict}[/]"
         table.add_row(Text(joint), *friction, r2, verdict, Text(advice(found)))
     return table
+
+
+def _at_speed(point: CurvePoint, with_units: bool) -> str:
+    """Format friction and its speed, e.g. "0.30 ± 0.09 at 0.17"."""
+    from stribeck.result.tables import point_text
+
+    unit, speed_unit = (f" {point.unit}", " rad/s" if point.unit == "N m" else " m/s") if with_units else ("", "")
+    return f"{point_text(point)}{unit} at {point.velocity:.2g}{speed_unit}"
 
 
 def _columns_of_parameters(result: Result) -> Table:
@@ -121,7 +133,7 @@ def _columns_of_parameters(result: Result) -> Table:
         for parameter, estimate in joint.parameters.items():
             units.setdefault(parameter, set()).add(estimate.unit)
     headings = [f"{parameter}\n[{', '.join(sorted(own))}]" for parameter, own in units.items()]
-    table = _table("parameters, 95 % intervals; ? is weak", ["joint"], [*headings, "RMS held out\n[N m]"])
+    table = _table("Parameters (95 % intervals; ? marks weak ones)", ["joint"], [*headings, "RMS held out\n[N m]"])
     for name, found in result.all_friction.items():
         cells = [_with_error(found.parameters[key]) if key in found.parameters else "" for key in units]
         if found.parameters:
@@ -136,8 +148,11 @@ def _with_error(found: ParameterEstimate) -> str:
 
 
 def print_truth(result: Result, truth: Mapping[str, Mapping[str, float]]) -> None:
-    """Print the truth beside what was found, joint by joint and parameter by parameter, then how many agree."""
-    title, numbers = f"{result.robot}: truth and found, law '{result.law}'", ("truth", "found", "95 % interval")
+    """Print the true and estimated parameters of each joint, then how many intervals contain the truth."""
+    title, numbers = (
+        f"True and estimated friction of {result.robot} (law {result.law})",
+        ("truth", "estimate", "95 % interval"),
+    )
     table = _table(title, ["joint", "parameter"], numbers, ["verdict"])
     parameters = identified = covered = 0
     for joint, found in result.joints.items():
@@ -161,31 +176,34 @@ def print_truth(result: Result, truth: Mapping[str, Mapping[str, float]]) -> Non
                 end_section=k == len(compared) - 1,
             )
     _show(table, result.joints)
-    _say([f"{parameters} parameters: {identified} identified, {covered} covered by their 95 % interval"])
+    _say([f"{parameters} parameters: {identified} identified; {covered} of the 95 % intervals contain the truth"])
 
 
 def print_inspection(found: Inspection) -> None:
-    """Print what a log holds: a few lines, then a line a joint, then what to act on."""
+    """Print the sampling of a log, one line per joint, and the findings."""
     lines = [
         f"{found.path}: {found.samples} samples, {found.duration:.2f} s at {found.rate:.6g} Hz, "
         f"jitter {1e3 * found.jitter:.3g} ms",
-        f"channels: {', '.join(found.channels)}; torques are those of a {found.torque_source}",
+        f"channels: {', '.join(found.channels)}; torque source: {found.torque_source}",
         f"gaps: {len(found.gaps)}, repeated stamps: {found.duplicates}, "
         f"rows with missing values: {sum(found.missing.values())}",
-        f"contact modes from {found.support_source}: {_support_shares(found)}",
-        f"motion: {found.filter}",
+        *([] if found.support_source == "fixed" else [f"support: {_support_shares(found)}"]),
+        f"filter: {found.filter}",
     ]
     _say(lines)
-    numbers = ("position [rad]", "velocity [rad/s]", "torque [N m]", "correlation with model", "torque delay [ms]")
-    table = _table(f"{found.robot}: joints", ["joint"], numbers, ["sign"])
+    late = any(finding.check == "torque-delay" for finding in found.audit)
+    numbers = ["position [rad]", "velocity [rad/s]", "torque [N m]", "correlation with model"]
+    table = _table(f"Joints of {found.robot}", ["joint"], numbers + ["torque delay [ms]"] * late, ["sign"])
     for name, joint in found.joints.items():
         ranges = (joint.position_range, joint.velocity_range, joint.torque_range)
         table.add_row(
             Text(name),
             *(f"{number(low)} ... {number(high)}" for low, high in ranges),
             "" if joint.correlation is None else f"{joint.correlation:.2f}",
-            "" if joint.delay is None else f"{1e3 * joint.delay:+.2f}",
-            f"[red]{joint.sign}[/]" if joint.sign == "opposite" else joint.sign,
+            *["" if joint.delay is None else f"{1e3 * joint.delay:+.2f}"] * late,
+            {"opposite": "[red]opposite[/]", "unclear": "unclear: the model's torque is too small"}.get(
+                joint.sign, joint.sign
+            ),
         )
     _show(table, found.joints)
     _say(f"finding: {finding.line}" for finding in found.audit)
@@ -193,15 +211,16 @@ def print_inspection(found: Inspection) -> None:
 
 
 def _support_shares(found: Inspection) -> str:
-    """Return how often and how long each set of feet stands, e.g. "left_foot 12 x, 9.6 s"."""
+    """List the number and duration of each support, e.g. "left_foot 12 phases, 9.6 s (from contact flags)"."""
     modes: dict[str, list[float]] = {}
     for start, end, name, _ in found.phases:
         modes.setdefault(name, []).append(end - start)
-    return ", ".join(f"{name} {len(spans)} x, {sum(spans):.2f} s" for name, spans in modes.items())
+    listed = (f"{name} {len(spans)} phase{'s' * (len(spans) > 1)}, {sum(spans):.2f} s" for name, spans in modes.items())
+    return f"{', '.join(listed)} (from {found.support_source})"
 
 
 def print_comparison(found: Comparison) -> None:
-    """Print the differences of two results: a line a parameter."""
+    """Print the differences of two results, one line per parameter."""
     numbers = ("first", "second", "difference", "95 % interval", "change")
     table = _table(f"{found.a} and {found.b}", ["joint", "parameter"], numbers, ["agrees"])
     for row in found.rows:
@@ -225,12 +244,12 @@ def _percent(row: Difference) -> str:
 
 
 def print_plan(found: Plan) -> None:
-    """Print a sentence a joint, then a line for each motion that was tried, the best first."""
+    """Print the compared motions of each joint, best first, then one sentence per joint."""
     if not found.joints:
         print("nothing to plan: no joint is weak or not excited")
         return
-    numbers = ("speed\n[rad/s]", "reversals", "length\n[s]", "friction\nto within", "enough\nfrom [s]")
-    table = _table(f"{found.robot}: what a log of each motion would say", ["joint", "motion"], numbers)
+    numbers = ("speed\n[rad/s]", "reversals", "duration\n[s]", "expected\ninterval", "sufficient\nduration [s]")
+    table = _table(f"Motions for {found.robot}", ["joint", "motion"], numbers)
     for name, joint in found.joints.items():
         for k, one in enumerate(joint.candidates):
             spans = one.slowest not in (0.0, one.fastest)
@@ -246,38 +265,56 @@ def print_plan(found: Plan) -> None:
                 end_section=k == len(joint.candidates) - 1,
             )
     _show(table, found.joints)
-    _say(f"{name}: {joint.verdict}: {joint.advice}" for name, joint in found.joints.items())
+    _say(f"{name} {joint.verdict}: {joint.advice}" for name, joint in found.joints.items())
     if found.trajectory:
-        said = ", ".join(f"{name} {_within(one.relative_width)}" for name, one in found.trajectory.promise.items())
-        used = ", ".join(f"{share:.0%} of the {name} limits" for name, share in found.trajectory.used.items() if share)
-        _say([f"a log of the trajectory, {found.trajectory.duration:.0f} s, promises: {said}", f"it uses {used}"])
+        widths = ", ".join(f"{name} {_within(one.relative_width)}" for name, one in found.trajectory.promise.items())
+        used = ", ".join(
+            f"{100 * share:.0f} % of the {name} limits" for name, share in found.trajectory.used.items() if share
+        )
+        duration = f"{found.trajectory.duration:.0f} s"
+        _say([f"expected intervals after the trajectory ({duration}): {widths}", f"the trajectory uses {used}"])
     _say(f"note: {note}" for note in found.notes)
 
 
 def _within(width: float) -> str:
-    return f"± {100 * width:.2g} %" if width < 1 else "unknown"  # half of an interval over the value
+    return f"± {100 * width:.2g} %" if width < 1 else "unknown"  # half of an interval divided by the value
 
 
 def print_replay(found: Replay) -> None:
-    """Print a table of the torque's errors and one of the rollouts', a column a model, medians of the joints last."""
-    names = [model.name.replace(", ", "\n") for model in found.models]
-    times = ", ".join(f"{1e3 * horizon:.0f}" for horizon in found.horizons)
-    torque = _table(f"{found.robot}: R² of the torque (RMS error [N m])", ["joint"], names)
-    rollouts = _table(f"RMS velocity error after {times} ms over the RMS change of velocity", ["joint"], names)
+    """Print the torque errors and the rollout errors of each model, and their medians over the joints."""
+    names = _model_names(found)
+    torque = _table(f"Torques of {found.robot}: R² (RMS error [N m])", ["joint"], names)
+    headings = [f"{name}\n{1e3 * horizon:.0f} ms" for name in names for horizon in found.horizons]
+    rollouts = _table("Velocity error of simulations divided by the change of velocity (RMS)", ["joint"], headings)
+    horizons = range(len(found.horizons))
     for joint in found.joints:
         errors = [model.torque.get(joint) for model in found.models]
         torque.add_row(Text(joint), *(f"{error.r2:.3f} ({number(error.rms)})" if error else "" for error in errors))
-        runs = [model.rollouts.get(joint, []) for model in found.models]
-        rollouts.add_row(Text(joint), *(_relative(each.relative if each else None for each in run) for run in runs))
+        runs = [each for model in found.models for each in model.rollouts.get(joint, [None] * len(horizons))]
+        rollouts.add_row(Text(joint), *(_relative(each.relative if each else None) for each in runs))
     for table in (torque, rollouts):
         table.add_section()
     torque.add_row("median", *("" if (r2 := model.median_r2()) is None else f"{r2:.3f}" for model in found.models))
-    horizons = range(len(found.horizons))
-    rollouts.add_row("median", *(_relative(model.median_relative(k) for k in horizons) for model in found.models))
+    rollouts.add_row("median", *(_relative(model.median_relative(k)) for model in found.models for k in horizons))
+    own, *others = dict.fromkeys(model.model for model in found.models)
+    _say([f"model: {own}", *(f"new model: {other}" for other in others)])
     _show(torque, found.joints)
     _show(rollouts, found.joints)
+    _say(["Values above 1 are worse than a constant velocity."])
     _say(f"note: {note}" for note in found.notes)
 
 
-def _relative(values: Iterable[float | None]) -> str:
-    return "  ".join("-" if value is None else f"{value:.3g}" for value in values)
+def _model_names(found: Replay) -> list[str]:
+    """Label the robot's own model "model" and the other "new model", without and with friction where both exist."""
+    files = [model.model for model in found.models]
+    return [
+        ("model" if model.model == files[0] else "new model")
+        + ("\n+ friction" if model.friction else "\nno friction" if files.count(model.model) > 1 else "")
+        for model in found.models
+    ]
+
+
+def _relative(value: float | None) -> str:
+    if value is None:
+        return "-"
+    return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"

@@ -1,4 +1,4 @@
-"""The friction found of each joint, in a target's words, and what the target has no place for."""
+"""Friction of each joint in the terms of a target format, and the parts that the format cannot store."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
@@ -13,16 +13,16 @@ from stribeck.result import JointResult, Result
 from stribeck.result.joint import law_values
 
 BRISTLES = {"bristle_travel": "bristle_stiffness", "bristle_damping": "bristle_damping"}
-"""Parameter of LuGre -> number of a form that stands for it."""
+"""Number of a friction model by the LuGre parameter that it represents."""
 
 UNSTEADY = ("armature", PRESLIDING.name, *BRISTLES, *(parameter.name for parameter in SLOW["drift"]))
-"""Parameters that are no steady friction: rotors, reversals, and changes in the course of a log."""
+"""Parameters beyond steady friction: rotor inertia, presliding, bristles and drift."""
 
 FORMLESS = ("offset", *UNSTEADY, *(parameter.name for parameter in SLOW["temperature"]))
-"""Parameters that no form of friction contains."""
+"""Parameters that no friction model of a target contains."""
 
 Quantity = tuple[float, str]
-"""Value and unit."""
+"""Type of a value with its unit."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,15 +32,15 @@ class JointTerms:
     Attributes
     ----------
     stated
-        Quantities by the target's word.
+        Quantities by the name in the target format.
     projected
-        Parameters that the form of friction lacks: its numbers are the nearest to the friction with them.
+        Parameters missing in the target's friction model; its numbers are fitted to the friction with them.
     remains, of
-        Root mean square of the friction that the form lacks, and of the friction found; None if no friction is stated.
+        Root mean square of the approximation error and of the friction itself; None if no friction is stated.
     left_out
-        Parameters that the target has no place for.
+        Parameters that the target cannot store.
     note
-        On a joint without friction.
+        Note on a joint without friction.
     """
 
     stated: dict[str, Quantity]
@@ -51,18 +51,19 @@ class JointTerms:
     note: str = ""
 
     def __str__(self) -> str:
-        """Return all of it in words."""
+        """Describe the stated quantities, the approximation error and the parameters left out."""
         text = listed(self.stated) + f" ({self.note})" * bool(self.note)
         if self.projected:
-            text += f"; the nearest to what was found with {listed(self.projected)}"
+            error = ""
             if self.remains is not None:
                 share = f"{100 * self.share:.0f}" if self.share > 0.1 else f"{100 * self.share:.1f}"
-                text += f", off by {self.remains[0]:.2g} {self.remains[1]}, {share} % of the friction"
-        return text + (f"; no place here for {listed(self.left_out)}" if self.left_out else "")
+                error = f", error {self.remains[0]:.2g} {self.remains[1]}, {share} %"
+            text += f" (approximates {listed(self.projected)}{error})"
+        return text + (f". Cannot store: {listed(self.left_out)}" if self.left_out else "")
 
     @property
     def share(self) -> float:
-        """Lost friction divided by the friction found [1]."""
+        """Approximation error divided by the friction [1]."""
         return self.remains[0] / self.of if self.remains and self.of else 0.0
 
 
@@ -72,21 +73,22 @@ def joint_terms(
     joints: Collection[str] | None = None,
     include_weak: bool = False,
 ) -> dict[str, JointTerms]:
-    """Select the terms of the joints that the log identified.
+    """Select the exported terms of each joint.
 
-    Friction is stated as a whole if it is identified, or Coulomb or viscous friction is, of any direction: the two make
-    up for each other's errors. Where none was detectable it is zero. A rotor inertia stands by itself.
+    All of a joint's friction is stated if its curve, or its Coulomb or viscous friction in any direction, is
+    identified, because Coulomb and viscous friction compensate for each other's errors. It is zero for the verdict
+    "no friction". A rotor inertia is stated if it is identified itself.
 
     Parameters
     ----------
     result
         The result of an identification.
     form
-        The form of the target's friction; None if the target has all steady friction.
+        Friction model of the target; None if the target stores all steady friction.
     joints
         Joints to select; all if None.
     include_weak
-        Whether weak friction and rotor inertias are stated, too.
+        Whether to state weak friction and rotor inertias, too.
 
     Raises
     ------
@@ -141,7 +143,7 @@ def _terms(joint: JointResult, form: Form | None, good: Collection[str]) -> Join
 
 
 def _has_friction(joint: JointResult, good: Collection[str]) -> bool:
-    """Return whether a joint's friction is known, as well as asked for."""
+    """Check that a joint has friction with one of the accepted verdicts."""
     names = [name for name in joint.parameters if name.startswith(("coulomb", "viscous"))]
     values = {name: parameter.value for name, parameter in joint.parameters.items()}
     known = bool(names) and law_values(get_law(joint.law), values) is not None
@@ -149,7 +151,7 @@ def _has_friction(joint: JointResult, good: Collection[str]) -> bool:
 
 
 def _units(joint: JointResult) -> tuple[str, dict[str, str]]:
-    """Return the unit of a joint's friction, "N m" or "N", and those of a form's numbers."""
+    """Find the unit of a joint's friction, "N m" or "N", and the units of a friction model's numbers."""
     dry = [own.unit for name, own in joint.parameters.items() if name.startswith("coulomb")]
     unit = joint.curve[0].unit if joint.curve else (dry or ["N m"])[0]
     length = "m" if unit == "N" else "rad"
@@ -158,7 +160,7 @@ def _units(joint: JointResult) -> tuple[str, dict[str, str]]:
 
 
 def _errors(joint: JointResult) -> dict[str, float]:
-    """Return standard errors of a form's numbers: the curve's, which is surer than each parameter by itself."""
+    """Estimate standard errors of a friction model's numbers, from the curve where available."""
     own = {name: parameter.standard_error for name, parameter in joint.parameters.items()}
     if not joint.curve:
         return own | {"static": own.get("coulomb", 0.0)}
@@ -174,5 +176,5 @@ def _rounded(value: float, error: float) -> float:
 
 
 def listed(quantities: Mapping[str, Quantity]) -> str:
-    """Return quantities in words."""
+    """Format quantities as "name value unit", separated by commas."""
     return ", ".join(f"{name} {value:.4g}" + f" {unit}" * (unit != "1") for name, (value, unit) in quantities.items())

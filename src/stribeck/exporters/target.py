@@ -99,21 +99,21 @@ def summary(
     temperatures = {name: result.joints[name].mean_temperature for name in joints}
     warm = ", ".join(f"{name} {mean:.3g}" for name, mean in temperatures.items() if mean is not None)
     kept = ", ".join(name for name in result.joints if name not in joints)
-    changed, unchanged = "Corrected inertias have no place here", "Not identified, or not asked for"
+    changed, unchanged = "Cannot store corrected inertias", "Not identified or not requested"
     if target.models:
-        changed = "Inertias are changed of what these joints carry"
-        unchanged = "Not identified, so that these joints keep what the model said"
-    nearest = "No body has the inertia found for these, so they have the nearest possible"
+        changed = "Changed inertias of the links driven by"
+        unchanged = "Not identified; the model's friction is kept for"
+    nearest = "Physically impossible estimate; the nearest valid inertia was written for the links driven by"
     sentences = {
         f"{changed}: {bodies}.": bodies,
         f"{nearest}: {', '.join(impossible)}.": impossible,
         **{f"Joint {name}: {terms}.": True for name, terms in joints.items()},
-        f"It holds at the mean temperatures of the log [deg C]: {warm}.": warm,
+        f"Valid at the mean joint temperatures of the log [°C]: {warm}.": warm,
         f"{unchanged}: {kept}.": kept,
-        f"The friction of couplings has no place here: {', '.join(result.couplings)}.": result.couplings,
-        "Gains of torque sensors and zeros of encoders were found too; they are the sensors', not the model's.": own
+        f"Cannot store the friction of couplings: {', '.join(result.couplings)}.": result.couplings,
+        "Not part of a model: the estimated gains of torque sensors and zeros of encoders.": own
         and (own.torque_gain or own.encoder_zero),
     }
     model = Path(robot.model_path).name
-    first = f"Written by stribeck from {model} and what was found in {logs} (method {result.method}, law {result.law})."
+    first = f"Written by stribeck from {model} and the result of {logs} (method {result.method}, law {result.law})."
     return [first, *(sentence for sentence, holds in sentences.items() if holds)]

@@ -1,5 +1,6 @@
-"""Whether a joint moves enough for its friction to be found."""
+"""Excitation: checks that a joint moves enough for its friction to be identified."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,27 +11,27 @@ from stribeck.judgement.curve_fit.robust import robust_scale
 from stribeck.judgement.speed import TOP_SPEED_PERCENTILE, top_speed
 
 MIN_BLOCKS = 6
-"""Steps or seconds [1]: intervals come from how blocks differ, and one in `holdout` is not fitted at all."""
+"""Minimum number of blocks (steps or seconds) [1]; intervals are computed from the differences between blocks."""
 
 MIN_SAMPLES_PER_PARAMETER = 20
-"""Usable samples [1] a parameter: fewer cannot show that the law's shape is right."""
+"""Minimum number of usable samples per parameter [1]."""
 
 MIN_SPEED = {False: 0.05, True: 0.005}
-"""Speed [rad/s], [m/s] of a prismatic joint, that a joint must exceed in both directions.
+"""Minimum speed in both directions of a revolute joint [rad/s] and of a prismatic joint [m/s].
 
-Below it teeth and seals still bend instead of sliding, and the smooth law's tanh (slope 40 s/rad) is still rising.
+At lower speeds gear teeth and seals deform instead of sliding, and tanh of the smooth law (slope 40 s/rad) still rises.
 """
 
 MIN_REVERSALS = 4
-"""Changes of direction [1]: friction is what changes sign with them, an offset or a slow drift is what does not."""
+"""Minimum number of reversals [1]; they distinguish friction from an offset or a slow drift."""
 
 NOISE_FACTOR = 4.0
-"""Velocity noise [standard deviations] that does not count as motion: one sample in 16,000 exceeds it by chance."""
+"""Noise threshold of motion [standard deviations of the velocity's noise]; noise exceeds it once in 16,000 samples."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Excitation:
-    """How one joint moved: counts, speeds [rad/s] or [m/s], and why it cannot be identified ("" if it can)."""
+    """Motion of one joint: counts, speeds [rad/s] or [m/s], and why it is not excited ("" if it is)."""
 
     samples: int
     blocks: int
@@ -44,7 +45,7 @@ def excitation(problem: FitProblem, prismatic: bool) -> Excitation:
     velocity = problem.velocity
     blocks = len(np.unique(problem.block))
     noise = velocity_noise(velocity)
-    threshold = max(NOISE_FACTOR * noise, 0.02 * top_speed(velocity))  # hysteresis
+    threshold = max(NOISE_FACTOR * noise, 0.02 * top_speed(velocity))  # hysteresis against noise
     reversals = count_reversals(velocity, threshold)
     return Excitation(
         samples=len(velocity),
@@ -56,9 +57,9 @@ def excitation(problem: FitProblem, prismatic: bool) -> Excitation:
 
 
 def velocity_noise(velocity: Array) -> float:
-    """Return the standard deviation of white noise in a velocity [rad/s], from its second differences.
+    """Estimate the standard deviation of white noise in a velocity [rad/s] from its second differences.
 
-    Motion hardly shows in them. Noise that a filter has already smoothed does not either: then this is a lower bound.
+    It is a lower bound if a filter has already smoothed the noise.
     """
     if len(velocity) < 3:
         return 0.0
@@ -66,7 +67,7 @@ def velocity_noise(velocity: Array) -> float:
 
 
 def count_reversals(velocity: Array, threshold: float) -> int:
-    """Return how often a joint turned round, from beyond the threshold on one side to beyond it on the other."""
+    """Count the reversals from beyond a threshold [rad/s] in one direction to beyond it in the other."""
     side = np.sign(velocity[np.abs(velocity) > threshold])
     return int(np.count_nonzero(np.diff(side)))
 
@@ -74,9 +75,10 @@ def count_reversals(velocity: Array, threshold: float) -> int:
 def _too_few(problem: FitProblem, blocks: int) -> str:
     samples, needed = len(problem.velocity), MIN_SAMPLES_PER_PARAMETER * len(problem.parameters)
     if samples < needed:
-        return f"{samples} usable samples; {len(problem.parameters)} parameters need at least {needed}: move it longer"
+        parameters = f"{len(problem.parameters)} parameters"
+        return f"{samples} usable samples, but {parameters} need at least {needed}; record a longer motion"
     if blocks < MIN_BLOCKS:
-        return f"it moves in {blocks} blocks (steps, or seconds of longer ones); move it in at least {MIN_BLOCKS}"
+        return f"the motion is too short: {blocks} blocks (steps or seconds); record at least {MIN_BLOCKS}"
     return ""
 
 
@@ -86,12 +88,21 @@ def _too_slow(velocity: Array, noise: float, reversals: int, prismatic: bool) ->
     backward, forward = np.percentile(velocity, [100 - TOP_SPEED_PERCENTILE, TOP_SPEED_PERCENTILE])
     span = f"between {backward:.3g} and {forward:.3g} {unit}"
     if max(forward, -backward) < least:
-        return f"it moves only {span}; move it faster than {least} {unit} in both directions"
+        return f"moves only {span}; move the joint faster than {least} {unit} in both directions"
     if max(forward, -backward) < NOISE_FACTOR * noise:
         least = NOISE_FACTOR * noise
-        return f"it moves {span}, hardly more than its velocity's noise; move it faster than {least:.3g} {unit}"
+        return f"moves {span}, hardly more than the velocity's noise; move the joint faster than {least:.3g} {unit}"
     if min(forward, -backward) < least:
-        return f"it moves in one direction only, {span}; move it faster than {least} {unit} in the other one too"
+        other = f"faster than {least} {unit} in the other direction, too"
+        return f"moves in only one direction, {span}; move the joint {other}"
     if reversals < MIN_REVERSALS:
-        return f"it turns round {reversals} times; let it turn round at least {MIN_REVERSALS} times"
+        return f"only {reversals} reversals; reverse the direction at least {MIN_REVERSALS} times"
     return ""
+
+
+def why_none(reasons: Mapping[str, str]) -> str:
+    """Explain why no joint can be identified, given the reason of each joint; at most three joints are named."""
+    listed = dict(list(reasons.items())[:3])
+    if len(set(reasons.values())) == 1:
+        return f"no joint can be identified from this log: {next(iter(listed.values()))}"
+    return "no joint can be identified from this log: " + ". ".join(f"{name}: {why}" for name, why in listed.items())

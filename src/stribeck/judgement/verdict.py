@@ -1,4 +1,4 @@
-"""What a log can support: the verdict on every parameter and every joint."""
+"""Verdicts on joints and parameters: what the log supports."""
 
 from collections.abc import Mapping
 
@@ -23,8 +23,8 @@ from stribeck.judgement.weakness import USUAL, Criteria, is_weak, weak_by_themse
 from stribeck.result import CurvePoint, JointResult, ParameterEstimate, Validation, Verdict
 from stribeck.settings import Settings
 
-NOT_FITTED = "it moves too little where the method can use the log: move it longer between contact changes"
-"""Of a joint that the samples show to move, but not in the contact modes that a fit used."""
+NOT_FITTED = "too little motion in the parts that the method can use; record longer motion between contact changes"
+"""Reason for a joint that moves, but not in the contact modes that the fit uses."""
 
 
 def judge(
@@ -35,14 +35,17 @@ def judge(
     validations: Mapping[str, Validation | None],
     criteria: Criteria = USUAL,
 ) -> dict[str, JointResult]:
-    """Return what the samples say about every joint, in the order of `samples.joint_names`.
+    """Judge every joint, in the order of `samples.joint_names`.
 
-    A joint that does not move enough gets no numbers. The verdict of all others is that of their friction curve: weak
-    if half of its 95 % interval is wider than `WIDEST` of it, or if the law is no better than zero friction on blocks
-    that the fit did not see; "no friction" if it is significant at no speed, and small against the residual. Each
-    parameter has a verdict of its own, by the same width and by the method's `criteria`; an offset may well be zero, so
-    its interval is compared with Coulomb friction where that is larger. A fit has judged the motion by what it saw,
-    which may be more than the samples.
+    - "not excited": the joint does not move enough; it has no parameters.
+    - "weak": half of the 95 % interval of the friction curve is wider than `WIDEST` times the curve, the measured
+      friction adds power, or the law explains held-out blocks no better than zero friction.
+    - "no friction": the curve is significant at no speed and small relative to the residual.
+    - "identified": otherwise.
+
+    Each parameter has its own verdict, by the same width and the method's `criteria`. The interval of an offset is
+    compared with Coulomb friction if that is larger, because an offset can be zero. A joint that was fitted is not
+    checked for excitation again, because the fit may use more samples.
     """
     results = {}
     for column, joint in enumerate(samples.joint_names):
@@ -81,13 +84,15 @@ def _judge_joint(
     weak = is_weak(fit, problem.velocity, criteria, unresolved)
     curve = friction_curve(fit, problem.law, problem.velocity, prismatic)
     added = positive_power_fraction(problem.velocity, problem.friction_torque - fit.by_name.get("offset", 0.0))
-    wrong_sign = "" if passive else f"friction adds power in {added:.0%} of the samples"
+    wrong_sign = "" if passive else f"the fitted friction adds power in {100 * added:.0f} % of the samples"
     verdict, reason = _verdict(fit, curve, problem, validation, prismatic, wrong_sign)
     if verdict == "identified":
         reason += f" ({moved.blocks} blocks, {moved.reversals} reversals)"
     if is_significant(curve):
         reason += weak_by_themselves(fit, weak, problem.velocity, prismatic, unresolved)
-        reason += "" if fit.converged else "; the fit did not converge: samples hardly distinguish the parameters"
+        reason += (
+            "" if fit.converged else "; the fit did not converge because the parameters are hardly distinguishable"
+        )
     return JointResult(
         parameters={
             parameter.name: ParameterEstimate(
@@ -99,7 +104,7 @@ def _judge_joint(
                 variance_shares=None if fit.variance_shares is None else fit.variance_shares[i],
             )
             for i, parameter in enumerate(fit.parameters)
-            if verdict != "no friction" or parameter.name in ("offset", "armature")  # torques that are no friction
+            if verdict != "no friction" or parameter.name in ("offset", "armature")  # torques other than friction
         },
         verdict=verdict,
         reason=reason,
@@ -121,15 +126,15 @@ def _verdict(
     prismatic: bool,
     wrong_sign: str,
 ) -> tuple[Verdict, str]:
-    """Return the verdict on a joint that moves, and one sentence on why."""
+    """Decide the verdict on a joint that moves, and state the reason."""
     most = upper_bound(curve)
     significant = is_significant(curve)
     if most <= ROUNDING or (not (wrong_sign or significant) and most <= NO_FRICTION * fit.rms):
-        return "no friction", f"no friction detectable, below {most:.2g} {curve[0].unit}"
+        return "no friction", f"no friction detected, below {most:.2g} {curve[0].unit}"
     if wrong_sign and not significant:
-        return "weak", f"{wrong_sign}: a sign, a delay or the model is wrong"
+        return "weak", f"{wrong_sign}; check torque sign, delay and model"
     if (width := relative_width(curve)) > WIDEST:
         return "weak", why_weak(fit, curve, problem.velocity, prismatic)
     if validation and validation.rms >= validation.rms_zero_friction:
-        return "weak", "on blocks that the fit did not see, its law explains no more than zero friction does"
-    return "identified", f"its friction is known to within {100 * width:.2g} %"
+        return "weak", "the law explains held-out blocks no better than zero friction"
+    return "identified", f"friction known to within {100 * width:.2g} %"

@@ -1,4 +1,4 @@
-"""Which parameters are weak, and why, in words."""
+"""Weak parameters: detection and explanation."""
 
 from dataclasses import dataclass
 
@@ -12,23 +12,23 @@ from stribeck.judgement.speed import top_speed
 from stribeck.result import CurvePoint
 
 CLEARED = 2.0
-"""Top speed over Stribeck velocity [1] beyond which a joint clears it: a fiftieth of the Stribeck effect is left."""
+"""Minimum ratio of top speed to Stribeck velocity [1]; 2 % of the Stribeck effect is left at this ratio."""
 
 RISING = 2.0
-"""Value of slope times speed [1] where tanh has risen to 96 %: beyond it the slope no longer shows."""
+"""Product of slope and speed [1] at which tanh reaches 96 %; faster samples contain no information about the slope."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Criteria:
-    """Which parameters are weak with a method beside those with a wide interval.
+    """Properties of a method that make parameters weak in addition to wide intervals.
 
     Attributes
     ----------
     assumes_exact_law
-        Whether the intervals leave out that the law may be wrong: what lies beyond a Stribeck velocity that the joint
-        does not clear is weak then.
+        Whether the intervals assume an exact law. If so, Coulomb, viscous and Stribeck parameters are weak unless the
+        joint moves clearly faster than its Stribeck velocity.
     shares_shapes
-        Whether the shape of a joint's curve may come from the other joints, by a group prior.
+        Whether the shape of a joint's curve can come from the other joints, through a group prior.
     """
 
     assumes_exact_law: bool = True
@@ -36,20 +36,23 @@ class Criteria:
 
 
 USUAL = Criteria()
-"""Of a fit of each joint by itself."""
+"""Criteria for methods that fit each joint individually."""
 
 
 def is_weak(
     fit: JointFit, velocity: Array, criteria: Criteria = USUAL, unresolved: float = np.nan
 ) -> NDArray[np.bool_]:
-    """Return which parameters are weak, shape (p,), given the velocities of the joint's samples.
+    """Find the weak parameters, shape (p,), given the velocities of the joint's samples [rad/s], shape (N,).
 
-    Beside what the contract says, an interval that a bound cuts off is weak: only a zero that friction cannot pass
-    is a bound of physics, any other is where the search gave up. And so is what lies beyond a Stribeck velocity that
-    the joint does not clear, if the interval assumes an exact law, which decides there how the torque is shared out.
-    A shape parameter from the group prior is weak where the friction that it shapes is not significant. Of bristles
-    with a travel shorter than what is `unresolved` after a reversal [rad], [m], within what the filter averages over,
-    the damping is weak; from a quarter of that on, so is the travel.
+    A parameter is weak if
+
+    - it sits at a bound, or a bound other than zero clips its interval,
+    - half of its 95 % interval is wider than `WIDEST` times its value,
+    - the intervals assume an exact law, and the joint does not move clearly faster than its Stribeck velocity
+      (Coulomb, viscous and Stribeck parameters),
+    - it is a shape parameter from the group prior, and the friction that it shapes is not significant,
+    - it is the damping of bristles whose travel is shorter than `unresolved`, the travel after a reversal within the
+      filter's window [rad], [m]; below a quarter of `unresolved`, the travel is weak, too.
     """
     reference = np.abs(fit.values)
     if {"offset", "coulomb"} <= set(fit.names):
@@ -67,13 +70,13 @@ def is_weak(
         weak |= np.isin(fit.names, _shape_of_nothing(fit))
     if "bristle_travel" in fit.names:
         travel, damping = (fit.names.index(name) for name in ("bristle_travel", "bristle_damping"))
-        weak[travel] |= not fit.values[travel] >= 0.25 * unresolved  # also where there is no reversal
+        weak[travel] |= not fit.values[travel] >= 0.25 * unresolved  # NaN without reversals
         weak[damping] |= weak[travel] or fit.values[travel] < unresolved
     return weak
 
 
 def _shape_of_nothing(fit: JointFit) -> list[str]:
-    """Return the shape parameters of friction that is not significant: other joints determine them."""
+    """List the shape parameters of insignificant friction, which only the group prior determines."""
     insignificant = {name for name, low in zip(fit.names, fit.intervals[:, 0], strict=True) if low <= 0}
     jumps = {each.name for each in fit.parameters if each.name == "load" or (each.unit == "N m" and each.lower == 0)}
     if jumps <= insignificant:
@@ -82,36 +85,34 @@ def _shape_of_nothing(fit: JointFit) -> list[str]:
 
 
 def _clears(fit: JointFit, weak: NDArray[np.bool_], velocity: Array) -> bool:
-    """Return whether a joint moves clearly faster than its Stribeck velocity; so does one that has no known one."""
+    """Check that a joint moves clearly faster than its Stribeck velocity; true if the latter is unknown."""
     if "stribeck_velocity" not in fit.names or weak[fit.names.index("stribeck_velocity")]:
         return True
     return top_speed(velocity) >= CLEARED * float(fit.values[fit.names.index("stribeck_velocity")])
 
 
 def why_weak(fit: JointFit, curve: tuple[CurvePoint, ...], velocity: Array, prismatic: bool) -> str:
-    """Return one sentence on where a joint's friction curve is not known, and how much of the log lies there."""
+    """Describe the speed at which the friction curve is least known, and how many samples are near it."""
     name, unit = least_known(curve), "m/s" if prismatic else "rad/s"
     point = curve[list(SPEEDS).index(name)]
     force, (low, high) = point.unit, point.interval_95
-    residual = f"a residual of {fit.rms:.2g} {force} in {fit.blocks} blocks"
+    residual = f"residual {fit.rms:.2g} {force} in {fit.blocks} blocks"
     if not is_significant(curve):
-        return f"no friction is significant, but it may be up to {upper_bound(curve):.3g} {force}: {residual}"
+        return f"friction is between 0 and {upper_bound(curve):.3g} {force} ({residual})"
     near = float(np.mean(np.abs(np.abs(velocity) - point.velocity) < 0.2 * curve[-1].velocity))
-    said = (
-        f"friction at {name} speed, {point.velocity:.2g} {unit}, is {point.value:.3g} ({low:.3g} to {high:.3g} {force})"
-    )
-    return f"{said}: {near:.1%} of the samples are near it, with {residual}"
+    text = f"friction near {point.velocity:.2g} {unit} is {low:.3g} to {high:.3g} {force}"
+    return f"{text} ({100 * near:.1f} % of the samples are near this speed; {residual})"
 
 
 def weak_by_themselves(
     fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: bool, unresolved: float = np.nan
 ) -> str:
-    """Return which parameters are weak, and what the log lacks for them where that is known, "" if none are."""
+    """List the weak parameters and, where known, the missing motion; "" if no parameter is weak."""
     if not weak.any():
         return ""
     causes = _causes(fit, weak, velocity, prismatic, unresolved)
     named = ", ".join(name for name, is_open in zip(fit.names, weak, strict=True) if is_open)
-    return f"; weak by itself: {named}" + (f", as {'; '.join(causes)}" if causes else "")
+    return f"; uncertain parameters: {named}" + (f" ({'; '.join(causes)})" if causes else "")
 
 
 def _causes(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: bool, unresolved: float) -> list[str]:
@@ -124,11 +125,13 @@ def _causes(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: 
     if "slope" in open_:
         limit = RISING / values["slope"]
         share = float(np.mean(np.abs(velocity) < limit))
-        causes.append(f"{share:.1%} of the samples are slower than {limit:.2g} {unit}, where the slope shows")
+        causes.append(
+            f"only {100 * share:.1f} % of the samples are slower than {limit:.2g} {unit}, where the slope matters"
+        )
     if open_ & {"bristle_travel", "bristle_damping"} and values["bristle_travel"] < unresolved:
         causes.append(
-            f"after a reversal it moves {unresolved:.2g} {unit.removesuffix('/s')} within half of the filter's window, "
-            f"and its bristles bend on {values['bristle_travel']:.2g}: turn round more slowly, or log faster"
+            f"the joint moves {unresolved:.2g} {unit.removesuffix('/s')} after a reversal within half of the filter's "
+            f"window, more than the bristle travel of {values['bristle_travel']:.2g}; reverse more slowly or log faster"
         )
     return causes
 
@@ -137,13 +140,15 @@ def _stribeck_causes(fit: JointFit, values: dict[str, float], open_: set[str], v
     speed = values["stribeck_velocity"]
     slower = float(np.mean(np.abs(velocity) < speed))
     causes = []
-    inside = not fit.at_bound[fit.names.index("stribeck_velocity")]  # else it is no measure of slow and fast
+    inside = not fit.at_bound[fit.names.index("stribeck_velocity")]  # a Stribeck velocity at a bound is not meaningful
     if inside and slower >= 0.9:
-        causes.append(f"{slower:.0%} of the samples are slower than the Stribeck velocity, {speed:.2g} {unit}")
+        causes.append(f"{100 * slower:.0f} % of the samples are slower than the Stribeck velocity, {speed:.2g} {unit}")
     elif inside and slower <= 0.02:
-        causes.append(f"only {slower:.1%} of the samples are slower than the Stribeck velocity, {speed:.2g} {unit}")
+        causes.append(
+            f"only {100 * slower:.1f} % of the samples are slower than the Stribeck velocity, {speed:.2g} {unit}"
+        )
     elif "stribeck_velocity" not in open_ and (top := top_speed(velocity)) < CLEARED * speed:
-        causes.append(f"its top speed, {top:.2g} {unit}, does not clear the Stribeck velocity, {speed:.2g} {unit}")
+        causes.append(f"the top speed, {top:.2g} {unit}, is below twice the Stribeck velocity, {speed:.2g} {unit}")
     if "stribeck_gain" in open_ and fit.intervals[fit.names.index("stribeck_gain"), 0] <= 0:
-        causes.append("there may be no Stribeck effect at all, and the law coulomb-viscous has no such parameters")
+        causes.append("the log shows no clear Stribeck effect; try the law coulomb-viscous")
     return causes

@@ -184,10 +184,10 @@ class RobotLog:
         low, high = 0.0 if start is None else start, lasts if stop is None else stop
         kept = (since >= low) & (since <= high)
         if np.count_nonzero(kept) < 2:
-            raise LogError(
-                f"{self.path or 'log'}: has {np.count_nonzero(kept)} samples from {low:g} s to {high:g} s; choose a "
-                f"part of its {lasts:.6g} s"
-            )
+            problem = f"the part from {low:g} s to {high:g} s has fewer than 2 samples"
+            if low >= lasts:
+                problem = f"the start of the part, {low:g} s, is after the end of the log ({lasts:.3g} s)"
+            raise LogError(f"{self.path or 'log'}: {problem}")
         note = f"Only {low:g} s to {high:g} s of the log's {lasts:.6g} s are used."
         return replace(self.take(kept), notes=(*self.notes, note))
 

@@ -10,7 +10,7 @@ from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw
 from stribeck.friction_torque.preparation import PreparedLog
 from stribeck.judgement.curve_fit.problem import FitProblem
-from stribeck.judgement.excitation import excitation
+from stribeck.judgement.excitation import excitation, why_none
 from stribeck.robot import Robot
 from stribeck.whole_log.equations.segments import cut_segments
 
@@ -40,8 +40,7 @@ def joints_that_move(
     reasons = [reason(own, slide) for own, slide in zip(velocity.T, slides, strict=True)]
     moves = np.array([not reason for reason in reasons])
     if not moves.any():
-        why = "; ".join(f"{name}: {reason}" for name, reason in list(zip(names, reasons, strict=True))[:3])
-        raise NothingIdentifiedError(f"no joint can be identified from this log: {why}")
+        raise NothingIdentifiedError(why_none(dict(zip(names, reasons, strict=True))))
     moving = {name for name, moved in zip(names, moves, strict=True) if moved}
     sums = {name: velocity @ robot.coefficients(names, [name])[:, 0] for name in robot.couplings}
     couplings = [

@@ -1,4 +1,4 @@
-"""How long the present motion of a joint would have to last, and what other motions would show."""
+"""Advice per joint: sufficient duration of the present motion, and expected intervals of other motions."""
 
 import math
 from collections.abc import Mapping
@@ -16,9 +16,10 @@ from stribeck.plan.information import Dynamics, covariances, expected_curve
 from stribeck.plan.joint import PlannedJoint, PresentMotion, moving
 from stribeck.result import CurvePoint
 from stribeck.result.joint import Verdict
+from stribeck.result.tables import main_reason
 
 LONGEST = 3600.0
-"""Longest log worth advising [s]."""
+"""Longest duration that is recommended [s]."""
 
 PERIOD, DURATION = 0.005, 30.0
 """Sampling period and duration of the motions that are compared [s]."""
@@ -28,10 +29,10 @@ Curve: TypeAlias = tuple[CurvePoint, ...]
 
 @dataclass(frozen=True)
 class Candidate:
-    """A motion, and what a log of it would show.
+    """A motion and the friction interval expected from a log of it.
 
-    `relative_width` is half of the 95 % interval of the friction curve divided by its value [1], `needed` the time
-    until that is narrow enough for the verdict "identified" [s]; None if no length is.
+    `relative_width` is half of the 95 % interval of the friction curve divided by its value [1]; `needed` is the
+    duration that is sufficient for the verdict "identified" [s], None if no duration is.
     """
 
     motion: str
@@ -46,7 +47,7 @@ class Candidate:
 
 @dataclass(frozen=True, kw_only=True)
 class JointAdvice:
-    """What would make the friction of one joint known.
+    """Recommended motion for one joint.
 
     Attributes
     ----------
@@ -57,11 +58,11 @@ class JointAdvice:
     unit
         Unit of the joint's speed.
     noise
-        Spectral density of its torque [N^2 m^2 s].
+        Spectral density of the torque noise [N² m² s].
     guessed
-        Whether its friction is a guess from other joints; widths are as uncertain as the guess.
+        Whether the friction is assumed from other joints; the expected intervals depend on this assumption.
     longer
-        Sufficient length of a log of the present motion [s]; None if no length is.
+        Sufficient duration of the present motion [s]; None if no duration is.
     candidates
         Motions from the best to the worst.
     """
@@ -90,11 +91,11 @@ def advise(
     joint
         The joint.
     motion, duration
-        Its motion in the log, and the length of the log [s].
+        Motion of the joint in the log, and duration of the log [s].
     dynamics, posture
-        Dynamics of the robot, and where its other joints rest, shape (n,).
+        Dynamics of the robot, and positions of the other joints at rest, shape (n,).
     how
-        How a walker performs each motion, by the motion's name.
+        Description of how a walker performs each motion, by the motion's name.
     """
     unit, verdict = "m/s" if joint.prismatic else "rad/s", joint.found.verdict
     still = verdict == "not excited"
@@ -111,12 +112,12 @@ def advise(
     found.sort(key=lambda one: (math.inf if one.needed is None else one.needed, one.relative_width))
     said = [_of_longer(joint, duration, longer)]
     if still or relative_width(joint.found.curve) > WIDEST:
-        said.append(_of_best(found, unit, how))
+        said.append(_of_best(found, unit, how, alternative=bool(longer and longer <= LONGEST)))
     if not still:
         said.append(_of_speed(joint, motion.top_speed, unit))
     return JointAdvice(
         verdict=verdict,
-        advice="; ".join(text for text in said if text),
+        advice=". ".join(text for text in said if text),
         unit=unit,
         noise=joint.noise,
         guessed=joint.guessed,
@@ -126,9 +127,9 @@ def advise(
 
 
 def motions_of(joint: PlannedJoint) -> dict[str, tuple[float, float, float]]:
-    """Find the slowest and fastest speed and least reversals of swings: slow, fast, slow to fast, and reversing often.
+    """Choose lowest speed, highest speed and minimum number of reversals for four kinds of swings, by name.
 
-    No swing is above 1 Hz. Slow is half the Stribeck velocity, or close to the least speed that counts as motion.
+    No swing is above 1 Hz. "Slow" is half the Stribeck velocity, or close to the minimum speed that counts as motion.
     """
     least, stribeck = MIN_SPEED[joint.prismatic], joint.found.parameters.get("stribeck_velocity")
     fast = min(joint.reach.speed, 2 * np.pi * joint.reach.amplitude)
@@ -138,14 +139,14 @@ def motions_of(joint: PlannedJoint) -> dict[str, tuple[float, float, float]]:
         "slow": (slow, slow, turns),
         "fast": (fast, fast, turns),
         "slow to fast": (slow, fast, turns),
-        "turning often": (often, often, 2 * DURATION),
+        "frequent reversals": (often, often, 2 * DURATION),
     }
 
 
 def sweep(slow: float, fast: float, joint: PlannedJoint, posture: Array, turns: float) -> tuple[int, State]:
-    """Build a swing about the middle whose top speed grows from slow to fast; return its reversals and motion.
+    """Build a swing about the middle position whose speed grows from slow to fast, with at least `turns` reversals.
 
-    It reverses at least so many times.
+    Returns the number of reversals and the motion.
     """
     time = np.arange(0, DURATION, PERIOD)
     speed = slow * (fast / slow) ** (time / DURATION)
@@ -157,9 +158,9 @@ def sweep(slow: float, fast: float, joint: PlannedJoint, posture: Array, turns: 
 
 
 def of_pace(name: str, factor: float, joint: PlannedJoint, motion: PresentMotion, top: float) -> Candidate:
-    """Predict what an equally long log of the present motion would show, faster or slower by a factor.
+    """Predict the result of an equally long log of the present motion, faster or slower by a factor.
 
-    The part of the present variance that falls with the length of a log changes as that of noise; the rest stays.
+    The share of the variance that decreases with the duration of the log scales like noise; the rest stays constant.
     """
     before, after = (
         expected_curve(
@@ -189,7 +190,7 @@ def _widened(point: CurvePoint, factor: float) -> CurvePoint:
 def _candidate(
     name: str, slowest: float, fastest: float, reversals: int, duration: float, curve: Curve, fixed: float = 0.0
 ) -> Candidate:
-    """Build a candidate; a share `fixed` of its variance stays for any length."""
+    """Build a candidate; a share `fixed` of its variance does not decrease with the duration."""
     width = width_of(curve)
     turning = duration * MIN_REVERSALS / max(reversals, 1)
     needed = max(_length(width, fixed, duration), float(MIN_BLOCKS), turning)
@@ -202,57 +203,60 @@ def width_of(curve: Curve) -> float:
 
 
 def present_length(joint: PlannedJoint, duration: float) -> float | None:
-    """Compute how long the present motion would have to last for the verdict "identified" [s]; None if no length is.
+    """Compute the duration of the present motion that is sufficient for "identified" [s]; None if no duration is.
 
-    Half of the interval falls with the root of the length, except for the parts of the variance that stay.
+    The interval decreases with the square root of the duration, except for the constant share of the variance.
     """
     needed = _length(relative_width(joint.found.curve), 1 - joint.shrinking_share, duration)
     return max(needed, duration) if needed < math.inf else None
 
 
 def _length(width: float, fixed: float, duration: float) -> float:
-    """Compute the length of a log [s] for the widest interval allowed, if a share of the variance is fixed."""
+    """Compute the duration of a log [s] for the widest interval allowed, given the constant share of the variance."""
     room = (WIDEST / width) ** 2 - fixed if width > 0 else math.inf
     return duration * (1 - fixed) / room if room > 0 else math.inf
 
 
 def _of_longer(joint: PlannedJoint, duration: float, longer: float | None) -> str:
     if joint.found.verdict == "not excited":
-        return f"its present motion is not enough: {joint.found.reason}"
+        return f"the present motion is not sufficient: {main_reason(joint.found)}"
     if joint.found.verdict == "identified":
-        return "its friction is known"
+        return "no further motion is needed"
     if relative_width(joint.found.curve) <= WIDEST:
-        return f"no motion is missing: {joint.found.reason}"
+        return f"more motion does not help: {joint.found.reason}"
     if longer is None:
         known = {
-            "model": ", as what is not known of model and calibration stays",
-            "repeated errors": ", as what comes back with every step stays",
-            "common gain": ", as what is not known of the torques' gain stays",
+            "model": " because errors of model and calibration remain",
+            "repeated errors": " because errors that repeat with every step remain",
+            "common gain": " because the error of the torques' gain remains",
         }
-        return "no length of the present motion helps" + known.get(joint.fixed_part, "")
+        return "recording the present motion longer does not help" + known.get(joint.fixed_part, "")
     if longer > LONGEST:
-        return "the present motion would take more than an hour"
+        return "the present motion is sufficient only after more than an hour"
     times = longer / duration
-    return f"the present motion would do if it lasted {times:.{1 if times < 10 else 0}f} times as long, {longer:.0f} s"
+    times_as_long = f"{times:.{1 if times < 10 else 0}f} times as long ({longer:.0f} s)"
+    return f"the present motion is sufficient if recorded {times_as_long}"
 
 
-def _of_best(found: list[Candidate], unit: str, how: Mapping[str, str]) -> str:
+def _of_best(found: list[Candidate], unit: str, how: Mapping[str, str], *, alternative: bool) -> str:
     best = found[0]
     spans = best.slowest not in (0.0, best.fastest)
-    speed = f"{best.slowest:.2g} to {best.fastest:.2g} {unit}" if spans else f"up to {best.fastest:.2g} {unit}"
-    what = f"{best.motion}{how.get(best.motion, '')} ({speed}"
+    speed = f"at {best.slowest:.2g} to {best.fastest:.2g} {unit}" if spans else f"up to {best.fastest:.2g} {unit}"
     if best.needed is None and best.relative_width >= 1:
-        return "no motion tried is enough: its friction, if it has any, is small against its torque's noise"
+        return "None of the compared motions is sufficient: friction is small relative to the torque noise"
+    motion = f"{best.motion}{how.get(best.motion, '')}"
     if best.needed is None:
         width = f"± {100 * best.relative_width:.2g} % after {best.duration:.0f} s"
-        return f"no motion tried is enough; the best is {what}), which leaves {width}"
+        return f"None of the compared motions is sufficient; the best is {motion}, {speed}: {width}"
     turns = max(1, round(best.reversals * best.needed / best.duration))
-    return f"{best.needed:.0f} s of {what}, {turns} reversals) would do"
+    reversals = f"{turns} reversal{'s' * (turns > 1)}"
+    move = "Alternatively, move" if alternative else "Move"
+    return f"{move} the joint {speed} for {best.needed:.0f} s, with {reversals} ({motion})"
 
 
 def _of_speed(joint: PlannedJoint, top: float, unit: str) -> str:
-    """Name the speed that a Stribeck velocity needs, if the joint does not exceed it."""
+    """Recommend the speed that the Stribeck velocity requires, if the joint does not reach it."""
     found = joint.found.parameters.get("stribeck_velocity")
     if found is None or found.verdict == "weak" or top >= CLEARED * found.value:
         return ""
-    return f"for its parameters by themselves, move it faster than {CLEARED * found.value:.2g} {unit}"
+    return f"Single parameters require speeds above {CLEARED * found.value:.2g} {unit}"

@@ -117,15 +117,15 @@ def plan(
         progress(f"moving {name}", k / len(planned) * SHARE_OF_ADVICE)
         advice[name] = advise(joint, motions[name], found.log.duration, dynamics, posture, _how(robot, joint.column))
     guessed = ", ".join(name for name, joint in planned.items() if joint.guessed)
-    known = f"of {guessed} nothing is known: friction as of the other joints in the middle is assumed"
+    known = f"{guessed}: no data; the median friction of the other joints is assumed"
     notes = [known] if guessed else []
     advised = Plan(robot=found.robot, joints=advice, notes=notes)
     if duration is None:
         return advised
     if robot.base == "floating" and held is None:
-        moves = "no trajectory: the base moves; --held says which of its axes points up if the robot hangs or lies"
+        moves = "no trajectory, because the base moves; if it is held, name its axis that points up (`held`)"
         return replace(advised, notes=[*notes, moves])
-    progress("seeking a trajectory", SHARE_OF_ADVICE)
+    progress("searching a trajectory", SHARE_OF_ADVICE)
     bodies, of_bodies = load_self_collision(robot, posture)
     task = Task(dynamics, list(planned.values()), posture)
     trajectory, of_trajectory = design(task, duration, bodies)
@@ -133,11 +133,11 @@ def plan(
 
 
 def _chosen(result: Result, robot: Robot, joints: Sequence[str] | None) -> list[str]:
-    """Return the joints to plan for, or say which of them cannot be."""
+    """Select the joints to plan for; raise SettingsError for names that cannot be planned for."""
     strangers = [name for name in result.joints if name not in robot.joint_names]
     if strangers:
         raise SettingsError(
-            f"{robot.path}: the robot has no joint '{strangers[0]}' of the result, expected the robot of its log"
+            f"{robot.path}: the robot has no joint '{strangers[0]}'; use the robot file of the result's log"
         )
     if joints is None:
         return [name for name, joint in result.joints.items() if joint.verdict in ("weak", "not excited")]
@@ -146,7 +146,7 @@ def _chosen(result: Result, robot: Robot, joints: Sequence[str] | None) -> list[
             near = did_you_mean(name, result.joints)
             raise SettingsError(f"plan: joint '{name}' is not in the result; it has {', '.join(result.joints)}{near}")
         if result.joints[name].verdict == "no friction":
-            raise SettingsError(f"plan: {name} has no friction that any motion could show; leave it out")
+            raise SettingsError(f"plan: {name} has no friction; omit this joint")
     return list(joints)
 
 
@@ -168,7 +168,7 @@ def _planned(name: str, joints: Mapping[str, JointResult], robot: Robot, posture
 
 
 def gravity(robot: Robot, held: str) -> Array:
-    """Return gravity in coordinates of the base [m/s^2], shape (3,); a floating base has the axis `held` up."""
+    """Compute gravity in base coordinates [m/s²], shape (3,); the axis `held` of a floating base points up."""
     axes = ("x", "-x", "y", "-y", "z", "-z")
     if held not in axes:
         raise SettingsError(f"plan: held is '{held}'; expected an axis of the base, one of {', '.join(axes)}")
@@ -179,7 +179,7 @@ def gravity(robot: Robot, held: str) -> Array:
 
 
 def posture_of(robot: Robot, result: Result) -> Array:
-    """Return the middle of where joints were in the log [rad], [m], shape (n,), within their limits; 0 if not known."""
+    """Compute the middle of each joint's range in the log [rad], [m], shape (n,), within its limits; 0 if unknown."""
     low, high = robot.position_limits
     middle = np.zeros(len(robot.joint_names))
     for k, name in enumerate(robot.joint_names):
@@ -208,7 +208,7 @@ def _reach(robot: Robot, column: int, joint: JointResult, middle: float) -> Reac
 
 
 def _how(robot: Robot, column: int) -> dict[str, str]:
-    """Return how a walker does a motion, by its name, "" for a robot without feet."""
+    """Describe how a walker performs each motion, by the motion's name; empty for a robot without feet."""
     foot = next((name for name in robot.contacts if robot.standing((name,))[column]), None)
     if foot is None:
         return {}
@@ -217,7 +217,7 @@ def _how(robot: Robot, column: int) -> dict[str, str]:
     steps = ("sideways steps", "longer or higher steps", "turning steps")[int(np.argmax(direction))]
     in_the_air = f" with {foot} in the air"
     return {
-        **dict.fromkeys(("slow", "fast", "slow to fast", "turning often"), in_the_air),
-        "the present motion twice as fast": f", as by {steps}",
-        "the present motion half as fast": ", as by slower steps",
+        **dict.fromkeys(("slow", "fast", "slow to fast", "frequent reversals"), in_the_air),
+        "the present motion twice as fast": f" ({steps})",
+        "the present motion half as fast": " (slower steps)",
     }

@@ -19,8 +19,8 @@ Verdict = Literal["identified", "weak", "no friction", "not excited"]
 
 
 def verdict_place(verdict: str) -> str:
-    """Return where a verdict is explained, with an example and the cure."""
-    return f"docs/verdicts.md#{verdict.replace(' ', '-')}"
+    """Name the command that explains a verdict."""
+    return f"stribeck explain {verdict.replace(' ', '-')}"
 
 
 TermDecision = Literal["kept", "refused", "open"]

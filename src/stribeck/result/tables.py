@@ -104,29 +104,34 @@ def _cell(joint: JointResult, parameter: str) -> str:
 
 
 def advice(joint: JointResult) -> str:
-    """Return what to do about a joint, e.g. "log more motion near 5.7 rad/s"."""
+    """Recommend the next step for a joint, e.g. "record more motion near 5.7 rad/s"."""
     if joint.verdict == "not excited":
-        remedy = re.search(r"\b(?:move|let) it? ?.*$|\blet it .*$", joint.reason)  # with which the reason ends
-        return remedy[0] if remedy else "move it faster and longer, in both directions"
+        _, _, remedy = joint.reason.rpartition("; ")  # the last clause of the reason
+        return remedy if remedy != joint.reason else "record faster and longer motion in both directions"
     if joint.verdict == "no friction":
-        return "nothing: its friction is below what the log resolves"
+        return "none: friction is below the resolution of the log"
     if joint.verdict == "identified":
-        loose = [name for name, found in joint.parameters.items() if found.verdict != "identified"]
-        return "use its curve" if loose else "use it"
+        loose = any(found.verdict != "identified" for found in joint.parameters.values())
+        return "OK (use the curve, not single parameters)" if loose else "OK"
     return _of_weak(joint)
+
+
+def main_reason(joint: JointResult) -> str:
+    """Select the first clause of a joint's reason, without the evidence."""
+    return re.split(r"; | \(", joint.reason)[0]
 
 
 def _of_weak(joint: JointResult) -> str:
     validation = joint.validation
     if not joint.curve:
-        return "move it faster and longer"
+        return "record faster and longer motion"
     if not any(point.interval_95[0] > 0 for point in joint.curve):
-        return "check its torque; log it longer"
+        return "check the torque signal or record a longer log"
     if validation is not None and validation.rms >= validation.rms_zero_friction:
         return "check the model, signs and delays"
     point = max(joint.curve, key=_relative_width)
     unit = "rad/s" if point.unit == "N m" else "m/s"
-    return f"log more motion near {point.velocity:.2g} {unit}"
+    return f"record more motion near {point.velocity:.2g} {unit}"
 
 
 def _relative_width(point: CurvePoint) -> float:

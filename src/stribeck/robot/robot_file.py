@@ -48,6 +48,8 @@ def read_robot_file(path: Path) -> RobotFile:
     RobotFileError
         If it is missing, is not TOML, or has a wrong key or value.
     """
+    if path.suffix.lower() in (".urdf", ".xml", ".mjcf"):
+        raise RobotFileError(f"{path} is a robot model, not a robot file. Create one: stribeck init {path} LOG")
     text = read_text(path, "a robot file (TOML)", RobotFileError)
     try:
         document = parse_toml(text)
