@@ -61,7 +61,7 @@ def test_what_does_not_fit_is_refused(tmp_path: Path, capsys: pytest.CaptureFixt
         (result, "urdf", "arm.urdf", ["arm.urdf: is read, and is not written over"]),
         (result, "urdf", "there", ["there"]),  # a folder
         (knee, "urdf", "new.urdf", ["robot.toml", "'knee'", "shoulder, elbow, slide"]),
-        (replace(result, corrections=heavy), "urdf", "new.urdf", ["arm.urdf", "'elbow'", "2 kg, there 4 kg"]),
+        (replace(result, corrections=heavy), "urdf", "new.urdf", ["arm.urdf", "'elbow'", "2 kg instead of 4 kg"]),
         (replace(result, corrections=unknown), "urdf", "new.urdf", ["arm.urdf", "no joint 'knee'"]),
     ]:
         (tmp_path / "result.json").write_text(found.to_json())
@@ -79,7 +79,7 @@ def test_another_kind_of_model_and_a_broken_result_are_refused(
     (tmp_path / "result.json").write_text(found_in(robot)[0].to_json())
     arguments = ("export", tmp_path / "result.json", "-r", tmp_path / "robot.toml", "--to", "urdf", "-o")
     sentence = refused(capsys, *arguments, tmp_path / "new.urdf")
-    assert "is MJCF, which 'urdf' does not write again" in sentence
+    assert "is MJCF, which 'urdf' cannot write" in sentence
     assert "export to mjcf, c, " in sentence
     (tmp_path / "result.json").write_text(json.dumps({"schema": 99}))
     assert "schema" in refused(capsys, *arguments, tmp_path / "new.urdf")

@@ -102,7 +102,7 @@ def test_the_command_line_writes_all_or_none(tmp_path: Path, capsys: pytest.Capt
     assert "draws: already exists" in refused(capsys, *arguments, "urdf", "--samples", "3")
     for count in ("0", "1000000000"):
         sentence = refused(capsys, *arguments, "urdf", "--samples", count, "--overwrite")
-        assert f"export: {count} samples are asked for; expected 1 to 100,000" in sentence
+        assert f"export: {count} samples were requested; expected 1 to 100,000" in sentence
     assert "'unity'" in refused(capsys, *arguments, "unity", "--samples", "2", "--overwrite")
     with pytest.raises(SettingsError, match="'unity'"):
         export_samples(found_in(robot)[0], robot, tmp_path / "none", "unity", 2)

@@ -166,7 +166,7 @@ def test_shapes_stay_and_meshes_that_are_not_here_go(tmp_path: Path) -> None:
     text, model = converted(tmp_path / "arm", ARM.replace('<link name="base"/>', shapes))
     assert model.ngeom == 4
     assert model.nmesh == 2
-    gone = "Left out, as no such file is here that MuJoCo reads: package://elsewhere/gone.stl, meshes/base.dae."
+    gone = "Omitted, because MuJoCo cannot read these meshes: package://elsewhere/gone.stl, meshes/base.dae."
     assert gone in text
     assert 'file="../meshes/base.stl"' in text
     kinds = {int(kind): k for k, kind in enumerate(model.geom_type)}
@@ -201,9 +201,9 @@ def test_free_joints_limits_efforts_and_couplings_stay(tmp_path: Path) -> None:
 
 def test_what_mjcf_cannot_hold_is_refused(tmp_path: Path) -> None:
     floating = ARM.replace('"base"', '"world"')
-    with pytest.raises(SettingsError, match="'world', as MuJoCo's own"):
+    with pytest.raises(SettingsError, match="'world', a name that MuJoCo reserves"):
         converted(tmp_path, floating, "floating")
     planar = ARM.replace('"slide" type="prismatic"', '"slide" type="planar"')
-    with pytest.raises(SettingsError, match="joint 'slide' is planar, which MJCF has not there; export to urdf"):
+    with pytest.raises(SettingsError, match="joint 'slide' is planar, which MJCF does not support; export to urdf"):
         converted(tmp_path, planar, keys="locked = { slide = 0.0 }")
     assert not (tmp_path / "new").exists()

@@ -319,5 +319,5 @@ def test_odd_names_stay_and_equal_identifiers_and_laws_without_a_formula_are_ref
     with pytest.raises(SettingsError, match="joints 'a b' and 'a-b' have the same identifier A_B"):
         export(*named("a b", "a-b"), tmp_path / "none.h", "c")
     assert not (tmp_path / "none.h").exists()
-    with pytest.raises(SettingsError, match="no formula of law 'mine'"):
+    with pytest.raises(SettingsError, match="no formula for law 'mine'"):
         numbers_of(replace(own, law="mine"))

@@ -1,4 +1,4 @@
-"""What was found, written as a model that a simulator reads."""
+"""Exporters: results as robot models, data and code for simulators and controllers."""
 
 from stribeck.exporters.targets import TARGETS as TARGETS
 from stribeck.exporters.write import export as export

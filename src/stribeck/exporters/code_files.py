@@ -1,6 +1,6 @@
-"""Source files: a C header and a Python module with the whole friction, and modules for Pinocchio and Isaac Lab.
+"""Source files: a C header and a Python module with all friction terms, and modules for Pinocchio and Isaac Lab.
 
-C and Python evaluate one function that is the friction of every law here:
+C and Python evaluate one function that covers all laws:
 
     R = f(v) rise + Fv v + Fv' |v| + offset + tau_c cos(k q) + tau_s sin(k q)
     f(v) rise = (Fc rise + Fc' |rise|) (1 + S exp(-(|v| / vs)^delta))
@@ -25,7 +25,7 @@ from stribeck.friction.auto import JUMP
 from stribeck.result import JointResult
 
 FORMULAS = ("asymmetric", "auto", "coulomb-viscous", "lugre", "stribeck", "stribeck-exponent")
-"""Laws whose friction is the function; of LuGre's, that of steady sliding."""
+"""Laws that the function covers; for LuGre, the friction of steady sliding."""
 
 NUMBERS = {
     **dict.fromkeys(("viscous", "viscous_difference", "coulomb", "coulomb_difference", "stribeck_gain"), 0.0),
@@ -38,26 +38,24 @@ NUMBERS = {
     "lowest": -1e9,
     "highest": 1e9,
 }
-"""Fv0, Fv', Fc, Fc', S, vs, delta, a, offset, mu, Fc_T, Fv_T, Fc_c, Fc_s, c, s, tau_c, tau_s, k, and the range of the
-log's positions, whose ends count beyond it: values of a joint without friction."""
+"""Values for a joint without friction: Fv0, Fv', Fc, Fc', S, vs, delta, a, offset, mu, Fc_T, Fv_T, Fc_c, Fc_s, c, s,
+tau_c, tau_s, k, and the position range of the log, to which positions are clipped."""
 
 
 def numbers_of(joint: JointResult) -> dict[str, float]:
-    """Compute the numbers of a joint's friction, by `NUMBERS`, without drift, which is zero in the middle of a log.
+    """Compute the values of `NUMBERS` for a joint's friction, without drift, which is zero in the middle of a log.
 
     Raises
     ------
     SettingsError
-        If its law is none of `FORMULAS`.
+        If the law is not in `FORMULAS`.
     """
     found = {name: parameter.value for name, parameter in joint.parameters.items()}
     numbers = NUMBERS | dict(zip(("lowest", "highest"), joint.position_range or (), strict=False))
     if joint.verdict == "no friction":
         return numbers | {"offset": found.get("offset", 0.0)}
     if joint.law not in FORMULAS:
-        raise SettingsError(
-            f"export: there is no formula of law '{joint.law}' here; expected one of {', '.join(FORMULAS)}"
-        )
+        raise SettingsError(f"export: no formula for law '{joint.law}'; expected one of {', '.join(FORMULAS)}")
     numbers |= {name: value for name, value in found.items() if name in NUMBERS}
     if "viscous_asymmetry" in found:
         numbers["viscous_difference"] = found["viscous"] * found["viscous_asymmetry"]
@@ -71,7 +69,7 @@ def numbers_of(joint: JointResult) -> dict[str, float]:
 
 
 def c_text(request: Request) -> str:
-    """Return a C99 header, valid C++, too, with the friction of the joints and its compensation."""
+    """Format a C99 header, also valid C++, with the friction of the joints and its compensation."""
     rows: dict[str, str] = {}
     names: dict[str, str] = {}
     for name in request.joints:
@@ -83,29 +81,29 @@ def c_text(request: Request) -> str:
         numbers = _with_confidence(request.result.joints[name]).values()
         rows[own] = f"{{{', '.join(f'(friction_real){number!r}' for number in numbers)}}}"
     lines = [re.sub(r"\*/|/\*", "", line).encode("ascii", "replace").decode() for line in request.lines]
-    lines = [" ".join(line.split()).replace("??", "?") for line in lines]  # no comment's end, no trigraphs
+    lines = [" ".join(line.split()).replace("??", "?") for line in lines]  # no end of comment, no trigraphs
     robot = _identifier(request.result.robot)
     return _template("friction.h.j2").render(lines=lines, robot=robot, joints=rows, names=list(NUMBERS))
 
 
 def python_text(request: Request) -> str:
-    """Return a Python module with the friction of the joints and its compensation, for NumPy and torch."""
+    """Format a Python module with the friction of the joints and its compensation, for NumPy and torch."""
     joints = {name: _with_confidence(request.result.joints[name]) for name in request.joints}
     return _module("python", request.lines, joints=joints)
 
 
 def pinocchio_text(request: Request) -> str:
-    """Return a Python module that gives a Pinocchio model its friction and rotor inertias."""
+    """Format a Python module that sets friction and rotor inertias of a Pinocchio model."""
     joints = {name: {word: own for word, (own, _) in terms.stated.items()} for name, terms in request.joints.items()}
     return _module("pinocchio", request.lines, joints=joints)
 
 
 def isaaclab_text(request: Request) -> str:
-    """Return a Python module with actuators of Isaac Lab.
+    """Format a Python module with actuators for Isaac Lab.
 
-    Isaac Lab takes zero for a joint that a dictionary of its group lacks, so that all joints of a group have the same
-    words. `friction` and `dynamic_friction` are efforts [N m], [N], and `viscous_friction` is in [N m s/rad], [N s/m],
-    since Isaac Sim 5.0 (PhysX 5.6); before, `friction` was a coefficient without a unit.
+    Isaac Lab uses zero for joints that are missing in a dictionary of their group, so all joints of a group have the
+    same keys. Since Isaac Sim 5.0 (PhysX 5.6), `friction` and `dynamic_friction` are efforts [N m], [N], and
+    `viscous_friction` is in [N m s/rad], [N s/m]; before, `friction` was a coefficient without a unit.
     """
     groups: dict[tuple[str, ...], list[str]] = defaultdict(list)
     for name, terms in request.joints.items():
@@ -119,7 +117,7 @@ def isaaclab_text(request: Request) -> str:
 
 
 def isaaclab_ranges(lines: list[str], joints: Mapping[str, JointRanges]) -> str:
-    """Return a Python module with events of Isaac Lab that draw from the ranges."""
+    """Format a Python module with Isaac Lab events that draw from the ranges."""
     return _module(
         "isaaclab_ranges",
         lines,
@@ -130,40 +128,40 @@ def isaaclab_ranges(lines: list[str], joints: Mapping[str, JointRanges]) -> str:
 
 
 def mujoco_ranges(lines: list[str], joints: Mapping[str, JointRanges]) -> str:
-    """Return a Python module of ranges by degree of freedom, for MuJoCo, MJX and Playground."""
+    """Format a Python module with ranges by degree of freedom, for MuJoCo, MJX and Playground."""
     fields = {name: {f"dof_{word}": ends for word, ends in own.numbers.items()} for name, own in joints.items()}
     return _module("mujoco_ranges", lines, ranges=fields)
 
 
 def _with_confidence(joint: JointResult) -> dict[str, float]:
-    """Return a joint's numbers, the share of them that is compensated, and the log's mean temperature [deg C].
+    """Collect a joint's values, the compensated share of its friction, and the log's mean temperature [°C].
 
-    Of a weak joint half is compensated: too much would drive the joint.
+    Half of weak friction is compensated, because overcompensation would drive the joint.
     """
     share = 0.5 if joint.verdict == "weak" else 1.0
     return numbers_of(joint) | {"confidence": share, "mean_temperature": joint.mean_temperature or 0.0}
 
 
 def _identifier(name: str) -> str:
-    """Return a name in capitals, with all but letters, digits and underscores of ASCII replaced."""
+    """Convert a name to a capitalized ASCII identifier."""
     return re.sub(r"[^0-9A-Z]+", "_", name.upper()).strip("_") or "ROBOT"
 
 
 def _module(template: str, lines: Iterable[str], **values: object) -> str:
-    """Return a Python module whose docstring is some lines, none of whose characters can end it."""
+    """Format a Python module from a template; its docstring contains the lines, escaped."""
     head = [" ".join(line.split()).replace("\\", "/").replace('"', "'") for line in lines]
     return _template(f"{template}.py.j2").render(lines=head, dictionary=_dictionary, **values)
 
 
 def _dictionary(name: str, entries: Mapping[str, object]) -> str:
-    """Return a dictionary of Python with one line per entry."""
+    """Format a Python dictionary with one line per entry."""
     return "\n".join([f"{name} = {{", *(f"    {key!r}: {own!r}," for key, own in entries.items()), "}"])
 
 
 @cache
 def _template(name: str) -> Template:
     loader = FileSystemLoader(Path(__file__).parent / "templates")
-    environment = Environment(  # of source code, which is no HTML  # nosec B701
+    environment = Environment(  # source code, not HTML  # nosec B701
         loader=loader, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
     )
     return environment.get_template(name)

@@ -12,7 +12,7 @@ from stribeck.exporters.target import Request
 
 
 def yaml_text(request: Request) -> str:
-    """Return the numbers of each joint: of the function in `code_files`, or of the form "plain"."""
+    """Format the values of each joint as YAML: of the function in `code_files`, or of the form "plain"."""
     lines = [f"robot: {json.dumps(request.result.robot)}", "joints:"]
     for name, terms in request.joints.items():
         joint = request.result.joints[name]
@@ -24,7 +24,7 @@ def yaml_text(request: Request) -> str:
 
 
 def yaml_ranges(lines: list[str], joints: Mapping[str, JointRanges]) -> str:
-    """Return the lowest and highest value of each number of the form "plain"."""
+    """Format the lowest and highest values of the form "plain" as YAML."""
     body = ["joints:"]
     for name, own in joints.items():
         body += [f"  {json.dumps(name)}:", *_entries(own.numbers)]
@@ -32,10 +32,10 @@ def yaml_ranges(lines: list[str], joints: Mapping[str, JointRanges]) -> str:
 
 
 def table_text(request: Request) -> str:
-    """Return a table: joint, velocity, friction torque without the offset at the log's mean load."""
+    """Format a CSV table: joint, velocity, friction torque without the offset at the log's mean load."""
     lines = ["# friction [N m] or [N] without the offset, at the log's mean load; velocity [rad/s] or [m/s]"]
     lines += ["joint,velocity,friction"]
-    denser = 3.0  # powers of e by which speeds lie denser at standstill than at the top speed
+    denser = 3.0  # exponent of the spacing: speeds are denser near standstill
     shape = np.expm1(denser * np.arange(101) / 100) / np.expm1(denser)
     for name in request.joints:
         joint = request.result.joints[name]
@@ -52,5 +52,5 @@ def _entries(numbers: Mapping[str, object]) -> list[str]:
 
 
 def _text(head: Iterable[str], lines: list[str]) -> str:
-    """Return lines below a head of comments."""
+    """Format lines below a head of comments."""
     return "\n".join([*(f"# {' '.join(line.split())}" for line in head), *lines]) + "\n"

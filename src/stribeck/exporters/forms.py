@@ -1,11 +1,11 @@
-"""Forms of friction that simulators know, and the nearest of a form to the friction that was found.
+"""Friction models of simulators ("forms"), and their best fit to the identified friction.
 
-With R the friction found, without its offset, at speeds, loads and positions x_k of the log, and B(x) the columns of a
-form, its numbers c are those of
+R is the identified friction without offset, at speeds, loads and positions x_k of the log. B(x) are the columns of a
+form. Its coefficients c solve
 
     min sum (R(x_k) - B(x_k) c)^2,    c >= 0        (Lawson and Hanson 1974)
 
-The RMS of the remainder is reported, and no term is dropped.
+The RMS of the residual is reported.
 """
 
 from collections.abc import Mapping
@@ -19,23 +19,23 @@ from stribeck.errors import SettingsError
 from stribeck.result import JointResult
 
 SPEEDS = 40
-"""Speeds in each direction, up to the top speed, at which friction is compared."""
+"""Number of speeds in each direction, up to the top speed, at which friction is compared."""
 
 SLOW_SPEEDS = 100
-"""Speeds in each direction, down to a thousandth of the top speed, at which the torque at rest is sought."""
+"""Number of speeds in each direction, down to a thousandth of the top speed, for the torque at rest."""
 
 
 @dataclass(frozen=True, eq=False)
 class Form:
-    """Friction as a sum of functions of velocity, whose coefficients are not negative.
+    """Friction as a sum of functions of velocity with nonnegative coefficients.
 
     Attributes
     ----------
     numbers
         Names of the coefficients: "viscous" of v, "coulomb" of sign(v), "stribeck" of exp(-(v / vs)^2) sign(v).
     words
-        Number -> the target's word, for each number that the target has a place for: coefficients, "static", the
-        torque that holds at rest, "stribeck_velocity", "bristle_stiffness", "bristle_damping", and "armature".
+        Name in the target format, by number: coefficients, "static" (holding torque at rest), "stribeck_velocity",
+        "bristle_stiffness", "bristle_damping" and "armature".
     """
 
     numbers: tuple[str, ...]
@@ -43,12 +43,12 @@ class Form:
 
     @property
     def of_law(self) -> set[str]:
-        """Parameters of friction laws that the form has, too; all others are projected."""
+        """Parameters of friction laws that the form contains; all others are approximated."""
         height = {"stribeck_gain", "stribeck_velocity"} if "stribeck" in self.numbers else set()
         return {*self.numbers} - {"stribeck"} | height
 
     def columns(self, velocity: Array, found: Mapping[str, float]) -> Array:
-        """Compute the functions, shape (N, k), of velocities, shape (N,), and of the parameters found, by name."""
+        """Compute the functions, shape (N, k), for velocities, shape (N,), and the identified parameters by name."""
         rise = np.exp(-((velocity / found.get("stribeck_velocity", 1.0)) ** 2)) * ("stribeck_velocity" in found)
         columns = {"viscous": velocity, "coulomb": np.sign(velocity), "stribeck": np.sign(velocity) * rise}
         return np.column_stack([columns[name] for name in self.numbers])
@@ -71,15 +71,15 @@ def stribeck(**words: str) -> Form:
 
 @dataclass(frozen=True, kw_only=True)
 class Nearest:
-    """The nearest friction of a form.
+    """Best fit of a form to the friction.
 
     Attributes
     ----------
     numbers
-        Coefficients, "static", the torque that holds at rest, "stribeck_velocity", and, where they are identified,
-        "bristle_stiffness" and "bristle_damping", by name.
+        Values by name: coefficients, "static" (holding torque at rest), "stribeck_velocity", and, if identified,
+        "bristle_stiffness" and "bristle_damping".
     remains, of
-        Root mean square of the friction that the form lacks, and of the friction found [N m], [N].
+        Root mean square of the residual, and of the identified friction [N m], [N].
     """
 
     numbers: dict[str, float]
@@ -88,23 +88,23 @@ class Nearest:
 
 
 def nearest(joint: JointResult, form: Form) -> Nearest:
-    """Find the friction of a form that is nearest to the friction found of a joint.
+    """Fit a form to the identified friction of a joint.
 
-    It compares speeds up to the curve's top speed in both directions, the loads of the log by their mean and standard
-    deviation, and the positions of the log, where friction depends on these.
+    The fit covers speeds up to the curve's top speed in both directions and, where friction depends on them, loads
+    (mean and standard deviation) and positions of the log.
 
     Raises
     ------
     SettingsError
-        If the friction is not finite there.
+        If the friction is not finite.
     """
-    with np.errstate(all="ignore"):  # numbers that no joint has are refused in the end
+    with np.errstate(all="ignore"):  # overflows are refused below
         found = {name: parameter.value for name, parameter in joint.parameters.items()}
         velocity, friction = _resistance(joint, found, np.arange(1, SPEEDS + 1) / SPEEDS)
         columns = form.columns(velocity, found)
         unit = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
         if not np.isfinite(np.append(unit, np.linalg.norm(friction))).all():
-            raise SettingsError(f"export: the friction found is {friction.max():g}; expected a finite one")
+            raise SettingsError(f"export: the friction of the result is {friction.max():g}; expected a finite value")
         coefficients = nnls(columns / unit, friction)[0] / unit
         numbers = dict(zip(form.numbers, coefficients.tolist(), strict=True))
         numbers["static"] = numbers.get("coulomb", 0.0) + numbers.get("stribeck", _stiction(joint, found, numbers))
@@ -112,12 +112,12 @@ def nearest(joint: JointResult, form: Form) -> Nearest:
         numbers |= _bristles(joint, found)
         remains = float(np.sqrt(np.mean((friction - columns @ coefficients) ** 2)))
         if not np.isfinite([*numbers.values(), remains]).all():
-            raise SettingsError(f"export: the friction at rest is {numbers['static']:g}; expected a finite one")
+            raise SettingsError(f"export: the friction at rest is {numbers['static']:g}; expected a finite value")
         return Nearest(numbers=numbers, remains=remains, of=float(np.sqrt(np.mean(friction**2))))
 
 
 def _bristles(joint: JointResult, found: Mapping[str, float]) -> dict[str, float]:
-    """Return stiffness, Coulomb friction over travel [N m/rad], and damping [N m s/rad] of identified bristles."""
+    """Compute stiffness (Coulomb friction divided by travel) [N m/rad] and damping [N m s/rad] of bristles."""
     known = [name for name in ("bristle_travel", "bristle_damping") if name in found]
     numbers = {name: found[name] for name in known if joint.parameters[name].verdict == "identified"}
     if "bristle_travel" in numbers:
@@ -126,23 +126,23 @@ def _bristles(joint: JointResult, found: Mapping[str, float]) -> dict[str, float
 
 
 def _stiction(joint: JointResult, found: Mapping[str, float], numbers: Mapping[str, float]) -> float:
-    """Return by how much the torque that resists slow motion is above Coulomb friction, mean of both directions."""
+    """Compute the excess of the torque that resists slow motion over Coulomb friction, mean of both directions."""
     velocity, friction = _resistance(joint, found, np.geomspace(1e-3, 1.0, SLOW_SPEEDS))
     resisting = np.sign(velocity) * (friction - numbers["viscous"] * velocity)
-    levels = resisting.reshape(2, SLOW_SPEEDS, -1).mean(axis=2)  # from the top speed down, and up again
+    levels = resisting.reshape(2, SLOW_SPEEDS, -1).mean(axis=2)  # decreasing speeds, then increasing
     return max(float((levels[0, ::-1] + levels[1]).max() / 2) - numbers.get("coulomb", 0.0), 0.0)
 
 
 def top_speed(joint: JointResult) -> float:
-    """Return the speed up to which a joint's friction is known [rad/s], [m/s]."""
+    """Return the top speed of a joint's friction curve [rad/s], [m/s]."""
     return joint.curve[-1].velocity if joint.curve else max(map(abs, joint.velocity_range))
 
 
 def _resistance(joint: JointResult, found: Mapping[str, float], shares: Array) -> tuple[Array, Array]:
     """Compute velocities, at shares of the top speed in both directions, and the friction there, shape (N,) each.
 
-    They repeat at loads and positions of the log. Positions are the multiples of the golden ratio, less whole numbers:
-    these fill a range evenly, however often a ripple repeats in it (Weyl 1916).
+    The velocities repeat at loads and positions of the log. Positions are fractional parts of multiples of the golden
+    ratio, which fill a range evenly whatever the period of a ripple (Weyl 1916).
     """
     positive = shares * top_speed(joint)
     mean, deviation = joint.mean_load or 0.0, joint.load_deviation or 0.0

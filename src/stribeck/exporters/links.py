@@ -1,10 +1,9 @@
-"""The links of a model file behind the bodies that were corrected, and their new inertias.
+"""New inertias of a model file's links, from the corrected bodies.
 
-Pinocchio makes one body of all links that are fixed to each other, or whose joints the robot file locks. A log cannot
-distinguish these, so they share the correction. With P the pseudo-inertia of their sum, P' the one found, and A the
-affine map nearest to the identity with A P A^T = P', link k gets A P_k A^T: space itself is scaled and shifted a
-little, and the links with it. The sum is then P', and each link can exist if it could before. Light links keep their
-inertia, and the heaviest link gets the rest.
+Pinocchio merges links that are fixed to each other, or whose joints the robot file locks, into one body. A log cannot
+distinguish them, so they share the correction. Let P be the pseudo-inertia of the body, P' its estimate, and A the
+affine map closest to the identity with A P A^T = P'. Link k gets A P_k A^T. The sum is then P', and each link stays
+physically possible. Light links keep their inertia, and the heaviest link gets the rest.
 """
 
 from collections import defaultdict
@@ -21,18 +20,18 @@ from stribeck.robot.inertial_parameters import pseudo_inertia
 from stribeck.robot.model_file import load_model
 
 LARGEST = 1e9
-"""Largest number of a body in SI units, and one over its least mass [kg]; beyond it rounding leaves no inertia."""
+"""Largest plausible value of a body in SI units, and reciprocal of its smallest mass [kg]; limited by rounding."""
 
 
 def corrected_links(robot: Robot, corrections: Corrections) -> tuple[dict[str, pin.Inertia], list[str]]:
-    """Compute the new inertias by link name, and list the joints whose body was found to be impossible.
+    """Compute the new inertias by link name, and list the joints whose estimated body is physically impossible.
 
-    An impossible body, which can result from an impossible body of the model, gets the nearest possible inertia.
+    An impossible body, which can result from an impossible body in the model, gets the nearest possible inertia.
 
     Raises
     ------
     SettingsError
-        If the model is not the one that the corrections started from, or a body has a mass or size that none has.
+        If the corrections belong to another model, or the mass or size of a body is implausible.
     """
     tree, inertias = robot.tree.model, _inertias_of_links(load_model(Path(robot.model_path), robot.base)[0])
     poses: dict[int, dict[str, Array]] = defaultdict(dict)
@@ -57,9 +56,9 @@ def corrected_links(robot: Robot, corrections: Corrections) -> tuple[dict[str, p
 
 
 def _inertias_of_links(file: pin.Model) -> dict[str, Array]:
-    """Return each moving link's pseudo-inertia in its own frame, shape (4, 4).
+    """Compute each moving link's pseudo-inertia in its own frame, shape (4, 4).
 
-    Pinocchio keeps the inertias of fixed links; a joint's own link has the rest of the joint's body.
+    Pinocchio stores the inertias of fixed links; the joint's own link has the rest of the joint's body.
     """
     inertias: dict[str, Array] = {}
     own: dict[int, tuple[str, Array]] = {}
@@ -80,26 +79,26 @@ def _inertias_of_links(file: pin.Model) -> dict[str, Array]:
 
 
 def _require_same_body(tree: pin.Model, joint: str, body: BodyCorrection, where: str) -> None:
-    """Refuse a body that is not the model's, or numbers that no arithmetic can make an inertia of."""
+    """Check that a body belongs to the model and that its values are plausible."""
     numbers = np.concatenate([body.mass, *body.centre_of_mass, *body.inertia])
     if min(body.mass) < 1 / LARGEST or np.abs(numbers).max() > LARGEST:
         raise SettingsError(
-            f"{where}: the result changes what '{joint}' carries from {body.mass[0]:g} kg to {body.mass[1]:g} kg, "
-            f"or has numbers of it beyond {LARGEST:g}; expected a result that 'stribeck identify' wrote"
+            f"{where}: the result changes the body of '{joint}' from {body.mass[0]:g} kg to {body.mass[1]:g} kg, "
+            f"or has values beyond {LARGEST:g}; expected a result written by 'stribeck identify'"
         )
     expected = "expected the model that the log was identified with"
     if not tree.existJointName(joint):
-        raise SettingsError(f"{where}: has no joint '{joint}', whose body the result corrects; {expected}")
+        raise SettingsError(f"{where}: the result corrects the body of joint '{joint}', which is missing; {expected}")
     own = tree.inertias[tree.getJointId(joint)]
     if not _agree(_pseudo(own), _of_body(body, 0)):
         raise SettingsError(
-            f"{where}: what joint '{joint}' carries has not the inertia that the result started from "
-            f"({own.mass:.6g} kg, there {body.mass[0]:.6g} kg); {expected}, unchanged"
+            f"{where}: the inertia of the body of joint '{joint}' differs from the model of the result "
+            f"({own.mass:.6g} kg instead of {body.mass[0]:.6g} kg); {expected}, unchanged"
         )
 
 
 def _agree(one: Array, other: Array) -> bool:
-    """Return whether two pseudo-inertias are the same; moments in metres and kilograms of links are of one size."""
+    """Check that two pseudo-inertias are equal up to rounding."""
     return bool(np.abs(one - other).max() <= 1e-9 * np.abs(other).max())
 
 
@@ -108,7 +107,7 @@ def _pseudo(inertia: pin.Inertia) -> Array:
 
 
 def _of_body(body: BodyCorrection, which: int) -> Array:
-    """Return the pseudo-inertia of a body before (0) or after (1), shape (4, 4)."""
+    """Compute the pseudo-inertia of a body before (0) or after (1) the correction, shape (4, 4)."""
     point = np.append(body.centre_of_mass[which], 1.0)
     about_centre = pseudo_inertia(np.array([0.0, 0.0, 0.0, 0.0, *body.inertia[which]]))
     return about_centre + body.mass[which] * np.outer(point, point)
@@ -117,7 +116,7 @@ def _of_body(body: BodyCorrection, which: int) -> Array:
 def share(links: Array, found: Array) -> Array:
     """Compute the links' new pseudo-inertias, shape (L, 4, 4).
 
-    Their sum is `found`, unless the rest that stays for the heaviest link were impossible.
+    Their sum is `found`, unless the rest for the heaviest link is physically impossible.
 
     Parameters
     ----------
@@ -129,7 +128,10 @@ def share(links: Array, found: Array) -> Array:
     carrier = _nearest_map(links.sum(axis=0), found)
     masses = links[:, 3, 3]
     heaviest = int(np.argmax(masses))
-    for least in (1e-2, 1e-9):  # of the sum: lighter links keep their inertia; or, if need be, only empty ones
+    for least in (
+        1e-2,
+        1e-9,
+    ):  # share of the sum: lighter links keep their inertia; if that fails, only massless links do
         shared = links.copy()
         for k in np.flatnonzero(masses > least * masses.sum()):
             shared[k] = possible(carrier @ links[k] @ carrier.T)
@@ -141,9 +143,9 @@ def share(links: Array, found: Array) -> Array:
 
 
 def possible(matrix: Array) -> Array:
-    """Return a pseudo-inertia, shape (4, 4), or the nearest one with second moments that a body can have.
+    """Project a pseudo-inertia, shape (4, 4), on physically possible second moments.
 
-    No radius of gyration is below 0.1 mm: rounding would make a flat link impossible.
+    Radii of gyration are at least 0.1 mm, because rounding makes a flat link impossible.
     """
     mass, centre, moments = _split(matrix)
     values, axes = np.linalg.eigh(moments)
@@ -168,13 +170,13 @@ def _nearest_map(before: Array, after: Array) -> Array:
 
 
 def _root(matrix: Array) -> Array:
-    """Compute the square root of a symmetric matrix without negative eigenvalues but for rounding, shape (3, 3)."""
+    """Compute the square root of a symmetric positive semidefinite matrix, shape (3, 3)."""
     values, axes = np.linalg.eigh(matrix)
     return np.asarray((axes * np.sqrt(np.maximum(values, 0.0))) @ axes.T)
 
 
 def _split(matrix: Array) -> tuple[float, Array, Array]:
-    """Return mass, centre (3,) and second moments about it (3, 3) of a pseudo-inertia."""
+    """Split a pseudo-inertia into mass, center (3,) and second moments about the center (3, 3)."""
     mass = float(matrix[3, 3])
     centre = matrix[:3, 3] / mass
     return mass, centre, matrix[:3, :3] - mass * np.outer(centre, centre)

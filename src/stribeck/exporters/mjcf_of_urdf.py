@@ -1,7 +1,7 @@
-"""A robot's URDF as a complete MJCF: every link a body, with its inertia, joint, limits, shapes and meshes.
+"""Conversion of a URDF to MJCF: one body per link, with inertia, joint, limits, shapes and meshes.
 
-MuJoCo reads the URDF. Its own writer rounds to six digits and wants every mesh and every inertia to be valid; here all
-digits stay. Joints are in Pinocchio's order: by name below each link.
+MuJoCo reads the URDF. MuJoCo's own writer rounds to six digits and requires valid meshes and inertias; this conversion
+keeps all digits. Joints are in Pinocchio's order: by name below each link.
 """
 
 import os
@@ -18,18 +18,19 @@ from stribeck.robot.xml_file import read_xml
 
 
 def mjcf_of_urdf(path: Path, folder: Path, *, floating: bool) -> tuple[str, list[str]]:
-    """Convert a URDF to the text of an MJCF in the folder, and list in words what it leaves out.
+    """Convert a URDF to the text of an MJCF for a folder, with notes on omitted parts.
 
     Raises
     ------
     SettingsError
-        If MuJoCo is missing, or the robot has what MJCF cannot hold: a planar joint, a free one below the root, or a
-        free link "world".
+        If MuJoCo is not installed, or the robot has a planar joint, a free joint below the root or a free link "world".
     """
     source = read_xml(path).root
     base, left_out = _prepare(path, source)
     if floating and base == "world":
-        raise SettingsError(f"{path}: the root link is called 'world', as MuJoCo's own; rename it to export to mjcf")
+        raise SettingsError(
+            f"{path}: the root link is called 'world', a name that MuJoCo reserves; rename it to export to mjcf"
+        )
     spec = _spec(path, source)
     root = Element("mujoco", model=source.get("name") or path.stem)
     _add(root, "compiler", angle="radian", autolimits="true", inertiafromgeom="false")
@@ -49,20 +50,20 @@ def mjcf_of_urdf(path: Path, folder: Path, *, floating: bool) -> tuple[str, list
             root.remove(element)
     notes = [f"The root link {base} moves freely."] if floating else []
     if left_out:
-        notes.append(f"Left out, as no such file is here that MuJoCo reads: {', '.join(left_out)}.")
+        notes.append(f"Omitted, because MuJoCo cannot read these meshes: {', '.join(left_out)}.")
     indent(root)
     return tostring(root, encoding="unicode"), notes
 
 
 def _prepare(path: Path, source: Element) -> tuple[str, list[str]]:
-    """Sort a URDF's joints and lead to its meshes; return its root link, and the meshes that are not here."""
+    """Sort a URDF's joints and resolve its meshes; return the root link and the missing meshes."""
     joints = sorted(source.findall("joint"), key=lambda joint: str(joint.get("name")))
     ends = {end: [str(joint.find(end).get("link")) for joint in joints] for end in ("parent", "child")}  # type: ignore[union-attr]
     for joint, parent in zip(joints, ends["parent"], strict=True):
         kind = joint.get("type")
         if kind not in ("revolute", "continuous", "prismatic", "fixed") and (kind, parent) != ("floating", "world"):
             raise SettingsError(
-                f"{path}: joint '{joint.get('name')}' is {kind}, which MJCF has not there; export to urdf"
+                f"{path}: joint '{joint.get('name')}' is {kind}, which MJCF does not support; export to urdf"
             )
         source.remove(joint)
         source.append(joint)
@@ -85,14 +86,14 @@ def _prepare(path: Path, source: Element) -> tuple[str, list[str]]:
 
 
 def _spec(path: Path, source: Element) -> Any:
-    """Let MuJoCo read a URDF."""
+    """Read a URDF with MuJoCo."""
     try:
         import mujoco
 
         from stribeck.robot.mjcf import quiet_mujoco
     except ModuleNotFoundError as error:
         raise SettingsError(
-            f"{path}: making MJCF of a URDF needs MuJoCo: pip install 'stribeck[simulation]'"
+            f"{path}: converting URDF to MJCF needs MuJoCo: pip install 'stribeck[simulation]'"
         ) from error
     try:
         with quiet_mujoco():
@@ -103,7 +104,7 @@ def _spec(path: Path, source: Element) -> Any:
 
 
 def _found(name: str, folders: list[Path], path: Path) -> Path | None:
-    """Return a mesh's file if MuJoCo reads it; packages are sought in the folders above the URDF's."""
+    """Find a mesh file that MuJoCo can read; packages are searched in the folders above the URDF."""
     scheme, _, rest = name.rpartition("://")
     folders = [*folders, *(path.resolve().parents if scheme in ("package", "model") else [])]
     places = [folder / each for folder in folders for each in (rest, Path(rest).name)]
@@ -111,7 +112,7 @@ def _found(name: str, folders: list[Path], path: Path) -> Path | None:
 
 
 def _readable(file: Path) -> bool:
-    """Return whether MuJoCo reads a mesh: OBJ, MSH, and binary STL of at most 200,000 faces."""
+    """Check that MuJoCo reads a mesh: OBJ, MSH, or binary STL of at most 200,000 faces."""
     if file.suffix.lower() != ".stl":
         return file.suffix.lower() in (".obj", ".msh")
     with file.open("rb") as stream:
@@ -120,7 +121,7 @@ def _readable(file: Path) -> bool:
 
 
 def _fill(element: Element, body: Any) -> None:
-    """Write a body's shapes and the bodies below it, each with its inertia and joint."""
+    """Write a body's shapes and its child bodies, each with inertia and joint."""
     for geom in body.geoms:
         kind = geom.type.name.removeprefix("mjGEOM_").lower()
         size = (
@@ -149,7 +150,7 @@ def _add_joint(body: Element, joint: Any) -> None:
 
 
 def _add_inertial(element: Element, body: Any) -> None:
-    """Write a body's inertia, zero where none is stated: Pinocchio's reader of MJCF wants one of each body."""
+    """Write a body's inertia, zero if missing, because Pinocchio's MJCF reader requires one per body."""
     xx, yy, zz, xy, xz, yz = np.nan_to_num(body.fullinertia)
     moments, axes = np.linalg.eigh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
     moments[np.abs(moments) < 1e-12 * np.abs(moments).max()] = 0.0  # rounding
@@ -164,5 +165,5 @@ def _add(parent: Element, tag: str, **attributes: str | Array) -> Element:
 
 
 def _text(numbers: Array) -> str:
-    """Return numbers with all their digits, those of colours in single precision."""
+    """Format numbers with all digits, colors in single precision."""
     return " ".join(str(number) for number in numbers)

@@ -1,4 +1,4 @@
-"""The robot's model again, with other inertias, joint friction and rotor inertias: URDF, URDF for Drake, and MJCF."""
+"""Robot models with changed inertias, joint friction and rotor inertias: URDF, URDF for Drake, and MJCF."""
 
 import os
 import re
@@ -17,15 +17,15 @@ from stribeck.robot.xml_file import read_xml
 
 
 def urdf_text(request: Request) -> str:
-    """Return the robot's URDF with links and joints changed."""
+    """Format the robot's URDF with the changed links and joints."""
     return _text(_changed_urdf(request, ("friction", "damping")), request.lines)
 
 
 def drake_text(request: Request) -> str:
-    """Return the robot's URDF with links and joints changed, and transmissions with the rotor inertias.
+    """Format the robot's URDF with the changed links and joints, and transmissions with the rotor inertias.
 
-    Drake's MultibodyPlant has no dry friction of joints (1.51 warns of a URDF's `friction`, and ignores it), so that
-    the damping is the nearest to all of the friction, up to the log's top speed.
+    Drake's MultibodyPlant has no dry joint friction (1.51 warns about a URDF's `friction` and ignores it). The damping
+    approximates all of the friction up to the log's top speed.
     """
     root = _changed_urdf(request, ("damping",))
     root.setAttribute("xmlns:drake", "http://drake.mit.edu")
@@ -33,16 +33,16 @@ def drake_text(request: Request) -> str:
         name = joint.getAttribute("name")
         stated = request.joints[name].stated if name in request.joints else {}
         if "damping" in stated and _child(joint, "dynamics").hasAttribute("friction"):
-            _child(joint, "dynamics").removeAttribute("friction")  # is in the damping
+            _child(joint, "dynamics").removeAttribute("friction")  # included in the damping
         if "rotor_inertia" in stated:
             _set_rotor(root, name, stated["rotor_inertia"][0])
     return _text(root, request.lines)
 
 
 def mjcf_text(request: Request) -> str:
-    """Return the robot's MJCF with bodies and joints changed; included files are put in their place.
+    """Format the robot's MJCF with the changed bodies and joints; included files are inlined.
 
-    If the robot's model is URDF, it becomes an MJCF first.
+    A URDF is converted to MJCF first.
     """
     notes: list[str] = []
     if kind_of(request.model) == "urdf":
@@ -61,12 +61,12 @@ def mjcf_text(request: Request) -> str:
                     _set_mjcf_friction(root, joint, {word: value for word, (value, _) in terms.stated.items()})
     for compiler in _children(root, "compiler") if request.links else []:
         if compiler.getAttribute("inertiafromgeom") == "true":
-            compiler.setAttribute("inertiafromgeom", "auto")  # stated inertias count instead of the shapes'
+            compiler.setAttribute("inertiafromgeom", "auto")  # use stated inertias instead of the shapes'
     return _text(root, [*request.lines, *notes])
 
 
 def _changed_urdf(request: Request, words: Collection[str]) -> Element:
-    """Return the robot's URDF with links and joints changed; `words` are attributes of <dynamics>."""
+    """Parse the robot's URDF and change its links and joints; `words` are attributes of <dynamics>."""
     root = _read(request.model)
     for link in _children(root, "link"):
         if new := request.links.get(link.getAttribute("name")):
@@ -88,9 +88,9 @@ def _set_urdf_inertia(inertial: Element, link: pin.Inertia) -> None:
 
 
 def _move_urdf_files(root: Element, source: Path, folder: Path) -> None:
-    """Let paths of meshes and textures lead where they led; those with a scheme, as package://, stay.
+    """Adapt relative paths of meshes and textures to the new folder; paths with a scheme such as package:// stay.
 
-    Where MuJoCo's extension of URDF names a folder of meshes, or drops the folders of paths, that folder moves.
+    A folder of meshes named by MuJoCo's URDF extension is adapted instead.
     """
     compilers = [own for extension in _children(root, "mujoco") for own in _children(extension, "compiler")]
     strips = any(compiler.getAttribute("strippath") == "true" for compiler in compilers)
@@ -106,7 +106,7 @@ def _move_urdf_files(root: Element, source: Path, folder: Path) -> None:
 
 
 def _set_rotor(root: Element, joint: str, inertia: float) -> None:
-    """State a rotor inertia as it is felt at the joint, with a gear ratio of one."""
+    """State a rotor inertia on the joint side, with a gear ratio of one."""
     actuator = _child(_transmission(root, joint), "actuator")
     if not actuator.hasAttribute("name"):
         actuator.setAttribute("name", joint)
@@ -115,7 +115,7 @@ def _set_rotor(root: Element, joint: str, inertia: float) -> None:
 
 
 def _transmission(root: Element, joint: str) -> Element:
-    """Return the transmission of a joint, of the one type that Drake reads; append one if there is none."""
+    """Find the joint's transmission of the type that Drake reads, or append one."""
     for transmission in _children(root, "transmission"):
         nodes = [node for own in _children(transmission, "type") for node in own.childNodes]
         kinds = [node.data.strip() for node in nodes if isinstance(node, Text)]
@@ -129,11 +129,11 @@ def _transmission(root: Element, joint: str) -> Element:
 
 
 def _set_mjcf_friction(root: Element, joint: Element, numbers: dict[str, float]) -> None:
-    """Give a joint its friction, LuGre's (Canudas de Wit et al. 1995) by a passive motor.
+    """Write the friction of a joint; LuGre friction (Canudas de Wit et al. 1995) as a passive motor.
 
     The motor's steady torque is (tau_c + (tau_s - tau_c) exp(-(v / omega_s)^2)) sign(v), and it holds at rest. Unless
-    the log shows the bristles, they bend by 1 mrad or 1 mm before they slip, and their damping is 1 ms of their
-    stiffness: that keeps a joint at rest, and lets a simulator step by 1 to 2 ms.
+    the bristles are identified, their travel is 1 mrad or 1 mm, and their damping is 1 ms times their stiffness. This
+    keeps a joint at rest and allows simulation steps of 1 to 2 ms.
     """
     own = [numbers.pop(name, 0.0) for name in ("tau_c", "tau_s", "omega_s")]
     stiffness = numbers.pop("sigma_0", own[1] / 1e-3)
@@ -148,7 +148,7 @@ def _set_mjcf_friction(root: Element, joint: Element, numbers: dict[str, float])
 
 
 def _include(parent: Element, folder: Path) -> None:
-    """Put the content of included files in the place of each <include>; all paths are relative to the main file."""
+    """Replace each <include> by the content of its file; all paths are relative to the main file."""
     for element in [node for node in parent.childNodes if isinstance(node, Element)]:
         if element.tagName == "include":
             included = _read(folder / element.getAttribute("file"))
@@ -169,7 +169,7 @@ def _bodies(parent: Element, name: str) -> Iterator[tuple[str, Element]]:
 
 
 def _set_mjcf_inertia(inertial: Element, link: pin.Inertia) -> None:
-    for name in ("quat", "axisangle", "xyaxes", "zaxis", "euler", "diaginertia"):  # must not stand next to a matrix
+    for name in ("quat", "axisangle", "xyaxes", "zaxis", "euler", "diaginertia"):  # not allowed next to a matrix
         if inertial.hasAttribute(name):
             inertial.removeAttribute(name)
     entries = link.inertia[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]
@@ -177,7 +177,7 @@ def _set_mjcf_inertia(inertial: Element, link: pin.Inertia) -> None:
 
 
 def _move_mjcf_files(root: Element, source: Path, folder: Path) -> None:
-    """Let the folders of meshes and textures be the same, seen from another folder."""
+    """Adapt the folders of meshes and textures to another folder."""
     if source.resolve() == folder.resolve():
         return
     compilers = _children(root, "compiler") or [_child(root, "compiler")]
@@ -190,7 +190,7 @@ def _move_mjcf_files(root: Element, source: Path, folder: Path) -> None:
 
 
 def _read(path: Path) -> Element:
-    """Return the root element of a file's document, in which comments stay.
+    """Parse a file and return its root element, comments included.
 
     Raises
     ------
@@ -212,7 +212,7 @@ def _document(element: Element) -> Document:
 
 
 def _text(root: Element, comment: Iterable[str]) -> str:
-    """Return the text of a document below a comment of some lines."""
+    """Format a document below a comment."""
     lines = [re.sub("[^\t\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", " ", line) for line in comment]  # not in XML
     head = ["<!--", *("  " + re.sub("-(?=-)", "- ", line) for line in lines), "-->"]  # two hyphens would end it
     parts = (node.toxml() for node in _document(root).childNodes)
@@ -220,12 +220,12 @@ def _text(root: Element, comment: Iterable[str]) -> str:
 
 
 def _children(parent: Element, tag: str) -> list[Element]:
-    """Return an element's direct children of a tag."""
+    """List an element's direct children with a tag."""
     return [node for node in parent.childNodes if isinstance(node, Element) and node.tagName == tag]
 
 
 def _child(parent: Element, tag: str) -> Element:
-    """Return the first direct child of a tag; if there is none, insert one before the others."""
+    """Find the first direct child with a tag, or insert one before the others."""
     if found := _children(parent, tag):
         return found[0]
     first = parent.firstChild
@@ -244,13 +244,13 @@ def _add(parent: Element, tag: str, **attributes: str) -> Element:
 
 
 def _set_numbers(element: Element, **attributes: float | Array) -> None:
-    """Set attributes to numbers, with all their digits."""
+    """Set attributes to numbers with all digits."""
     for name, value in attributes.items():
         element.setAttribute(name, " ".join(map(repr, np.atleast_1d(value).tolist())))
 
 
 def _moved(path: str, source: Path, target: Path) -> str:
-    """Return a path that leads from the folder `target` to where it led from the folder `source`."""
+    """Convert a path relative to the folder `source` to one relative to the folder `target`."""
     if Path(path).is_absolute() or source.resolve() == target.resolve():
         return path
     return Path(os.path.relpath((source / path).resolve(), target.resolve())).as_posix()

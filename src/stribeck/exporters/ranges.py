@@ -1,7 +1,7 @@
-"""Ranges of the numbers that a simulator takes, for simulations that draw their robots at random.
+"""Ranges of friction parameters for domain randomization.
 
-They hold 95 % of the robots that the log cannot tell apart (`stribeck.exporters.samples`), each number by itself:
-numbers that trade places, as Coulomb and viscous friction do, vary less together than a box of ranges allows.
+Each range contains 95 % of the draws of `stribeck.exporters.samples`. Coulomb and viscous friction compensate for each
+other, so that independent draws from the ranges vary more than the log allows.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -26,11 +26,11 @@ class JointRanges:
     Attributes
     ----------
     numbers, units
-        By the target's own word.
+        Ranges and units by the name in the target format.
     friction
-        Of the friction as a whole over the one found [1], from rest to top speed; None where none was found.
+        Range of the whole friction divided by its estimate [1], from rest to top speed; None without friction.
     weak
-        Whether the log hardly shows this joint's friction.
+        Whether the friction is weak.
     """
 
     numbers: dict[str, Range]
@@ -39,7 +39,7 @@ class JointRanges:
     weak: bool
 
     def __str__(self) -> str:
-        """Return the ranges in words."""
+        """Format the ranges as a sentence."""
         spans = [
             f"{word} {low:.3g} to {high:.3g}" + f" {self.units[word]}" * (self.units[word] != "1")
             for word, (low, high) in self.numbers.items()
@@ -50,12 +50,12 @@ class JointRanges:
 def joint_ranges(
     result: Result, form: Form, joints: Collection[str] | None = None, include_weak: bool = False
 ) -> dict[str, JointRanges]:
-    """Return the ranges of what `stribeck.exporters.joints.joint_terms` states of each joint.
+    """Compute the ranges of the terms that `stribeck.exporters.joints.joint_terms` selects for each joint.
 
     Raises
     ------
     SettingsError
-        If a joint is asked for that the result has not.
+        If the result lacks one of `joints`.
     """
     found = joint_terms(result, form, joints, include_weak)
     draws = [joint_terms(each, form, found, include_weak) for each in drawn(result, 200)]
@@ -67,7 +67,7 @@ def joint_ranges(
 def _ranges(joint: JointResult, found: JointTerms, draws: Sequence[JointTerms], form: Form) -> JointRanges:
     values = {word: np.array([each.stated[word][0] for each in draws]) for word in found.stated}
     numbers = {word: _range(own) for word, own in values.items()}
-    if joint.verdict == "no friction" and form.words.get("coulomb") in numbers:  # as much as the log may hide
+    if joint.verdict == "no friction" and form.words.get("coulomb") in numbers:  # up to the bound
         most = max((point.interval_95[1] for point in joint.curve), default=0.0)
         numbers |= {form.words[name]: (0.0, most) for name in ("coulomb", "static") if name in form.words}
     return JointRanges(
@@ -81,7 +81,7 @@ def _ranges(joint: JointResult, found: JointTerms, draws: Sequence[JointTerms], 
 def _of_friction(
     joint: JointResult, found: JointTerms, draws: Mapping[str, Array], words: Mapping[str, str]
 ) -> Range | None:
-    """Return the range of all friction over the one found: the widest of those at rest, slowly, and at top speed."""
+    """Compute the range of friction divided by its estimate: the widest of rest, slow motion and top speed."""
 
     def number(name: str) -> tuple[float, Array | float]:
         word = words.get(name, "")

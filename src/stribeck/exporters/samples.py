@@ -1,4 +1,4 @@
-"""Draws of a result from the joint distribution of its errors: robots that the log cannot tell apart."""
+"""Draws from the joint distribution of a result's errors: models that are consistent with the log."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -12,15 +12,15 @@ from stribeck.result import BODY_COORDINATES, BodyCorrection, Corrections, Joint
 from stribeck.robot.inertial_parameters import inertia_of_shape, pseudo_inertia, shape_coordinates
 
 LARGEST = 3.0
-"""Largest change of a scale's logarithm [1]: a log that does not show a scale is no reason for an absurd one."""
+"""Largest change of a scale's logarithm [1]; prevents absurd values where the log does not determine a scale."""
 
 
 def drawn(result: Result, count: int, seed: int = 0) -> Iterator[Result]:
-    """Yield so many results, each with parameters and inertias as they may be in truth.
+    """Yield results with parameters and inertias drawn from their uncertainty.
 
-    Friction, rotor inertias and bodies are drawn together from the joint covariance of their errors, scales by their
-    logarithm, within their bounds. Bodies are drawn by the logarithm of their mass, their centre, and their shape, so
-    that each could exist. Of files of earlier versions joints and bodies are independent, and shapes stay.
+    Friction, rotor inertias and bodies are drawn from the joint covariance of their errors, within their bounds; scales
+    are drawn in their logarithm. Bodies are drawn in the logarithm of mass, center and shape, so that each stays
+    physically possible. For files of earlier versions, joints and bodies are independent and shapes are constant.
     """
     generator = np.random.default_rng(seed)
     labels, root = _root(result)
@@ -35,9 +35,9 @@ def drawn(result: Result, count: int, seed: int = 0) -> Iterator[Result]:
 
 
 def _root(result: Result) -> tuple[list[str], Array]:
-    """Return the labels of all parameters of joints and coordinates of bodies, and a root of their errors' correlation.
+    """List the labels of all parameters and body coordinates, and compute a root of their errors' correlation.
 
-    Its rows have length one. Results are rounded and omit small correlations, so that the nearest root is taken.
+    The rows of the root have length one. Results are rounded and omit small correlations, so the nearest root is used.
     """
     corrections = result.corrections or Corrections(chi_square=0.0)
     labels = [f"{name}.{parameter}" for name, joint in result.joints.items() for parameter in joint.parameters]
@@ -73,7 +73,7 @@ def _drawn_joint(joint_name: str, joint: JointResult, off: Mapping[str, float]) 
 
 
 def _drawn_body(name: str, body: BodyCorrection, off: Mapping[str, float]) -> BodyCorrection:
-    """Return a body whose mass, centre and shape are drawn; its inertia about the centre grows with the mass."""
+    """Draw mass, center and shape of a body; its inertia about the center is proportional to the mass."""
     (before, mass), (lever, centre), (was, inertia) = body.mass, body.centre_of_mass, body.inertia
     normal = np.array([off[f"{name}.{coordinate}"] for coordinate in BODY_COORDINATES])
     share = float(np.exp(np.clip(normal[0] * body.mass_error / mass, -LARGEST, LARGEST))) if mass > 0 else 1.0
@@ -81,10 +81,10 @@ def _drawn_body(name: str, body: BodyCorrection, off: Mapping[str, float]) -> Bo
     about_centre = np.array(inertia)
     if body.shape_error is not None and mass > 0:
         shape = shape_coordinates(pseudo_inertia(np.array([mass, 0.0, 0.0, 0.0, *inertia])))
-        if np.isfinite(shape).all():  # it could exist
+        if np.isfinite(shape).all():  # physically possible
             change = normal[4:] * np.array(body.shape_error)
             change[:3] = np.clip(change[:3], -LARGEST, LARGEST)
-            with np.errstate(over="ignore"):  # numbers that no body has are refused where they are written
+            with np.errstate(over="ignore"):  # implausible values are refused on writing
                 about_centre = inertia_of_shape(mass, shape + change)
     return replace(
         body,

@@ -1,4 +1,4 @@
-"""The contract of an export's target: a simulator's or a controller's own form of a robot's friction, and its head."""
+"""Contract of export targets, and the summary at the head of their files."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -24,13 +24,13 @@ class Request:
     joints
         Terms that the target states, by joint.
     form
-        Name of the form of their friction.
+        Name of the friction model.
     links
-        New inertias by link; none unless the target writes the robot's model.
+        New inertias by link; empty unless the target writes the robot's model.
     lines
-        The file's head: quantities found, projected and lost.
+        Head of the file: quantities stated, approximated and left out.
     folder
-        Folder of the file, as paths of meshes are relative.
+        Folder of the file, for relative paths of meshes.
     """
 
     result: Result
@@ -43,7 +43,7 @@ class Request:
 
     @property
     def model(self) -> Path:
-        """The robot's model file."""
+        """Path of the robot's model file."""
         return Path(self.robot.model_path)
 
 
@@ -57,16 +57,16 @@ class Target:
     Attributes
     ----------
     forms
-        Forms of its friction by name; the first is taken where others lose as much. None has all steady friction.
+        Friction models by name; the first is preferred if several have the same error. None stores all steady friction.
     suffix
-        Suffix of its files.
+        File suffix.
     text
-        Returns the file's text.
+        Function that formats the file.
     models
-        Kinds of robot models that it writes again, with their inertias; none if it writes another kind of file.
+        Kinds of robot models that the target writes with their inertias; empty for other kinds of files.
     ranges
-        Returns the text of a file of ranges, from the lines of its head and the ranges of the form "plain"; None if
-        the target has no use for ranges.
+        Function that formats a file of ranges from the lines of its head and the ranges of the form "plain"; None if
+        the target does not support ranges.
     """
 
     forms: Mapping[str, Form | None]
@@ -79,7 +79,7 @@ class Target:
 def summary(
     result: Result, robot: Robot, target: Target, joints: Mapping[str, JointTerms | JointRanges], impossible: list[str]
 ) -> list[str]:
-    """Describe an export in the lines that it prints, and writes at the head of its file.
+    """Summarize an export in lines for the console and the head of the file.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def summary(
     joints
         Terms or ranges that the target states, by joint.
     impossible
-        Joints whose body was found to be impossible.
+        Joints whose estimated body is physically impossible.
     """
     paths = result.log.path if isinstance(result.log.path, list) else [result.log.path]
     logs = ", ".join(Path(path).name for path in paths if path) or "a log"

@@ -1,4 +1,4 @@
-"""The targets of `stribeck export --to`, each with its forms of friction and the function that writes it."""
+"""Targets of `stribeck export --to`, with their friction models and the functions that format their files."""
 
 from stribeck.exporters import code_files, data_files, model_files
 from stribeck.exporters.forms import plain, stribeck, viscous
@@ -8,7 +8,7 @@ TARGETS: dict[str, Target] = {
     "mjcf": Target(
         forms={
             "plain": plain(coulomb="frictionloss", viscous="damping", armature="armature"),
-            "lugre": stribeck(  # of a dcmotor of MuJoCo
+            "lugre": stribeck(  # for MuJoCo's dcmotor
                 coulomb="tau_c",
                 static="tau_s",
                 stribeck_velocity="omega_s",
@@ -60,4 +60,4 @@ TARGETS: dict[str, Target] = {
         text=code_files.pinocchio_text,
     ),
 }
-"""As typed after `--to` -> target."""
+"""Targets by their name after `--to`."""

@@ -1,4 +1,4 @@
-"""Writes the friction that was found for a simulator or a controller: a robot's model again, or another file."""
+"""Export of a result to a simulator or a controller: a robot model or another file."""
 
 from collections.abc import Collection
 from dataclasses import replace
@@ -17,7 +17,7 @@ from stribeck.robot import Robot
 from stribeck.robot.model_file import kind_of
 
 MOST_SAMPLES = 100_000
-"""Files that `export_samples` writes to one folder."""
+"""Largest number of files that `export_samples` writes to one folder."""
 
 
 def export(
@@ -31,54 +31,54 @@ def export(
     strict: bool = False,
     friction: str | None = None,
 ) -> list[str]:
-    """Write what was found of a robot as a simulator or a controller reads it.
+    """Write the identified friction in the format of a simulator or a controller.
 
-    Friction that a target cannot say is replaced by the nearest that it can, and what that loses is told. Inertias are
-    those of the method `whole-log`, for targets that are models. Joints whose friction was not identified keep what the
-    model says of them, and so does everything else. The file's head says what was changed.
+    Friction that the target cannot represent is approximated, and the error is reported. Robot models also get the
+    inertias corrected by the method `whole-log`. Everything else in the model is unchanged, including the friction of
+    joints that were not identified. The head of the file lists the changes.
 
     Parameters
     ----------
     result
-        What was found, or the path of its result.json.
+        The result, or the path of its result.json.
     robot
-        The robot as it was identified, or the path of its robot file.
+        The robot of the identification, or the path of its robot file.
     path
-        The file to write, whole or not at all.
+        File to write; it is written completely or not at all.
     target
-        One of `TARGETS`; "urdf", "drake" and "mjcf" write the robot's model again, which must be a URDF, or an MJCF
-        for "mjcf".
+        One of `TARGETS`. "urdf", "drake" and "mjcf" write the robot's model, which must be a URDF, or also an MJCF for
+        "mjcf".
     joints
-        Those whose friction is written; all if None.
+        Joints to export; all if None.
     include_weak
-        Whether weak friction is written too.
+        Whether to export weak friction, too.
     strict
-        Whether to refuse a target that cannot say all of the friction.
+        Whether to fail if the target cannot represent all of the friction.
     friction
-        Form of the friction, for targets with several ("plain" or "lugre" of MJCF, "all" or "plain" of YAML); the one
-        that loses least if None.
+        Friction model, for targets with several: "plain" or "lugre" for MJCF, "all" or "plain" for YAML. If None, the
+        model with the smallest error.
 
     Returns
     -------
     summary
-        What was changed, what is only nearly said, and what the target has no place for, a line each.
+        Lines on changes, approximations and omissions.
 
     Raises
     ------
     SettingsError
-        If the target is another one, the result is of another robot or model, the file would be the model itself, a
-        joint or a form is asked for that there is not, or, if `strict`, something would be lost.
+        If target, joint or friction model are unknown, the result belongs to another robot or model, `path` is the
+        model itself, or, if `strict`, the target cannot represent all of the friction.
     NothingIdentifiedError
-        If the result holds nothing that the target has a place for.
+        If the result contains nothing for the target to store.
     RobotFileError
-        If a robot file is given and cannot be used.
+        If the robot file cannot be used.
 
     Examples
     --------
     >>> for line in export("out/result.json", "robot.toml", "found.urdf", "urdf"):
     ...     print(line.partition(":")[0])
-    Written by stribeck from arm.urdf and what was found in log.npz (method whole-log, law auto).
-    Inertias are changed of what these joints carry
+    Written by stribeck from arm.urdf and the result of log.npz (method whole-log, law auto).
+    Changed inertias of the links driven by
     Joint shoulder
     Joint elbow
     Joint slide
@@ -87,8 +87,8 @@ def export(
     for name, own in request.joints.items():
         if strict and (lost := [*own.projected, *own.left_out]):
             raise SettingsError(
-                f"export: joint '{name}' has {', '.join(lost)}, which {target} cannot say; export without --strict, "
-                "or to a target that can"
+                f"export: {target} cannot store {', '.join(lost)} of joint '{name}'; allow the loss (no `strict`), or "
+                "choose another target"
             )
     with whole_or_not_at_all(path) as temporary:
         temporary.write_text(TARGETS[target].text(request), encoding="utf-8")
@@ -107,29 +107,28 @@ def export_samples(
     friction: str | None = None,
     seed: int = 0,
 ) -> list[Path]:
-    """Write so many files as `export` does, each of a robot that the log cannot tell from the one that was found.
+    """Write several files as `export` does, with parameters drawn from the uncertainty of the result.
 
-    Parameters and inertias are drawn as by `stribeck.exporters.samples.drawn`: what a simulation that randomises its
-    robots otherwise guesses.
+    Use them for domain randomization: the draws of `stribeck.exporters.samples.drawn` are all consistent with the log.
 
     Parameters
     ----------
     folder
-        That gets the files, all or none: 000 and so on with the target's suffix.
+        Output folder for files 000, 001, ... with the target's suffix; all are written, or none.
     count, seed
-        How many, and the seed of the draws.
+        Number of files, and seed of the draws.
     result, robot, target, joints, include_weak, friction
-        As of `export`.
+        See `export`.
 
     Returns
     -------
     paths
-        Of the files.
+        Paths of the files.
 
     Raises
     ------
     SettingsError, NothingIdentifiedError, RobotFileError
-        As `export` does.
+        See `export`.
 
     Examples
     --------
@@ -138,8 +137,8 @@ def export_samples(
     """
     result, robot = _read(result, robot)
     if not 1 <= count <= MOST_SAMPLES:
-        raise SettingsError(f"export: {count} samples are asked for; expected 1 to {MOST_SAMPLES:,}")
-    form = _request(result, robot, Path(folder), target, joints, include_weak, friction).form  # the same in all
+        raise SettingsError(f"export: {count} samples were requested; expected 1 to {MOST_SAMPLES:,}")
+    form = _request(result, robot, Path(folder), target, joints, include_weak, friction).form  # the same in all files
     own = TARGETS[target]
     paths = [Path(folder) / f"{k:03d}{own.suffix}" for k in range(count)]
     with staged_folder(folder) as staging:
@@ -158,27 +157,26 @@ def export_ranges(
     joints: Collection[str] | None = None,
     include_weak: bool = False,
 ) -> list[str]:
-    """Write the ranges that a simulation draws friction and rotor inertias from, in a target's own form.
+    """Write ranges of friction and rotor inertias for domain randomization, in a target's format.
 
-    Each holds 95 % of the robots that the log cannot tell apart from the one that was found
-    (`stribeck.exporters.samples.drawn`).
+    Each range contains 95 % of the draws of `stribeck.exporters.samples.drawn`.
 
     Parameters
     ----------
     path
-        The file to write, whole or not at all: a Python module for "mjcf" and "isaaclab", or YAML.
+        File to write, completely or not at all: a Python module for "mjcf" and "isaaclab", or YAML.
     result, robot, target, joints, include_weak
-        As of `export`; targets are those that have `ranges`.
+        See `export`; the target must support ranges.
 
     Returns
     -------
     summary
-        The ranges of each joint, and what there are none of, a line each.
+        Lines with the ranges of each joint and the omissions.
 
     Raises
     ------
     SettingsError, NothingIdentifiedError, RobotFileError
-        As `export` does.
+        See `export`.
 
     Examples
     --------
@@ -192,15 +190,15 @@ def export_ranges(
     own = TARGETS.get(target)
     if own is None or own.ranges is None:
         ranged = [name for name, each in TARGETS.items() if each.ranges]
-        raise SettingsError(f"export: ranges are asked for of target '{target}'; expected {_either(ranged)}")
+        raise SettingsError(f"export: target '{target}' has no ranges; expected {_either(ranged)}")
     _check(result, robot, Path(path))
     form = own.forms["plain"]
     assert form is not None
     found = joint_ranges(result, form, joints, include_weak)
     if not found:
-        raise NothingIdentifiedError(f"export: the result has no friction that {target.upper()} has a place for")
+        raise NothingIdentifiedError(f"export: the result has no friction that {target.upper()} can store")
     first, *rest = summary(result, robot, replace(own, models=()), found, [])
-    lines = [first, "Ranges hold 95 % of the robots that the log cannot tell apart, each number by itself.", *rest]
+    lines = [first, "Each range contains 95 % of the models that are consistent with the log.", *rest]
     with whole_or_not_at_all(path) as temporary:
         temporary.write_text(own.ranges(lines, found), encoding="utf-8")
     return lines
@@ -220,7 +218,7 @@ def _request(
     include_weak: bool,
     friction: str | None,
 ) -> Request:
-    """Collect the content of a file, with the form of friction that is asked for, or loses least."""
+    """Collect the content of a file, with the requested friction model or the one with the smallest error."""
     if target not in TARGETS:
         raise SettingsError(
             f"export: the target is '{target}'; expected {_either(TARGETS)}{did_you_mean(target, TARGETS)}"
@@ -228,7 +226,7 @@ def _request(
     own = TARGETS[target]
     _check(result, robot, path, own.models, target)
     if friction is not None and friction not in own.forms:
-        raise SettingsError(f"export: the form of friction is '{friction}'; expected {_either(own.forms)}")
+        raise SettingsError(f"export: the friction model is '{friction}'; expected {_either(own.forms)}")
     forms = own.forms if friction is None else {friction: own.forms[friction]}
     terms = {name: joint_terms(result, form, joints, include_weak) for name, form in forms.items()}
     form = min(terms, key=lambda name: round(sum(each.share for each in terms[name].values()), 6))
@@ -236,29 +234,27 @@ def _request(
     links, impossible = corrected_links(robot, corrections) if own.models and corrections else ({}, [])
     if not links and not found:
         raise NothingIdentifiedError(
-            f"export: the result has neither corrected inertias nor an identified friction that {target.upper()} has a "
-            "place for"
+            f"export: the result has neither corrected inertias nor identified friction that {target.upper()} can store"
         )
     lines = summary(result, robot, own, found, impossible)
     return Request(result=result, robot=robot, joints=found, form=form, links=links, lines=lines, folder=path.parent)
 
 
 def _check(result: Result, robot: Robot, path: Path, models: Collection[str] = (), target: str = "") -> None:
-    """Refuse a model that the target does not write again, a result of another robot, and writing over the model."""
+    """Check that the target can write the model, the result belongs to the robot, and the model is not overwritten."""
     kind = kind_of(Path(robot.model_path))
     if models and kind not in models:
         others = [name for name, own in TARGETS.items() if not own.models or kind in own.models]
         raise SettingsError(
-            f"{robot.model_path}: is {kind.upper()}, which '{target}' does not write again; expected a robot whose "
-            f"model is {_either([own.upper() for own in models])}, or export to {_either(others)}"
+            f"{robot.model_path}: is {kind.upper()}, which '{target}' cannot write; use a robot whose model is "
+            f"{_either([own.upper() for own in models])}, or export to {_either(others)}"
         )
     if unknown := [joint for joint in result.joints if joint not in robot.joint_names]:
         raise SettingsError(
-            f"{robot.path}: the result has joint '{unknown[0]}', which this robot has not; it has "
-            f"{', '.join(robot.joint_names)}"
+            f"{robot.path}: the robot has no joint '{unknown[0]}' of the result; it has {', '.join(robot.joint_names)}"
         )
     if path.exists() and path.samefile(robot.model_path):
-        raise SettingsError(f"{path}: is the robot's own model; expected another file to write to")
+        raise SettingsError(f"{path}: is the robot's own model; choose another output")
 
 
 def _either(names: Collection[str]) -> str:
