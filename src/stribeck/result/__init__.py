@@ -1,4 +1,4 @@
-"""What was found, and how it is kept, compared and traced back."""
+"""Results of `identify`: content, storage, comparison and provenance."""
 
 from stribeck.result.joint import CouplingResult as CouplingResult
 from stribeck.result.joint import CurvePoint as CurvePoint

@@ -1,4 +1,4 @@
-"""What changed between two results of a robot, or differs between its left and its right."""
+"""Comparison of two results of a robot, or of the left and right joints of one result."""
 
 import json
 import math
@@ -13,10 +13,10 @@ from stribeck.result import JointResult, ParameterEstimate, Result, read_result
 from stribeck.result.mirror import mirrored_pairs
 
 DIRECTED = frozenset({"offset", "coulomb_positive", "coulomb_negative", "viscous_positive", "viscous_negative"})
-"""Parameters that belong to one direction of a joint's axis: mirrored axes may point either way."""
+"""Parameters that depend on the direction of a joint's axis, which is unknown for mirrored joints."""
 
 FALSE_ALARMS = 0.05
-"""Chance [1] that any change is called significant in a comparison where nothing has changed."""
+"""Probability of any false "significant" in a comparison without changes [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,9 +24,9 @@ class Difference:
     """One parameter of one joint, or of two mirrored joints, in both results.
 
     `difference` is b - a with its 95 % interval; `z_score` is the difference in standard errors, None if they are
-    zero, or next to it; `agrees` says whether the interval holds zero, one in twenty of the intervals of joints that
-    have not changed does not; `significant` heeds how many there are (`holm`). `percent` is the difference over |a|,
-    None where a is next to zero. Nothing is said about a joint that only one side identified: it is in `missing`.
+    close to zero. `agrees` tests whether the interval contains zero, which fails for 5 % of unchanged parameters;
+    `significant` accounts for the number of tests (`holm`). `percent` is the difference relative to |a|, None if a is
+    close to zero. Joints that only one side identified are listed in `Comparison.missing`.
     """
 
     joint: str
@@ -45,9 +45,9 @@ class Difference:
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """All differences, what a and b are, and the joints that cannot be compared with the reason.
+    """All differences, the labels of a and b, and the joints that cannot be compared, with reasons.
 
-    `joints` are those of both, by name: a joint's result in a and in b. JSON has `a`, `b`, `rows` and `missing`.
+    `joints` contains the results in a and in b of each joint that both have. JSON has `a`, `b`, `rows`, `missing`.
     """
 
     a: str
@@ -73,12 +73,12 @@ def compare(a: Result | str | Path, b: Result | str | Path, names: tuple[str, st
     a, b
         Results, or the paths of their result.json.
     names
-        What to call them; their logs' paths if None.
+        Labels of the results; the paths of their logs if None.
 
     Returns
     -------
     comparison
-        A row for each parameter that both have: b - a, in its unit, with the 95 % interval.
+        One row per parameter of both results: b - a, in its unit, with the 95 % interval.
 
     Raises
     ------
@@ -109,9 +109,9 @@ def compare(a: Result | str | Path, b: Result | str | Path, names: tuple[str, st
 
 
 def compare_sides(result: Result) -> Comparison:
-    """Compare the left with the right joints of one result; a is left, b is right.
+    """Compare the left (a) with the right (b) joints of one result.
 
-    Offsets and other parameters of one direction are left out: a result does not know which way mirrored axes point.
+    Offsets and other direction-dependent parameters are omitted, because mirrored axes can point either way.
 
     Raises
     ------
@@ -148,10 +148,10 @@ def _comparison(
 
 
 def holm(p_values: Sequence[float]) -> list[bool]:
-    """Return which of many tests are significant, by Holm's step-down method (Holm 1979).
+    """Select the significant tests by Holm's step-down method (Holm 1979).
 
-    The i-th smallest of m p-values is compared with `FALSE_ALARMS / (m - i)`, i from 0, up to the first that is larger:
-    the chance of any false one is `FALSE_ALARMS` at most, however the tests depend on one another.
+    The i-th smallest of m p-values is compared with `FALSE_ALARMS / (m - i)`, i from 0, up to the first that is larger.
+    The probability of any false positive is at most `FALSE_ALARMS`, whatever the dependence between the tests.
     """
     order = sorted(range(len(p_values)), key=lambda k: p_values[k])
     significant = [False] * len(p_values)
@@ -163,7 +163,7 @@ def holm(p_values: Sequence[float]) -> list[bool]:
 
 
 def p_value(difference: Difference) -> float:
-    """Return the chance [1] of so large a difference without a change, by the end of its interval that faces zero."""
+    """Compute the p-value of a difference from the end of its interval that faces zero."""
     low, high = difference.interval_95
     half = difference.difference - low if difference.difference > 0 else high - difference.difference
     if not half:
@@ -174,8 +174,8 @@ def p_value(difference: Difference) -> float:
 def difference_of(label: str, name: str, a: ParameterEstimate, b: ParameterEstimate) -> Difference:
     """Compare two independent estimates.
 
-    The interval of the difference adds the squares of the distances from value to interval end that face each other
-    (Zou and Donner 2008), so that intervals symmetric in a logarithm are served too.
+    The interval of the difference combines the facing half-widths of both intervals (Zou and Donner 2008), which also
+    suits asymmetric intervals.
     """
     difference = b.value - a.value
     below = math.hypot(b.value - b.interval_95[0], a.interval_95[1] - a.value)
@@ -202,12 +202,12 @@ def difference_of(label: str, name: str, a: ParameterEstimate, b: ParameterEstim
 
 
 def _percent(difference: float, of: float) -> float | None:
-    """Return a difference over a value [%]; None if it is more than 1000 %, as the value is next to nothing then."""
+    """Compute a difference relative to a value [%]; None above 1000 %, where the value is close to zero."""
     return 100 * difference / abs(of) if of != 0 and abs(difference) <= 10 * abs(of) else None
 
 
 def _unknown(joint: JointResult, which: str) -> str:
-    """Return why a joint of a result has no friction, "" if it has."""
+    """Explain why a joint of a result has no friction; "" if it has."""
     without = joint.verdict in ("no friction", "not excited")
     return f"{joint.verdict} in the {which} ({joint.reason})" if without else ""
 

@@ -1,4 +1,4 @@
-"""What was found of one joint: parameters with their intervals and verdicts, and the friction that they say."""
+"""Result of one joint: parameters with intervals and verdicts, friction curve, and friction torque."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -26,14 +26,14 @@ def verdict_place(verdict: str) -> str:
 TermDecision = Literal["kept", "refused", "open"]
 
 STEP = 1e-4
-"""Of differences, relative to a parameter [1]; what they differentiate is nearly linear."""
+"""Step of finite differences relative to a parameter [1]; the differentiated functions are nearly linear."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterEstimate:
     """A fitted parameter: value, standard error, 95 % interval, unit and verdict.
 
-    `variance_shares` says what the squared standard error is made of, by name, adding up to one, if the method knows.
+    `variance_shares` are the contributions to the squared standard error by name, with sum one; None if unknown.
     """
 
     value: float
@@ -46,9 +46,9 @@ class ParameterEstimate:
 
 @dataclass(frozen=True, kw_only=True)
 class CurvePoint:
-    """Torque that resists motion at one speed [rad/s], [m/s], mean of both directions, without the offset [N m], [N].
+    """Torque that resists motion [N m], [N] at one speed [rad/s], [m/s]: mean of both directions, without the offset.
 
-    With its standard error, its 95 % interval, which ends at zero, and its unit.
+    Includes standard error, 95 % interval (clipped at zero) and unit.
     """
 
     velocity: float
@@ -59,13 +59,13 @@ class CurvePoint:
 
     @property
     def half_width(self) -> float:
-        """Of the interval, where no zero cuts it off."""
+        """Half of the 95 % interval, measured upwards, where it is not clipped."""
         return self.interval_95[1] - self.value
 
 
 @dataclass(frozen=True, kw_only=True)
 class Validation:
-    """Root mean square of the friction torque not explained, on blocks that no fit saw [N m]."""
+    """Root mean square of the unexplained friction torque on held-out blocks [N m]."""
 
     rms: float
     rms_zero_friction: float
@@ -74,11 +74,11 @@ class Validation:
 
 @dataclass(frozen=True, kw_only=True)
 class TorqueR2:
-    """Share of the variance of a joint's held-out torque that its model explains with the friction found [1].
+    """Share of the variance of a joint's held-out torque that model and friction explain [1].
 
-    Of the model and log as they were given, `nominal`, and with the corrections found, `corrected`; None if there are
-    none. 1 - sum e^2 / sum (tau - mean tau)^2, with e = tau - inverse dynamics - R(v), at the bandwidth of the filter,
-    over samples of free and swinging limbs in parts of the logs that the fit has not seen.
+    `nominal` uses model and log as given; `corrected` includes the estimated corrections, None without any.
+    1 - sum e^2 / sum (tau - mean tau)^2, with e = tau - inverse dynamics - R(v), at the bandwidth of the filter,
+    over held-out samples of free and swinging limbs.
     """
 
     nominal: float
@@ -86,16 +86,16 @@ class TorqueR2:
 
     @property
     def best(self) -> float:
-        """Of the model that the friction belongs to."""
+        """R² of the model for which the friction was estimated."""
         return self.nominal if self.corrected is None else self.corrected
 
 
 @dataclass(frozen=True, kw_only=True)
 class TermVerdict:
-    """Whether a joint's friction has a term, and why.
+    """Decision on one term of a joint's friction, with its reason.
 
-    A term is open if the log shows something that the term explains, but not what it is. `gain` is by how much the term
-    lowers chi^2 where it was not fitted, `gain_error` the standard error of that; None where nothing could be tried.
+    A term is open if the log contains an effect that the term explains, but other terms explain it, too. `gain` is the
+    reduction of χ² on held-out data and `gain_error` its standard error; None where the term could not be tried.
     """
 
     verdict: TermDecision
@@ -105,26 +105,26 @@ class TermVerdict:
 
     @property
     def kept(self) -> bool:
-        """Whether the joint has it."""
+        """Whether the joint's friction includes the term."""
         return self.verdict == "kept"
 
 
 @dataclass(frozen=True, kw_only=True)
 class JointResult:
-    """What the log says about one joint; `parameters` is empty when it did not move enough.
+    """Identification result of one joint. `parameters` is empty if the joint moved too little.
 
-    `curve` is its friction as a whole, at slow, middle and top speed; the verdict is the curve's. A joint without
-    detectable friction has no parameters but those of other torques, an offset or a rotor inertia.
-    Of the law "auto", `terms` says which of them the joint has, `mean_load` is the torque that it carries [N m], of
-    which `load_deviation` is the standard deviation, and
-    `mean_direction` are the means of cosine and sine of its position; None of a prismatic joint. `ripple_per_turn` is
-    how many periods a turn its torque ripple has; None without any. `presliding_travel` is the travel after a reversal
-    within which the parameter `presliding` builds up [rad], [m]; None without any.
-    `mean_temperature` is that of the joint in the log [deg C], at which its friction holds; None if it was not logged.
-    `position_range` are its lowest and highest position in the log [rad], [m].
-    `correlation` is that of the parameters' errors, in their order, shape (p, p); None where nothing was fitted.
-    `torque_r2` is how much of its torque is explained, None where nothing was held out.
-    `law` is the name of the law that was fitted; the `Result` that holds the joint gives it.
+    - `verdict` refers to `curve`, the friction at slow, middle and top speed. For "no friction", the parameters are at
+      most an offset and a rotor inertia.
+    - `terms` (law "auto"): decision on each term of the law.
+    - `mean_load`, `load_deviation` (law "auto"): mean and standard deviation of the joint's load [N m].
+    - `mean_direction` (law "auto"): means of cosine and sine of the position; None for a prismatic joint.
+    - `ripple_per_turn`: periods per turn of the torque ripple; None without ripple.
+    - `presliding_travel`: travel after a reversal within which `presliding` builds up [rad], [m]; None without it.
+    - `mean_temperature`: mean temperature of the joint in the log [°C], for which the friction holds; None if unknown.
+    - `position_range`: lowest and highest position in the log [rad], [m].
+    - `correlation`: correlation of the parameters' errors, in their order, shape (p, p); None if nothing was fitted.
+    - `torque_r2`: explained share of the held-out torque; None if nothing was held out.
+    - `law`: name of the fitted law, set by the `Result` that contains the joint.
     """
 
     parameters: dict[str, ParameterEstimate]
@@ -157,27 +157,26 @@ class JointResult:
         position: ArrayLike | None = None,
         period: float | None = None,
     ) -> Array:
-        """Return the friction torque of the law that was found [N m], of a prismatic joint [N].
+        """Compute the friction torque of the fitted law [N m], [N].
 
-        Of a joint whose friction drifts, it is that of the middle of the log; of one with presliding or bristles, that
-        of steady motion, unless a period is given.
+        Friction that drifts is evaluated at the middle of the log. Presliding and bristles are evaluated for steady
+        motion, unless a period is given.
 
         Parameters
         ----------
         velocity
-            [rad/s] or [m/s], of any shape.
+            Joint velocity [rad/s] or [m/s], any shape.
         load
-            Torque that the joint carries without friction [N m], of a shape that broadcasts with the velocity's; the
-            mean one of the log if None. It changes nothing unless friction was found to grow with it (law "auto").
+            Torque that the joint carries without friction [N m]; broadcasts with `velocity`. The mean of the log if
+            None. Used only if the fitted friction depends on load (law "auto").
         temperature
-            Above the joint's mean temperature in the log [K], likewise.
+            Temperature minus the joint's mean temperature in the log [K]; broadcasts with `velocity`.
         position
-            Of the joint [rad], likewise; if None, friction is the mean over the log's positions, without ripple. Where
-            the log has not been, friction over position is that of the nearest position where it has.
+            Joint position [rad]; broadcasts with `velocity`. Positions are clipped to the range of the log. If None,
+            friction is the mean over the log's positions, without ripple.
         period
-            From one velocity to the next [s], of a motion in the order of time along the first axis: friction then
-            builds up after reversals, if the joint has presliding or bristles. At the beginning of the motion it has
-            built up.
+            Sampling period [s] if `velocity` is a motion along the first axis. Presliding and bristles then build up
+            after reversals; the motion starts with friction fully built up.
 
         Returns
         -------
@@ -189,7 +188,7 @@ class JointResult:
         NothingIdentifiedError
             If the joint did not move enough.
         SettingsError
-            If its law is not known here (see `register_law`).
+            If the law is not registered (see `register_law`).
 
         Examples
         --------
@@ -226,20 +225,20 @@ class JointResult:
     def band(self, velocity: Array, *, offset: bool = True) -> tuple[Array, Array | None] | None:
         """Compute the friction torque of the fitted law at the mean load, and its 95 % band.
 
-        The band is by the delta method, `var R = J C J^T` with the covariance C of the parameters.
+        The band uses the delta method, `var R = J C J^T`, with the covariance C of the parameters.
 
         Parameters
         ----------
         velocity
-            [rad/s] or [m/s], shape (N,).
+            Joint velocity [rad/s] or [m/s], shape (N,).
         offset
-            Whether the offset is part of the torque.
+            Whether to include the offset.
 
         Returns
         -------
         friction, band
-            [N m] or [N], shape (N,) and (2, N), the lower and the upper end; the band is None where no correlation is
-            known. None where no law was fitted.
+            Torque, shape (N,), and lower and upper end of the band, shape (2, N) [N m] or [N]. The band is None if the
+            correlation is unknown. None if no law was fitted.
         """
         law, load = get_law(self.law), self.mean_load or 0.0
         found = {name: parameter.value for name, parameter in self.parameters.items()}
@@ -258,14 +257,14 @@ class JointResult:
         return torque, np.stack([torque - half, torque + half])
 
     def correlation_matrix(self) -> Array | None:
-        """Return the correlation of the p parameters, shape (p, p); None if unknown or of another shape."""
+        """Convert the correlation of the p parameters to an array, shape (p, p); None if unknown or malformed."""
         count, rows = len(self.parameters), self.correlation or ()
         return np.array(rows) if [len(row) for row in rows] == [count] * count else None
 
     def _errors_95(self, law: FrictionLaw) -> float:
-        """Return the number of standard errors in half of a 95 % interval: larger, the fewer blocks the fit saw.
+        """Compute the number of standard errors in half of a 95 % interval, which depends on the number of blocks.
 
-        The median over the parameters is used, since bounds cut off some ends.
+        It is the median over the parameters, because bounds clip some intervals.
         """
         logarithmic = {parameter.name for parameter in law.parameters if parameter.logarithmic}
         ratios = [
@@ -278,31 +277,31 @@ class JointResult:
 
 @dataclass(frozen=True, kw_only=True)
 class CouplingResult(JointResult):
-    """What the log says about friction R that acts on a sum of joint speeds.
+    """Identification result of friction R that acts on a sum of joint speeds.
 
-    `joints` has the coefficients: with v_c = sum_j b_j v_j, it acts on joint j as b_j R(v_c).
+    `joints` contains the coefficients b_j. With v_c = sum_j b_j v_j, the friction acts on joint j as b_j R(v_c).
     """
 
     joints: dict[str, float]
 
 
 def velocity_grid(low: float, high: float, points: int = 31) -> Array:
-    """Return velocities between two, dense around zero, where a friction law turns: about 3 `points` of them."""
-    reach = max(abs(low), abs(high), 1e-300)  # smaller numbers have no thousandth
+    """Space about 3 `points` velocities between two limits, dense around zero, where friction changes quickly."""
+    reach = max(abs(low), abs(high), 1e-300)  # avoids underflow
     near = np.geomspace(1e-3 * reach, 0.15 * reach, points // 2)
     grid = np.concatenate([np.linspace(low, high, 2 * points), -near, near, [0.0]])
     return np.unique(grid[(grid >= low) & (grid <= high)])
 
 
 def _along(law: LawWithState, velocity: Array, values: Array, period: float) -> Array:
-    """Return the friction torque along motions [N m], shape (T, n), that begin steadily."""
+    """Compute the friction torque along motions that start with steady friction [N m], shape (T, n)."""
     begins = np.arange(len(velocity)) == 0
     motions = (Motion(velocity=own, period=period, begins=begins) for own in velocity.T)
     return np.column_stack([law.torque_along(motion, values) for motion in motions])
 
 
 def law_values(law: FrictionLaw, found: Mapping[str, float], load: float = 0.0) -> Array | None:
-    """Return the values of a law under a load [N m], in its order, shape (p,); None where some are missing."""
+    """Collect the parameter values of a law under a load [N m], in its order, shape (p,); None if any are missing."""
     if not found or any(p.neutral is None and p.name not in found for p in law.parameters):
         return None
     loaded = at_load(found, load) if load and "load" in found else found
@@ -310,7 +309,7 @@ def law_values(law: FrictionLaw, found: Mapping[str, float], load: float = 0.0) 
 
 
 def law_slopes(law: FrictionLaw, found: Mapping[str, float], load: float = 0.0) -> Array:
-    """Return the derivatives of a law's values under a load [N m] by the k parameters found, shape (p, k)."""
+    """Compute the derivatives of a law's values under a load [N m] with respect to the k parameters, shape (p, k)."""
     columns = []
     for name, value in found.items():
         step = STEP * max(abs(value), STEP)
@@ -320,9 +319,9 @@ def law_slopes(law: FrictionLaw, found: Mapping[str, float], load: float = 0.0) 
 
 
 def at_load(values: Mapping[str, float], load: float) -> dict[str, float]:
-    """Return parameters whose curve is that of a joint that carries a load [N m]: Coulomb friction is larger.
+    """Compute the parameters of a joint that carries a load [N m], with larger Coulomb friction Fc.
 
-    The Stribeck effect, Fc S, is what it was, so that the gain S is smaller.
+    The Stribeck effect Fc S is constant, so the gain S decreases.
     """
     coulomb = values["coulomb"] + values.get("load", 0.0) * load
     changed = {**values, "coulomb": coulomb}

@@ -1,19 +1,19 @@
-"""Which joint is the same joint of the other side."""
+"""Names of mirrored joints."""
 
 import re
 from collections.abc import Iterable
 
 TOKENS = (("left", "right"), ("l", "r"), ("lf", "rf"), ("lh", "rh"), ("fl", "fr"), ("rl", "rr"), ("hl", "hr"))
-"""Left and right as joint names write them; a leg's two letters are fore (f) or hind (h), rear (r)."""
+"""Words for left and right in joint names; two letters name a leg, with fore (f), hind (h) or rear (r)."""
 
 OTHER_SIDE = dict(TOKENS) | {right: left for left, right in TOKENS}
 
 PARTS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|[^A-Za-z]+")
-"""Words of a name: `LHipPitch` is L, Hip, Pitch; `leg_left_1_joint` is leg, _, left, _1_, joint."""
+"""Pattern of the words of a name: `LHipPitch` is L, Hip, Pitch; `leg_left_1_joint` is leg, _, left, _1_, joint."""
 
 
 def mirror_name(name: str, names: Iterable[str]) -> str | None:
-    """Return the partner of a joint among `names`: the name with left and right exchanged; None if there is none.
+    """Find the partner of a joint among `names` by exchanging left and right; None without a partner.
 
     >>> mirror_name("leg_left_1_joint", ["leg_left_1_joint", "leg_right_1_joint"])
     'leg_right_1_joint'
@@ -28,7 +28,7 @@ def mirror_name(name: str, names: Iterable[str]) -> str | None:
 
 
 def mirrored_pairs(names: Iterable[str]) -> list[tuple[str, str]]:
-    """Return (left, right) of every pair among `names`, in the order of the first of each pair."""
+    """List the pairs (left, right) among `names`, in the order of their first joint."""
     listed = list(names)
     pairs, seen = [], set()
     for name in listed:
@@ -41,7 +41,7 @@ def mirrored_pairs(names: Iterable[str]) -> list[tuple[str, str]]:
 
 
 def _mirrored(name: str) -> list[str]:
-    """Return the name with one word exchanged at a time, longest words first, then with all of them exchanged."""
+    """List the names with one word exchanged, longest words first, then the name with all words exchanged."""
     parts = PARTS.findall(name)
     swapped = {index: other for index, part in enumerate(parts) if (other := _other_side(part))}
     by_length = sorted(swapped, key=lambda index: -len(parts[index]))
@@ -51,7 +51,7 @@ def _mirrored(name: str) -> list[str]:
 
 
 def _other_side(word: str) -> str | None:
-    """Return the word for the other side, in the same case; None for any other word."""
+    """Translate a word to the other side, in the same case; None for words without a side."""
     other = OTHER_SIDE.get(word.lower())
     if other is None or word.islower():
         return other
@@ -59,7 +59,7 @@ def _other_side(word: str) -> str | None:
 
 
 def _is_left(name: str, partner: str) -> bool:
-    """Whether the first word in which two names differ is the left one."""
+    """Check that the first word in which two names differ means left."""
     words = zip(PARTS.findall(name), PARTS.findall(partner), strict=True)
     word = next(a.lower() for a, b in words if a != b)
     return word in dict(TOKENS)

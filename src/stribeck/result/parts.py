@@ -1,4 +1,4 @@
-"""What a result holds beside its joints: corrections of the model, held-out logs, and what the report draws."""
+"""Parts of a result other than joints: model corrections, validation logs, and evidence for the report."""
 
 from dataclasses import dataclass, field
 from typing import Annotated
@@ -12,16 +12,16 @@ Three = Annotated[tuple[float, ...], Field(min_length=3, max_length=3)]
 Six = Annotated[tuple[float, ...], Field(min_length=6, max_length=6)]
 
 BODY_COORDINATES = ("log_mass", "centre_x", "centre_y", "centre_z", *(f"shape_{k}" for k in range(1, 7)))
-"""Of a body's errors: `stribeck.robot.inertial_parameters.shape_coordinates` has the last six."""
+"""Coordinates of a body's errors; `stribeck.robot.inertial_parameters.shape_coordinates` defines the last six."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class BodyCorrection:
-    """What the log says about a body's inertia; before and after, in the frame of the joint that carries the body.
+    """Inertia of a body before and after the correction, in the frame of the joint that carries the body.
 
-    `inertia` is Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the centre of mass [kg m^2]. `known` is the share of the prior
-    variance of the body that the log removes, from 0 to 1. `shape_error` are standard errors of the last six of
-    `BODY_COORDINATES`; files of earlier versions have none.
+    `inertia` is Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the center of mass [kg m²]. `known` is the share of the prior
+    variance that the log removes, from 0 to 1. `shape_error` are standard errors of the last six of
+    `BODY_COORDINATES`; empty in files of earlier versions.
     """
 
     mass: tuple[float, float]
@@ -35,15 +35,16 @@ class BodyCorrection:
 
 @dataclass(frozen=True, kw_only=True)
 class Corrections:
-    """What a whole log says beside friction.
+    """Estimates of the whole-log method other than friction.
 
-    `chi_square` is the squared error over what it was taken to be; near 1 if all is well. `disagreement` is the
-    heterogeneity over folds, the same for differences between parts of the log about the model; above 1 the prior is
-    given more weight. Gains [1], zeros [rad] and delays [s] are (value, standard error), to be taken off; delays are
-    against the encoders, of all torques and of the base orientation. `log_offsets` is by how much the offset of a joint
-    is larger in each log than in all, in their order [N m], [N]; empty for a single log. `correlations` are of two
-    errors each, of friction as "joint.parameter" and of bodies as "body.coordinate" (`BODY_COORDINATES`); those among
-    the parameters of one joint are in `JointResult`, and small ones are left out.
+    - `chi_square`: squared error divided by its expectation; near 1 if the noise model is right.
+    - `disagreement`: heterogeneity over folds, the same ratio for differences between parts of the log; above 1, the
+      prior gets more weight.
+    - Gains [1], encoder zeros [rad] and delays [s] as (value, standard error), to be subtracted. Delays of the torques
+      and of the base orientation are relative to the encoders.
+    - `log_offsets`: offset of a joint in each log minus its offset in all logs [N m], [N]; empty for a single log.
+    - `correlations`: correlations of pairs of errors, named "joint.parameter" and "body.coordinate"
+      (`BODY_COORDINATES`). Small ones are omitted; those within one joint are in `JointResult`.
     """
 
     chi_square: float
@@ -59,16 +60,16 @@ class Corrections:
 
 @dataclass(frozen=True, kw_only=True)
 class HeldOutError:
-    """The torque error of a joint: torque less inverse dynamics, rotor and friction, as they were found.
+    """Torque error e of a joint: torque minus inverse dynamics, rotor torque and friction.
 
     Attributes
     ----------
     rms, rms_zero_friction
-        Of it, and of the same without friction [N m], [N].
+        Root mean square of the error with and without friction [N m], [N].
     torque_r2
         1 - sum e^2 / sum (tau - mean tau)^2.
     samples
-        That they are over.
+        Number of samples.
     """
 
     rms: float
@@ -79,7 +80,7 @@ class HeldOutError:
 
 @dataclass(frozen=True, kw_only=True)
 class HeldOutLog:
-    """A log that no fit has seen; its errors by joint, those whose friction was found and that move in it."""
+    """Errors on a validation log, by joint, for joints with identified friction that move in the log."""
 
     path: str
     sha256: str
@@ -89,26 +90,26 @@ class HeldOutLog:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Evidence:
-    """What the report draws beside the numbers; not part of result.json.
+    """Samples and texts that the report shows; not part of result.json.
 
     Attributes
     ----------
     samples
-        The friction torque samples that were kept; the torque of a fitted rotor inertia is taken out of them.
+        Samples of the friction torque, without the torque of a fitted rotor inertia.
     phases
-        Contact modes over time: (start [s], end [s], name, whether it was used), in log order.
+        Contact modes: (start [s], end [s], name, whether it was used), in log order.
     close_up
-        A few seconds at the full rate, treated like `samples`.
+        A few seconds of `samples` at the full rate.
     provenance
         Versions, settings and choices, as label and text.
     notes
-        How the log was prepared, a sentence each.
+        Sentences on how the log was prepared.
     prismatic
-        Joints that slide: their units are m, N and N s/m.
+        Prismatic joints; their units are m, N and N s/m.
     correction
-        Samples of free and swinging limbs by model and log as they were given, and as they were corrected.
+        Samples of free and swinging limbs before and after the correction of model and log.
     torque_source
-        Where the robot's torques come from, which decides what the friction is of.
+        Source of the robot's torques, which determines the friction that is included.
     """
 
     samples: FrictionSamples

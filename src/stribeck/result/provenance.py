@@ -1,4 +1,4 @@
-"""Where a result comes from: the logs' hashes, the versions and the settings."""
+"""Provenance of a result: hashes of the logs, versions and settings."""
 
 import hashlib
 import platform
@@ -12,7 +12,7 @@ from stribeck.settings import Settings, flat
 
 
 def sha256(path: str) -> str:
-    """Return the SHA-256 of a file, or of all files of a folder in the order of their names; "" for no file."""
+    """Compute the SHA-256 of a file, or of all files of a folder in the order of their names; "" for no file."""
     root = Path(path)
     if not path or not root.exists():
         return ""
@@ -28,7 +28,7 @@ def sha256(path: str) -> str:
 def log_summary(
     paths: Sequence[str], durations: Sequence[float], rate: float, samples_used: int, samples: int
 ) -> LogSummary:
-    """Return the summary of one log, or of several with lists of paths and hashes."""
+    """Summarize one log, or several with lists of paths and hashes."""
     hashes = [sha256(path) for path in paths]
     single = len(paths) == 1
     return LogSummary(
@@ -44,7 +44,7 @@ def log_summary(
 def provenance(
     settings: Settings, uses: Collection[str], robot_file: str, choices: Sequence[tuple[str, str]]
 ) -> list[tuple[str, str]]:
-    """Return label and text of everything needed to make a result again: the settings are those that were used."""
+    """List label and text of all information needed to reproduce a result, with the settings used."""
     used = {key: value for key, value in flat(settings).items() if key in uses and not key.startswith("filter.")}
     libraries = ", ".join(f"{name} {version(name)}" for name in ("pin", "numpy", "scipy", "pyarrow"))
     return [

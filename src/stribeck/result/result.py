@@ -1,4 +1,4 @@
-"""What was found: the content of result.json."""
+"""Result of an identification: the content of result.json."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ SCHEMA = 1
 
 @dataclass(frozen=True, kw_only=True)
 class LogSummary:
-    """Which log, and how much of it was used; for several logs `path` and `sha256` are lists.
+    """Log of a result and its used part; for several logs, `path` and `sha256` are lists.
 
-    `samples` is how many there are on the even clock, without those that gaps and missing values cost; 0 if not known.
+    `samples` is the number after resampling, without gaps and missing values; 0 if unknown.
     """
 
     path: str | list[str]
@@ -42,7 +42,7 @@ class LogSummary:
 
     @property
     def usage(self) -> str:
-        """How many samples a fit may use, of how many, in words."""
+        """Sentence on the number of samples that the fit may use."""
         if not self.samples:
             return f"{self.samples_used:,} samples used"
         share = 100 * self.samples_used / self.samples
@@ -51,9 +51,9 @@ class LogSummary:
 
 @dataclass(frozen=True, kw_only=True)
 class Result:
-    """The whole result; `result.json` is this without `evidence`.
+    """Result of an identification; `result.json` contains all but `evidence`.
 
-    `findings` say in parts what `warnings` say in one line each: joints, evidence and cure.
+    `findings` are structured (check, joints, text, remedy); `warnings` contain them as plain text.
 
     Examples
     --------
@@ -79,19 +79,19 @@ class Result:
     evidence: Evidence | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        """Tell every joint the law, so that it can say its friction."""
+        """Set the law of every joint, which its friction depends on."""
         for of in ("joints", "couplings"):
             found = {name: replace(joint, law=self.law) for name, joint in getattr(self, of).items()}
             object.__setattr__(self, of, found)
 
     @property
     def all_friction(self) -> dict[str, JointResult]:
-        """Joints, and couplings behind them."""
+        """Joints, followed by couplings."""
         return {**self.joints, **self.couplings}
 
     @property
     def warning_lines(self) -> list[str]:
-        """The warnings, those of findings with the place where their check is explained."""
+        """Warnings; those of findings name the command that explains them."""
         explained = {str(finding): finding.line for finding in self.findings}
         return [explained.get(warning, warning) for warning in self.warnings]
 
@@ -99,14 +99,14 @@ class Result:
         return f"Result({self.robot!r}, law {self.law}, method {self.method}, {verdict_counts(self)})"
 
     def _repr_html_(self) -> str:
-        """Return a table of the joints, for notebooks."""
+        """Format the joints as an HTML table for notebooks."""
         return html_table(self)
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """Return a pandas table with a row for each parameter of each joint, and one for a joint without any.
+        """Convert to a pandas table with one row per parameter, and one row per joint without parameters.
 
         Columns: joint, parameter, value, standard_error, low and high (the ends of the 95 % interval), unit, verdict,
-        joint_verdict, reason. A joint without numbers has None or NaN from `parameter` to `verdict`.
+        joint_verdict, reason. Joints without parameters have None or NaN from `parameter` to `verdict`.
 
         Raises
         ------
@@ -138,7 +138,7 @@ class Result:
         return friction_figure(self.all_friction)
 
     def to_json(self) -> str:
-        """Return the text of result.json."""
+        """Format the content of result.json."""
         plain = asdict(replace(self, evidence=None))
         for kind in ("joints", "couplings"):
             plain[kind] = {name: _joint_to_plain(joint) for name, joint in plain[kind].items()}
@@ -153,7 +153,7 @@ def read_result(path: str | Path) -> Result:
     Raises
     ------
     SettingsError
-        If the file is not a result of a schema that this version reads.
+        If the file is not a result, or its schema is not supported.
 
     Examples
     --------
@@ -163,7 +163,7 @@ def read_result(path: str | Path) -> Result:
     text = read_text(Path(path), "a result.json", SettingsError)
     try:
         document = from_json(text)
-        json.dumps(document, allow_nan=False)  # or it is no JSON: what is not finite, or becomes infinite
+        json.dumps(document, allow_nan=False)  # JSON has no infinity or NaN
     except ValueError as error:
         raise SettingsError(f"{path}: is not JSON ({error}); expected a result.json") from error
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
@@ -176,7 +176,7 @@ def read_result(path: str | Path) -> Result:
 
 
 class _Document(TypedDict):
-    """What result.json holds."""
+    """Content of result.json."""
 
     schema: int
     stribeck: str
@@ -193,7 +193,7 @@ class _Document(TypedDict):
 
 
 def _joint_to_plain(plain: dict[str, Any]) -> dict[str, Any]:
-    """Remove the law, which is the result's, and what only some laws or methods have from a joint without it."""
+    """Remove the law, which the result states, and empty fields of certain laws and methods."""
     always = ("residual_rms", "validation", "positive_power_fraction")
     for parameter in plain["parameters"].values():
         if parameter["variance_shares"] is None:

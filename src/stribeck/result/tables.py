@@ -1,4 +1,4 @@
-"""A result at a glance: as rows of a table, and as a notebook shows it."""
+"""Summaries of a result: table rows, notebook table, and next steps."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def parameter_rows(result: Result) -> list[dict[str, object]]:
-    """Return the rows of `Result.to_dataframe`: one for each parameter, and one for a joint without any."""
+    """Build the rows of `Result.to_dataframe`: one per parameter, and one per joint without parameters."""
     rows: list[dict[str, object]] = []
     for name, joint in result.all_friction.items():
         ends = {"joint_verdict": joint.verdict, "reason": joint.reason}
@@ -28,16 +28,16 @@ def parameter_rows(result: Result) -> list[dict[str, object]]:
 
 
 def verdict_counts(result: Result) -> str:
-    """Return how many joints have which verdict, e.g. "3 joints: 2 identified, 1 weak"."""
+    """Count the joints by verdict, e.g. "3 joints: 2 identified, 1 weak"."""
     counts = Counter(joint.verdict for joint in result.joints.values())
     said = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
     return f"{len(result.joints)} joint{'s' * (len(result.joints) != 1)}" + f": {said}" * bool(said)
 
 
 def friction_text(joint: JointResult) -> str:
-    """Return a joint's friction as a whole with half of its 95 % interval, e.g. "14.1 ± 1.0 N m at 0.5 rad/s".
+    """Format a joint's friction at middle speed with half of its 95 % interval, e.g. "14.1 ± 1.0 N m at 0.5 rad/s".
 
-    Of a joint without detectable friction "below 0.2 N m"; "" where there is no curve.
+    For the verdict "no friction", the bound, e.g. "below 0.2 N m"; "" without a curve.
     """
     if not joint.curve:
         return ""
@@ -48,19 +48,19 @@ def friction_text(joint: JointResult) -> str:
     half = middle.half_width
     if not 1e-6 < half < 1e6:
         return f"{middle.value:.4g} ± {half:.2g} {middle.unit} at {speed}"
-    decimals = max(math.ceil(-math.log10(half / 5)), 0)  # two digits of 1.2, one of 7
+    decimals = max(math.ceil(-math.log10(half / 5)), 0)  # two digits for 1.2, one for 7
     return f"{middle.value:.{decimals}f} ± {half:.{decimals}f} {middle.unit} at {speed}"
 
 
 def rounded(value: float, error: float) -> tuple[str, str]:
-    """Return a value and its error for a table: `1.183`, `0.006`; an error whose first digit is 1 keeps its second.
+    """Round a value and its error for a table, e.g. `1.183`, `0.006`; an error that starts with 1 has two digits.
 
-    No value has more than four digits: an error that is finer is rounded up.
+    Values have at most four digits; finer errors are rounded up.
 
     Parameters
     ----------
     value, error
-        Of a size that is written without a power of ten; the error is positive.
+        Numbers that need no exponent; the error is positive.
     """
     exponent = math.floor(math.log10(error))
     wanted = -exponent + (error < 1.95 * 10**exponent)
@@ -72,7 +72,7 @@ def rounded(value: float, error: float) -> tuple[str, str]:
 
 
 def point_text(point: CurvePoint) -> str:
-    """Return friction at a speed with half of its 95 % interval, or its bound where it is not significant."""
+    """Format friction at a speed with half of its 95 % interval, or its bound if it is not significant."""
     if point.interval_95[0] <= 0:
         return f"< {point.interval_95[1]:.2g}"
     value, half = point.value, point.half_width
@@ -82,7 +82,7 @@ def point_text(point: CurvePoint) -> str:
 
 
 def html_table(result: Result) -> str:
-    """Return an HTML table with a row for each joint: its verdict, and each parameter with its standard error."""
+    """Format an HTML table with one row per joint: verdict, and each parameter with its standard error."""
     names = list(dict.fromkeys(name for joint in result.all_friction.values() for name in joint.parameters))
     head = "".join(f"<th>{escape(text)}</th>" for text in ("joint", "verdict", *names))
     rows = "".join(
