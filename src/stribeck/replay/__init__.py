@@ -1,1 +1,1 @@
-"""A log against models: the torque that they ask for, and how the joints move under the torque that was measured."""
+"""Comparison of a log with models: required torque, and motion of the joints under the measured torque."""

@@ -1,4 +1,4 @@
-"""The joint friction of an MJCF, from MuJoCo's own reading of it; a file of its own, since MuJoCo is slow to import."""
+"""Joint friction stated in an MJCF, read by MuJoCo; a separate file, because MuJoCo is slow to import."""
 
 from pathlib import Path
 
@@ -9,15 +9,14 @@ from stribeck.replay.model_friction import JointFriction, StatedFriction
 from stribeck.robot.mjcf import compile_mjcf
 
 LUGRE = slice(3, 6)
-"""Coulomb and static friction and Stribeck velocity, among a motor's parameters of its bias."""
+"""Indices of Coulomb friction, static friction and Stribeck velocity in a motor's bias parameters."""
 
 
 def read_mjcf_friction(path: Path) -> StatedFriction:
-    """Return the friction of each joint: `frictionloss`, `damping` and the steady friction of LuGre's motors.
+    """Read the friction of each joint: `frictionloss`, `damping` and the steady friction of LuGre motors.
 
-    That of a fixed tendon, which acts on a sum of joint speeds, is a coupling's.
-
-    A motor at gear g turns g times as fast as its joint, which feels g times its torque.
+    The friction of a fixed tendon, which acts on a sum of joint speeds, becomes a coupling. A motor with gear ratio g
+    has g times the speed of its joint, and its torque counts g times on the joint.
     """
     model = compile_mjcf(path)
     found, notes = {}, []
@@ -50,7 +49,7 @@ def _drives(model: mujoco.MjModel, motor: int, joint: int) -> bool:
 
 
 def _others(model: mujoco.MjModel, joint: int, dof: int, motors: int) -> list[str]:
-    """Return what else acts on a joint without being told to."""
+    """List other passive effects that act on a joint."""
     others = []
     if np.any(model.jnt_stiffness[joint]):
         others.append("a spring (stiffness)")
@@ -62,7 +61,7 @@ def _others(model: mujoco.MjModel, joint: int, dof: int, motors: int) -> list[st
 
 
 def _of_tendons(model: mujoco.MjModel) -> tuple[dict[str, tuple[dict[str, float], JointFriction]], list[str]]:
-    """Return the friction of fixed tendons with their coefficients by joint, and what of all tendons is left out."""
+    """Read the friction and coefficients of fixed tendons, with notes on omitted parts of tendons."""
     found, left_out = {}, 0
     for tendon in range(model.ntendon):
         first = int(model.tendon_adr[tendon])

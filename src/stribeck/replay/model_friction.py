@@ -1,4 +1,4 @@
-"""The joint friction that a model file states itself, as its simulator would apply it.
+"""Joint friction stated in a model file, as the simulator of that file applies it.
 
 R(v) = (Fc + (Fs - Fc) exp(-(v / vs)^2)) sign(v) + Fv v
 """
@@ -12,12 +12,12 @@ import numpy as np
 from stribeck.base.typing import Array
 
 CREEP = 1e-3
-"""Speed below which friction is viscous in a rollout, so that it has a slope at rest [rad/s], [m/s]."""
+"""Speed below which friction is linear in a rollout, for a finite slope at rest [rad/s], [m/s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class JointFriction:
-    """Numbers of one joint: Fc and what Fs adds to it [N m], vs [rad/s], Fv [N m s/rad]."""
+    """Friction parameters of one joint: Fc and Fs - Fc [N m], vs [rad/s], Fv [N m s/rad]."""
 
     coulomb: float = 0.0
     viscous: float = 0.0
@@ -41,12 +41,12 @@ class ModelFriction:
         return any(self.joints) or any(friction for _, friction in self.couplings)
 
     def torque(self, velocity: Array) -> Array:
-        """Return the torque that resists motion at these velocities, shape (T, n) both."""
+        """Compute the torque that resists motion at velocities of shape (T, n), shape (T, n)."""
         speeds = velocity @ self._coefficients
         return np.asarray((np.sign(speeds) * self._resistance(np.abs(speeds))) @ self._coefficients.T)
 
     def damping(self, velocity: Array) -> Array:
-        """Return D with R = D v at velocities of shape (T, n), finite at rest, shape (T, n, n)."""
+        """Compute D with R = D v at velocities of shape (T, n), finite at rest, shape (T, n, n)."""
         speed = np.maximum(np.abs(velocity @ self._coefficients), CREEP)
         slope, joints = self._resistance(speed) / speed, len(self.joints)
         found = slope[:, :joints, None] * np.eye(joints)
@@ -57,12 +57,12 @@ class ModelFriction:
 
     @cached_property
     def _coefficients(self) -> Array:
-        """Joint velocities in the speeds that friction acts on, shape (n, n + couplings)."""
+        """Matrix from joint velocities to the speeds of joints and couplings, shape (n, n + couplings)."""
         return np.column_stack([np.eye(len(self.joints)), *(own for own, _ in self.couplings)])
 
     @cached_property
     def _numbers(self) -> Array:
-        """The numbers of all joints and couplings, shape (4, n + couplings)."""
+        """Friction parameters of all joints and couplings, shape (4, n + couplings)."""
         return np.array([astuple(own) for own in (*self.joints, *(friction for _, friction in self.couplings))]).T
 
     def _resistance(self, speed: Array) -> Array:
@@ -72,16 +72,16 @@ class ModelFriction:
 
 @dataclass(frozen=True, kw_only=True)
 class StatedFriction:
-    """What a model file says.
+    """Friction stated in a model file.
 
     Attributes
     ----------
     joints
         Friction by joint.
     couplings
-        By name: the coefficients by joint, and the friction of their sum of speeds.
+        Coefficients by joint, and friction of the sum of speeds, by coupling.
     notes
-        On what acts on joints and is not understood.
+        Notes on unsupported effects on joints.
     """
 
     joints: dict[str, JointFriction]

@@ -1,4 +1,4 @@
-"""Another model in the place of the robot's own: same joints, feet and gravity, its own bodies."""
+"""Replacement of the robot's model by another model with the same joints, feet and gravity."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,11 +16,11 @@ from stribeck.robot.rooting import BASE_FRAME, is_floating, root_at
 
 
 def other_model(robot: Robot, path: Path) -> tuple[Robot, list[str]]:
-    """Return the robot with another file's model, and notes on what was made to fit.
+    """Build the robot with another model file, with notes on the adaptations.
 
-    Joints that the robot does not have are locked where its robot file says, or at zero. A contact's frame that the
-    file lacks is put where the robot's own model has it at zero position. The rotor inertia is the file's, where it
-    states one and the torque is not that of a sensor behind the gear; else it is the robot's.
+    Joints that the robot does not have are locked at the position in the robot file, or at zero. A contact frame that
+    the file lacks is copied from the robot's own model at zero position. The rotor inertia is taken from the file if it
+    states one and the torque sensor is not behind the gear; otherwise from the robot.
 
     Raises
     ------
@@ -52,7 +52,7 @@ def other_model(robot: Robot, path: Path) -> tuple[Robot, list[str]]:
 
 
 def with_joints(prepared: PreparedLog, joints: Sequence[str]) -> PreparedLog:
-    """Return a prepared log with its joints in another order."""
+    """Reorder the joints of a prepared log."""
     log = prepared.log
     if tuple(joints) == log.joint_names:
         return prepared
@@ -63,7 +63,7 @@ def with_joints(prepared: PreparedLog, joints: Sequence[str]) -> PreparedLog:
 
 
 def _armature(model: pin.Model, robot: Robot) -> Array:
-    """Return the rotor inertias, shape (nv,), in the order of the model."""
+    """Collect the rotor inertias in the order of the model, shape (nv,)."""
     found = np.array(model.armature)
     for name, value in zip(robot.joint_names, robot.armature, strict=True):
         place = model.joints[model.getJointId(name)].idx_v
@@ -73,14 +73,14 @@ def _armature(model: pin.Model, robot: Robot) -> Array:
 
 
 def _add_frames(model: pin.Model, robot: Robot, path: Path) -> list[str]:
-    """Give a model the frames of the robot's contacts and base that it lacks."""
+    """Add the missing frames of the robot's contacts and base to a model."""
     source = robot.tree.model
     frames = [contact.frame for contact in robot.contacts.values()]
     frames += [robot.base_frame] if robot.base_frame != BASE_FRAME else []
     missing = [name for name in frames if not model.existFrame(name)]
     if not missing:
         return []
-    base = int(is_floating(model))  # its joint: the free one, or the world
+    base = int(is_floating(model))  # the free joint, or the world
     zero, there = (_at_zero(each) for each in (source, model))
     for name in missing:
         frame = source.frames[source.getFrameId(name)]
@@ -93,7 +93,7 @@ def _add_frames(model: pin.Model, robot: Robot, path: Path) -> list[str]:
 
 
 def _at_zero(model: pin.Model) -> pin.Data:
-    """Return where the joints are at zero position."""
+    """Return the configuration at zero joint positions."""
     data = model.createData()
     pin.forwardKinematics(model, data, pin.neutral(model))
     return data

@@ -1,4 +1,4 @@
-"""A log against two models, with and without their friction: the robot's own, and that of another file."""
+"""Comparison of a log with the robot's own model and another model, without and with friction."""
 
 import json
 from collections.abc import Iterable
@@ -28,18 +28,18 @@ from stribeck.settings import Settings
 
 @dataclass(frozen=True, kw_only=True)
 class Replayed:
-    """A log against one model.
+    """Errors of one model on a log.
 
     Attributes
     ----------
     model
-        The file.
+        Path of the model file.
     friction
-        Whether with the joint friction that it states.
+        Whether the joint friction stated in the file is included.
     torque
-        By joint, those whose friction torque the log's contact modes show.
+        Torque error by joint, for joints whose friction torque is known.
     rollouts
-        By joint, after each of the horizons; None where too few rollouts go on that long.
+        Velocity errors by joint, after each of the horizons; None where too few rollouts are that long.
     """
 
     model: str
@@ -49,15 +49,15 @@ class Replayed:
 
     @property
     def name(self) -> str:
-        """The file's name, and whether with its friction."""
+        """Name of the file, with "friction" if included."""
         return Path(self.model).name + ", friction" * self.friction
 
     def median_r2(self) -> float | None:
-        """Return the median joint's coefficient of determination of the torque."""
+        """Compute the median R² of the torque over the joints."""
         return _median(error.r2 for error in self.torque.values())
 
     def median_relative(self, horizon: int) -> float | None:
-        """Return the median joint's relative velocity error after a horizon."""
+        """Compute the median relative velocity error over the joints after a horizon."""
         return _median(errors[horizon].relative for errors in self.rollouts.values() if errors[horizon])  # type: ignore[union-attr]
 
 
@@ -68,20 +68,20 @@ def _median(values: Iterable[float]) -> float | None:
 
 @dataclass(frozen=True, kw_only=True)
 class Replay:
-    """What `stribeck replay` shows.
+    """Result of `stribeck replay`.
 
     Attributes
     ----------
     robot, log, stribeck
-        The robot's name, the log's path, and the version that compared them.
+        Name of the robot, path of the log, and version of stribeck.
     filter
-        That motion and torque have passed for every model.
+        Filter of motion and torque, the same for all models.
     horizons
-        After which the velocities of the rollouts are compared [s].
+        Times after which the velocities of the rollouts are compared [s].
     models
-        The robot's own without and with its friction, then the other file's.
+        Errors of the robot's own model without and with friction, then of the other model.
     notes
-        What was made to fit or left out, a sentence each.
+        Sentences on adaptations and omissions.
     """
 
     robot: str
@@ -94,12 +94,12 @@ class Replay:
 
     @property
     def joints(self) -> list[str]:
-        """Those of which there is an error."""
+        """Joints with any error."""
         first = self.models[0]
         return list(dict.fromkeys([*first.torque, *(name for name, errors in first.rollouts.items() if any(errors))]))
 
     def to_json(self) -> str:
-        """Return all of it as JSON text."""
+        """Format as JSON."""
         return json.dumps(asdict(self), indent=2, allow_nan=False) + "\n"
 
 
@@ -112,28 +112,29 @@ def replay(
     force: bool = False,
     progress: Progress = quiet,
 ) -> Replay:
-    """Compare a log with another model of the robot and with the robot's own, each with and without its friction.
+    """Compare a log with another model of the robot and with the robot's own, each without and with friction.
 
     Parameters
     ----------
     log
-        A log, or its path.
+        The log, or its path.
     robot
         The robot, or the path of its robot file.
     model
-        A URDF or MJCF with the robot's joints.
+        URDF or MJCF with the robot's joints.
     settings
-        The robot file's if None. Motion and torque pass the same filter, and standing legs move as measured.
+        Settings; those of the robot file if None. Motion and torque pass the same filter, and standing legs move as
+        measured.
     force
-        Whether to go on with a log in which the audit finds what makes every number wrong.
+        Whether to continue although the audit found a fatal error.
     progress
-        Told how far the work is.
+        Callback `progress(stage, fraction)`.
 
     Raises
     ------
     RobotFileError, LogError, SettingsError
-        If robot, model or log cannot be used, the log shows no joint's friction, or, unless forced, the audit finds
-        what makes every number wrong.
+        If robot, model or log cannot be used, no joint's friction torque is known, or, unless forced, the audit finds a
+        fatal error.
     """
     robot = robot if isinstance(robot, Robot) else Robot.from_file(robot)
     if robot.loops:
@@ -162,7 +163,7 @@ def replay(
         ]
         notes += [f"{file}: joint '{name}' moves no mass, so rollouts take it as measured" for name, file in massless]
         found: list[Replayed] = []
-        with errors_about(prepared.log.path), np.errstate(all="ignore"):  # numbers that no robot has are refused
+        with errors_about(prepared.log.path), np.errstate(all="ignore"):  # implausible values are refused below
             for each, own, friction in zip((robot, other), logs, frictions, strict=True):
                 progress(f"replaying {Path(each.model_path).name}", 0.1 if each is robot else 0.55)
                 none = ModelFriction([JointFriction()] * len(each.joint_names))
@@ -191,9 +192,9 @@ def replay(
 def _torque_errors(
     prepared: PreparedLog, robot: Robot, frictions: list[ModelFriction], settings: Settings
 ) -> list[dict[str, TorqueError]]:
-    """Compute the torque error of a model with each of some frictions, by joint."""
+    """Compute the torque error by joint for each friction of a model."""
     samples = thinned_samples(prepared, 1, robot, settings)
-    assert samples.torque is not None  # the friction torque is worked out from it
+    assert samples.torque is not None  # the friction torque uses it
     columns = [robot.joint_names.index(name) for name in samples.joint_names]
     velocity = np.zeros((len(samples.time), len(robot.joint_names)))
     velocity[:, columns] = samples.velocity
@@ -219,14 +220,14 @@ def _impossible(robot: Robot, what: str) -> RobotFileError:
 
 
 def _flight(prepared: PreparedLog) -> list[str]:
-    """Return a note on the share of a log that is flight, if there is any: its joints move the base, too."""
+    """Note the share of flight phases, in which the joints move the base, too."""
     rows = sum(phase.last - phase.first for phase in prepared.support.phases if phase.kind == "flight")
     share = 100 * rows / len(prepared.log.time)
     return [f"{share:.2g} % of the log is flight, which is left out"] if rows else []
 
 
 def _friction(robot: Robot, notes: list[str]) -> ModelFriction:
-    """Return the friction that a robot's model states, and note what it lacks."""
+    """Collect the friction that a robot's model states, with a note on missing friction."""
     path = Path(robot.model_path)
     stated = read_friction(path)
     names, couplings = robot.joint_names, []
@@ -249,10 +250,10 @@ def read_friction(path: Path) -> StatedFriction:
     Raises
     ------
     RobotFileError
-        If the file cannot be read, or a number is none or negative.
+        If the file cannot be read, or a value is not a number or negative.
     """
     if kind_of(path) == "mjcf":
-        from stribeck.replay.mjcf_friction import read_mjcf_friction  # which is slow to import
+        from stribeck.replay.mjcf_friction import read_mjcf_friction  # MuJoCo is slow to import
 
         return read_mjcf_friction(path)
     xml, found = read_xml(path), {}

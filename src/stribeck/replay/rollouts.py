@@ -1,11 +1,11 @@
-"""Short simulations from measured states under the measured torque: how far the velocities run away.
+"""Short simulations from measured states under the measured torque, and their velocity errors.
 
 Joints whose friction torque is known in a contact mode are simulated; the root and all other joints move as measured:
 
     (M + dt D) a = tau - ID(q, v, 0 | a measured) - D v,    R(v) = D v
     v <- v + dt a,    q <- q + dt v
 
-The friction acts on the velocity at the end of a step, so that it brings a joint to rest and never turns it round.
+The friction acts on the velocity at the end of a step, so that it stops a joint but never reverses it.
 """
 
 from collections.abc import Collection, Sequence
@@ -34,25 +34,25 @@ from stribeck.robot import Robot
 from stribeck.settings import Settings
 
 HORIZONS = (0.05, 0.2, 0.5)
-"""Times after which the velocities are compared [s]."""
+"""Durations after which the velocities are compared [s]."""
 STARTS = 100
-"""Rollouts in a log, evenly spread over the rows that can be simulated."""
+"""Number of rollouts per log, spread evenly over the rows that can be simulated."""
 STEP = 1e-3
 """Step of the simulation [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RolloutError:
-    """The velocity error of a joint after a time.
+    """Velocity error of a joint after a horizon.
 
     Attributes
     ----------
     relative
-        Root mean square of the error over that of the change of the measured velocity [1].
+        Root mean square of the error divided by the root mean square of the measured velocity change [1].
     rms
-        Of the error [rad/s], [m/s].
+        Root mean square of the error [rad/s], [m/s].
     rollouts
-        That reached this time.
+        Number of rollouts that are long enough.
     """
 
     relative: float
@@ -62,9 +62,9 @@ class RolloutError:
 
 @dataclass(frozen=True, eq=False)
 class _Batch:
-    """S rollouts of one contact mode: signals at T rows from the start on, the last row repeated.
+    """S rollouts of one contact mode: signals at T rows from the start, padded with the last row.
 
-    The torque has shape (S, T, n); `reach` is the duration of each rollout [s], `steady` how long the feet rest [s].
+    The torque has shape (S, T, n). `reach` is the duration of each rollout [s], `steady` that of the support [s].
     """
 
     mode: StandingFeet
@@ -76,7 +76,7 @@ class _Batch:
 
 
 def massless_joints(robot: Robot, position: Array) -> list[str]:
-    """Return the joints that the model gives hardly any inertia at a position, shape (n,): none can be simulated."""
+    """Find joints with negligible inertia at a position, which cannot be simulated, shape (n,)."""
     inertia = np.diag(joint_inertia(robot.tree, position[None])[0])
     return [robot.joint_names[k] for k in np.flatnonzero(inertia <= MASSLESS * inertia.max())]
 
@@ -88,9 +88,9 @@ def rollout_errors(
     massless: Collection[str],
     settings: Settings,
 ) -> list[dict[str, list[RolloutError | None]]]:
-    """Compute the velocity errors of a model with each of some frictions, by joint, after each of `HORIZONS`.
+    """Compute the velocity errors by joint after each of `HORIZONS`, for each friction of a model.
 
-    Joints that are `massless`, and those that are position-controlled, move as measured.
+    Joints that are `massless` or position-controlled move as measured.
     """
     moving = [k for k in robot.torque_controlled if robot.joint_names[k] not in massless]
     batches = _batches(prepared, robot, moving, settings)
@@ -103,7 +103,7 @@ def rollout_errors(
 
 
 def _batches(prepared: PreparedLog, robot: Robot, moving: Sequence[int], settings: Settings) -> list[_Batch]:
-    """Read the measured signals of rollouts, those of one contact mode together."""
+    """Collect the measured signals of rollouts, grouped by contact mode."""
     period, log, phases = prepared.sampling.period, prepared.log, prepared.support.phases
     motion_filter = make_filter(settings.filter, period)
     turn_filter = orientation_filter(robot, log, motion_filter, period, settings)
@@ -139,20 +139,20 @@ def _batches(prepared: PreparedLog, robot: Robot, moving: Sequence[int], setting
 def _compared(
     robot: Robot, batch: _Batch, friction: ModelFriction, moving: Sequence[int], settings: Settings
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Return error and change of the velocity after each horizon, and which of them count, shape (S, H, n) each."""
+    """Compute error and change of the velocity after each horizon, and mark the valid ones, shape (S, H, n) each."""
     measured = np.stack([state.velocity for state in batch.states])
     simulated = np.isin(np.arange(len(robot.joint_names)), moving) & seen_joints(robot, batch.mode.feet, settings)
     predicted = _simulate(robot, batch, friction, np.flatnonzero(simulated))
     truth = np.stack([_at(measured, horizon / batch.period) for horizon in HORIZONS], axis=1)
     swinging = swinging_joints(robot, batch.mode.feet)
-    horizons = np.array(HORIZONS)[None, :, None] - STEP / 2  # half a step decides what is equal
+    horizons = np.array(HORIZONS)[None, :, None] - STEP / 2  # equal within half a step
     lasts = np.where(swinging, batch.reach[:, None, None], np.minimum(batch.steady, batch.reach)[:, None, None])
     counts = simulated & (lasts >= horizons)
     return predicted - truth, truth - measured[:, :1], counts
 
 
 def _simulate(robot: Robot, batch: _Batch, friction: ModelFriction, free: NDArray[np.int64]) -> Array:
-    """Return the velocity after each horizon, shape (S, H, n); of joints that are not `free` it is the measured one."""
+    """Simulate the velocity after each horizon, shape (S, H, n); joints that are not `free` move as measured."""
     roots = [contact_root(robot, batch.mode, state) for state in batch.states]
     rooted, first = roots[0]
     names = [name for name in ("gravity", "velocity", "acceleration") if getattr(first, name, None) is not None]
@@ -174,7 +174,7 @@ def _simulate(robot: Robot, batch: _Batch, friction: ModelFriction, free: NDArra
         force = (_at(batch.torque, at) - bias)[:, free]
         inertia = joint_inertia(rooted, position)[:, free[:, None], free]
         before = velocity.copy()
-        for _ in range(5 if friction else 1):  # with one, exact logs of an arm are left four times as fast
+        for _ in range(5 if friction else 1):  # with one, the error on exact logs of an arm is four times as large
             damping = friction.damping(velocity)[:, free]
             resisted = inertia + STEP * damping[:, :, free]
             change = np.linalg.solve(resisted, force[:, :, None] - damping @ before[:, :, None])[:, :, 0]
@@ -186,16 +186,16 @@ def _simulate(robot: Robot, batch: _Batch, friction: ModelFriction, free: NDArra
 
 
 def _at(signal: Array, row: float) -> Array:
-    """Return a signal of shape (S, T, ...) at a row between two, shape (S, ...)."""
+    """Interpolate a signal of shape (S, T, ...) between rows, shape (S, ...)."""
     before = min(int(row), signal.shape[1] - 2)
     share = row - before
     return np.asarray((1 - share) * signal[:, before] + share * signal[:, before + 1])
 
 
 def _of_joint(error: Array, change: Array, counts: NDArray[np.bool_]) -> list[RolloutError | None]:
-    """Summarize a joint's errors after each horizon, from those of the rollouts, shape (S, H) each.
+    """Summarize a joint's errors after each horizon over the rollouts, shape (S, H) each.
 
-    A horizon that fewer than five rollouts reach, or without any change of the velocity, has None.
+    The result is None for horizons with fewer than five rollouts or without a change of velocity.
     """
     found: list[RolloutError | None] = []
     for k, counted in enumerate(counts.T):
