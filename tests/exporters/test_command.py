@@ -62,7 +62,7 @@ def test_what_does_not_fit_is_refused(tmp_path: Path, capsys: pytest.CaptureFixt
         (result, "urdf", "there", ["there"]),  # a folder
         (knee, "urdf", "new.urdf", ["robot.toml", "'knee'", "shoulder, elbow, slide"]),
         (replace(result, corrections=heavy), "urdf", "new.urdf", ["arm.urdf", "'elbow'", "2 kg instead of 4 kg"]),
-        (replace(result, corrections=unknown), "urdf", "new.urdf", ["arm.urdf", "no joint 'knee'"]),
+        (replace(result, corrections=unknown), "urdf", "new.urdf", ["arm.urdf", "joint 'knee', which is missing"]),
     ]:
         (tmp_path / "result.json").write_text(found.to_json())
         arguments = ("export", tmp_path, "-r", tmp_path / "robot.toml", "--to", target, "-o", tmp_path / name)

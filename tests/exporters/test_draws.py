@@ -228,7 +228,7 @@ def test_what_has_no_ranges_is_refused(tmp_path: Path, capsys: pytest.CaptureFix
     (tmp_path / "result.json").write_text(result.to_json())
     command = ("export", tmp_path / "result.json", "-r", robot.path, "-o", tmp_path / "ranges.py", "--ranges", "--to")
     sentence = refused(capsys, *command, "c")
-    assert "'c'; expected mjcf, yaml or isaaclab" in sentence
+    assert "'c' has no ranges; expected mjcf, yaml or isaaclab" in sentence
     assert "neither --samples" in refused(capsys, *command, "mjcf", "--samples", "3")
     assert "no joint 'knee'" in refused(capsys, *command, "mjcf", "--joints", "knee")
     with pytest.raises(NothingIdentifiedError, match="no friction"):

@@ -302,7 +302,7 @@ def test_a_body_that_nothing_weighs_is_refused(tmp_path: Path, mass: float) -> N
     assert result.corrections is not None
     bodies = {name: replace(body, mass=(body.mass[0], mass)) for name, body in result.corrections.bodies.items()}
     result = replace(result, corrections=replace(result.corrections, bodies=bodies))
-    with pytest.raises(SettingsError, match="the result changes what 'shoulder' carries"):
+    with pytest.raises(SettingsError, match="the result changes the body of 'shoulder'"):
         export(result, robot, tmp_path / "out.urdf", "urdf")
 
 

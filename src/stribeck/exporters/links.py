@@ -128,10 +128,7 @@ def share(links: Array, found: Array) -> Array:
     carrier = _nearest_map(links.sum(axis=0), found)
     masses = links[:, 3, 3]
     heaviest = int(np.argmax(masses))
-    for least in (
-        1e-2,
-        1e-9,
-    ):  # share of the sum: lighter links keep their inertia; if that fails, only massless links do
+    for least in (1e-2, 1e-9):  # share of the sum below which links keep their inertia
         shared = links.copy()
         for k in np.flatnonzero(masses > least * masses.sum()):
             shared[k] = possible(carrier @ links[k] @ carrier.T)

@@ -1,1 +1,1 @@
-"""What may be said of a fit: excitation, weakness, verdicts."""
+"""Judgement of fits: excitation, friction curve, weak parameters, verdicts, torque error."""

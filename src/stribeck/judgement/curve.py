@@ -1,7 +1,7 @@
-"""Friction as a whole: the resisting torque at slow, middle and top speed, with its interval."""
+"""Friction curve: the resisting torque at slow, middle and top speed, with its interval."""
 
 import numpy as np
-from scipy.special import stdtrit  # of scipy.stats, which is slow to import
+from scipy.special import stdtrit  # avoids the slow import of scipy.stats
 
 from stribeck.base.typing import Array
 from stribeck.friction import FrictionLaw, unit_for
@@ -14,26 +14,26 @@ SPEEDS = {"slow": 0.1, "middle": 0.5, "top": 1.0}
 """Shares of the joint's top speed [1] at which its friction is judged."""
 
 WIDEST = 0.25
-"""Half of a 95 % interval over the value [1], from which on a curve or a parameter is weak, with all methods.
+"""Largest half-width of a 95 % interval relative to the value [1]; wider curves and parameters are weak.
 
-So far off a simulated parameter counts as wrong (studies/verdicts.py): what is identified is not, 95 times in 100.
+In simulations, 95 % of the identified parameters are within this distance of the truth (studies/verdicts.py).
 """
 
 NO_FRICTION = 0.5
-"""Friction over the residual's root mean square [1] below which it may be none: it explains a tenth of it at most."""
+"""Largest friction relative to the residual's root mean square [1] for the verdict "no friction"."""
 
 ROUNDING = 1e-9
-"""Friction [N m] that is no more than rounding."""
+"""Friction due to rounding errors [N m]."""
 
 
 def friction_curve(fit: JointFit, law: FrictionLaw, velocity: Array, prismatic: bool) -> tuple[CurvePoint, ...]:
-    """Return the torque that resists motion [N m], [N], at the `SPEEDS`, given the velocities of the samples.
+    """Compute the torque that resists motion [N m], [N], at the `SPEEDS`, given the velocities of the samples.
 
-    It is the mean of both directions, r(v) = (R(v) - R(-v)) / 2, so that an offset, which resists nothing, is left out;
-    at the mean load, temperature and time of the log. Its variance is g^T C g, with g the derivatives by the fitted
-    parameters and C their joint covariance (delta method): what parameters trade with each other cancels. It holds
-    where parameters sit on a bound or are unknown by themselves, as the log shows r(v), not them. The interval is
-    Student's, its degrees of freedom those of the parameters in proportion to g^2 var, and ends at zero.
+    It is the mean of both directions, r(v) = (R(v) - R(-v)) / 2, which cancels the offset, at the mean load,
+    temperature and time of the log. Its variance is g^T C g, with g the derivatives with respect to the parameters and
+    C their joint covariance (delta method). Errors that compensate for each other cancel, so the variance is valid even
+    if single parameters are unknown or at a bound. The interval is Student's, clipped at zero; its degrees of freedom
+    are those of the parameters, weighted by g^2 var.
     """
     values = fit.law_values(law, fit.mean_load)
     speeds = top_speed(velocity) * np.array(list(SPEEDS.values()))
@@ -49,7 +49,7 @@ def friction_curve(fit: JointFit, law: FrictionLaw, velocity: Array, prismatic: 
 def curve_points(
     speeds: Array, values: Array, errors: Array, quantile: Array | float, prismatic: bool
 ) -> tuple[CurvePoint, ...]:
-    """Build the points of a friction curve; the interval is a quantile of errors on either side and ends at zero."""
+    """Build the points of a friction curve; the interval is ± quantile times error, clipped at zero."""
     return tuple(
         CurvePoint(
             velocity=float(speed),
@@ -63,9 +63,9 @@ def curve_points(
 
 
 def relative_width(curve: tuple[CurvePoint, ...]) -> float:
-    """Return half of the 95 % interval over the value [1], each the root mean square over the speeds.
+    """Compute half of the 95 % interval relative to the value [1], each as root mean square over the speeds.
 
-    It is what compensating for the curve may leave of the friction torque.
+    This is the share of friction that can remain after compensation by the curve.
     """
     widths, values = np.array([(point.half_width, point.value) for point in curve]).T
     with np.errstate(over="ignore"):
@@ -73,7 +73,7 @@ def relative_width(curve: tuple[CurvePoint, ...]) -> float:
 
 
 def least_known(curve: tuple[CurvePoint, ...]) -> str:
-    """Return the name of the speed whose interval is the widest against its value."""
+    """Find the name of the speed with the widest interval relative to its value."""
     widths, values = np.array([(point.half_width, point.value) for point in curve]).T
     with np.errstate(over="ignore"):
         shares = widths / np.maximum(values, np.finfo(float).tiny)
@@ -81,10 +81,10 @@ def least_known(curve: tuple[CurvePoint, ...]) -> str:
 
 
 def is_significant(curve: tuple[CurvePoint, ...]) -> bool:
-    """Return whether friction is significant at any of the speeds."""
+    """Check that friction is significant at any of the speeds."""
     return any(point.interval_95[0] > 0 for point in curve)
 
 
 def upper_bound(curve: tuple[CurvePoint, ...]) -> float:
-    """Return the torque that friction stays below at all the speeds [N m]."""
+    """Compute the upper bound of friction over all speeds [N m]."""
     return max(point.interval_95[1] for point in curve)

@@ -1,4 +1,4 @@
-"""What a fit of one joint found: values, and how well they are known."""
+"""Fit of one joint: values and their uncertainty."""
 
 from dataclasses import dataclass, replace
 
@@ -11,7 +11,7 @@ from stribeck.judgement.curve_fit.problem import to_internal
 from stribeck.result import law_values
 
 PRIOR_FACTOR = 100.0
-"""How many times the joint's own torque or speed a parameter may be, before any sample speaks [1]."""
+"""Prior standard deviation of a parameter in units of the joint's own torque or speed [1]."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -21,27 +21,27 @@ class JointFit:
     Attributes
     ----------
     parameters
-        p parameters: the law's, then the armature if it was fitted.
+        Parameters of the law, followed by the armature if it was fitted; p in total.
     values, standard_errors
-        Shape (p,).
+        Values and standard errors, shape (p,).
     covariance
-        Shape (p, p), block-robust.
+        Block-robust covariance, shape (p, p).
     intervals
-        95 %, within the bounds, shape (p, 2).
+        95 % intervals, clipped at the bounds, shape (p, 2).
     degrees_of_freedom
-        Of each parameter's t quantile, shape (p,).
+        Degrees of freedom of each parameter's t quantile, shape (p,).
     at_bound
-        Which values sit on a bound, shape (p,).
+        Mask of the values at a bound, shape (p,).
     rms
         Root mean square of the training residual [N m].
     samples, blocks
-        That the fit saw.
+        Number of fitted samples and blocks.
     converged
-        Whether the last descent converged; if not, the samples hardly distinguish its parameters.
+        Whether the last descent converged; if not, the parameters are hardly distinguishable.
     variance_shares
-        Of each parameter: what its variance is made of, by name, adding up to one; None if the method does not know.
+        Contributions to each parameter's variance by name, with sum one; None if the method does not compute them.
     mean_load
-        Torque that the joint carries [N m], on which friction of the law "auto" may depend.
+        Mean torque that the joint carries [N m]; friction of the law "auto" can depend on it.
     """
 
     parameters: tuple[Parameter, ...]
@@ -69,14 +69,14 @@ class JointFit:
         return dict(zip(self.names, self.values.tolist(), strict=True))
 
     def law_values(self, law: FrictionLaw, load: float = 0.0) -> Array:
-        """Return the parameter values of a law under a load [N m], in the order of the law."""
+        """Compute the parameter values of a law under a load [N m], in the order of the law."""
         values = law_values(law, self.by_name, load)
         assert values is not None, "a fit has all parameters that its law needs"
         return values
 
 
 def with_gain_error(fit: JointFit, error: float) -> JointFit:
-    """Return a fit that knows the relative standard error [1] of its torques' gain, which scales all friction."""
+    """Add the relative standard error [1] of the torques' gain, which scales all friction, to the errors of a fit."""
     scaled = fit.values * np.array([parameter.unit.startswith(("N", "kg")) for parameter in fit.parameters])
     if error == 0 or not scaled.any():
         return fit
@@ -91,9 +91,10 @@ def with_gain_error(fit: JointFit, error: float) -> JointFit:
 
 
 def near_bound(parameters: tuple[Parameter, ...], values: Array, deviation: Array, units: Array) -> NDArray[np.bool_]:
-    """Return which values can hardly be told from a bound, shape (p,); all of internal coordinates but the values.
+    """Find the values that are within 1 % of a standard error of a bound, shape (p,).
 
-    Where nothing is known, the standard error is no measure of what is near: then it is the parameter's unit.
+    `deviation` and `units` refer to internal coordinates. Without information about a parameter its unit is used
+    instead of the standard error.
     """
     logs = np.array([parameter.logarithmic for parameter in parameters])
     bounds = np.array([(parameter.lower, parameter.upper) for parameter in parameters])
@@ -102,6 +103,6 @@ def near_bound(parameters: tuple[Parameter, ...], values: Array, deviation: Arra
 
 
 def parameter_units(parameters: tuple[Parameter, ...], torque: float, speed: float, acceleration: float = 1.0) -> Array:
-    """Return a sensible unit of each parameter [its own] by what a joint does, shape (p,); 1 of logarithms."""
+    """Choose a typical size of each parameter from the joint's torque and speed, shape (p,); 1 for logarithms."""
     units = {"N m": torque, "N m s/rad": torque / speed, "kg m^2": torque / acceleration, "rad/s": speed}
     return np.array([1.0 if each.logarithmic else units.get(each.unit, 1.0) for each in parameters])

@@ -1,4 +1,4 @@
-"""The friction torque that each joint's and each coupling's own law has to explain."""
+"""Friction torque attributed to each joint and each coupling."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -16,10 +16,10 @@ def own_friction(
     law: FrictionLaw,
     couplings: Mapping[str, Mapping[str, float]],
 ) -> FrictionSamples:
-    """Return samples without the torque of fitted rotor inertias, and with that of couplings in columns of their own.
+    """Subtract the torque of fitted rotor inertias, and separate the friction of couplings into columns.
 
-    Torques do not say what they are of: a coupling's column is the friction that was fitted to it, and its share, by
-    least squares, of what no fit of its joints explains. `couplings` are their coefficients of joints, by name.
+    A coupling's column is its fitted friction plus its least-squares share of the torque that the fits of its joints do
+    not explain. `couplings` contains the coefficients of the joints, by coupling.
     """
     names = (*samples.joint_names, *couplings)
     sums = [[own.get(joint, 0.0) for joint in samples.joint_names] for own in couplings.values()]
@@ -37,7 +37,7 @@ def own_friction(
         if name in fits:
             friction[:, column] = law.torque(velocity[:, column], fits[name].law_values(law))
     unexplained = torque - friction @ acting.T
-    parts = [np.flatnonzero(own) for own in acting.T]  # of what is not known of other joints, none is known
+    parts = [np.flatnonzero(own) for own in acting.T]  # a coupling requires all of its joints
     shares = [
         unexplained[:, part] @ np.linalg.pinv(own[part, None])[0] for part, own in zip(parts, acting.T, strict=True)
     ]

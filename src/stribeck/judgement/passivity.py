@@ -1,4 +1,4 @@
-"""Passivity: friction takes power out of the joints, v (R - offset) >= 0, (7.9)."""
+"""Passivity: friction dissipates power, v (R - offset) >= 0 (Equation 7.9 of the term paper)."""
 
 from collections.abc import Mapping
 
@@ -10,10 +10,10 @@ from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.result import JointResult
 
 LEAST_NEGATIVE = 4.0
-"""Mean added power, in standard errors over the blocks [1], from which passivity is violated.
+"""Mean added power in standard errors over the blocks [1] above which passivity is violated.
 
-In `studies.misfits` it is at least 4.5 in a joint of every log with torques of the wrong sign, and at most 2.4 in
-any joint of all other logs.
+In `studies.misfits` every log with torques of the wrong sign has a joint with at least 4.5; all joints of other logs
+have at most 2.4.
 """
 
 
@@ -33,8 +33,8 @@ def passivity_violated(joints: Mapping[str, JointResult], samples: FrictionSampl
 def added_power(samples: FrictionSamples, column: int, offset: float) -> float:
     """Compute the mean power that the measured friction torque adds to a joint [W]; 0 if it is within noise.
 
-    In noise and at rest the power of single samples is negative half of the time; its mean is not. The noise is judged
-    by the differences between blocks, at least five.
+    Noise makes the power of single samples negative half of the time, but not the mean. The noise of the mean is
+    estimated from the differences between blocks, at least five.
     """
     rows = samples.usable[:, column] & np.isfinite(samples.friction_torque[:, column])
     power = samples.velocity[rows, column] * (samples.friction_torque[rows, column] - offset)
@@ -55,4 +55,4 @@ def positive_power_fraction(velocity: Array, friction_torque: Array) -> float:
     """
     power = velocity * friction_torque
     usual = float(np.sqrt(np.mean(velocity**2) * np.mean(friction_torque**2)))
-    return float(np.mean(power < -1e-3 * usual))  # less, of either sign, is rounding or standstill
+    return float(np.mean(power < -1e-3 * usual))  # smaller powers are rounding or standstill

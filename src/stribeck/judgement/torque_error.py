@@ -37,7 +37,7 @@ def torque_errors(
 ) -> list[dict[str, TorqueError]]:
     """Summarize torque errors per joint, over samples in which all of them are finite and the joint moves.
 
-    At rest Coulomb friction balances any torque: samples slower than `rest` times the joint's top speed are left out.
+    Samples slower than `rest` times the joint's top speed are excluded, because Coulomb friction balances any torque.
 
     Parameters
     ----------
@@ -46,14 +46,14 @@ def torque_errors(
     velocity, torque
         Velocity [rad/s] and measured torque [N m], shape (N, n).
     errors
-        One array for each model that is compared [N m], shape (N, n); NaN where unknown.
+        One array per compared model [N m], shape (N, n); NaN where unknown.
     rest
         Share of the top speed [1].
 
     Returns
     -------
     torque_errors
-        One mapping for each model; without joints that have fewer than 20 samples or a constant torque.
+        One mapping per model; joints with fewer than 20 samples or a constant torque are omitted.
     """
     found: list[dict[str, TorqueError]] = [{} for _ in errors]
     for k, name in enumerate(joint_names):
@@ -69,14 +69,14 @@ def torque_errors(
 
 
 def torque_r2(samples: FrictionSamples, fits: Mapping[str, JointFit], law: FrictionLaw) -> dict[str, float]:
-    """Compute the coefficient of determination of each fitted joint's torque [1], at rest too.
+    """Compute the coefficient of determination of each fitted joint's torque [1], samples at rest included.
 
     Parameters
     ----------
     samples
-        With the measured torque, and the friction torque without the torque of fitted rotor inertias.
+        Samples with the measured torque, and the friction torque without the torque of fitted rotor inertias.
     fits
-        Fits by joint; friction is that at the joint's mean load.
+        Fits by joint; friction is evaluated at the joint's mean load.
     """
     if samples.torque is None:
         return {}

@@ -1,1 +1,1 @@
-"""Friction laws fitted joint by joint to samples of the friction torque."""
+"""Fit of friction laws to samples of the friction torque, per joint."""

@@ -1,4 +1,4 @@
-"""The motion along which a law with state is fitted, and the filter that its friction passes like the samples."""
+"""Motion along which a law with state is evaluated, and the filter that is applied to its friction."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-import scipy  # its ndimage is slow to import: loaded at its first use
+import scipy  # ndimage is slow to import and loaded on first use
 from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
@@ -15,24 +15,24 @@ from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.judgement.speed import top_speed
 
 FORGOTTEN = 0.05
-"""Path over the top speed [s] after which a joint's state no longer shows how it began.
+"""Path divided by the top speed [s] after which the initial state of a joint is forgotten.
 
-It is the longest travel that a fit starts from, and two thirds of it more.
+It is 5/3 of the longest travel from which a fit starts.
 """
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Along:
-    """Where N samples of a joint lie in its motion of M samples.
+    """Positions of N samples of a joint in its motion of M samples.
 
     Attributes
     ----------
     motion
-        Of all samples with a velocity, also those that are not fitted.
+        Motion of all samples with a velocity, whether they are fitted or not.
     rows
-        Of the N samples in it, shape (N,).
+        Rows of the N samples in the motion, shape (N,).
     kernel
-        Weights of the samples of the motion around each, as the filter has averaged the torque, shape (2 r + 1,).
+        Weights by which the filter averages the torque over adjacent samples, shape (2 r + 1,).
     """
 
     motion: Motion
@@ -41,7 +41,7 @@ class Along:
 
     @cached_property
     def _padded(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Samples of the motion with those at the ends of pieces repeated r times, and where in it the N lie."""
+        """Rows of the motion with the ends of pieces repeated r times, and positions of the N samples in them."""
         reach, count = len(self.kernel) // 2, len(self.motion.velocity)
         ends = self.motion.begins.astype(np.int64)
         repeats = 1 + reach * (ends + np.append(ends[1:], 1))
@@ -49,9 +49,9 @@ class Along:
         return np.repeat(np.arange(count), repeats), (first + reach * ends)[self.rows]
 
     def average(self, torque: Array) -> Array:
-        """Return values along the motion, shape (M, ...), as the filter averages them at the N samples, shape (N, ...).
+        """Average values along the motion, shape (M, ...), with the filter's weights at the N samples, shape (N, ...).
 
-        Beyond the ends of a piece they are taken to be what they are there.
+        Values are constant beyond the ends of a piece.
         """
         if len(self.kernel) == 1:
             return torque[self.rows]
@@ -59,14 +59,14 @@ class Along:
         return np.asarray(scipy.ndimage.correlate1d(torque[layout], self.kernel, axis=0, mode="nearest")[rows])
 
     def take(self, rows: slice | NDArray[np.bool_] | NDArray[np.int64]) -> Along:
-        """Return where these of the N samples lie."""
+        """Select some of the N samples."""
         return replace(self, rows=self.rows[rows])
 
     @cached_property
     def unresolved(self) -> float:
-        """Path from a reversal on that half of the filter's window, or a sample, averages over [rad], [m].
+        """Path after a reversal within half of the filter's window, or one sample [rad], [m].
 
-        The median of all reversals; NaN without any.
+        Median over all reversals; NaN without reversals.
         """
         velocity, half = self.motion.velocity, max(len(self.kernel) // 2, 1) * self.motion.period
         turns = np.flatnonzero((velocity[:-1] * velocity[1:] < 0) & ~self.motion.begins[1:])
@@ -76,16 +76,16 @@ class Along:
 
 
 def along(samples: FrictionSamples, column: int, rows: NDArray[np.int64]) -> Along:
-    """Return where samples of a joint lie in its motion."""
+    """Find the positions of a joint's samples in its motion."""
     velocity, begins = _motion(samples, column)
     period = samples.period * samples.stride
     return Along(motion=Motion(velocity=velocity, period=period, begins=begins), rows=rows, kernel=_kernel(samples))
 
 
 def state_known(samples: FrictionSamples, column: int, rest: float) -> NDArray[np.bool_]:
-    """Return at which samples a joint has moved so far that its state before does not matter, shape (N,).
+    """Find the samples before which a joint has moved far enough to forget its initial state, shape (N,).
 
-    `rest` is a share of its top speed; what is slower is noise, and no motion.
+    Speeds below `rest` times the top speed are noise and do not count as motion.
     """
     velocity, begins = _motion(samples, column)
     speed, top = np.abs(velocity), top_speed(velocity)
@@ -95,7 +95,7 @@ def state_known(samples: FrictionSamples, column: int, rest: float) -> NDArray[n
 
 
 def _motion(samples: FrictionSamples, column: int) -> tuple[Array, NDArray[np.bool_]]:
-    """Return the velocity of all samples [rad/s], and which begin a piece, as time breaks off before, shape (N,)."""
+    """Collect the velocity of all samples [rad/s] and mark those after an interruption, shape (N,)."""
     source = samples.velocity if samples.sharp_velocity is None else samples.sharp_velocity
     period = samples.period * samples.stride
     begins = np.abs(np.diff(samples.time, prepend=-np.inf) / period - 1) > 0.5
@@ -103,7 +103,7 @@ def _motion(samples: FrictionSamples, column: int) -> tuple[Array, NDArray[np.bo
 
 
 def _kernel(samples: FrictionSamples) -> Array:
-    """Return the weights of neighbouring samples that stand for the filter's, by linear interpolation between them."""
+    """Convert the filter's weights to weights of adjacent samples by linear interpolation."""
     nodes = samples.nodes
     if nodes is None:
         return np.ones(1)

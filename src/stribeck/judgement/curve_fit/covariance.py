@@ -1,16 +1,16 @@
-"""Covariance of fitted parameters when samples are correlated within blocks, and the intervals it gives."""
+"""Covariance and intervals of fitted parameters for samples that are correlated within blocks."""
 
 import itertools
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import stdtrit  # of scipy.stats, which is slow to import
+from scipy.special import stdtrit  # avoids the slow import of scipy.stats
 
 from stribeck.base.typing import Array
 
 ROUNDING = 1e-13
-"""Smallest eigenvalue that counts, relative to the largest [1]: below it the sum of squares is rounding."""
+"""Smallest significant eigenvalue relative to the largest [1]; smaller ones are rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,47 +22,46 @@ class Uncertainty:
 
 
 def block_covariance(jacobian: Array, residual: Array, block: NDArray[np.int64], prior: Array) -> Uncertainty:
-    """Return the block-robust covariance of a least squares estimate, by the linearised jackknife (CR3).
+    """Compute the block-robust covariance of a least squares estimate by the linearized jackknife (CR3).
 
-    Samples of one block may be correlated in any way, blocks are independent. With J_b, r_b of block b,
+    Samples of one block may be correlated in any way; blocks are independent. With J_b, r_b of block b,
     A_b = J_b^T J_b, g_b = J_b^T r_b and s^2 the residual variance,
 
         A   = sum A_b + s^2 diag(prior)^-2
-        d_b = (A - A_b)^-1 g_b                                   what leaving block b out changes
+        d_b = (A - A_b)^-1 g_b                                   change if block b is left out
         C   = (B - 1) / B sum d_b d_b^T + A^-1 s^2 diag(prior)^-2 s^2 A^-1
 
-    The prior is so wide that it only speaks where the samples say nothing: a parameter without any influence gets
-    the prior's standard deviation instead of a division by zero. Degrees of freedom are Satterthwaite's, from how
-    evenly the blocks share in what is known of a parameter.
+    The prior is wide enough to matter only for parameters without influence on the samples. Degrees of freedom are
+    Satterthwaite's, from the distribution of a parameter's information over the blocks.
 
     Parameters
     ----------
     jacobian
-        Shape (N, p).
+        Derivatives of the model with respect to the parameters, shape (N, p).
     residual
-        [N m], shape (N,).
+        Residual [N m], shape (N,).
     block
-        Shape (N,), ascending.
+        Block of each sample, ascending, shape (N,).
     prior
-        Standard deviation of each parameter before any sample was seen, shape (p,).
+        Prior standard deviation of each parameter, shape (p,).
     """
     first = np.flatnonzero(np.r_[True, block[1:] != block[:-1]])
     edges = np.r_[first, len(block)]
     pairs = list(itertools.pairwise(edges))
-    scaled = jacobian * prior  # in units of the prior, so that the prior is the identity
+    scaled = jacobian * prior  # in units of the prior, which becomes the identity
     information = np.stack([scaled[i:k].T @ scaled[i:k] for i, k in pairs])
     scores = np.stack([scaled[i:k].T @ residual[i:k] for i, k in pairs])
     variance = max(float(np.mean(residual**2)), ROUNDING**2 * float(np.max(information.trace(axis1=1, axis2=2))))
-    if variance == 0:  # neither a residual nor a derivative: nothing at all is known
+    if variance == 0:  # neither residual nor derivative contains information
         return Uncertainty(np.diag(prior**2), np.ones(len(prior)))
     found = jackknife(information / variance, scores / variance)
     return Uncertainty(found.covariance * np.outer(prior, prior), found.degrees_of_freedom)
 
 
 def jackknife(information: Array, scores: Array) -> Uncertainty:
-    """Return the C of `block_covariance`, in coordinates in which the prior's covariance is the identity.
+    """Compute C of `block_covariance` in coordinates in which the prior's covariance is the identity.
 
-    `information` are the A_b over s^2, shape (B, p, p), and `scores` the g_b over s^2, shape (B, p).
+    `information` is A_b / s^2, shape (B, p, p), and `scores` is g_b / s^2, shape (B, p).
     """
     total = information.sum(axis=0) + np.eye(scores.shape[1])
     inverse = inverses(total[None])[0]
@@ -70,7 +69,7 @@ def jackknife(information: Array, scores: Array) -> Uncertainty:
     changes = np.einsum("bij,bj->bi", left_out, scores)
     blocks = len(information)
     covariance = (blocks - 1) / blocks * changes.T @ changes + inverse @ inverse
-    # rounding must not make a share negative where the samples say nothing of a parameter
+    # rounding must not make a share negative for parameters without information
     shares = np.maximum(np.sum((inverse @ information) * inverse, axis=2), 0.0)
     shares /= np.maximum(shares.sum(axis=0), np.finfo(float).tiny)
     freedom = 1 / np.maximum((shares**2).sum(axis=0), 1 / blocks) - 1
@@ -78,7 +77,7 @@ def jackknife(information: Array, scores: Array) -> Uncertainty:
 
 
 def inverses(matrices: Array) -> Array:
-    """Return the inverses of positive definite matrices, shape (B, p, p), whose eigenvalues are at least 1."""
+    """Invert positive definite matrices with eigenvalues of at least 1, shape (B, p, p)."""
     scale = 1 / np.sqrt(np.maximum(np.diagonal(matrices, axis1=1, axis2=2), 1.0))
     correlation = matrices * scale[:, :, None] * scale[:, None, :]
     eigenvalues, vectors = np.linalg.eigh(correlation)
@@ -88,7 +87,7 @@ def inverses(matrices: Array) -> Array:
 
 
 def intervals_95(values: Array, deviation: Array, freedom: Array, logarithmic: NDArray[np.bool_]) -> Array:
-    """Return 95 % intervals, shape (p, 2).
+    """Compute 95 % intervals, shape (p, 2).
 
     `deviation` is the standard error of each parameter, or of its logarithm where `logarithmic`.
     """

@@ -1,4 +1,4 @@
-"""Friction law parameters of every joint from its friction torque samples, (6.4): starts, descents, uncertainty."""
+"""Fit of a friction law to each joint's friction torque (Equation 6.4 of the term paper)."""
 
 import itertools
 from collections.abc import Iterator, Mapping
@@ -23,12 +23,12 @@ from stribeck.result import Validation
 from stribeck.settings import Settings
 
 ROUGH, FINE = 1e-6, 1e-9
-"""Relative change of cost and parameters [1] that ends a descent on the subset, and the last one."""
+"""Convergence tolerances of descents on the subset and of the last one: change of cost and parameters [1]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Descent:
-    """Where a descent ended: values, cost, the parameters at a bound, and whether it converged."""
+    """End of a descent: values, cost, the parameters at a bound, and whether it converged."""
 
     values: Array
     cost: float
@@ -39,7 +39,7 @@ class Descent:
 def fit_law(samples: FrictionSamples, law: FrictionLaw, settings: Settings) -> dict[str, JointFit]:
     """Fit a law to every joint that moves enough; every n-th block is held out.
 
-    Whether the numbers mean anything is for `verdict.judge` to say.
+    `verdict.judge` judges the fits.
     """
     fits = {}
     for column, joint in enumerate(samples.joint_names):
@@ -51,19 +51,19 @@ def fit_law(samples: FrictionSamples, law: FrictionLaw, settings: Settings) -> d
 
 
 def fit_joint(problem: FitProblem, loss: Loss = "linear") -> JointFit:
-    """Fit one joint: many starts and a few descents on a subset, the best one finished on all samples.
+    """Fit one joint: many starts and a few descents on a subset; the best one is refined on all samples.
 
-    The problem needs samples of at least two blocks: intervals come from how blocks differ.
+    The problem needs samples of at least two blocks, because intervals are computed from differences between blocks.
     """
-    # decompositions of tall, narrow Jacobians are several times slower on two BLAS threads than on one
+    # decompositions of tall Jacobians are several times slower with two BLAS threads than with one
     with one_blas_thread():
         best, loss_scale = _minimise(problem, loss)
         return describe_fit(problem, best, loss, loss_scale)
 
 
 def _minimise(problem: FitProblem, loss: Loss) -> tuple[Descent, float]:
-    """Return the best minimum, and the scale of the loss [N m], 0 if it has none."""
-    step = -(-len(problem.velocity) // 4000)  # samples are enough to try starts on
+    """Find the best minimum and the scale of the loss [N m], 0 for a loss without scale."""
+    step = -(-len(problem.velocity) // 4000)  # samples are sufficient to compare starts
     subset = problem.take(slice(None, None, step))
     starts = grid_starts(subset)
     descents = [descend(subset, values, tolerance=ROUGH) for _, values in starts[:3]]
@@ -77,14 +77,14 @@ def _minimise(problem: FitProblem, loss: Loss) -> tuple[Descent, float]:
 
 
 def grid_starts(problem: FitProblem) -> list[tuple[float, Array]]:
-    """Return (sum of squared residuals, values (p,)) of every grid point, best first."""
+    """Compute (sum of squared residuals, values (p,)) of every grid point, best first."""
     speed = max(top_speed(problem.velocity), 1e-6)
     starts = [eliminate_linear(problem, shape) for shape in shapes_of(problem.law, speed)]
     return sorted(starts, key=lambda start: start[0])
 
 
 def shapes_of(law: FrictionLaw, speed: float) -> Iterator[dict[str, float]]:
-    """Yield all sets of nonlinear parameters to start from, of a joint with a top speed [rad/s]."""
+    """Yield all initial sets of nonlinear parameters, for a joint's top speed [rad/s]."""
     nonlinear = [parameter for parameter in law.parameters if parameter.starts]
     axes = [np.clip(np.array(p.starts) * speed**p.start_speed_power, p.lower, p.upper).tolist() for p in nonlinear]
     for point in itertools.product(*axes):
@@ -92,9 +92,9 @@ def shapes_of(law: FrictionLaw, speed: float) -> Iterator[dict[str, float]]:
 
 
 def eliminate_linear(problem: FitProblem, shape: dict[str, float]) -> tuple[float, Array]:
-    """Return (sum of squared residuals, values (p,)) of the best linear parameters for given nonlinear ones.
+    """Compute (sum of squared residuals, values (p,)) of the best linear parameters for given nonlinear ones.
 
-    Bounded linear least squares of the triangular factor; free columns (an offset) may be negative.
+    Solves bounded linear least squares with the triangular factor; free columns such as the offset can be negative.
     """
     basis = problem.basis(shape)
     if problem.acceleration is not None:
@@ -113,9 +113,9 @@ def eliminate_linear(problem: FitProblem, shape: dict[str, float]) -> tuple[floa
 def descend(
     problem: FitProblem, start: Array, loss: Loss = "linear", loss_scale: float = 0.0, tolerance: float = FINE
 ) -> Descent:
-    """Minimise (6.4) by SciPy's trust-region-reflective algorithm, scales by their logarithm."""
+    """Minimize the sum of squares by SciPy's trust-region-reflective algorithm, with logarithms of scales."""
     logs = problem.logarithmic
-    # residuals of order one, whatever the joint's torque: SciPy's gradient tolerance is absolute
+    # residuals of order one, because SciPy's gradient tolerance is absolute
     scale = max(float(np.sqrt(np.mean(problem.friction_torque**2))), 1e-30) * np.sqrt(len(problem.velocity))
     bounds = problem.bounds
     lower, upper = to_internal(bounds[:, 0], logs), to_internal(bounds[:, 1], logs)
@@ -142,12 +142,12 @@ def descend(
     )
     at_bound = solution.active_mask != 0
     ended = np.where(at_bound, np.where(solution.active_mask < 0, lower, upper), solution.x)  # SciPy stops just short
-    values = np.clip(to_external(ended, logs), bounds[:, 0], bounds[:, 1])  # a logarithm's way there and back rounds
+    values = np.clip(to_external(ended, logs), bounds[:, 0], bounds[:, 1])  # logarithm and exponential round
     return Descent(values, float(solution.cost * scale**2), at_bound, solution.status > 0)
 
 
 def describe_fit(problem: FitProblem, best: Descent, loss: Loss, loss_scale: float) -> JointFit:
-    """Attach covariance, intervals and counts to the minimum that was found."""
+    """Compute covariance, intervals and counts at the minimum."""
     values, logs = best.values, problem.logarithmic
     residual = problem.friction_torque - problem.predict(values)
     jacobian = problem.internal_jacobian(values)
@@ -175,7 +175,7 @@ def describe_fit(problem: FitProblem, best: Descent, loss: Loss, loss_scale: flo
 
 
 def _scales(problem: FitProblem) -> tuple[float, float, float]:
-    """Return torque, speed and acceleration of a joint [N m], [rad/s], [rad/s^2]; 1 where there is none."""
+    """Compute typical torque, speed and acceleration of a joint [N m], [rad/s], [rad/s²]; 1 instead of 0."""
     torque = float(np.sqrt(np.mean(problem.friction_torque**2))) or 1.0
     acceleration = 1.0
     if problem.acceleration is not None:
@@ -184,8 +184,8 @@ def _scales(problem: FitProblem) -> tuple[float, float, float]:
 
 
 def _prior(problem: FitProblem) -> Array:
-    """Return the standard deviation of each parameter, or its logarithm, before any sample was seen, shape (p,)."""
-    # logarithms of scales: a factor of a thousand
+    """Compute the prior standard deviation of each parameter, or of its logarithm, shape (p,)."""
+    # 7 in a logarithm is a factor of a thousand
     factors = [7.0 if parameter.logarithmic else PRIOR_FACTOR for parameter in problem.parameters]
     return np.array(factors) * parameter_units(problem.parameters, *_scales(problem))
 
@@ -193,7 +193,7 @@ def _prior(problem: FitProblem) -> Array:
 def validate(
     fits: Mapping[str, JointFit], samples: FrictionSamples, law: FrictionLaw, settings: Settings
 ) -> dict[str, Validation | None]:
-    """Return how each joint's fit does on the blocks that `fit_law` held out, None without any."""
+    """Validate each joint's fit on the blocks that `fit_law` held out; None without such blocks."""
     found: dict[str, Validation | None] = {}
     for joint, fit in fits.items():
         training, unseen = hold_out(joint_problem(samples, joint, law, settings), settings.holdout)
@@ -204,7 +204,7 @@ def validate(
 def held_out(
     fits: Mapping[str, JointFit], samples: FrictionSamples, law: FrictionLaw, settings: Settings
 ) -> NDArray[np.bool_]:
-    """Return which samples of each joint lie in the blocks that `fit_law` held out, shape (N, n)."""
+    """Mark the samples of each joint in the blocks that `fit_law` held out, shape (N, n)."""
     found = np.zeros(samples.usable.shape, dtype=bool)
     for joint in fits:
         _, unseen = hold_out(joint_problem(samples, joint, law, settings), settings.holdout)
@@ -213,9 +213,9 @@ def held_out(
 
 
 def validate_values(values: Array, training: FitProblem, unseen: FitProblem) -> Validation:
-    """Compare the law on unseen blocks with no friction at all, and with Coulomb and offset of the training blocks.
+    """Compare the law on held-out blocks with zero friction, and with Coulomb friction and offset of training.
 
-    `values` are those of the problems' parameters, shape (p,).
+    `values` are the parameter values, shape (p,).
     """
     coefficients, *_ = np.linalg.lstsq(_coulomb_basis(training), training.friction_torque)
     return Validation(

@@ -1,4 +1,4 @@
-"""The least squares problem of one joint: which samples, which parameters; built here, solved in `curve_fit`."""
+"""Least squares problem of one joint: samples and parameters; `fit` solves it."""
 
 from __future__ import annotations
 
@@ -18,30 +18,30 @@ from stribeck.judgement.speed import top_speed
 from stribeck.settings import Settings
 
 ARMATURE = Parameter(name="armature", symbol="Ia", unit="kg m^2")
-"""Rotor inertia that the model lacks: an extra torque, armature times acceleration."""
+"""Rotor inertia missing in the model; its torque is armature times acceleration."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FitProblem:
-    """N samples of one joint and the p parameters that shall explain them, (6.4).
+    """N samples of one joint and the p parameters to fit (Equation 6.4 of the term paper).
 
     Attributes
     ----------
     law
         The friction law.
     parameters
-        The law's, and the armature if it is fitted.
+        Parameters of the law, and the armature if it is fitted.
     velocity, friction_torque
-        [rad/s] and [N m], shape (N,).
+        Velocity [rad/s] and friction torque [N m], shape (N,).
     acceleration
-        [rad/s^2], shape (N,); None if no armature is fitted.
+        Acceleration [rad/s²], shape (N,); None if no armature is fitted.
     block
-        Step or second of each sample, shape (N,), ascending.
+        Step or second of each sample, ascending, shape (N,).
     around, weights
-        Velocity [rad/s] at the K instants over which the filter has averaged the torque, shape (N, K), and the weight
-        of each, shape (K,); None if nothing is averaged.
+        Velocity [rad/s] at the K instants over which the filter averages the torque, shape (N, K), and their weights,
+        shape (K,); None without averaging.
     along
-        The motion that a law with state is fitted along; None of other laws.
+        Motion along which a law with state is evaluated; None for other laws.
     """
 
     law: FrictionLaw
@@ -56,7 +56,7 @@ class FitProblem:
 
     @property
     def logarithmic(self) -> NDArray[np.bool_]:
-        """Which parameters are fitted by their logarithm, shape (p,)."""
+        """Mask of the parameters that are fitted in their logarithm, shape (p,)."""
         return np.array([parameter.logarithmic for parameter in self.parameters])
 
     @property
@@ -66,14 +66,14 @@ class FitProblem:
 
     @cached_property
     def turning(self) -> NDArray[np.int64]:
-        """Samples over whose window the velocity changes by a fair share of itself, where averaging shows."""
+        """Samples with a relevant change of velocity within the filter's window."""
         if self.around is None:
             return np.empty(0, dtype=np.int64)
         change = np.abs(self.around - self.velocity[:, None]).max(axis=1)
-        return np.flatnonzero(change > 0.2 * np.abs(self.velocity))  # below it a law is straight enough
+        return np.flatnonzero(change > 0.2 * np.abs(self.velocity))  # the law is nearly linear over smaller changes
 
     def average(self, function: Callable[[Array], Array]) -> Array:
-        """Return a function of the velocity, shape (M,) -> (M, ...), as the filter averages it, shape (N, ...)."""
+        """Average a function of the velocity, shape (M,) -> (M, ...), with the filter's weights, shape (N, ...)."""
         result = function(self.velocity)
         if len(self.turning) and self.around is not None and self.weights is not None:
             around = self.around[self.turning]
@@ -82,41 +82,41 @@ class FitProblem:
         return result
 
     def law_torque(self, values: Array) -> Array:
-        """Compute the torque of the law [N m], of its own parameter values, as the filter averages it, shape (N,)."""
+        """Compute the filtered torque of the law [N m] for parameter values of the law, shape (N,)."""
         if self.along is not None and isinstance(self.law, LawWithState):
             return self.along.average(self.law.torque_along(self.along.motion, values))
         return self.average(lambda velocity: self.law.torque(velocity, values))
 
     def law_jacobian(self, values: Array) -> Array:
-        """Return the derivatives of `law_torque`, shape (N, p)."""
+        """Compute the derivatives of `law_torque`, shape (N, p)."""
         if self.along is not None and isinstance(self.law, LawWithState):
             return self.along.average(self.law.jacobian_along(self.along.motion, values))
         return self.average(lambda velocity: self.law.jacobian(velocity, values))
 
     def basis(self, shape: Mapping[str, float]) -> Array:
-        """Return the law's basis for given nonlinear parameters, shape (N, k)."""
+        """Compute the filtered basis of the law for given nonlinear parameters, shape (N, k)."""
         if self.along is not None and isinstance(self.law, LawWithState):
             return self.along.average(self.law.basis_along(self.along.motion, shape))
         return self.average(lambda velocity: self.law.basis(velocity, shape))
 
     def predict(self, values: Array) -> Array:
-        """Return the torque [N m] of parameter values, shape (p,) -> (N,)."""
+        """Compute the torque [N m] for parameter values, shape (p,) -> (N,)."""
         if self.acceleration is None:
             return self.law_torque(values)
         return np.asarray(self.law_torque(values[:-1]) + values[-1] * self.acceleration)
 
     def jacobian(self, values: Array) -> Array:
-        """Return the derivatives of `predict`, shape (N, p)."""
+        """Compute the derivatives of `predict`, shape (N, p)."""
         if self.acceleration is None:
             return self.law_jacobian(values)
         return np.column_stack([self.law_jacobian(values[:-1]), self.acceleration])
 
     def internal_jacobian(self, values: Array) -> Array:
-        """Compute the derivatives by the coordinates of a descent, dR/d(ln p) = p dR/dp for scales, shape (N, p)."""
+        """Compute the derivatives in internal coordinates, dR/d(ln p) = p dR/dp for scales, shape (N, p)."""
         return self.jacobian(values) * np.where(self.logarithmic, values, 1.0)
 
     def take(self, rows: slice | NDArray[np.bool_] | NDArray[np.int64]) -> FitProblem:
-        """Return the problem of these samples alone."""
+        """Select samples of the problem."""
         return replace(
             self,
             velocity=self.velocity[rows],
@@ -129,21 +129,21 @@ class FitProblem:
 
 
 def to_internal(values: Array, logarithmic: NDArray[np.bool_]) -> Array:
-    """Convert parameter values, shape (..., p), to coordinates of a descent: scales by their logarithm."""
+    """Convert parameter values, shape (..., p), to internal coordinates, with logarithms of scales."""
     return np.where(logarithmic, np.log(np.where(logarithmic, values, 1.0)), values)
 
 
 def to_external(internal: Array, logarithmic: NDArray[np.bool_]) -> Array:
-    """Convert coordinates of a descent, shape (..., p), to parameter values."""
+    """Convert internal coordinates, shape (..., p), to parameter values."""
     return np.where(logarithmic, np.exp(np.where(logarithmic, internal, 0.0)), internal)
 
 
 def joint_problem(samples: FrictionSamples, joint: str, law: FrictionLaw, settings: Settings) -> FitProblem:
-    """Return the problem of all usable, finite samples of a joint, ordered by block.
+    """Build the problem of all usable, finite samples of a joint, ordered by block.
 
-    A joint at rest holds any torque up to the Coulomb friction, and the sign of its velocity is noise: for laws that
-    jump at standstill, samples slower than `settings.rest` times the top speed are left out. For laws with state, so
-    are those at the beginning of a piece of motion, where the state is not known.
+    For laws that jump at standstill, samples slower than `settings.rest` times the top speed are excluded: a joint at
+    rest balances any torque up to the Coulomb friction, and the sign of its velocity is noise. For laws with state, the
+    start of each piece of motion is excluded, because the state is unknown.
     """
     column = samples.joint_names.index(joint)
     asked = settings.fit_armature
@@ -172,7 +172,7 @@ def joint_problem(samples: FrictionSamples, joint: str, law: FrictionLaw, settin
 
 
 def hold_out(problem: FitProblem, every: int) -> tuple[FitProblem, FitProblem]:
-    """Return the training and the validation problem: every n-th of the joint's own blocks is kept from all fits."""
+    """Split a problem into training and validation; every n-th of the joint's own blocks is held out."""
     _, number = np.unique(problem.block, return_inverse=True)
     validation = cast("NDArray[np.bool_]", number % every == every // 2)
     return problem.take(~validation), problem.take(validation)

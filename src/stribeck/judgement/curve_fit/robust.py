@@ -1,4 +1,4 @@
-"""Robust losses: the scale of the residuals and the weight that a loss gives them."""
+"""Robust losses: scale of the residuals, and influence of each residual."""
 
 from typing import Literal
 
@@ -9,20 +9,20 @@ from stribeck.base.typing import Array
 Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 
 TUNING: dict[Loss, float] = {"linear": 1.0, "soft_l1": 1.345, "huber": 1.345, "cauchy": 2.385}
-"""Loss scales, in standard deviations of the residual [1]: 95 % efficiency on normal noise (Huber, Cauchy)."""
+"""Loss scales in standard deviations of the residual [1], for 95 % efficiency with normal noise (Huber, Cauchy)."""
 
 
 def robust_scale(residual: Array) -> float:
-    """Return the standard deviation [N m] of the residuals by their median absolute value, never zero."""
-    scale = 1.4826 * float(np.median(np.abs(residual)))  # of a normal distribution
-    return max(scale, 1e-150)  # its square is still a number
+    """Estimate the standard deviation [N m] of the residuals from their median absolute value; always positive."""
+    scale = 1.4826 * float(np.median(np.abs(residual)))  # factor for a normal distribution
+    return max(scale, 1e-150)  # the square must not underflow
 
 
 def influence(ratio: Array, loss: Loss) -> tuple[Array, float]:
-    """Return the influence psi of residuals and its mean slope [1].
+    """Compute the influence psi of residuals and its mean slope [1].
 
-    `ratio` is the residual over the loss's scale, shape (N,). SciPy minimises sum rho(z) / 2 with z = ratio^2, so
-    psi = ratio rho'(z); the mean slope is E[d psi / d ratio].
+    `ratio` is the residual divided by the loss scale, shape (N,). SciPy minimizes sum rho(z) / 2 with z = ratio^2, so
+    psi = ratio rho'(z). The mean slope is E[d psi / d ratio].
     """
     z = ratio**2
     if loss == "linear":
