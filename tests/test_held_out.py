@@ -67,7 +67,7 @@ def test_the_command_prints_writes_and_draws_it(
     (found,) = result.held_out
     assert (found.path, len(found.sha256), list(found.joints)) == (str(unseen), 64, ["shoulder", "elbow", "slide"])
     page = (tmp_path / "o/report.html").read_text()
-    assert "Logs that no fit has seen" in page
+    assert "Validation logs" in page
     assert f"{found.joints['elbow'].rms:.3g}" in page
 
 

@@ -143,7 +143,7 @@ def test_joints_have_a_line_a_panel_and_a_row_and_those_without_friction_one_lin
         assert all(text in row for text in (f">{name}<", joints[name].verdict, advice(joints[name])))
     assert all(text in named[0] for text in ("5.0", "6.0", "8.0", "± 0.4", "0.50 →", "0.987"))
     assert named[1].count("&lt; 0.50") == 2  # not significant: a bound
-    assert "2 of 6 joints have no friction that the log resolves: below 0.50 N m" in rows[-1]
+    assert "2 of 6 joints: friction too small to resolve: below 0.50 N m" in rows[-1]
     assert all(name in Page(f"<table><tbody><tr{rows[-1]}</table>").text for name in others[:2])
     folded = html[html.index('<details class="section">') :]
     assert folded.count("6.00 ± 0.40 N m at 1 rad/s") == 4  # panels and rows of two joints
@@ -166,15 +166,15 @@ def test_the_lead_says_friction_trust_and_the_next_step(result: Result) -> None:
         return " ".join(heading(shown, get_law(result.law)).split())
 
     assert f"2.0 ± 0.4 N m ({second}) to 6.0 ± 0.4 N m ({first}) at middle speed" in lead()
-    assert f"{first}, {second}, each within its band; not torso_yaw (not excited)" in lead()
+    assert f"{first}, {second} (friction known within the shaded 95 % band); not torso_yaw (not excited)" in lead()
     assert f"torso_yaw: {advice(result.joints['torso_yaw'])}." in lead()
     bodies = Finding(check="bodies-differ", text="the foot is heavier", cure="put it into the model")
     delay = Finding(check="friction-delay", text="late", cure="log all by one clock", joints=(second,))
     flagged = lead(findings=[bodies, delay])  # friction that a finding flags is not trusted and comes first
-    assert f"{first}, each within its band; not {second} (warned), torso_yaw (not excited)" in flagged
+    assert f"{first} (friction known within the shaded 95 % band); not {second} (warned), torso_yaw (not excited)" in flagged
     assert f"</a>: {second}: log all by one clock." in flagged
     del joints["torso_yaw"]
-    assert "nothing to mend" in lead()
+    assert "No problems found" in lead()
     cured = Finding(check="sign", text="the sign is wrong", cure="[log.torque] scale = -1")
     assert cured.cure in lead(findings=[cured])
 

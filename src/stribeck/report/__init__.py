@@ -1,4 +1,4 @@
-"""The report: one self-contained HTML file, a section a module and a template."""
+"""Reports as self-contained HTML files; each section has a module and a template."""
 
 from stribeck.report.inspection import write_inspection as write_inspection
 from stribeck.report.page import Section as Section

@@ -1,4 +1,4 @@
-"""Charts as plain data: uPlot draws them in the page (see `templates/page.js`)."""
+"""Charts as plain data, drawn by uPlot in the page (see `templates/page.js`)."""
 
 import base64
 import json
@@ -17,18 +17,18 @@ Chart = dict[str, Any]
 """Axes `x` and `y` (see `axis`), `lines` (see `line`), `images` and `marks`; `sync` names charts that zoom together."""
 
 SAMPLES_COLOUR = (64, 133, 224)
-"""Red, green and blue of densities: between the page's two blues for light and dark."""
+"""Color of densities (red, green, blue), between the page's blues for light and dark."""
 
 
 def axis(label: str, limits: tuple[float, float], **more: Any) -> dict[str, Any]:
-    """Describe an axis: `log=True` makes it logarithmic, `names` label 0, 1, 2, ... in place of numbers."""
+    """Describe an axis; `log=True` makes it logarithmic, `names` are labels for 0, 1, 2, ..."""
     return {"label": label, "range": _short(limits), **more}
 
 
 def line(
     x: ArrayLike, y: ArrayLike, colour: str, name: str = "", *, band: Array | None = None, **style: Any
 ) -> dict[str, Any]:
-    """Describe a line in a colour of the page; `name` is its label when the pointer is over the chart.
+    """Describe a line in a color of the page; `name` is its label under the pointer.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def line(
     band
         Lower and upper end of a band around the line, shape (2, N).
     **style
-        `width` [px], `dash` [px, px], `opacity`, `points` (diameter [px], in place of the line), `steps` (filled steps
+        `width` [px], `dash` [px, px], `opacity`, `points` (diameter [px], instead of a line), `steps` (filled steps
         down to `base`), `closed` and `fill` (outline of a shape, x in any order).
     """
     found = {"x": _short(x), "y": _short(y), "colour": colour, "name": name, **style}
@@ -53,19 +53,19 @@ def velocity_axes(prismatic: bool, velocity: tuple[float, float], torque: tuple[
 
 
 def density(x: Array, y: Array, x_limits: tuple[float, float], y_limits: tuple[float, float]) -> dict[str, Any]:
-    """Describe samples of shape (N,) as an image: more opaque where there are more; samples outside are left out."""
+    """Describe samples of shape (N,) as an image whose opacity is their density; samples outside are omitted."""
     counts, _, _ = np.histogram2d(y, x, bins=(90, 150), range=(y_limits, x_limits))
     opacity = np.where(counts > 0, 0.22 + 0.78 * np.log1p(counts) / np.log1p(max(float(counts.max()), 2.0)), 0.0)
     pixels = np.empty((*counts.shape, 4), dtype=np.uint8)
     pixels[..., :3] = SAMPLES_COLOUR
-    pixels[..., 3] = 15 * np.round(17 * opacity[::-1])  # 18 levels: more are not seen, and take twice the room
+    pixels[..., 3] = 15 * np.round(17 * opacity[::-1])  # 18 levels; more are not visible and double the size
     return image(pixels, x_limits, y_limits)
 
 
 def image(pixels: NDArray[np.uint8], x: tuple[float, float], y: tuple[float, float]) -> dict[str, Any]:
-    """Describe an image of shape (rows, columns, 4) between limits: red, green, blue and opacity from the top down."""
+    """Describe an image between limits, shape (rows, columns, 4): red, green, blue and opacity from the top down."""
     rows, columns, _ = pixels.shape
-    flat = np.insert(pixels.reshape(rows, -1), 0, 0, axis=1)  # each row begins with its filter: none
+    flat = np.insert(pixels.reshape(rows, -1), 0, 0, axis=1)  # PNG filter of each row: none
     chunks = (
         (b"IHDR", struct.pack(">2I5B", columns, rows, 8, 6, 0, 0, 0)),
         (b"IDAT", zlib.compress(flat.tobytes(), 6)),
@@ -79,20 +79,20 @@ def image(pixels: NDArray[np.uint8], x: tuple[float, float], y: tuple[float, flo
 
 
 def robust_limits(values: Array, share: float = 0.002, margin: float = 0.08) -> tuple[float, float]:
-    """Compute the range of all but the outermost samples, slightly widened; values of shape (N,)."""
+    """Compute the slightly widened range of values of shape (N,) without the outermost samples."""
     low, high = np.quantile(values, [share, 1 - share]) if len(values) else (0.0, 0.0)
     pad = margin * (high - low) or 1e-3
     return float(low - pad), float(high + pad)
 
 
 def to_json(charts: Mapping[str, Chart]) -> Markup:
-    """Write charts as JSON that can stand in a script element."""
+    """Format charts as JSON for a script element."""
     text = json.dumps(charts, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
-    return Markup(text)  # no tag can begin in it  # nosec B704
+    return Markup(text)  # contains no tag  # nosec B704
 
 
 def _short(values: ArrayLike) -> list[float | None]:
-    """Round numbers to five significant digits, finer than any screen; JSON has null for those that are not finite."""
+    """Round numbers to five significant digits; null if not finite."""
     return [
         float(f"{value:.5g}") if -1e300 < value < 1e300 else None for value in np.asarray(values, dtype=float).tolist()
     ]

@@ -1,4 +1,4 @@
-"""Two results, or the two sides of one: friction curves over each other, and the change of every parameter."""
+"""Page of `stribeck compare`: friction curves and the change of every parameter."""
 
 from collections.abc import Set as AbstractSet
 from pathlib import Path
@@ -12,7 +12,7 @@ from stribeck.result.mirror import mirrored_pairs
 
 
 def write_comparison(found: Comparison, path: str | Path) -> None:
-    """Write how two results differ as one self-contained HTML file, whole or not at all.
+    """Write the comparison as one self-contained HTML file, completely or not at all.
 
     Examples
     --------
@@ -25,7 +25,7 @@ def write_comparison(found: Comparison, path: str | Path) -> None:
 
 
 def sides(result: Result, prismatic: AbstractSet[str]) -> Section | None:
-    """Return the section that compares left and right, or None without a pair that has numbers."""
+    """Render the comparison of left and right joints; None without a pair that has parameters."""
     joints = {name: joint for name, joint in result.joints.items() if joint.parameters}
     pairs = mirrored_pairs(joints)
     if not pairs:
@@ -35,7 +35,7 @@ def sides(result: Result, prismatic: AbstractSet[str]) -> Section | None:
 
 
 def comparison_section(found: Comparison, prismatic: AbstractSet[str]) -> Section:
-    """Return the section with a chart and a table row per joint, or per pair of joints."""
+    """Render a chart and table rows per joint or pair of joints."""
     charts, figures = {}, []
     for index, (name, pair) in enumerate(found.joints.items()):
         curves = [friction_curve(joint, prismatic=name in prismatic) for joint in pair]

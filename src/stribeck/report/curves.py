@@ -1,4 +1,4 @@
-"""Every joint's friction curve with its band: small multiples on common scales."""
+"""Friction curves of all joints with their bands, on common scales."""
 
 from dataclasses import dataclass
 
@@ -9,32 +9,32 @@ from stribeck.report.charts import Chart, line, velocity_axes
 from stribeck.result import JointResult, velocity_grid
 
 FILLED = 0.4
-"""Share of a common scale [1] that a curve must fill at least: one that fills less gets the next finer scale."""
+"""Minimum share of a common scale that a curve fills [1]; smaller curves get a finer scale."""
 
 NEAR = 0.8
-"""Of two curves [1], the smaller over the larger, from which they share a scale that they fill half of `FILLED` of.
+"""Minimum ratio of two curve sizes [1] for a common scale although they fill only half of `FILLED`.
 
-So left and right do, on either side of it.
+It keeps left and right joints on the same scale.
 """
 
 ABSURD = 1e12
-"""Speed or torque from which nothing is drawn, nor below its inverse."""
+"""Largest speed or torque that is drawn; the smallest is its inverse."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FrictionCurve:
-    """Friction of a joint over its velocities, the offset taken out.
+    """Friction of a joint versus velocity, without the offset.
 
     Attributes
     ----------
     velocity, torque
-        [rad/s], [N m] (m/s and N of a prismatic joint), shape (K,).
+        Velocity [rad/s], [m/s] and torque [N m], [N], shape (K,).
     band
-        Lower and upper end of its 95 % band [N m], shape (2, K); None where no covariance is known.
+        Lower and upper end of the 95 % band [N m], [N], shape (2, K); None without a covariance.
     prismatic
-        Whether the joint slides: such joints have scales of their own.
+        Whether the joint is prismatic; prismatic joints have separate scales.
     significant
-        Whether friction is significant at any of the speeds at which the joint was judged.
+        Whether friction is significant at any speed of the joint's friction curve.
     """
 
     velocity: Array
@@ -45,7 +45,7 @@ class FrictionCurve:
 
     @property
     def size(self) -> tuple[float, float]:
-        """Largest speed and largest torque, by which it is put on a common scale; a band counts up to as much again."""
+        """Largest speed and largest torque, the band limited to twice the curve; they determine the scale."""
         most = float(np.abs(self.torque).max())
         if self.band is not None and np.isfinite(self.band).all():
             most = min(float(np.abs(self.band).max()), 2 * most)
@@ -53,7 +53,7 @@ class FrictionCurve:
 
     @property
     def drawable(self) -> bool:
-        """Whether it has a size that can be drawn."""
+        """Whether the curve can be drawn."""
         if not np.isfinite(self.torque).all():
             return False
         speed, torque = self.size
@@ -61,9 +61,9 @@ class FrictionCurve:
 
 
 def friction_curve(joint: JointResult, *, prismatic: bool) -> FrictionCurve | None:
-    """Return a joint's friction curve: of its law, or through the speeds at which it was judged; None without either.
+    """Compute a joint's friction curve from its law, or from the points of its result; None without either.
 
-    A joint without friction has none.
+    None for the verdict "no friction".
     """
     if joint.verdict in ("no friction", "not excited"):
         return None
@@ -83,7 +83,7 @@ def friction_curve(joint: JointResult, *, prismatic: bool) -> FrictionCurve | No
 
 
 def curve_charts(curves: dict[str, FrictionCurve]) -> tuple[list[Chart], list[bool]]:
-    """Return a chart of each curve, and whether its scales are finer than the common ones."""
+    """Draw each curve, and mark those with finer scales."""
     scales: dict[str, tuple[float, float]] = {}
     finer: set[str] = set()
     for prismatic in (False, True):
@@ -103,14 +103,14 @@ def curve_charts(curves: dict[str, FrictionCurve]) -> tuple[list[Chart], list[bo
 
 
 def common_scales(sizes: list[float], shown: list[bool]) -> list[float]:
-    """Return the scale of each curve: one for all but those that would fill too little of it, which share a finer one.
+    """Choose the scale of each curve: a common one, and finer ones for curves that fill too little of it.
 
     Parameters
     ----------
     sizes
         Largest value of each curve.
     shown
-        Whether its shape is worth a finer scale.
+        Whether the curve may get a finer scale.
     """
     scales: list[float] = []
     previous = 0.0

@@ -1,4 +1,4 @@
-"""What the report folds: parameters with their intervals, terms of the law, corrections, power, provenance."""
+"""Folded sections of the report: parameters, terms of the law, corrections, power, provenance."""
 
 import numpy as np
 
@@ -14,37 +14,42 @@ from stribeck.result import BodyCorrection, Evidence, JointResult, Result
 from stribeck.result.tables import friction_text
 
 SUSPICIOUS = 0.2
-"""Share of positive power above which the model, the torque's sign or a delay is worth a look."""
+"""Share of samples with added power [1] above which model, torque sign and delay should be checked."""
 
 MEANING: dict[TorqueSource, str] = {
-    "link_side_sensor": "The torque sensors sit behind the gears: the friction is that of what lies between sensor "
-    "and link, bearings, seals and cables. The friction of gear and motor, which is most of a "
-    "joint's, is not in it, nor is the rotor's inertia. An error of a sensor's gain scales all "
-    "friction of its joint.",
-    "motor_side_sensor": "The torque sensors sit between motor and gear: the friction is that of gear, bearings and "
-    "seals, by the joint's speed. The motor's own friction and the rotor's inertia are before "
-    "the sensor and not in it; what turns behind it, the gear's input side, is, and its inertia "
-    "counts with the ratio squared. Errors of sensor gain and gear ratio scale all friction of "
-    "the joint.",
-    "motor_current": "The torques are motor currents times torque constant and gear ratio: the friction is all of "
-    "motor, gear and bearings, and the rotor's inertia belongs to the dynamics. An error of the "
-    "torque constant, which falls as the magnets warm, scales all friction of its joint; torque that "
-    "a saturating motor loses, cogging and the current of its own iron losses look like friction.",
-    "command": "The torques are what the drives were asked for: the friction is what was lost between command and "
-    "link, that of motor, gear and bearings and also what a drive does not deliver. Errors of its torque "
-    "constant, its limits of current and voltage, its own compensation of friction and the delay of its "
-    "control loop cannot be told from friction.",
+    "link_side_sensor": (
+        "The torque sensors are behind the gears. The friction includes only bearings, seals and cables between "
+        "sensor and link. It excludes the friction of gear and motor, which is most of a joint's friction, and "
+        "the rotor's inertia. A gain error of a sensor scales all friction of its joint."
+    ),
+    "motor_side_sensor": (
+        "The torque sensors are between motor and gear. The friction includes gear, bearings and seals. It "
+        "excludes the motor's own friction and the rotor's inertia. The inertia of the gear's input side counts "
+        "with the ratio squared. Errors of sensor gain and gear ratio scale all friction of the joint."
+    ),
+    "motor_current": (
+        "The torques are motor currents times torque constant and gear ratio. The friction includes motor, gear "
+        "and bearings; the rotor's inertia is part of the dynamics. An error of the torque constant, which "
+        "decreases as the magnets warm up, scales all friction of its joint. Saturation, cogging and iron losses "
+        "of the motor look like friction."
+    ),
+    "command": (
+        "The torques are the commands to the drives. The friction includes all torque lost between command and "
+        "link: friction of motor, gear and bearings, and torque that the drive does not deliver. Errors of its "
+        "torque constant, limits of current and voltage, its own friction compensation and the delay of its "
+        "control loop cannot be distinguished from friction."
+    ),
 }
-"""What the friction is of, by where the torque was measured (docs/torque.md)."""
+"""Description of the included friction, by torque source (docs/torque.md)."""
 
 
 def verdict_table(result: Result, evidence: Evidence, law: FrictionLaw, reference: Reference) -> Section:
-    """Return the section with a row a joint: verdict, reason, parameters, validation."""
+    """Render the table of verdict, reason, parameters and validation, with one row per joint."""
     known, columns = symbols(law), []
     for name in parameter_names(result, law):
         units = [joint.parameters[name].unit for joint in result.joints.values() if name in joint.parameters]
         units += [parameter.unit for parameter in law.parameters if parameter.name == name] or ["1"]
-        common = max(units, key=units.count)  # the cells of other joints have their own
+        common = max(units, key=units.count)  # cells of other joints state their unit
         columns.append({"name": name, "symbol": known.get(name, ""), "unit": common})
     rows = [
         {
@@ -62,7 +67,7 @@ def verdict_table(result: Result, evidence: Evidence, law: FrictionLaw, referenc
 
 
 def explained(joint: JointResult) -> float | None:
-    """Return the share of the friction torque's rms, on blocks that no fit saw, that the law takes away."""
+    """Compute the relative reduction of the friction torque's RMS by the law on held-out blocks."""
     validation = joint.validation
     if validation is None or validation.rms_zero_friction <= 0:
         return None
@@ -70,11 +75,11 @@ def explained(joint: JointResult) -> float | None:
 
 
 def terms(result: Result) -> Section | None:
-    """Return the section with a row a joint and a column a term, or None where a law was given."""
+    """Render the table of terms, with one row per joint; None for a given law."""
     chosen = {name: joint.terms for name, joint in result.joints.items() if joint.terms}
     if not chosen:
         return None
-    common, shown = {}, []  # terms that were tried in no joint, for one reason; the others
+    common, shown = {}, []  # terms that no joint tried, for one reason; the others
     for term in dict.fromkeys(term for own in chosen.values() for term in own):
         verdicts = [own[term] for own in chosen.values()]
         reasons = {verdict.reason for verdict in verdicts}
@@ -91,16 +96,16 @@ def terms(result: Result) -> Section | None:
 
 
 def held_out(result: Result) -> Section | None:
-    """Return the section with a table per log that no fit has seen, or None where no log was held out."""
+    """Render one table per validation log; None without validation logs."""
     if not result.held_out:
         return None
     units = {name: joint.curve[0].unit for name, joint in result.joints.items() if joint.curve}
     body = render("held_out.html.j2", logs=result.held_out, units=units)
-    return Section(anchor="held-out", title="Logs that no fit has seen", body=body)
+    return Section(anchor="held-out", title="Validation logs", body=body)
 
 
 def corrections(result: Result) -> Section | None:
-    """Return the section with the corrections that the log supports, or None where none were asked for."""
+    """Render the corrections of model and sensors; None without corrections."""
     errors = result.corrections
     if errors is None:
         return None
@@ -145,10 +150,10 @@ def _body(name: str, body: BodyCorrection) -> dict[str, object]:
 
 
 def branch_charts(result: Result) -> list[tuple[Chart, str]]:
-    """Return a chart and a caption for each joint with numbers: none if nothing was corrected.
+    """Draw the branches of each joint with parameters before and after the correction; empty without corrections.
 
-    The curve of a joint that speeds up and that of one that slows down are one if the model is right: an error of
-    inertia splits them, one of weight shifts both (Fig. 7.5 to 7.7 of Egle 2021).
+    With a correct model, the branches of rising and falling velocity coincide. An error of the inertia splits them, an
+    error of the weight shifts both (Fig. 7.5 to 7.7 of Egle 2021).
     """
     evidence = result.evidence
     if evidence is None or evidence.correction is None:
@@ -170,13 +175,13 @@ def branch_charts(result: Result) -> list[tuple[Chart, str]]:
         velocity = robust_limits(both[0][0], share=0.0, margin=0.03)
         splits = [f"{_split(up, down):.2g}" for _, up, down in both]
         unit = "N" if prismatic else "N m"
-        caption = f"{name}: branches apart by {splits[0]} {unit} before, {splits[1]} {unit} after (RMS)"
+        caption = f"{name}: distance of the branches {splits[0]} {unit} before, {splits[1]} {unit} after (RMS)"
         figures.append(({**velocity_axes(prismatic, velocity, torque), "lines": lines}, caption))
     return figures
 
 
 def branches(samples: FrictionSamples, joint: str) -> tuple[Array, Array, Array]:
-    """Return velocities and the mean friction torques there while a joint's velocity rises and falls, (K,) each."""
+    """Compute the mean friction torque versus velocity while the velocity rises and while it falls, shape (K,) each."""
     shown = joint_samples(samples, joint)
     limits = robust_limits(shown.velocity, share=0.0, margin=0.03)
     centre, up = running_mean(shown.velocity[shown.rises], shown.torque[shown.rises], limits, bins=24)
@@ -185,19 +190,19 @@ def branches(samples: FrictionSamples, joint: str) -> tuple[Array, Array, Array]
 
 
 def _split(up: Array, down: Array) -> float:
-    """Return how far the branches are apart where both are known (RMS)."""
+    """Compute the RMS distance of the branches where both are known."""
     apart = (up - down)[np.isfinite(up - down)]
     return float(np.sqrt(np.mean(apart**2))) if len(apart) else 0.0
 
 
 def torque_meaning(source: TorqueSource) -> Section:
-    """Return the section that says what the friction is of, and what this source cannot tell."""
+    """Render the section on the friction that the torque source includes, and its limits."""
     body = render("torque_meaning.html.j2", source=source, meaning=MEANING[source])
-    return Section(anchor="torque-source", title="What the friction is of", body=body)
+    return Section(anchor="torque-source", title="Which friction is measured", body=body)
 
 
 def power(result: Result) -> Section | None:
-    """Return the section with a bar per joint, which ends at what chance gives (0.5), or None without the numbers."""
+    """Render one bar per joint for the share of samples with added power, up to 0.5; None without data."""
     rows = [
         {"name": name, "share": share, "length": min(share / 0.5, 1.0), "high": share > SUSPICIOUS}
         for name, joint in result.joints.items()
@@ -209,7 +214,7 @@ def power(result: Result) -> Section | None:
 
 
 def provenance(result: Result, evidence: Evidence) -> Section:
-    """Return the section with logs and their hashes, versions, settings, and what was done to the log on the way."""
+    """Render logs with hashes, versions, settings, and notes on the preparation of the log."""
     paths = [result.log.path] if isinstance(result.log.path, str) else result.log.path
     hashes = [result.log.sha256] if isinstance(result.log.sha256, str) else result.log.sha256
     logs = list(zip(paths, hashes, strict=True))

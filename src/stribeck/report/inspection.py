@@ -1,4 +1,4 @@
-"""The page of `stribeck inspect`: what a log holds, before anything is identified."""
+"""Page of `stribeck inspect`: content of a log."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from stribeck.report.page import Section, render, write_page
 from stribeck.report.timeline import timeline
 
-if TYPE_CHECKING:  # the report stands below what inspects a log, and is given what was found
+if TYPE_CHECKING:  # only for types: the audit is above this room
     from stribeck.audit.inspection import Inspection, JointInspection
 
 CHANNEL_UNITS = {
@@ -28,7 +28,7 @@ CHANNEL_UNITS = {
 
 
 def write_inspection(inspection: Inspection, path: str | Path) -> None:
-    """Write what a log holds as one self-contained HTML file, whole or not at all."""
+    """Write an inspection as one self-contained HTML file, completely or not at all."""
     sections = {
         "findings": render("warnings.html.j2", findings=inspection.audit, warnings=[]) if inspection.audit else None,
         "joints": render("inspection_joints.html.j2", rows=_joint_rows(inspection.joints)),
@@ -36,7 +36,7 @@ def write_inspection(inspection: Inspection, path: str | Path) -> None:
         "channels": render("inspection_channels.html.j2", inspection=inspection, units=CHANNEL_UNITS),
         "sampling": render("inspection_sampling.html.j2", inspection=inspection),
     }
-    log = PurePath(inspection.path).name or "log made in memory"
+    log = PurePath(inspection.path).name or "log in memory"
     write_page(
         path,
         f"A log of {inspection.robot}",
@@ -49,7 +49,7 @@ def write_inspection(inspection: Inspection, path: str | Path) -> None:
 
 
 def _joint_rows(joints: dict[str, JointInspection]) -> list[dict[str, Any]]:
-    """Return each joint with its ranges, all of a kind drawn to the same scale [%]."""
+    """List the joints with their ranges, scaled per column [%]."""
     kinds = ("position_range", "velocity_range", "torque_range")
     rows: list[dict[str, Any]] = [{"name": name, "joint": joint, "ranges": []} for name, joint in joints.items()]
     for kind in kinds:

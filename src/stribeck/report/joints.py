@@ -1,4 +1,4 @@
-"""A panel per joint: its numbers, and charts of friction, residual and coverage."""
+"""Panels per joint: parameters, and charts of friction, residual and coverage."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -17,18 +17,18 @@ from stribeck.result import Evidence, JointResult, Result, velocity_grid
 from stribeck.result.tables import friction_text
 
 MOST_DRAWN = 30_000
-"""Samples of a joint that a figure is drawn from; more change nothing that can be seen."""
+"""Largest number of samples per figure; more are not visible."""
 
 MOST_POINTS = 700
-"""Points of a line over time: about one for each pixel of its width."""
+"""Number of points of a line over time, about one per pixel."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class JointSamples:
-    """Samples of a joint that a fit may use, evenly thinned.
+    """Evenly thinned samples of a joint that the fit may use.
 
     `time` [s], `velocity` [rad/s], friction `torque` [N m] (for prismatic joints m/s and N) and whether the velocity
-    `rises` have the shape (N,); each sample stands for `period` seconds of the log.
+    `rises` have the shape (N,); each sample represents `period` seconds of the log.
     """
 
     time: Array
@@ -39,7 +39,7 @@ class JointSamples:
 
 
 def joint_samples(samples: FrictionSamples, name: str) -> JointSamples:
-    """Select the samples of a joint; none if it has no torque."""
+    """Select the samples of a joint; empty without a torque."""
     every = max(1, -(-len(samples.time) // MOST_DRAWN))
     rows, column = np.empty(0, dtype=np.int64), 0
     if name in samples.joint_names:
@@ -56,7 +56,7 @@ def joint_samples(samples: FrictionSamples, name: str) -> JointSamples:
 
 
 def joint_panels(result: Result, evidence: Evidence, law: FrictionLaw, reference: Reference) -> Section:
-    """Return the section with every joint's panel, in the order of the result."""
+    """Render every joint's panel, in the order of the result."""
     panels: list[dict[str, Any]] = []
     charts: dict[str, Chart] = {}
     for index, (name, joint) in enumerate(result.joints.items()):
@@ -80,15 +80,15 @@ def joint_panels(result: Result, evidence: Evidence, law: FrictionLaw, reference
 
 
 def joint_charts(name: str, joint: JointResult, evidence: Evidence, reference: Reference) -> list[tuple[Chart, str]]:
-    """Return the charts of a joint with their captions; without a fitted law, the samples only."""
+    """Draw the charts of a joint with captions; without a fitted law, only the samples."""
     shown, prismatic = joint_samples(evidence.samples, name), name in evidence.prismatic
     if not len(shown.velocity):
         return []
     over_velocity = friction_over_velocity(shown, joint, reference.curves.get(name), prismatic=prismatic)
     if joint.band(shown.velocity[:1]) is None:
-        why = "no friction is detectable" if joint.verdict == "no friction" else "no law is fitted"
-        return [(over_velocity, f"Friction torque over velocity: samples only, {why}.")]
-    figures = [(over_velocity, "Friction torque over velocity")]
+        why = "no friction is detected" if joint.verdict == "no friction" else "no law is fitted"
+        return [(over_velocity, f"Friction torque versus velocity: only samples, because {why}.")]
+    figures = [(over_velocity, "Friction torque versus velocity")]
     near = None if evidence.close_up is None else joint_samples(evidence.close_up, name)
     if near is not None and len(near.time) > 1:
         span = f"{near.time[0]:.2f} to {near.time[-1]:.2f} s of the log"
@@ -110,7 +110,7 @@ def joint_charts(name: str, joint: JointResult, evidence: Evidence, reference: R
 def friction_over_velocity(
     shown: JointSamples, joint: JointResult, reference: tuple[Array, Array] | None, *, prismatic: bool
 ) -> Chart:
-    """Draw the samples' density, the fitted law and its 95 % band, and the reference where there is one."""
+    """Draw the samples' density, the fitted law with its 95 % band, and the reference if given."""
     limits = robust_limits(shown.velocity, share=0.0, margin=0.03)
     grid = velocity_grid(*limits)
     fitted = joint.band(grid)
@@ -125,7 +125,7 @@ def friction_over_velocity(
 
 
 def friction_over_time(near: JointSamples, joint: JointResult, *, prismatic: bool) -> Chart:
-    """Draw the friction torque of a few seconds and of the law; both break where samples are missing."""
+    """Draw a few seconds of the friction torque and the law; lines break at missing samples."""
     step = max(float(np.median(np.diff(near.time))), (near.time[-1] - near.time[0]) / MOST_POINTS, 1e-9)
     rows = np.searchsorted(near.time, np.arange(near.time[0], near.time[-1] + step / 2, step))
     rows = rows.clip(max=len(near.time) - 1)
@@ -145,8 +145,8 @@ def friction_over_time(near: JointSamples, joint: JointResult, *, prismatic: boo
 
 
 def residual_over_velocity(shown: JointSamples, law: Array, over_velocity: Chart) -> Chart:
-    """Draw the residual as a density with its mean; structure here is friction that the law does not have."""
-    finite = np.isfinite(law)  # a law at a bound, such as a Stribeck velocity of zero, may have no value
+    """Draw the residual as a density with its mean; structure indicates friction beyond the law."""
+    finite = np.isfinite(law)  # a law at a bound, such as a Stribeck velocity of zero, can be undefined
     velocity, residual = shown.velocity[finite], (shown.torque - law)[finite]
     limits = robust_limits(shown.velocity, share=0.0, margin=0.03)
     reach = max(map(abs, robust_limits(residual)))
@@ -161,7 +161,7 @@ def residual_over_velocity(shown: JointSamples, law: Array, over_velocity: Chart
 
 
 def velocity_coverage(shown: JointSamples, stribeck_velocity: float | None, velocity: dict[str, Any]) -> Chart:
-    """Draw how long the joint moved at which velocity, on a logarithmic scale, with the Stribeck velocity."""
+    """Draw the time at each velocity on a logarithmic scale, with the Stribeck velocity."""
     limits = robust_limits(shown.velocity, share=0.0, margin=0.03)
     counts, edges = np.histogram(shown.velocity, bins=80, range=limits)
     floor = 0.5 * shown.period
@@ -178,7 +178,7 @@ def velocity_coverage(shown: JointSamples, stribeck_velocity: float | None, velo
 
 
 def running_mean(x: Array, y: Array, limits: tuple[float, float], bins: int = 40) -> tuple[Array, Array]:
-    """Return centres and means of y over bins of x; bins that hold less than 0.05 % of the samples are NaN."""
+    """Compute centers and means of y over bins of x; NaN for bins with less than 0.05 % of the samples."""
     counts, edges = np.histogram(x, bins=bins, range=limits)
     sums, _ = np.histogram(x, bins=bins, range=limits, weights=y)
     enough = counts >= max(3, 5e-4 * len(x))

@@ -1,4 +1,4 @@
-"""The top of the report: what was found, what to trust, what to do next, and every joint's friction in one line."""
+"""First screen of the report: results, trust, next steps, and one line per joint."""
 
 import re
 from collections.abc import Sequence
@@ -17,11 +17,11 @@ from stribeck.result import CurvePoint, Evidence, JointResult, Result, Verdict
 from stribeck.result.tables import advice
 
 VERDICTS: tuple[Verdict, ...] = ("identified", "weak", "not excited", "no friction")
-"""In the order in which joints are sorted."""
+"""Verdicts in sorting order."""
 
 
 def heading(result: Result, law: FrictionLaw) -> Markup:
-    """Return the lead of the page: log and law, how many joints have which verdict, friction, trust and next step."""
+    """Render the lead of the page: log, law, number of joints per verdict, friction, trust and next step."""
     joints = result.joints
     named = {verdict: [name for name, joint in joints.items() if joint.verdict == verdict] for verdict in VERDICTS}
     findings, texts = parted(result)
@@ -32,20 +32,20 @@ def heading(result: Result, law: FrictionLaw) -> Markup:
         "weak": named["weak"],
         "not excited": named["not excited"],
     }
-    steps: dict[str, list[str]] = {}  # what to do, and for which joints
+    steps: dict[str, list[str]] = {}  # next step and its joints
     for name, joint in joints.items():
         if joint.verdict in ("weak", "not excited"):
             steps.setdefault(advice(joint), []).append(name)
     r2 = [joint.torque_r2 for joint in joints.values() if joint.torque_r2]
     unseen = [share for joint in joints.values() if joint.curve and (share := unseen_r2(joint)) is not None]
-    mending = next((found for found in findings if found.cure), None)
+    urgent = next((found for found in findings if found.cure), None)
     paths = [result.log.path] if isinstance(result.log.path, str) else result.log.path
     without = [_bound(joints[name]) for name in named["no friction"] if joints[name].curve]
     return render(
         "heading.html.j2",
         result=result,
         law=law,
-        logs=[PurePath(path).name or "log made in memory" for path in paths],
+        logs=[PurePath(path).name or "log in memory" for path in paths],
         counts=[(verdict, len(names)) for verdict, names in named.items() if names],
         total=len(joints),
         range=_friction_range(result),
@@ -55,18 +55,17 @@ def heading(result: Result, law: FrictionLaw) -> Markup:
         unseen=median(unseen) if unseen else None,
         trusted=_named([name for name in identified if name not in flagged]),
         distrusted=[(why, _named(names)) for why, names in distrusted.items() if names],
-        mending=mending,
-        mended=_named(mending.joints) if mending else "",
+        urgent=urgent,
+        affected=_named(urgent.joints) if urgent else "",
         steps=[(_named(names), what) for what, names in steps.items()],
         warnings=len(findings) + len(texts),
     )
 
 
 def unseen_r2(joint: JointResult) -> float | None:
-    """Return the share of the friction torque's mean square that the law explains on parts that no fit saw [1].
+    """Compute the share of the friction torque's mean square that the law explains on held-out data [1].
 
-    None of a joint without friction, of which there is nothing to explain. A law 1000 times worse than none, and one
-    that is worse still, are all the same.
+    None for joints without friction. Limited to a law that is 1000 times worse than zero friction.
     """
     found = joint.validation
     if found is None or found.rms_zero_friction <= 0 or joint.verdict == "no friction":
@@ -75,7 +74,7 @@ def unseen_r2(joint: JointResult) -> float | None:
 
 
 def _friction_range(result: Result) -> list[tuple[str, str]]:
-    """Return the least and the most friction at middle speed that was identified, with the joint; fewer if no two."""
+    """Find the smallest and largest identified friction at middle speed, with the joint; fewer if there are not two."""
     middles = {
         name: joint.curve[len(joint.curve) // 2]
         for name, joint in result.joints.items()
@@ -87,12 +86,12 @@ def _friction_range(result: Result) -> list[tuple[str, str]]:
 
 
 def _named(names: Sequence[str]) -> str:
-    """Return joints, by name if they are few."""
+    """List joints by name, or their number if there are many."""
     return ", ".join(names) if len(names) <= 3 else f"{len(names)} joints"
 
 
 def first_screen(result: Result, evidence: Evidence) -> Section:
-    """Return the section with the curves, the lines of all joints, those without friction in one, and the warnings."""
+    """Render the curves, one line per joint (one for all joints without friction), and the warnings."""
     drawn = {name: friction_curve(joint, prismatic=name in evidence.prismatic) for name, joint in result.joints.items()}
     curves = {name: curve for name, curve in drawn.items() if curve is not None}
     charts, finer = curve_charts(curves)
@@ -125,7 +124,7 @@ def first_screen(result: Result, evidence: Evidence) -> Section:
         most=_bound_text(max(bounds)) if bounds else "",
         unit=min(units) if len(units) == 1 else "",
         units=("m/s", "N") if all(curve.prismatic for curve in curves.values()) else ("rad/s", "N m"),
-        longest=24,  # letters of a joint's name that have room in one line; a longer one is broken, never cut
+        longest=24,  # characters of a joint's name that fit one line; longer names are broken, never cut
         compared=any(row["r2"] is not None for row in rows),
         total=len(result.joints),
     )
@@ -149,7 +148,7 @@ def _row(index: int, name: str, joint: JointResult) -> dict[str, Any]:
 
 
 def _cell(point: CurvePoint) -> dict[str, Any]:
-    """Return the friction at a speed as text, where it is not significant its bound, and as a number to sort by."""
+    """Format the friction at a speed, or its bound if it is not significant, with a number for sorting."""
     significant = point.interval_95[0] > 0
     value, error = brief(point.value, point.half_width)
     return {
@@ -162,7 +161,7 @@ def _cell(point: CurvePoint) -> dict[str, Any]:
 
 
 def _bound(joint: JointResult) -> tuple[float, str]:
-    """Return what the friction of a joint with a curve stays below, and its unit."""
+    """Find the upper bound of a joint's friction curve, and its unit."""
     return max(point.interval_95[1] for point in joint.curve), joint.curve[0].unit
 
 
@@ -171,7 +170,7 @@ def _bound_text(bound: tuple[float, str]) -> str:
 
 
 def warnings(result: Result) -> Section | None:
-    """Return the section with findings, then warnings that are no finding, or None without any."""
+    """Render the findings, then other warnings; None without any."""
     findings, texts = parted(result)
     if not findings and not texts:
         return None
@@ -180,14 +179,14 @@ def warnings(result: Result) -> Section | None:
 
 
 def parted(result: Result) -> tuple[list[Finding], list[str]]:
-    """Return the findings, the gravest first (they make every number wrong, or friction), and the other warnings."""
+    """Sort the findings by severity (fatal, then on friction), and list the other warnings."""
     said = {str(finding) for finding in result.findings}
     findings = sorted(result.findings, key=lambda finding: (not finding.stops, not finding.on_friction))
     return findings, list(dict.fromkeys(text for text in result.warnings if text not in said))
 
 
 def flagged_joints(result: Result) -> set[str]:
-    """Return the joints that a finding is about, or a warning names."""
+    """List the joints that findings concern or warnings name."""
     named = set(re.findall(r"[^\s,;:()]+", " ".join(result.warnings)))
     return {
         name for name in result.all_friction if name in named or any(name in each.joints for each in result.findings)

@@ -1,4 +1,4 @@
-"""The page that every HTML output of stribeck shares: templates, style sheet, sections, contents."""
+"""Common page of all HTML outputs: templates, style sheet, sections, contents."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,9 +17,9 @@ from stribeck.report.text import FILTERS
 
 @dataclass(frozen=True, kw_only=True)
 class Section:
-    """A part of the page: its heading, the anchor that the contents link to, its finished HTML, and its charts.
+    """Section of a page: heading, anchor for the contents, HTML and charts.
 
-    The HTML has a place for each chart, by its name: `figure(name, caption)` of `figures.html.j2`.
+    The HTML contains an element for each chart by name: `figure(name, caption)` of `figures.html.j2`.
     """
 
     anchor: str
@@ -30,7 +30,7 @@ class Section:
 
 @cache
 def _environment() -> Environment:
-    """Every text is escaped, and a name that a template does not get is an error."""
+    """Create the Jinja environment, which escapes every text and raises an error for undefined names."""
     environment = Environment(
         loader=PackageLoader("stribeck.report"),
         autoescape=True,
@@ -43,7 +43,7 @@ def _environment() -> Environment:
 
 
 def render(template: str, **values: Any) -> Markup:
-    """Return the HTML of one template of this package, e.g. `verdict_table.html.j2`."""
+    """Render a template of this package, e.g. `verdict_table.html.j2`."""
     return Markup(_environment().get_template(template).render(**values))  # Jinja escapes the values  # nosec B704
 
 
@@ -54,18 +54,18 @@ def render_page(
     folded: Sequence[Section | None] = (),
     lead: Markup | None = None,
 ) -> str:
-    """Return a whole HTML document without any reference to the outside.
+    """Render a complete HTML document without external references.
 
     Parameters
     ----------
     title
         Plain text; escaped here.
     sections
-        In reading order; None stands for a section that has nothing to show.
+        Sections in reading order; None for omitted ones.
     folded
-        Behind them, each shown when it is opened.
+        Sections after `sections`, each shown when opened.
     lead
-        HTML between the title and the sections: what the page is about, in numbers.
+        HTML between the title and the sections.
     """
     shown, behind = ([section for section in part if section is not None] for part in (sections, folded))
     charts = {name: chart for section in (*shown, *behind) for name, chart in section.charts.items()}
@@ -87,7 +87,7 @@ def render_page(
 
 
 def write_page(path: str | Path, title: str, sections: Sequence[Section | None], **more: Any) -> None:
-    """Write a page (see `render_page`), whole or not at all."""
+    """Write a page (see `render_page`), completely or not at all."""
     page = render_page(title, sections, **more)
     with whole_or_not_at_all(path) as temporary:
         temporary.write_text(page, encoding="utf-8")

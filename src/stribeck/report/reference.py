@@ -1,4 +1,4 @@
-"""Friction that is known from elsewhere, drawn and printed beside what was found."""
+"""Known friction, shown next to the result."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -8,16 +8,16 @@ from stribeck.base.typing import Array
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Reference:
-    """Known friction: the truth of a simulation, or what a test bench measured.
+    """Known friction: ground truth of a simulation, or a measurement on a test bench.
 
     Attributes
     ----------
     name
-        What it is called, in the legend and, abbreviated to its last word, in front of its numbers.
+        Label in the legend; its last word is the label of numbers.
     curves
-        By joint: velocity [rad/s] and friction torque there [N m], each of shape (K,).
+        Velocity [rad/s] and friction torque [N m] by joint, shape (K,) each.
     parameters
-        By joint and parameter, where it is of the law that was fitted.
+        Values by joint and parameter, for parameters of the fitted law.
     """
 
     name: str
@@ -26,7 +26,7 @@ class Reference:
 
     @property
     def word(self) -> str:
-        """The last word of its name."""
+        """Last word of the name."""
         return self.name.split()[-1]
 
 

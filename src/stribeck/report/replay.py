@@ -1,4 +1,4 @@
-"""The page of `stribeck replay`: errors of torques and rollouts, joint by joint, a colour a model."""
+"""Page of `stribeck replay`: errors of torques and rollouts per joint, with one color per model."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ import numpy as np
 from stribeck.report.charts import Chart, axis, line
 from stribeck.report.page import Section, render, write_page
 
-if TYPE_CHECKING:  # the report stands below what replays a log, and is given what was found
+if TYPE_CHECKING:  # only for types: replay is above this room
     from stribeck.replay.replay import Replay
 
 COLOURS = ("muted", "ink", "data", "law")
-"""Of the models in their order; the robot's own are grey and black."""
+"""Colors of the models in their order; the robot's own models are gray and black."""
 
 Values = Sequence[Sequence[float | None]]
-"""Of each model, of each joint."""
+"""Values by model and joint."""
 
 
 def write_replay(replay: Replay, path: str | Path) -> None:
-    """Write how a log compares with the models as one self-contained HTML file, whole or not at all."""
+    """Write a replay as one self-contained HTML file, completely or not at all."""
     torque = [[model.torque.get(joint) for joint in replay.joints] for model in replay.models]
     none = [None] * len(replay.horizons)
     runs = [[model.rollouts.get(joint) or none for joint in replay.joints] for model in replay.models]
@@ -37,28 +37,28 @@ def write_replay(replay: Replay, path: str | Path) -> None:
     sections = [
         _section(
             replay,
-            "Torque that inverse dynamics leave unexplained",
-            "R² of the measured torque (RMS error in N m, N); motion and torque have passed the same filter.",
+            "Torque not explained by inverse dynamics",
+            "R² of the measured torque (RMS error in N m, N); motion and torque pass the same filter.",
             [("1 − R²", [[1 - error.r2 if error else None for error in own] for own in torque])],
             [[f"{error.r2:.3f} ({error.rms:.3g})" if error else "–" for error in own] for own in torque],
         ),
         _section(
             replay,
             "Velocity error of short simulations",
-            "RMS error of the velocity over the RMS change of the measured one; at 1 a model says as much as that "
-            f"nothing changes. {', '.join(times)} ms.",
+            "RMS error of the velocity divided by the RMS change of the measured velocity; above 1, a model is worse "
+            f"than a constant velocity. After {', '.join(times)} ms.",
             errors,
             [[", ".join(f"{e.relative:.3g}" if e else "–" for e in run) for run in own] for own in runs],
         ),
     ]
-    lead = render("replay_heading.html.j2", replay=replay, log=PurePath(replay.log).name or "log made in memory")
+    lead = render("replay_heading.html.j2", replay=replay, log=PurePath(replay.log).name or "log in memory")
     write_page(path, f"{replay.robot}: a log replayed", sections, lead=lead)
 
 
 def _section(
     replay: Replay, title: str, caption: str, shown: Sequence[tuple[str, Values]], cells: list[list[str]]
 ) -> Section:
-    """Return a section with charts of values by model and joint, and a table of the same."""
+    """Render charts and a table of values by model and joint."""
     anchor = title.partition(" ")[0].lower()
     charts = {f"{anchor}{k}": _chart(replay, label, values) for k, (label, values) in enumerate(shown)}
     body = render(
@@ -72,7 +72,7 @@ def _section(
 
 
 def _chart(replay: Replay, label: str, values: Values) -> Chart:
-    """Return a chart with a dot per joint and model, on a logarithmic axis."""
+    """Draw one dot per joint and model on a logarithmic axis."""
     joints = replay.joints
     lines = []
     for own, colour, model in zip(values, COLOURS, replay.models, strict=False):

@@ -1,4 +1,4 @@
-"""Numbers as a reader wants them: with sensible digits, and with their error."""
+"""Formatting of numbers, units and names."""
 
 import math
 import re
@@ -18,7 +18,7 @@ THIN = "\N{NARROW NO-BREAK SPACE}"
 
 
 def number(value: float, digits: int = 3) -> str:
-    """Return a value with this many significant digits: `0.0123`, `1,520`, `1.2e7`."""
+    """Format a value with this many significant digits: `0.0123`, `1,520`, `1.2e7`."""
     if not math.isfinite(value):
         return "unknown" if math.isnan(value) else ("∞" if value > 0 else f"{MINUS}∞")
     if not value:
@@ -32,12 +32,12 @@ def number(value: float, digits: int = 3) -> str:
 
 
 def matched(value: float, error: float) -> str:
-    """Return a value with the digits that its error leaves it: those down to the error's second digit."""
+    """Format a value down to the second digit of its error."""
     if not (math.isfinite(value) and math.isfinite(error)) or error <= 0:
         return number(value, 4)
     decimals = 1 - math.floor(math.log10(error))
     if value and math.floor(math.log10(abs(value))) + decimals > 9:
-        return number(value, 9)  # an error of rounding size: more digits say nothing
+        return number(value, 9)  # error of rounding size
     if decimals > 6 or abs(value) >= 1e7:
         return number(value, 3)
     text = f"{value:.{max(decimals, 0)}f}"
@@ -45,7 +45,7 @@ def matched(value: float, error: float) -> str:
 
 
 def brief(value: float, error: float) -> tuple[str, str]:
-    """Return a value and its error with the digits of `rounded`: `1.183`, `0.006`."""
+    """Format a value and its error with the digits of `rounded`: `1.183`, `0.006`."""
     if not (math.isfinite(value) and math.isfinite(error)) or not 1e-6 < error < 1e6 or abs(value) >= 1e6:
         return number(value), number(error, 2)
     text, shown = rounded(value, error)
@@ -53,7 +53,7 @@ def brief(value: float, error: float) -> tuple[str, str]:
 
 
 def percent(share: float) -> str:
-    """Return a share as a percentage: `97 %`, and one decimal where the whole number would hide it."""
+    """Format a share as a percentage: `97 %`, with one decimal for small values."""
     value = 100 * share
     if abs(value) >= 1e7:
         return f"{number(value, 3)}{THIN}%"
@@ -64,12 +64,12 @@ def percent(share: float) -> str:
 
 
 def count(value: int) -> str:
-    """Return a whole number with its thousands apart: `600 000`."""
+    """Format a whole number with thousands separated: `600 000`."""
     return f"{value:,}".replace(",", THIN)
 
 
 def duration(seconds: float) -> str:
-    """Return a duration as `12.5 s`, `10 min 4 s` or `2 h 3 min`."""
+    """Format a duration as `12.5 s`, `10 min 4 s` or `2 h 3 min`."""
     if seconds < 100:
         return f"{number(seconds)} s"
     minutes, rest = divmod(round(seconds), 60)
@@ -79,24 +79,24 @@ def duration(seconds: float) -> str:
 
 
 def unit(text: str) -> str:
-    """Return a unit with its powers raised: `kg m^2` is `kg m²`."""
+    """Format a unit with superscripts: `kg m^2` is `kg m²`."""
     return text.replace("^2", "²")
 
 
 def breakable(name: str) -> Markup:
-    """Return a name that may be broken after its underscores, slashes and dots, as narrow tables need."""
+    """Allow line breaks after underscores, slashes and dots of a name."""
     pieces = re.split(r"(?<=[_/.+])(?=.)", name)
     return Markup("<wbr>").join(pieces)
 
 
 def words(name: str) -> str:
-    """Return a parameter's name for reading: `stribeck_velocity` is `Stribeck velocity`."""
+    """Format a parameter's name: `stribeck_velocity` is `Stribeck velocity`."""
     text = name.replace("_", " ")
     return text[:1].upper() + text[1:]
 
 
 def symbol(text: str) -> Markup:
-    """Return a parameter's symbol with its index lowered: `Fc+` is F<sub>c+</sub>, `tau_os` is τ<sub>os</sub>."""
+    """Format a parameter's symbol with subscripts: `Fc+` is F<sub>c+</sub>, `tau_os` is τ<sub>os</sub>."""
     head, _, index = text.partition("_")
     if head in GREEK:
         head = GREEK[head]
@@ -107,25 +107,25 @@ def symbol(text: str) -> Markup:
 
 
 def parameter_names(result: Result, law: FrictionLaw) -> list[str]:
-    """Return the law's parameters, then what was fitted beside them (rotor inertia), in a fixed order."""
+    """List the law's parameters, followed by other fitted parameters (rotor inertia)."""
     fitted = list(dict.fromkeys(name for joint in result.joints.values() for name in joint.parameters))
     known = [p.name for p in law.parameters if p.neutral is None or p.name in fitted]
     return list(dict.fromkeys([*known, *(p.name for p in BEYOND_VELOCITY if p.name in fitted), *fitted]))
 
 
 def symbols(law: FrictionLaw) -> dict[str, str]:
-    """Return the symbols of a law's parameters, and of those that are no function of velocity alone, by name."""
+    """Collect the symbols of all parameters by name, for the law and for terms beyond velocity."""
     return {parameter.name: parameter.symbol for parameter in (*law.parameters, *BEYOND_VELOCITY)}
 
 
 def gain(value: float) -> str:
-    """Return what a term gains: whole numbers with their thousands apart, `4 932`, small ones with a decimal, `2.1`."""
+    """Format the gain of a term: `4 932` with thousands separated, small values with a decimal, `2.1`."""
     text = count(round(value)) if abs(value) >= 10 else f"{value:.1f}"
     return "0" if abs(value) < 0.05 else text.replace("-", MINUS)
 
 
 def share(value: float, decimals: int = 3) -> str:
-    """Return a coefficient of determination, e.g. `0.987`; near one with a digit more, and never rounded to one."""
+    """Format a coefficient of determination, e.g. `0.987`; near one with more digits, never rounded to one."""
     if not math.isfinite(value):
         return number(value)
     if value < -9.995:

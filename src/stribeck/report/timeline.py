@@ -1,4 +1,4 @@
-"""The timeline of contact modes: which feet stood when, and which of that time was used."""
+"""Timeline of contact modes and their used parts."""
 
 import numpy as np
 
@@ -7,23 +7,23 @@ from stribeck.report.charts import Chart, axis, line
 from stribeck.report.page import Section, render
 
 MOST_EXACT = 250
-"""Phases up to which a chart shows their very borders instead of shares of 600 steps."""
+"""Largest number of phases that are drawn exactly instead of as shares of 600 steps."""
 
 CLOSE_UP = 12.0
-"""Length of the close-up beside a long log [s]."""
+"""Duration of the close-up of a long log [s]."""
 
 Phases = list[tuple[float, float, str, bool]]
 
 
 def timeline(recorded: Phases, clear: float | None = None) -> Section | None:
-    """Return the section with the timeline, a close-up of a long log, and the time of each mode; None without time.
+    """Render the timeline, a close-up of a long log, and the time in each mode; None without time.
 
     Parameters
     ----------
     recorded
         Start [s], end [s], contact mode, whether it is used; in log order.
     clear
-        Where the close-up of the joints' panels begins [s]: this close-up shows it.
+        Start of the close-up in the joints' panels [s]; this close-up includes it.
     """
     phases = one_clock(recorded)
     start, end = (phases[0][0], max(phase[1] for phase in phases)) if phases else (0.0, 0.0)
@@ -49,7 +49,7 @@ def timeline(recorded: Phases, clear: float | None = None) -> Section | None:
 
 
 def one_clock(phases: Phases) -> Phases:
-    """Return phases of several logs one after the other; a new log is where the time steps back."""
+    """Concatenate phases of several logs; a new log starts where the time decreases."""
     placed: Phases = []
     shift, previous, last = 0.0, -np.inf, 0.0
     for start, end, name, used in phases:
@@ -63,7 +63,7 @@ def one_clock(phases: Phases) -> Phases:
 def _strips(phases: Phases, names: list[str], start: float, end: float) -> Chart:
     visible = [phase for phase in phases if phase[1] > start and phase[0] < end]
     edges = np.linspace(start, end, 601)
-    if len(visible) <= MOST_EXACT:  # few enough to be drawn with their very borders
+    if len(visible) <= MOST_EXACT:  # few enough to be drawn exactly
         borders = np.clip([phase[:2] for phase in visible], start, end).ravel()
         edges = np.unique(np.round([start, *borders, end], 6))
     lines = []
@@ -79,10 +79,10 @@ def _strips(phases: Phases, names: list[str], start: float, end: float) -> Chart
 
 
 def share_held(phases: Phases, edges: Array) -> Array:
-    """Return the share of each step between edges, shape (k,), that the phases fill."""
+    """Compute the share of each step between edges that the phases fill, shape (k,)."""
     if not phases:
         return np.zeros(len(edges) - 1)
     times = np.array([phase[:2] for phase in phases]).ravel()
     held = np.repeat(np.cumsum([phase[1] - phase[0] for phase in phases]), 2)
-    held[::2] = np.concatenate([[0.0], held[1:-1:2]])  # at each phase's start: what the earlier ones held
+    held[::2] = np.concatenate([[0.0], held[1:-1:2]])  # total duration of the earlier phases at each start
     return np.asarray(np.diff(np.interp(edges, times, held)) / np.diff(edges))

@@ -1,4 +1,4 @@
-"""The report as a whole: its sections in reading order, in one file."""
+"""Report of a result: its sections in reading order, in one file."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -21,23 +21,23 @@ from stribeck.result import Result
 def write_report(
     result: Result, path: str | Path, *, reference: Reference = NO_REFERENCE, further: Sequence[Section] = ()
 ) -> None:
-    """Write one self-contained HTML file: no network, the same bytes for the same result.
+    """Write the report as one self-contained HTML file, identical for identical results.
 
     Parameters
     ----------
     result
-        With its evidence, as `identify` returns it.
+        Result with evidence, as returned by `identify`.
     path
-        The file to write; whole or not at all.
+        File to write, completely or not at all.
     reference
-        Known friction that is shown beside what was found.
+        Known friction to show next to the result.
     further
-        More sections, folded like all that stands behind the warnings.
+        Additional folded sections.
 
     Raises
     ------
     SettingsError
-        If the result has no evidence (one read from a result.json has none), or its law is unknown.
+        If the result has no evidence (for example, read from a result.json), or its law is unknown.
 
     Examples
     --------
@@ -46,7 +46,7 @@ def write_report(
     evidence = result.evidence
     if evidence is None:
         raise SettingsError(
-            f"{path}: this result has no samples to draw (read from a result.json?); expected one from `identify`"
+            f"{path}: the result has no samples to draw (read from a result.json?); pass a result of `identify`"
         )
     law = get_law(result.law)
     shown = replace(result, joints=result.all_friction, couplings={})
