@@ -1,4 +1,4 @@
-"""Methods by name, and what is refused of each; to add one, see `stribeck.methods.contract`."""
+"""Methods by name, and checks of their settings; to add one, see `stribeck.methods.contract`."""
 
 import json
 
@@ -20,12 +20,12 @@ METHODS: dict[str, Method] = {
 
 
 def get_method(settings: Settings, robot: Robot) -> tuple[Method, FrictionLaw, Settings]:
-    """Return the method and the law that the settings name, and the settings with defaults where they are left open.
+    """Select method and law of the settings, and fill in the method's defaults.
 
     Raises
     ------
     SettingsError
-        If there is no such method or law, the method cannot fit the law, or a setting that it does not use is set.
+        If the method or law is unknown, the method cannot fit the law, or a setting is set that it does not use.
     """
     if settings.method not in METHODS:
         near = did_you_mean(settings.method, METHODS)
@@ -57,7 +57,7 @@ def get_method(settings: Settings, robot: Robot) -> tuple[Method, FrictionLaw, S
 
 
 def _refuse_loops(settings: Settings) -> None:
-    """Refuse what does not take the forces of closed chains out."""
+    """Refuse robots with closed chains for methods that do not support them."""
     if not METHODS[settings.method].loops:
         able = " or ".join(method.name for method in METHODS.values() if method.loops)
         raise SettingsError(

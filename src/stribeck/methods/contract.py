@@ -1,17 +1,17 @@
-"""What a method is: from prepared logs to the friction of every joint.
+"""Contract of methods, which estimate the friction of every joint from prepared logs.
 
 To add a method:
 
-1. Write `methods/<name>.py` with a function `find` that is called as `Find` says and returns a `Fitted`. A method that
-   fits the friction torque asks `friction_torque(prepared, robot, settings)` for it: that is worked out once, for the
-   fit, the table and the report. A method that corrects the robot or the logs returns the corrected ones.
-2. Make a `Method` of it. `uses` is `SHARED` and the settings of its own, dotted as they are typed after `--set`; leave
-   out of `SHARED` what the method overrides. All others are refused by name where they are set. `laws` are those that
-   it can fit; `defaults` names the one that it fits by default.
-3. Settings of its own go into `Settings` in `settings.py`, with a line in docs/robot-file.md.
-4. Add it to `METHODS` in `methods/__init__.py`. Robot file, command line, table, report and provenance know it then,
-   and nothing else asks which method ran: what is particular to a method is data in its `Fitted`.
-5. Let it recover a known truth in tests/methods/test_methods.py, and describe it in docs/.
+1. Write `methods/<name>.py` with a function `find` that matches `Find` and returns a `Fitted`. A method that fits the
+   friction torque calls `friction_torque(prepared, robot, settings)`, which is computed once for fit, table and report.
+   A method that corrects the robot or the logs returns the corrected ones.
+2. Create a `Method`. `uses` is `SHARED`, without settings that the method overrides, plus its own settings, with dots
+   as after `--set`. All other settings are refused. `laws` are the laws that it can fit; `defaults` contains the
+   default law.
+3. Add its own settings to `Settings` in `settings.py`, with a line in docs/robot-file.md.
+4. Add it to `METHODS` in `methods/__init__.py`. Robot file, command line, table, report and provenance then support it.
+   No other code depends on which method ran; its particular results are data in `Fitted`.
+5. Test in tests/methods/test_methods.py that it recovers a known truth, and describe it in docs/.
 """
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -42,24 +42,24 @@ SHARED = frozenset(
     | {f"filter.{key}" for key in FilterSettings.model_fields}
     | {f"support.{key}" for key in SupportSettings.model_fields}
 )
-"""Settings of what all methods share: support phases, the friction torque that is shown, and the verdicts on it."""
+"""Settings that all methods share: support phases, displayed friction torque, and verdicts."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Unseen:
-    """A fit, and the parts of the logs that it has not seen, from which the R^2 of the torque is taken.
+    """Fits with the held-out parts of the logs, for the R² of the torque.
 
     Attributes
     ----------
     fits
         Fits by joint; only their values are used.
     usable
-        Samples of the friction torque in these parts, shape (N, n), for a method that holds samples out.
+        Mask of held-out samples of the friction torque, shape (N, n), for a method that holds out samples.
     robot, logs
         Robot with the corrections of the fit, and logs cut to these parts, for a method that holds parts of logs out.
     correct
-        Correction of one of the logs, given with its number; None if the fit does not correct logs. It is applied log
-        by log, so that memory holds one corrected copy.
+        Function that corrects one of the logs, given its number; None if the fit does not correct logs. It is applied
+        per log, so that only one corrected copy is in memory.
     """
 
     fits: Mapping[str, JointFit]
@@ -69,9 +69,9 @@ class Unseen:
     correct: Callable[[RobotLog, int], RobotLog] | None = None
 
     def samples(self, friction: LogsFriction, prepared: Sequence[PreparedLog], robot: Robot) -> list[FrictionSamples]:
-        """Return samples of these parts by robot and logs as given and, where the fit corrects them, as it does.
+        """Compute held-out samples with the original and, if the fit corrects them, with the corrected robot and logs.
 
-        Both pass the filter of the friction torque; those of standing legs are not usable. None if there are none.
+        Both use the filter of the friction torque. Samples of standing legs are not usable. None without samples.
         """
         settings = friction.settings.model_copy(update={"standing_legs": False})
         if self.usable is not None:
@@ -99,7 +99,7 @@ def joined_samples(
 
 
 def cut(support: SupportPhases, parts: Iterable[slice]) -> SupportPhases:
-    """Return the support phases with what of them lies in some parts of the log."""
+    """Cut the support phases to some parts of the log."""
     found = [
         replace(phase, first=max(phase.first, part.start), last=min(phase.last, part.stop))
         for part in parts
@@ -110,32 +110,32 @@ def cut(support: SupportPhases, parts: Iterable[slice]) -> SupportPhases:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Fitted:
-    """What a method found.
+    """Estimates of a method.
 
     Attributes
     ----------
     fits
-        By joint; those that do not move enough have none.
+        Fits by joint, without joints that move too little.
     validations
-        Of each joint that has a fit, on what the fit did not see; None where nothing was held out.
+        Validation of each fitted joint on held-out data; None where nothing was held out.
     unseen
-        What the R^2 of the torque is taken from; None where nothing was held out.
+        Held-out data for the R² of the torque; None where nothing was held out.
     robot, logs
-        Without the errors that were found; as they were given where none was.
+        Corrected robot and logs; the original ones without corrections.
     correct
-        Takes the errors of sensors that were found out of another log of the robot; None where none was looked for.
+        Function that corrects the sensor errors in another log of the robot; None without sensor corrections.
     settings
-        Those of the friction torque that is shown, where they are not as the user gave them.
+        Settings of the displayed friction torque, if they differ from the user's.
     criteria
-        From when on its parameters are weak.
+        Criteria of weak parameters.
     corrections
-        What was found of model and calibration, if that was looked for.
+        Corrections of model and calibration, if estimated.
     terms
         Terms of the law "auto", by joint.
     couplings
-        Names of the robot's that were looked for.
+        Names of the estimated couplings of the robot.
     findings, notes
-        What a user should act on, and a sentence each on what was done.
+        Findings for the user, and sentences on the processing.
     """
 
     fits: Mapping[str, JointFit]
@@ -154,11 +154,11 @@ class Fitted:
 
 
 FrictionTorque = Callable[[Sequence[PreparedLog], Robot, Settings], LogsFriction]
-"""Works the friction torque of logs out by a robot; `stribeck.friction_torque.stage.FrictionTorqueStage`."""
+"""Function that computes the friction torque of logs: `stribeck.friction_torque.stage.FrictionTorqueStage`."""
 
 
 class Find(Protocol):
-    """How a method is called."""
+    """Signature of a method."""
 
     def __call__(
         self,
@@ -169,7 +169,7 @@ class Find(Protocol):
         friction_torque: FrictionTorque,
         progress: Progress,
     ) -> Fitted:
-        """Return what logs of a robot say about its friction.
+        """Estimate the friction of a robot from its logs.
 
         Raises
         ------
@@ -183,24 +183,24 @@ class Find(Protocol):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Method:
-    """A method.
+    """Estimation method.
 
     Attributes
     ----------
     name
-        For robot file and command line.
+        Name in robot file and command line.
     uses
-        Settings that it uses.
+        Names of the settings that it uses.
     laws
         Names of the laws that it can fit.
     defaults
-        Of a robot: what takes the place of settings that are left open, the law among them.
+        Function from a robot to defaults of settings, including the law.
     find
-        What it does.
+        Function that estimates.
     loops
-        Whether it takes the forces of closed chains out; others refuse robots that have some.
+        Whether it supports closed chains; otherwise robots with closed chains are refused.
     wrenches
-        Whether it can use measured wrenches on feet; others refuse `standing_legs = "measured"`.
+        Whether it supports measured foot wrenches; otherwise `standing_legs = "measured"` is refused.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Robot and logs without the errors that the whole log has shown."""
+"""Correction of robot and logs by the errors that the whole-log method estimates."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ from stribeck.whole_log.weak_equations import CorrectionLayout
 
 
 def corrected_robot(robot: Robot, corrections: CorrectionLayout, values: Array) -> Robot:
-    """Return the robot whose bodies have the inertias that were found."""
+    """Replace the inertias of the robot's bodies by the estimates."""
     bodies = len(corrections.bodies)
     if not bodies:
         return robot
@@ -40,14 +40,14 @@ def corrected_log(
     values: Array,
     delay: float,
 ) -> RobotLog:
-    """Return the log of some number without the errors of gains, zeros, offsets and orientation that were found.
+    """Correct gains, zeros, offsets and orientation of a log by the estimates.
 
-    Its torques are those that come `delay` [s] later; their offsets are the means over all logs. One that was not
-    fitted has no number, and keeps its offsets.
+    Torques are shifted by `delay` [s]. The offset of the log minus the mean over all logs is subtracted. A log that
+    was not fitted has no number and keeps its offsets.
     """
     layout = Layout(corrections)
     gains, zeros, tilt, delays = (values[layout.part(part)] for part in ("gains", "zeros", "tilts", "delays"))
-    late = abs(delay) > 0.1 * (log.time[1] - log.time[0])  # else the log stays as it is
+    late = abs(delay) > 0.1 * (log.time[1] - log.time[0])  # otherwise the log is unchanged
     torque = linear(log.time + delay, log.time, log.torque) if late else log.torque
     if corrections.log_offsets[0] and number is not None:
         torque = torque.copy()

@@ -1,7 +1,7 @@
-"""Curve fit: the law through each joint's friction torque versus velocity, (6.4); and the same for a momentum observer.
+"""Curve fit of the law to each joint's friction torque (Equation 6.4 of the term paper), also for a momentum observer.
 
-The observer needs no accelerations. With an `observer_bandwidth` the friction torque is that of the observer, and
-velocity and law pass the same low-pass (`friction_torque.log_observer`): all lag alike, and no parameter is biased.
+The observer needs no accelerations. With an `observer_bandwidth`, friction torque, velocity and law pass the same
+low-pass (`friction_torque.log_observer`). All have the same lag, so that no parameter is biased.
 """
 
 from collections import ChainMap
@@ -27,8 +27,8 @@ def find(
 ) -> Fitted:
     """Fit the law to every joint that moves enough; every n-th block is held out.
 
-    A law with state is averaged as the filter averages the friction torque, whatever the settings: what follows a
-    reversal is as short as the filter's window.
+    A law with state is always averaged like the friction torque, because its response to a reversal is as short as the
+    filter's window.
     """
     with_state = isinstance(law, LawWithState)
     if with_state:

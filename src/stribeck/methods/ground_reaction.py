@@ -49,7 +49,7 @@ def find(
     swings = _swings(fitted.fits, friction_torque(logs, robot, settings).samples, robot, law, settings)
     without_zero = dict.fromkeys(foot for of_log in unknown for foot in of_log)
     shown = ", ".join(f"{joint} ({text})" for joint, (text, _) in swings.items())
-    note = f"friction of swinging legs relative to that of the same legs standing: {shown}"
+    note = f"friction of swinging legs relative to the same legs standing: {shown}"
     return replace(
         fitted,
         findings=[*fitted.findings, *_without_zero(without_zero, logs[0].log.position, robot), *_differing(swings)],
@@ -58,10 +58,9 @@ def find(
 
 
 def _zeroed(part: PreparedLog, robot: Robot) -> tuple[PreparedLog, list[str], list[str]]:
-    """Return a log without the zeros of its wrench sensors, a note on each, and feet that never show theirs.
+    """Subtract the zeros of the wrench sensors from a log, with a note on each, and list feet without a known zero.
 
-    A foot that swings feels nothing of the ground: what its sensor reads is its zero, and the weight of what of the
-    foot hangs below it.
+    The sensor of a swinging foot measures its zero and the weight of the part of the foot below the sensor.
     """
     log, wrench = part.log, part.log.foot_wrench
     assert wrench is not None
@@ -91,7 +90,7 @@ def _zeroed(part: PreparedLog, robot: Robot) -> tuple[PreparedLog, list[str], li
 def _swings(
     fits: Mapping[str, JointFit], samples: FrictionSamples, robot: Robot, law: FrictionLaw, settings: Settings
 ) -> dict[str, tuple[str, bool]]:
-    """Compare the friction of swinging legs with that of the same legs standing, by joint; see `_compared`."""
+    """Compare the friction of each leg joint while swinging and while standing; see `_compared`."""
     feet = [tuple(name.split("+")) for name in samples.support_names]
     swings = np.array([swinging_joints(robot, each)[robot.torque_controlled] for each in feet])[samples.support]
     parts = [replace(samples, usable=samples.usable & rows) for rows in (swings, ~swings)]
@@ -105,18 +104,18 @@ def _swings(
 
 
 def _compared(fit: JointFit, swung: FitProblem, stood: FitProblem) -> tuple[str, bool]:
-    """Describe the friction while swinging as gain and offset of that while standing; whether it differs significantly.
+    """Regress the friction while swinging on the friction while standing, and test whether gain and offset differ.
 
-    Gain and offset of the fitted law, Phi = (R_fit(v), 1), are learnt from standing samples, theta = A^-1 b with
-    A = A_0 + Phi^T Phi, b = A_0 (1, 0) + Phi^T R and A_0 the information of one block whose samples all err alike.
-    Swinging friction is regressed on the prediction; standard errors come from how swings differ.
+    Gain and offset of the fitted law, Phi = (R_fit(v), 1), are estimated from standing samples, theta = A^-1 b with
+    A = A_0 + Phi^T Phi, b = A_0 (1, 0) + Phi^T R and A_0 the information of one block with fully correlated errors.
+    Swinging friction is regressed on the prediction; standard errors use the differences between swings.
     """
     standing, swinging = (
         np.column_stack([part.predict(fit.values), np.ones(len(part.velocity))]) for part in (stood, swung)
     )
     of_a_block = len(standing) / len(np.unique(stood.block)) * fit.rms**2
     square = _rms(stood.friction_torque) ** 2
-    prior = np.diag([1.0, 1.0 / square]) * max(of_a_block, 1e-12 * square)  # an exact fit has an inverse, too
+    prior = np.diag([1.0, 1.0 / square]) * max(of_a_block, 1e-12 * square)  # avoids a singular matrix for an exact fit
     learnt = np.linalg.solve(prior + standing.T @ standing, prior[0] + standing.T @ stood.friction_torque)
     predicted = np.column_stack([swinging @ learnt, np.ones(len(swinging))])
     inverse = np.linalg.pinv(predicted.T @ predicted)
@@ -133,7 +132,7 @@ def _rms(values: Array) -> float:
 
 
 def _without_zero(feet: Collection[str], position: Array, robot: Robot) -> list[Finding]:
-    """Return that sensors' zeros are not known, and what they do to friction where the robot stands in the mean."""
+    """Report unknown sensor zeros, and their effect on friction at the mean posture."""
     if not feet:
         return []
     posture, levers = np.tile(position.mean(axis=0), (3, 1)), []
@@ -144,7 +143,7 @@ def _without_zero(feet: Collection[str], position: Array, robot: Robot) -> list[
 
 
 def _differing(swings: Mapping[str, tuple[str, bool]]) -> list[Finding]:
-    """Report joints with another friction while their leg swings."""
+    """Report joints whose friction differs while their leg swings."""
     joints = {joint: f"{joint} ({text})" for joint, (text, differs) in swings.items() if differs}
     if not joints:
         return []

@@ -1,4 +1,4 @@
-"""Torque errors of a log that no fit has seen."""
+"""Torque errors on a validation log."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ from stribeck.robot import Robot
 from stribeck.settings import Settings
 
 COMMON = {"filter_torque": True, "averaged_law": False, "standing_legs": False}
-"""Settings under which all methods are compared, as in `stribeck replay`: one filter, and only limbs that swing."""
+"""Settings for comparing all methods, as in `stribeck replay`: one filter, and only swinging limbs."""
 
 
 def held_out_log(prepared: PreparedLog, fitted: Fitted, result: Result, robot: Robot, settings: Settings) -> HeldOutLog:
@@ -45,7 +45,7 @@ def held_out_log(prepared: PreparedLog, fitted: Fitted, result: Result, robot: R
         for chunk in torque_chunks(replace(prepared, log=log), fitted.robot, settings):
             samples, names = chunk.samples, chunk.samples.joint_names
             columns = np.array([robot.joint_names.index(name) for name in names])
-            assert samples.torque is not None  # the friction torque is worked out from it
+            assert samples.torque is not None  # the friction torque uses it
             for rows in chunk.runs():
                 place, left = np.ix_(chunk.rows[rows], columns), samples.friction_torque[rows]
                 velocity, torque = samples.velocity[rows], samples.torque[rows]

@@ -1,4 +1,4 @@
-"""Which joints move enough for the whole log, and how fast, before anything is fitted."""
+"""Selection of joints that move enough, and their top speeds, before the fit."""
 
 from collections.abc import Sequence
 
@@ -18,9 +18,9 @@ from stribeck.whole_log.equations.segments import cut_segments
 def joints_that_move(
     prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw
 ) -> tuple[NDArray[np.int64], tuple[str, ...], Array]:
-    """Return the columns of the torque-controlled joints that move enough, couplings of these, and all top speeds.
+    """Find the columns of the torque-controlled joints that move enough, their couplings, and all top speeds.
 
-    The top speeds [rad/s] are those of the joints, then of the couplings.
+    The top speeds [rad/s] are ordered by joints, then couplings.
     """
     velocity, block = _some_speeds(prepared, robot)
     names = [robot.joint_names[column] for column in robot.torque_controlled]
@@ -47,12 +47,12 @@ def joints_that_move(
         name for name, own in robot.couplings.items() if moving.issuperset(own) and not reason(sums[name], False)
     ]
     speeds = np.column_stack([velocity[:, moves], *(sums[name] for name in couplings)])
-    top_speeds = np.percentile(np.abs(speeds), 99.9, axis=0)  # impacts are faster
+    top_speeds = np.percentile(np.abs(speeds), 99.9, axis=0)  # excludes impacts
     return robot.torque_controlled[moves], tuple(couplings), top_speeds
 
 
 def _some_speeds(prepared: Sequence[PreparedLog], robot: Robot) -> tuple[Array, NDArray[np.int64]]:
-    """Return speeds of the torque-controlled joints, shape (N, n), and the segments that they are from, shape (N,)."""
+    """Compute speeds of the torque-controlled joints, shape (N, n), and their segments, shape (N,)."""
     cut = []
     for part in prepared:
         period = part.sampling.period
@@ -67,7 +67,7 @@ def _some_speeds(prepared: Sequence[PreparedLog], robot: Robot) -> tuple[Array, 
     many = sum((segment.last - segment.first) // step for _, step, segment in cut)
     speeds: list[Array] = []
     blocks: list[NDArray[np.int64]] = []
-    for part, step, segment in cut[:: -(-many // 200_000)]:  # of longer logs, one of some segments
+    for part, step, segment in cut[:: -(-many // 200_000)]:  # long logs: every k-th segment
         position = part.log.position[segment.first : segment.last : step, robot.torque_controlled]
         speeds.append(np.diff(position, axis=0) / (step * part.sampling.period))
         blocks.append(np.full(len(position) - 1, len(blocks)))

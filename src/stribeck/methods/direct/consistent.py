@@ -1,11 +1,11 @@
-"""Least squares over bodies that can exist, and base parameters (docs/other-methods.md).
+"""Least squares over physically possible bodies, and base parameters (docs/other-methods.md).
 
 The entropic divergence of a body's pseudo-inertia P from that of the model, P_0,
 
     d(P, P_0) = tr(P_0^-1 P) - log det(P_0^-1 P) - 4
 
-is convex, the same in every frame, and infinite where P stops being positive definite: the minimum of a sum of squares
-and the divergence is unique and physically consistent (Lee, Wensing and Park 2020).
+is convex, independent of the frame, and infinite at the boundary of positive definite P. The minimum of a sum of
+squares and the divergence is therefore unique and physically consistent (Lee, Wensing and Park 2020).
 """
 
 from typing import NamedTuple
@@ -18,18 +18,18 @@ from stribeck.base.typing import Array
 from stribeck.robot.inertial_parameters import SIZE, pseudo_inertia
 
 BASIS = pseudo_inertia(np.eye(SIZE))
-"""Derivatives of the pseudo-inertia by the ten parameters, shape (10, 4, 4)."""
+"""Derivatives of the pseudo-inertia with respect to the ten parameters, shape (10, 4, 4)."""
 
 DEPENDENT = 1e-8
-"""Diagonal entry of the triangular factor [1], of columns of norm 1, below which a column is a sum of others.
+"""Threshold for dependent columns: diagonal entry of the triangular factor for columns of norm 1 [1].
 
-Columns that depend on one another by the structure of the robot do so to rounding, 1e-12 and less, whatever the noise
-of the motion; those that a motion hardly excites stay above 1e-5.
+Columns that depend on each other by the structure of the robot have entries of at most 1e-12; columns that the motion
+hardly excites have entries above 1e-5.
 """
 
 
 class ConsistentFit(NamedTuple):
-    """Parameters (L, 10), friction coefficients (q,), which of these are held at zero, and the penalty's Hessian."""
+    """Parameters (L, 10), friction coefficients (q,), mask of coefficients at zero, and Hessian of the penalty."""
 
     parameters: Array
     coefficients: Array
@@ -43,7 +43,7 @@ def base_parameters(regressor: Array) -> tuple[NDArray[np.int64], float]:
     Returns
     -------
     columns, condition
-        Their places, shape (b,), and their condition number at norm 1 [1].
+        Indices of the columns, shape (b,), and their condition number at norm 1 [1].
     """
     norms = np.linalg.norm(regressor, axis=0)
     seen = np.flatnonzero(norms > DEPENDENT * norms.max(initial=0.0))
@@ -59,7 +59,7 @@ def base_parameters(regressor: Array) -> tuple[NDArray[np.int64], float]:
 def divergence(parameters: Array, nominal: Array) -> tuple[float, Array, Array]:
     """Compute the sum of all bodies' d(P, P_0), its gradient, shape (L, 10), and Hessians, shape (L, 10, 10).
 
-    Parameters and the model's `nominal` ones have shape (L, 10). The sum is infinite where a body cannot exist.
+    Parameters and the model's `nominal` ones have shape (L, 10). The sum is infinite for impossible bodies.
     """
     matrix, model_inverse = pseudo_inertia(parameters), np.linalg.inv(pseudo_inertia(nominal))
     if np.linalg.eigvalsh(matrix).min(initial=np.inf) <= 0:
@@ -84,13 +84,13 @@ def minimise(
     information, right
         A, shape (10 L + q,) * 2, and b, shape (10 L + q,).
     nominal
-        pi_0, shape (L, 10), of bodies that can exist.
+        pi_0 of physically possible bodies, shape (L, 10).
     weight
         Weight of the divergence.
     precision
         Precision of the friction coefficients' prior, shape (q,).
     bounded
-        Friction coefficients that may not be negative, shape (q,): those that would be are held at zero.
+        Mask of friction coefficients with a lower bound of zero, shape (q,).
     """
     size, held = nominal.size, np.zeros(len(precision), dtype=bool)
 
@@ -106,11 +106,11 @@ def minimise(
     def newton() -> tuple[Array, Array]:
         free, x = np.append(np.ones(size, dtype=bool), ~held), np.zeros(len(right))
         value, slope, penalty = evaluate(x)
-        for _ in range(200):  # ten to thirty are usual
+        for _ in range(200):  # usually ten to thirty
             step = np.zeros(len(x))
             step[free] = _solve((information + penalty)[np.ix_(free, free)], -slope[free])
             decrement, length = -float(slope @ step), 1.0
-            if decrement <= 1e-9 * (1 + abs(value) * 1e-6):  # squared errors have variance one
+            if decrement <= 1e-9 * (1 + abs(value) * 1e-6):  # errors have unit variance
                 break
             while not (after := evaluate(x + length * step))[0] <= value - 1e-4 * length * decrement:
                 length /= 2
@@ -129,7 +129,7 @@ def minimise(
 
 
 def _solve(matrix: Array, right: Array) -> Array:
-    """Solve a positive definite system whose unknowns have units of any size."""
+    """Solve a positive definite system with unknowns of different units."""
     scale = 1 / np.sqrt(np.diag(matrix))
-    unit = matrix * np.outer(scale, scale) + 1e-12 * np.eye(len(matrix))  # what rounding may take from an eigenvalue
+    unit = matrix * np.outer(scale, scale) + 1e-12 * np.eye(len(matrix))  # rounding error of an eigenvalue
     return np.asarray(scale * cho_solve(cho_factor(unit), scale * right))

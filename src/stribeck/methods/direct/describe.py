@@ -1,4 +1,4 @@
-"""What was found, joint by joint and body by body."""
+"""Description of the estimate per joint and body."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from stribeck.whole_log.describe import body_correction
 from stribeck.whole_log.uncertainty.joint_errors import told_correlations
 
 STEP = 1e-4
-"""Of differences, in standard errors [1]."""
+"""Step of finite differences in standard errors [1]."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -28,13 +28,13 @@ class JointColumns:
     Attributes
     ----------
     name, parameters
-        Of the p coefficients: the law's, then the armature if it is fitted.
+        Name of the joint, and its p parameters: those of the law, then the armature if it is fitted.
     first
-        The first of them among all.
+        Index of the first coefficient among all.
     units
-        A sensible unit of each by what the joint does [its own], shape (p,).
+        Typical size of each parameter, shape (p,).
     kinds
-        Of the rows that its friction acts on.
+        Kinds of the rows on which the friction acts.
     """
 
     name: str
@@ -45,7 +45,7 @@ class JointColumns:
 
 
 def joint_fits(fit: DirectFit, joints: Sequence[JointColumns], rows: Sequence[DirectRows]) -> dict[str, JointFit]:
-    """Return the fit of each joint that moves long enough in the rows; up to half of its blocks may be held out."""
+    """Describe the fit of each joint that moves long enough; up to half of its blocks can be held out."""
     found = {}
     for joint in joints:
         samples, blocks = _counts(rows, joint)
@@ -55,7 +55,7 @@ def joint_fits(fit: DirectFit, joints: Sequence[JointColumns], rows: Sequence[Di
 
 
 def _counts(rows: Sequence[DirectRows], joint: JointColumns) -> tuple[int, int]:
-    """Return in how many samples and blocks all rows count that a joint's friction acts on."""
+    """Count the samples and blocks in which all rows of a joint's friction are used."""
     there = [own for own in rows if np.isin(joint.kinds, own.kind).all()]
     blocks = [own.clusters[0, own.used[:, np.isin(own.kind, joint.kinds)].all(axis=1)] for own in there]
     return sum(len(each) for each in blocks), len({*(number for each in blocks for number in each.tolist())})
@@ -84,16 +84,16 @@ def _joint_fit(fit: DirectFit, joint: JointColumns, samples: int, blocks: int) -
 
 
 def corrections(fit: DirectFit, joints: Sequence[JointColumns], names: Sequence[str], model: Array) -> Corrections:
-    """Return what was found beside friction, of bodies with their parameters in the model, shape (L, 10).
+    """Describe the corrections, given the parameters of the bodies in the model, shape (L, 10).
 
-    Bodies that the model gives no mass are left out, and errors of a shape that could just not exist.
+    Massless bodies are omitted, and so are shape errors at the limit of physically possible shapes.
     """
     turn, kept = np.eye(len(fit.covariance)), [k for k in range(len(names)) if model[k, 0] > 0]
-    told = {}  # how many of its coordinates each body has
+    told = {}  # number of coordinates per body
     for k in kept:
         own = slice(SIZE * k, SIZE * (k + 1))
         slopes = _slopes(model[k] + fit.change[k], np.sqrt(np.diag(fit.covariance)[own]))
-        told[k] = SIZE if np.isfinite(slopes).all() else 4  # mass and centre, without the shape
+        told[k] = SIZE if np.isfinite(slopes).all() else 4  # mass and center, without the shape
         turn[own, own][: told[k]] = slopes[: told[k]]
     covariance = turn @ fit.covariance @ turn.T
     errors = np.sqrt(np.diag(covariance))
@@ -118,7 +118,7 @@ def corrections(fit: DirectFit, joints: Sequence[JointColumns], names: Sequence[
 
 
 def _slopes(parameters: Array, errors: Array) -> Array:
-    """Return the derivatives of a body's log-Cholesky coordinates by its parameters, shape (10, 10)."""
+    """Compute the derivatives of a body's log-Cholesky coordinates with respect to its parameters, shape (10, 10)."""
     steps = STEP * np.diag(errors)
     ahead, behind = (log_cholesky(pseudo_inertia(parameters + sign * steps)) for sign in (1, -1))
     return np.asarray((ahead - behind).T / (2 * STEP * errors))

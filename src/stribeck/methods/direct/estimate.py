@@ -17,29 +17,29 @@ from stribeck.robot.inertial_parameters import SIZE
 Regression = Literal["ordinary", "weighted", "robust"]
 
 RELAXATION = 1.8
-"""Power of the steps of expectation maximisation [1]: one below 2 converges, sooner (Salakhutdinov and Roweis 2003)."""
+"""Exponent of expectation maximization steps [1]; values below 2 converge (Salakhutdinov and Roweis 2003)."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class DirectFit:
-    """What least squares have found of L bodies and q friction coefficients.
+    """Least squares estimate of L bodies and q friction coefficients.
 
     Attributes
     ----------
     change
-        Of the inertial parameters from the model's, shape (L, 10).
+        Difference of the inertial parameters from the model's, shape (L, 10).
     coefficients, held
-        Of friction, and which of them are held at zero, shape (q,).
+        Friction coefficients, and mask of those at zero, shape (q,).
     covariance, freedom
-        Of change and coefficients, shape (10 L + q,) * 2, and degrees of freedom of each, shape (10 L + q,).
+        Covariance of change and coefficients, shape (10 L + q,) * 2, and degrees of freedom, shape (10 L + q,).
     known
         Share of each body's prior variance that the log removes [1], shape (L,).
     deviation
         Standard deviations of each kind of row [N m], shape (kinds,).
     overdispersion
-        Variance of the blocks' scores over that of independent samples [1].
+        Variance of the blocks' scores divided by the variance for independent samples [1].
     base_columns, condition
-        Places of the base parameters of the motion, shape (b,), and the condition number of their columns [1].
+        Indices of the base parameters of the motion, shape (b,), and condition number of their columns [1].
     converged
         Whether weights and overdispersion have converged.
     """
@@ -70,16 +70,16 @@ def fit_direct(
     Parameters
     ----------
     rows
-        Of all logs.
+        Rows of all logs.
     nominal
-        Inertial parameters of the model's bodies, which can exist, shape (L, 10).
+        Inertial parameters of the model's physically possible bodies, shape (L, 10).
     weight
-        Of the divergence from them, for errors of variance one.
+        Weight of the divergence from `nominal`, for errors of unit variance.
     prior_std, bounded
-        Of the friction coefficients: standard deviations before any sample was seen, so wide that they only speak where
-        the samples say nothing, and which may not be negative, shape (q,).
+        Wide prior standard deviations of the friction coefficients, and mask of those with a lower bound of zero, shape
+        (q,).
     regression
-        How rows are weighed.
+        Weighting of rows.
     """
     size = nominal.size
     least = _torques(rows, regression)
@@ -94,7 +94,7 @@ def fit_direct(
         free = np.append(np.ones(size, dtype=bool), ~found.held)
         overdispersion = _design_effect(total, overdispersion * penalty, _scores(weighted, x), free)
         plain = replace(spread, ratios=()).weights(rows) if spread.ratios else weighted
-        # below a ten-thousandth of the torque, rounding would decide what no motion shows
+        # below 1e-4 of the torque, rounding would determine parameters that are not excited
         now = _spread(plain, x, spread, regression, 1e-4 * least)
         if np.abs(np.append(now.logarithms, np.log(overdispersion)) - before).max() < 0.03:
             converged = True
@@ -123,14 +123,14 @@ def fit_direct(
 
 
 def _two_way(information: Sequence[Array], scores: Sequence[Array]) -> Uncertainty:
-    """Return the covariance of errors that are correlated within two kinds of clusters (Cameron, Gelbach, Miller 2011).
+    """Compute the covariance for errors correlated within two kinds of clusters (Cameron, Gelbach, Miller 2011).
 
-    It is the sum of both covariances, in which the prior's share counts once. All is in units of the prior.
+    It is the sum of both covariances, with the prior's share counted once, in units of the prior.
     """
     by_block, *more = (jackknife(*own) for own in zip(information, scores, strict=True) if len(own[0]) > 1)
     if not more:
         return by_block
-    # rounded as in the covariance that it is taken from: the difference would be negative otherwise
+    # same rounding as in the covariance, to avoid a negative difference
     inverse = inverses((information[0].sum(axis=0) + np.eye(len(by_block.covariance)))[None])[0]
     return Uncertainty(
         by_block.covariance + more[0].covariance - inverse @ inverse,
@@ -139,9 +139,9 @@ def _two_way(information: Sequence[Array], scores: Sequence[Array]) -> Uncertain
 
 
 def _torques(rows: Sequence[DirectRows], regression: Regression) -> Array:
-    """Return the root mean square of the left side of each kind of row, or of all together [N m], shape (kinds,).
+    """Compute the root mean square of the left side per kind of row, or of all together [N m], shape (kinds,).
 
-    None is next to zero beside the others; where all are zero, one is the unit.
+    Values are bounded below relative to the largest; all are one if all are zero.
     """
     kinds = 1 + max(int(own.kind.max()) for own in rows)
     squares, count = np.zeros((2, kinds))
@@ -156,16 +156,16 @@ def _torques(rows: Sequence[DirectRows], regression: Regression) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """How far rows scatter.
+    """Scatter of the rows.
 
     Attributes
     ----------
     deviation
         Standard deviations of each kind of row [N m], shape (kinds,).
     root_std
-        Of the root's acceleration, shape (6,).
+        Standard deviations of the root's acceleration, shape (6,).
     ratios
-        Residuals over their deviations, part by part, shape (K, m), where large ones count less; none elsewhere.
+        Residuals divided by their deviations for each part, shape (K, m), if large ones are downweighted.
     """
 
     deviation: Array
@@ -174,11 +174,13 @@ class Spread:
 
     @property
     def logarithms(self) -> Array:
-        """Of all standard deviations."""
-        return np.asarray(np.log(np.append(self.deviation, np.maximum(self.root_std, 1e-3))))  # less stands still
+        """Vector of all standard deviations."""
+        return np.asarray(
+            np.log(np.append(self.deviation, np.maximum(self.root_std, 1e-3)))
+        )  # smaller values are rounding
 
     def weights(self, rows: Sequence[DirectRows]) -> list[tuple[DirectRows, Weights]]:
-        """Return rows with their weights."""
+        """Compute the weights of the rows."""
         found = []
         for k, own in enumerate(rows):
             scale = own.used / self.deviation[own.kind]
@@ -192,7 +194,7 @@ Weighted = Sequence[tuple[DirectRows, Weights]]
 
 
 def _normal_equations(weighted: Weighted) -> tuple[Array, Array]:
-    """Return information, shape (p, p), and right-hand side, shape (p,)."""
+    """Compute information, shape (p, p), and right-hand side, shape (p,)."""
     size = weighted[0][0].columns.shape[2]
     information, right = np.zeros((size, size)), np.zeros(size)
     for own, weights in weighted:
@@ -203,7 +205,7 @@ def _normal_equations(weighted: Weighted) -> tuple[Array, Array]:
 
 
 def _information(weighted: Weighted) -> list[Array]:
-    """Return the information of each cluster, shape (B, p, p), for both kinds."""
+    """Compute the information of each cluster, shape (B, p, p), for both kinds."""
     size = weighted[0][0].columns.shape[2]
     found = [np.zeros((count, size, size)) for count in _counts(weighted)]
     for own, weights in weighted:
@@ -216,7 +218,7 @@ def _information(weighted: Weighted) -> list[Array]:
 
 
 def _scores(weighted: Weighted, x: Array) -> list[Array]:
-    """Return the scores of each cluster at a solution, shape (B, p), for both kinds."""
+    """Compute the scores of each cluster at a solution, shape (B, p), for both kinds."""
     found = [np.zeros((count, len(x))) for count in _counts(weighted)]
     for own, weights in weighted:
         left = weights.apply((own.left - own.columns @ x)[:, :, None])
@@ -227,12 +229,12 @@ def _scores(weighted: Weighted, x: Array) -> list[Array]:
 
 
 def _counts(weighted: Weighted) -> list[int]:
-    """Return how many clusters of both kinds there are."""
+    """Count the clusters of both kinds."""
     return [1 + max(int(own.clusters[kind].max()) for own, _ in weighted) for kind in range(2)]
 
 
 def _spread(weighted: Weighted, x: Array, before: Spread, regression: Regression, least: Array) -> Spread:
-    """Return how far rows scatter about a solution, at least so far [N m], shape (kinds,)."""
+    """Estimate the scatter of the rows about a solution, with a lower bound [N m], shape (kinds,)."""
     ratios = []
     squares, count = np.zeros((2, len(before.deviation)))
     sizes: list[list[Array]] = [[] for _ in before.deviation]
@@ -241,7 +243,7 @@ def _spread(weighted: Weighted, x: Array, before: Spread, regression: Regression
         residual, variance, effects = weights.residuals(part.left - part.columns @ x)
         np.add.at(squares, part.kind, np.sum((residual**2 + variance) * part.used, axis=0))
         np.add.at(count, part.kind, part.used.sum(axis=0))
-        ratio = residual / np.sqrt(np.maximum(1 - variance, 1e-3))  # what contact forces leave says nothing below
+        ratio = residual / np.sqrt(np.maximum(1 - variance, 1e-3))  # contact forces remove nearly all information below
         for column, kind in enumerate(part.kind):
             sizes[kind].append(ratio[part.used[:, column], column])
         ratios.append(ratio)
@@ -262,9 +264,9 @@ def _spread(weighted: Weighted, x: Array, before: Spread, regression: Regression
 
 
 def _design_effect(information: Array, penalty: Array, scores: Sequence[Array], free: NDArray[np.bool_]) -> float:
-    """Return the mean design effect tr(T^-1 sum g g^T) / tr(T^-1 A), at least 1 (Rao and Scott 1981).
+    """Compute the mean design effect tr(T^-1 sum g g^T) / tr(T^-1 A), at least 1 (Rao and Scott 1981).
 
-    The scores g are those of clusters of two kinds; the larger effect counts.
+    The scores g belong to clusters of two kinds; the larger effect is used.
     """
     kept = np.flatnonzero(free)
     own = np.ix_(kept, kept)
@@ -275,6 +277,6 @@ def _design_effect(information: Array, penalty: Array, scores: Sequence[Array], 
 
 
 def _structure(weighted: Weighted, size: int) -> Array:
-    """Return rows of the regressor, evenly taken from all, weighted, shape (N, 10 L)."""
+    """Select evenly spaced, weighted rows of the regressor, shape (N, 10 L)."""
     step = max(1, sum(own.used.size for own, _ in weighted) // 4000)
     return np.concatenate([w.apply(own.columns[:, :, :size])[::step].reshape(-1, size) for own, w in weighted])

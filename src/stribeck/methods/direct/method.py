@@ -34,7 +34,7 @@ def find(
     robot: Robot,
     law: FrictionLaw,
     settings: Settings,
-    friction_torque: FrictionTorque,  # noqa: ARG001 - it has equations of its own
+    friction_torque: FrictionTorque,  # noqa: ARG001 - it has other equations
     progress: Progress,
 ) -> Fitted:
     """Fit friction and bodies to all blocks but every n-th, which is held out."""
@@ -43,7 +43,7 @@ def find(
     blocks, every = maker.blocks(prepared), settings.holdout
     held_out = blocks[every // 2 :: every]
     training = [block for number, block in enumerate(blocks) if number % every != every // 2]
-    numbers = np.arange(len(training)) * min(64, len(training)) // max(len(training), 1)  # more would only take longer
+    numbers = np.arange(len(training)) * min(64, len(training)) // max(len(training), 1)  # more rows only take longer
     rows = maker.rows(prepared, training, numbers.tolist())
     if len({number for own in rows for number in own.clusters[0].tolist()}) < 2:  # a covariance needs two
         raise NothingIdentifiedError(
@@ -78,7 +78,7 @@ def find(
 def _row_maker(
     prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw, settings: Settings
 ) -> tuple[RowMaker, tuple[str, ...], Array]:
-    """Return what makes the rows, the names of joints and couplings that move, and their top speeds [rad/s]."""
+    """Create the builder of rows, and list the moving joints and couplings and their top speeds [rad/s]."""
     joints, couplings, top_speed = joints_that_move(prepared, robot, law)
     names = (*(robot.joint_names[column] for column in joints), *couplings)
     maker = RowMaker(
@@ -94,7 +94,7 @@ def _row_maker(
 
 
 def _parts(prepared: Sequence[PreparedLog], blocks: Sequence[Block]) -> list[PreparedLog]:
-    """Return the logs with their support phases cut to some blocks."""
+    """Cut the support phases of the logs to some blocks."""
     return [
         replace(part, support=cut(part.support, [block.rows for block in blocks if block.log == number]))
         for number, part in enumerate(prepared)
@@ -102,7 +102,7 @@ def _parts(prepared: Sequence[PreparedLog], blocks: Sequence[Block]) -> list[Pre
 
 
 def _columns(maker: RowMaker, names: Sequence[str], rows: Sequence[DirectRows], top_speed: Array) -> list[JointColumns]:
-    """Return which friction coefficients each joint and coupling has."""
+    """Define the friction coefficients of each joint and coupling."""
     on_joints = acting(maker.couplings) != 0
     found, first = [], 0
     for k, name in enumerate(names):
@@ -120,7 +120,7 @@ def _columns(maker: RowMaker, names: Sequence[str], rows: Sequence[DirectRows], 
 
 
 def _rms(parts: Sequence[Array]) -> float:
-    """Return the root mean square of all, 1 where they are zero or none."""
+    """Compute the root mean square, 1 if it is zero or there are no values."""
     together = np.concatenate([part.ravel() for part in parts])
     return float(np.sqrt(np.sum(together**2) / max(together.size, 1))) or 1.0
 
@@ -139,7 +139,7 @@ def _fit(rows: Sequence[DirectRows], columns: Sequence[JointColumns], maker: Row
 def _validations(
     fitted: Fitted, law: FrictionLaw, settings: Settings, training: Sequence[PreparedLog]
 ) -> Mapping[str, Validation | None]:
-    """Return how each joint's law does on the held-out blocks, by the corrected robot."""
+    """Validate each joint's law on the held-out blocks with the corrected robot."""
     assert fitted.unseen is not None
     couplings = {name: fitted.robot.couplings[name] for name in fitted.couplings}
     seen, unseen = (

@@ -25,15 +25,12 @@ from stribeck.whole_log.equations.regressors import inertia_regressors
 from stribeck.whole_log.weak_equations import CorrectionLayout
 
 ROOT_ROWS = 6
-"""Kinds of rows before those of the joints: a free root's."""
+"""Number of kinds of rows before the joints' rows: those of a free root."""
 
 
 @dataclass(frozen=True)
 class Block:
-    """Rows [first, last) of a log, by its number, in one contact mode; samples of one block are correlated.
-
-    `phase` is what it is a part of.
-    """
+    """Block of correlated samples: rows [first, last) of a log in one contact mode; `phase` contains the block."""
 
     log: int
     feet: tuple[str, ...]
@@ -43,26 +40,26 @@ class Block:
 
     @property
     def rows(self) -> slice:
-        """Its rows."""
+        """Rows of the block."""
         return slice(self.first, self.last)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RowMaker:
-    """Makes rows of blocks of logs.
+    """Builder of rows from blocks of logs.
 
     Attributes
     ----------
     robot, law, settings
-        The settings' filter is any but "auto".
+        Robot, law and settings; the filter kind "auto" is not allowed.
     joints
-        Columns of the joints whose friction is asked for, shape (n,).
+        Columns of the joints whose friction is estimated, shape (n,).
     couplings
         Coefficients of these joints in each of c couplings, shape (n, c).
     rest
-        Speeds below which joints and couplings are at rest, whose friction is not known [rad/s], shape (n + c,).
+        Speeds below which joints and couplings are at rest, with unknown friction [rad/s], shape (n + c,).
     corrections
-        Which bodies and rotors are corrected.
+        Selection of the corrected bodies and rotors.
     """
 
     robot: Robot
@@ -75,7 +72,7 @@ class RowMaker:
     _modes: dict[tuple[str, ...], ContactMode] = field(default_factory=dict)
 
     def blocks(self, prepared: Sequence[PreparedLog]) -> list[Block]:
-        """Return the blocks of the logs: support phases, or equal parts of those that last longer."""
+        """Split the logs into blocks: support phases, or equal parts of longer ones."""
         found = []
         for number, part in enumerate(prepared):
             longest = max(1, round(self.settings.block / part.sampling.period))
@@ -91,7 +88,7 @@ class RowMaker:
     def rows(
         self, prepared: Sequence[PreparedLog], blocks: Sequence[Block], numbers: Sequence[int]
     ) -> list[DirectRows]:
-        """Return rows of some blocks, which have these numbers in what is returned."""
+        """Build the rows of some blocks, with given block numbers."""
         columns = self.corrections.inertial_parameters.size * (ROOT_ROWS + len(self.joints))
         stride = -(-sum(block.last - block.first for block in blocks) * columns // 20_000_000)  # 160 MB
         found: list[DirectRows] = []
@@ -101,7 +98,7 @@ class RowMaker:
         return found
 
     def has(self, k: int) -> list[int]:
-        """Return which of the law's parameters a joint or coupling has: couplings have none that joints make up for."""
+        """List the law's parameters of a joint or coupling; couplings have no parameters that joints can replace."""
         return [i for i, each in enumerate(self.law.parameters) if k < len(self.joints) or each.neutral is None]
 
     def _mode(self, feet: tuple[str, ...]) -> ContactMode:
@@ -121,7 +118,7 @@ class RowMaker:
             steady[phase.steady_first : phase.steady_last] = True
             if phase.kind != "fixed":
                 since = (part.log.time[each.rows] - part.log.time[phase.start]) / 0.05
-                first = 40 * feet.index(each.feet)  # phases of 50 ms since feet were put down; the last has no end
+                first = 40 * feet.index(each.feet)  # phases of 50 ms since touchdown; the last is unlimited
                 clusters[1][each.rows] = first + np.minimum(since.astype(np.int64), 39)
         period = part.sampling.period
         motion_filter = make_filter(self.settings.filter, period)
@@ -148,7 +145,7 @@ class RowMaker:
                 )
 
     def _law_columns(self, velocity: Array) -> Array:
-        """Return the derivatives of the law by its parameters, joint by joint, shape (T, (n + c) k)."""
+        """Compute the derivatives of the law with respect to its parameters per joint, shape (T, (n + c) k)."""
         speeds = velocity[:, self.joints] @ acting(self.couplings)
         none = np.zeros(len(self.law.parameters))
         return np.hstack([self.law.jacobian(speed, none) for speed in speeds.T])
@@ -162,7 +159,7 @@ class RowMaker:
         seen: NDArray[np.bool_],
         clusters: NDArray[np.int64],
     ) -> Iterator[DirectRows]:
-        """Yield the rows of samples in one contact mode, if any joint is seen and moves; `seen` is (K, all joints)."""
+        """Yield the rows of samples in one contact mode if any seen joint moves; `seen` has shape (K, all joints)."""
         on_joints = acting(self.couplings)
         speeds = state.velocity[:, self.joints] @ on_joints
         turned = state.acceleration[:, self.joints] @ on_joints
@@ -181,7 +178,7 @@ class RowMaker:
         if not len(kept):
             return
         effects = [inertia_matrix(mode.rooted, state.position)[:, : mode.rooted.root_size, mode.rows]]
-        if mode.feet and seen.all(axis=1).any():  # of which the forces act on joints that are used
+        if mode.feet and seen.all(axis=1).any():  # forces act on joints that are used
             effects.append(mode.jacobian(state.position)[:, :, mode.rows])
         regressor = inertia_regressors(self.robot, mode.rooted, mode.rows[kept], state, mode.root(state))
         friction = np.concatenate([np.zeros((len(speeds), root, friction.shape[2])), friction], axis=1)
@@ -196,7 +193,7 @@ class RowMaker:
 
 
 def _in_pieces(modes: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:
-    """Yield the places of each contact mode, not too many at a time."""
+    """Yield the sample indices of each contact mode in chunks."""
     for mode in np.unique(modes):
         places = np.flatnonzero(modes == mode)
         yield from np.array_split(places, -(-len(places) // 512))

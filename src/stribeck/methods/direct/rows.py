@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from stribeck.base.typing import Array
 
 ROOT = 6
-"""Unknowns of a floating root [1]."""
+"""Number of unknowns of a floating root."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -22,21 +22,20 @@ class DirectRows:
     Attributes
     ----------
     left
-        Torque less the model's inverse dynamics [N m], shape (K, m).
+        Torque minus the model's inverse dynamics [N m], shape (K, m).
     columns
-        Its derivatives by the inertial parameters pi of L bodies, then columns of the q friction coefficients beta,
-        shape (K, m, 10 L + q).
+        Derivatives with respect to the inertial parameters pi of L bodies, then columns of the q friction coefficients
+        beta, shape (K, m, 10 L + q).
     effects
-        What u unknowns f of each sample do to the rows, shape (K, u, m): on a floating base the acceleration by which
-        its root does not stand still, then contact forces; none on a fixed one.
+        Effect of u unknowns f per sample on the rows, shape (K, u, m): for a floating base, the acceleration of its
+        root and contact forces; none for a fixed base.
     used
-        Rows that count, shape (K, m): in the others a joint is at rest, and its friction not known.
+        Mask of used rows, shape (K, m); in the others a joint is at rest and its friction unknown.
     kind
-        Which standard deviation each row has, shape (m,).
+        Index of each row's standard deviation, shape (m,).
     clusters
-        Numbers of two clusters that each sample is in, whose samples' errors are correlated, shape (2, K): its block, a
-        step or a second; and its phase of the gait, as what the contacts do wrong comes again in every step. Without a
-        gait the second is -1.
+        Two clusters of correlated errors per sample, shape (2, K): the block (step or second), and the phase of the
+        gait, because contact errors repeat with every step. The latter is -1 without a gait.
     """
 
     left: Array
@@ -47,11 +46,11 @@ class DirectRows:
     clusters: NDArray[np.int64]
 
     def weights(self, scale: Array, root_std: Array) -> Weights:
-        """Return the weights of rows that are scaled by D = diag(scale), shape (K, m), zero where they do not count.
+        """Compute the weights of rows that are scaled by D = diag(scale), shape (K, m), zero for unused rows.
 
-        The unknowns are random effects: the root's acceleration has standard deviations [m/s^2], [rad/s^2], shape (6,),
-        a contact force an infinite one. With U = D effects^T, in units of these, and L their precision,
-        W = D (I - U P U^T) D with P = (U^T U + L)^-1 is the rows' inverse covariance.
+        The unknowns are random effects. The root's acceleration has standard deviations [m/s²], [rad/s²], shape (6,);
+        contact forces have infinite ones. With U = D effects^T in these units, and L their precision, the inverse
+        covariance of the rows is W = D (I - U P U^T) D with P = (U^T U + L)^-1.
         """
         count = self.effects.shape[1]
         unit = np.append(root_std, np.ones(count))[:count]
@@ -59,9 +58,9 @@ class DirectRows:
         response = scale[:, :, None] * (self.effects * unit[:, None]).transpose(0, 2, 1)
         squares = response.transpose(0, 2, 1) @ response + np.diag(precision)
         size = np.sqrt(np.diagonal(squares, axis1=1, axis2=2))[:, :, None]
-        size = np.where(size > 0, size, 1.0)  # of a force that no row feels
-        values, vectors = np.linalg.eigh(squares / (size * size.transpose(0, 2, 1)))  # ranks are no matter of units
-        # smaller ones are of feet that constrain the same twice
+        size = np.where(size > 0, size, 1.0)  # for forces without an effect on any row
+        values, vectors = np.linalg.eigh(squares / (size * size.transpose(0, 2, 1)))  # the rank is independent of units
+        # smaller ones result from redundant constraints of feet
         kept = values > 1e-12 * values.max(axis=1, keepdims=True, initial=0.0)
         root = vectors / size * np.where(kept, 1 / np.sqrt(np.where(kept, values, 1.0)), 0.0)[:, None]
         return Weights(scale, response @ root, root)
@@ -69,10 +68,10 @@ class DirectRows:
 
 @dataclass(frozen=True, eq=False)
 class Weights:
-    """D, shape (K, m), Q = U R, shape (K, m, u), and R with R R^T = P, shape (K, u, u), of `DirectRows.weights`.
+    """Factors of `DirectRows.weights`: D, shape (K, m), Q = U R, shape (K, m, u), R with R R^T = P, shape (K, u, u).
 
-    Where the root's acceleration explains nearly all of a row, U P U^T is rounded by more than what that leaves of the
-    row; Q Q^T is not.
+    If the root's acceleration explains nearly all of a row, rounding of U P U^T exceeds the rest of the row; rounding
+    of Q Q^T does not.
     """
 
     scale: Array
@@ -80,16 +79,16 @@ class Weights:
     root: Array
 
     def apply(self, columns: Array) -> Array:
-        """Return W times columns, shape (K, m, c)."""
+        """Compute W times columns, shape (K, m, c)."""
         scaled = self.scale[:, :, None] * columns
         common = self.explained.transpose(0, 2, 1) @ scaled
         return np.asarray(self.scale[:, :, None] * (scaled - self.explained @ common))
 
     def residuals(self, left: Array) -> tuple[Array, Array, Array]:
-        """Return scaled residuals without the most likely effects, the variance of these, and the effects' squares.
+        """Subtract the most likely effects from scaled residuals of shape (K, m).
 
-        Of what is left of the left side, shape (K, m): shapes (K, m), (K, m), and the mean squares (K, u), in units of
-        their standard deviations, by which variances converge (expectation maximisation).
+        Returns the remaining residuals and their variance, shape (K, m), and the mean squares of the effects in units
+        of their standard deviations, shape (K, u), for expectation maximization of the variances.
         """
         scaled = self.scale * left
         common = self.explained.transpose(0, 2, 1) @ scaled[:, :, None]
