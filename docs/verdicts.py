@@ -61,15 +61,14 @@ def _points(velocity: Array, torque: Array) -> str:
 
 def main() -> None:
     """Write the figure in each theme."""
-    size = f"0 0 {len(CASES) * WIDTH} {HEIGHT + 35}"
+    size = f"0 0 {len(CASES) * WIDTH} {HEIGHT + 20}"
     for theme, colors in THEMES.items():
-        labels = f'<text x="4" y="{HEIGHT + 32}" fill="{colors[0]}">friction torque (up) versus velocity (right)</text>'
         panels = [
             f'<g transform="translate({(k + 0.5) * WIDTH} {HEIGHT / 2 + 18})">\n{panel(verdict, colors)}\n</g>'
             for k, verdict in enumerate(CASES)
         ]
-        head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{size}" font-family="sans-serif" font-size="11">'
-        text = "\n".join([head, *panels, labels, "</svg>\n"])
+        head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{size}" font-family="sans-serif" font-size="16">'
+        text = "\n".join([head, *panels, "</svg>\n"])
         (Path(__file__).parent / "assets" / f"verdicts-{theme}.svg").write_text(text, encoding="utf-8")
 
 
