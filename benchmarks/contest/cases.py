@@ -50,7 +50,13 @@ PRESCRIBED: dict[str, Gait] = {"quadruped": "trot", "arm": "stand"}
 """Robots whose motion is prescribed, and the gait of those with feet."""
 WRENCHES = ("TORO-like", "TALOS")
 """Robots whose feet have force and torque sensors."""
-ROBOTS = (*WALKS, *PRESCRIBED)
+COMMANDED = ("hobby-arm", "clamped-quadruped")
+"""Robots whose logs have position commands instead of torques; MuJoCo simulates them."""
+LATENCIES = {"5ms": 0.005, "20ms": 0.02}
+"""Conditions of these robots: time from a command's stamp until the drive acts on it [s]."""
+COMMANDED_SECONDS = 30.0
+"""Duration of their logs [s]."""
+ROBOTS = (*WALKS, *PRESCRIBED, *COMMANDED)
 
 
 @dataclass(frozen=True)

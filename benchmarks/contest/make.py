@@ -20,9 +20,12 @@ from studies.walking_cases import WALKERS
 
 from benchmarks.contest.cases import (
     BRISTLES,
+    COMMANDED,
+    COMMANDED_SECONDS,
     CONDITIONS,
     COULOMB,
     EVERY,
+    LATENCIES,
     PRESCRIBED,
     RATE,
     SECONDS,
@@ -34,6 +37,7 @@ from benchmarks.contest.cases import (
     WRENCHES,
     Condition,
 )
+from benchmarks.contest.commanded_cases import publish_commanded
 from benchmarks.contest.model_errors import publish_model
 from benchmarks.contest.schema import CASE, SUMS, TRUTH, Asked, Case, KnownFriction, Truth, checksums, write
 from stribeck.base.typing import Array
@@ -62,6 +66,10 @@ def make(
 ) -> None:
     """Write cases and truth of these robots, and the checksums of all that is in the folder."""
     for name in robots:
+        if name in COMMANDED:
+            publish_commanded(name, folder, SEED)
+            progress(f"{name}: {len(LATENCIES)} cases of {COMMANDED_SECONDS:.3g} s")
+            continue
         moved = motion(name, folder, seconds)
         for number, condition in enumerate(CONDITIONS):
             publish(name, moved, condition, folder, np.random.SeedSequence([SEED, number]))

@@ -10,14 +10,19 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from benchmarks.contest.cases import CONDITIONS
+from benchmarks.contest.cases import CONDITIONS, LATENCIES
 from benchmarks.contest.score import Score
 from benchmarks.contest.table import GROUPS, median_curve, names
 
 INK, PALE, GRID = "#22262b", "#6b7280", "#e3e6ea"
-MARKS = dict(zip(CONDITIONS, "osD^v<P", strict=True))
+SHOWN = (*CONDITIONS, *LATENCIES)
+MARKS = dict(zip(SHOWN, "osD^v<PXh", strict=True))
 COLOURS = dict(
-    zip(CONDITIONS, ("#1b7837", "#2166ac", "#d6604d", "#b35806", "#762a83", "#e08214", "#b2182b"), strict=True)
+    zip(
+        SHOWN,
+        ("#1b7837", "#2166ac", "#d6604d", "#b35806", "#762a83", "#e08214", "#b2182b", "#35978f", "#01665e"),
+        strict=True,
+    )
 )
 LEAST, MOST = 1e-4, 3.0
 """Ends of the axis [1]; what is beyond stands at its end."""
@@ -63,9 +68,9 @@ def draw(scores: Sequence[Score], path: Path) -> None:
     axes[-1].set_xlabel(
         "error of the friction curve, median over joints (farther left is better)", color=PALE, fontsize=10
     )
-    handles = [Line2D([], [], ls="", marker=MARKS[name], color=COLOURS[name], ms=7, label=name) for name in CONDITIONS]
+    handles = [Line2D([], [], ls="", marker=MARKS[name], color=COLOURS[name], ms=7, label=name) for name in SHOWN]
     figure.legend(
-        handles=handles, loc="outside upper center", ncols=len(CONDITIONS), frameon=False, fontsize=9, handletextpad=0.2
+        handles=handles, loc="outside upper center", ncols=len(SHOWN), frameon=False, fontsize=9, handletextpad=0.2
     )
     figure.savefig(path, format="svg", metadata={"Date": None}, transparent=False)
 
@@ -75,7 +80,7 @@ def _rows(scores: Sequence[Score], group: str) -> list[tuple[str, dict[str, floa
     found = []
     for name in names(scores):
         own = [each for each in scores if each.contestant == name and each.robot in GROUPS[group]]
-        errors = {condition: value for condition in CONDITIONS if (value := median_curve(own, condition)) is not None}
+        errors = {condition: value for condition in SHOWN if (value := median_curve(own, condition)) is not None}
         if errors:
             found.append((name, errors))
     return found

@@ -22,7 +22,7 @@ INSTALLED = ROOT / "build" / "contest"
 """Where the environments of others are installed."""
 LONGEST = 900.0
 """After which a run is stopped [s]."""
-OTHERS = {"FIGAROH": "figaroh", "mujoco.sysid": "mujoco_sysid"}
+OTHERS = {"FIGAROH": "figaroh", "mujoco.sysid": "mujoco_sysid", "CMA-ES": "cma_es"}
 """Name -> file of pinned versions in environments/, and `contestants/with_<name>.py`."""
 BLANKS = {
     "BAM": "identifies one actuator on a pendulum bench, from the set points of its servo: it takes neither the model "

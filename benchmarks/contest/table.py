@@ -1,13 +1,13 @@
 """Formats saved scores as tables; docs/accuracy.md shows two of them."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 
 import numpy as np
 
-from benchmarks.contest.cases import CONDITIONS, PRESCRIBED, WALKS
+from benchmarks.contest.cases import COMMANDED, CONDITIONS, LATENCIES, PRESCRIBED, WALKS
 from benchmarks.contest.score import Score
 
-GROUPS = {"walks": tuple(WALKS), **{name: (name,) for name in PRESCRIBED}}
+GROUPS = {"walks": tuple(WALKS), **{name: (name,) for name in (*PRESCRIBED, *COMMANDED)}}
 """Robots that stand in one row."""
 HEAD = (
     "| logs | contestant | joints answered | Coulomb error, median (90 %) | viscous error, median (90 %) | "
@@ -20,7 +20,8 @@ BLANK = "–"
 
 def lines(scores: Sequence[Score]) -> list[str]:
     """Return all tables in Markdown, with a blank line between."""
-    return ["\n".join(main_table(scores)), "", *by_condition(scores), "", *real_table(scores), "", *blanks(scores)]
+    tables = [by_condition(scores, CONDITIONS), by_condition(scores, LATENCIES), real_table(scores), blanks(scores)]
+    return ["\n".join(main_table(scores)), *(line for table in tables for line in ("", *table))]
 
 
 def main_table(scores: Sequence[Score]) -> list[str]:
@@ -62,17 +63,17 @@ def _row(group: str, name: str, own: Sequence[Score]) -> str:
     return f"| {' | '.join(cells)} |"
 
 
-def by_condition(scores: Sequence[Score]) -> list[str]:
-    """Return the median error of the curve, condition by condition."""
+def by_condition(scores: Sequence[Score], conditions: Collection[str]) -> list[str]:
+    """Write the median error of the curve for each of these conditions."""
     rows = [
-        f"| logs | contestant | {' | '.join(CONDITIONS)} |",
-        f"| --- | --- |{' ---: |' * len(CONDITIONS)}",
+        f"| logs | contestant | {' | '.join(conditions)} |",
+        f"| --- | --- |{' ---: |' * len(conditions)}",
     ]
     for group, robots in GROUPS.items():
         for name in names(scores):
             own = [each for each in scores if each.contestant == name and each.robot in robots]
-            if any(each.curve for each in own):
-                cells = [median_curve(own, condition) for condition in CONDITIONS]
+            cells = [median_curve(own, condition) for condition in conditions]
+            if any(cell is not None for cell in cells):
                 rows.append(f"| {group} | {name} | {' | '.join(BLANK if v is None else _percent(v) for v in cells)} |")
     return rows
 

@@ -4,12 +4,14 @@ import hashlib
 import json
 import re
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 from benchmarks.contest.__main__ import main
-from benchmarks.contest.cases import CONDITIONS, SLOPE
+from benchmarks.contest.cases import CONDITIONS, LATENCIES, SLOPE
+from benchmarks.contest.contestants.command import torque_of
 from benchmarks.contest.make import friction, make
 from benchmarks.contest.model_errors import publish_model
 from benchmarks.contest.picture import draw
@@ -179,6 +181,20 @@ def test_every_method_of_stribeck_takes_part() -> None:
     assert set(METHODS) <= set(everyone)
     assert everyone["mine"] == ["python", "mine.py"]
     assert isinstance(everyone["BAM"], str)
+
+
+def test_cases_with_position_commands_have_gains_and_no_torques(tmp_path: Path) -> None:
+    make(tmp_path, ("hobby-arm",), progress=lambda _: None)
+    assert cases_of(tmp_path) == sorted(f"hobby-arm/{condition}" for condition in LATENCIES)
+    case = read(Case, tmp_path / "cases/hobby-arm/5ms" / CASE)
+    with np.load(tmp_path / "cases/hobby-arm/5ms" / case.logs[0]) as log:
+        assert "torque" not in log
+        assert np.ptp(log["time"]) == pytest.approx(case.seconds, abs=1.5 / case.rate)
+        table = tomllib.loads((tmp_path / "cases/hobby-arm/5ms/robot.toml").read_text(encoding="utf-8"))["robot"]
+        torque = torque_of(log, table, list(case.joints))
+    assert np.abs(torque).max() == pytest.approx(2.5, abs=2)
+    answer = true_answer(tmp_path, "hobby-arm/20ms")
+    assert max(scored(tmp_path, "hobby-arm/20ms", answer, tmp_path).curve.values()) == 0
 
 
 def test_a_curve_follows_from_parameters_where_there_is_none(folder: Path) -> None:

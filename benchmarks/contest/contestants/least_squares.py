@@ -17,6 +17,8 @@ import pinocchio as pin
 from scipy.ndimage import binary_dilation
 from scipy.signal import butter, sosfiltfilt
 
+from benchmarks.contest.contestants.command import torque_of
+
 CUTOFF = 20.0
 """Of all filters, unless the case says how far its torques reach [Hz]."""
 MOVES = 0.02
@@ -80,7 +82,8 @@ def equations(model: Any, table: dict[str, Any], log: Any, cutoff: float) -> tup
     names, time = [str(name) for name in log["joint_names"]], log["time"]
     period = float(np.median(np.diff(time)))
     lowpass = butter(4, 2 * cutoff * period, output="sos")
-    q, torque = (sosfiltfilt(lowpass, log[name], axis=0) for name in ("position", "torque"))
+    raw = log["position"], torque_of(log, table["robot"], names)
+    q, torque = (sosfiltfilt(lowpass, each, axis=0) for each in raw)
     v = np.gradient(q, period, axis=0)
     a = np.gradient(v, period, axis=0)
     base, counts = None, np.ones(q.shape, dtype=bool)

@@ -2,8 +2,9 @@
 
     python benchmarks/contest/contestants/with_figaroh.py CASE OUT
 
-Needs figaroh alone. Used as its authors' example of the Staubli TX40 does: `BaseIdentification` with its own filter,
-decimation and QR decomposition, `solve(decimate=True)`, intervals from its standard deviations.
+Needs figaroh and the root of the repository in PYTHONPATH. Used as its authors' example of the Staubli TX40 does:
+`BaseIdentification` with its own filter, decimation and QR decomposition, `solve(decimate=True)`, intervals from its
+standard deviations.
 """
 
 import json
@@ -18,6 +19,8 @@ import yaml
 from figaroh.identification.base_identification import BaseIdentification
 from figaroh.tools.load_robot import load_robot
 from figaroh.tools.regressor import build_regressor_basic, build_regressor_reduced
+
+from benchmarks.contest.contestants.command import torque_of
 
 CUTOFF = 20.0
 """Of its lowpass [Hz]; that of the TX40 is the example's."""
@@ -129,7 +132,7 @@ def answer(folder: Path, out: Path) -> dict[str, Any]:
             "positions": log["position"][:, order],
             "velocities": None,
             "accelerations": None,
-            "torques": log["torque"][:, order],
+            "torques": torque_of(log, table, joints)[:, order],
         }
         for log in logs
     ]

@@ -4,7 +4,9 @@
 
 Needs mujoco[sysid] alone. Used as its integration test identifies an arm: parameters with a modifier each, sensors
 of position and velocity, `build_residual_fn`, `optimize(optimizer="mujoco")`, and `calculate_intervals`. Its rollouts
-begin anew every half second: over a whole log an arm that nobody controls falls.
+begin anew every half second: over a whole log an arm that nobody controls falls. Logs of position commands drive
+position actuators with the gains of the robot file, and the delay of the drives is one more parameter, by
+`SignalTransform.delay`: rollouts that are controlled last 20 s.
 """
 
 import json
@@ -31,6 +33,14 @@ START, MOST = 0.5, 60.0
 """Friction loss [N m] and damping [N m s/rad] to begin with, and bound."""
 OFFSET = 20.0
 """Largest offset of a motor [N m], which starts at none."""
+CONTROLLED = 20.0
+"""Window of logs with position commands [s]."""
+STEP = 0.001
+"""Time step of their rollouts [s]."""
+STIFF = [0.005, 1.0], [0.99, 0.999, 0.001, 0.5, 2.0]
+"""solref and solimp of their friction: with MuJoCo's own, joints creep, and errors of position grow fivefold."""
+DELAY = 0.01, 0.1
+"""Delay of the drives, likewise [s]."""
 ROTOR = 0.01, 2.0
 """Rotor inertia likewise [kg m^2]."""
 LEAST_MASS, LEAST_INERTIA = 1e-4, 1e-6
@@ -43,7 +53,7 @@ NAMES = {"coulomb": "frictionloss", "viscous": "damping", "offset": "offset"}
 def load_spec(folder: Path, table: dict[str, Any], joints: list[str], rate: float) -> Any:
     """Return the model with a motor, a position and a velocity sensor at every joint."""
     spec = mujoco.MjSpec.from_file(str(folder / table["model"]))
-    spec.option.timestep = 1 / max(rate, 500.0)
+    spec.option.timestep = STEP if "kp" in table else 1 / max(rate, 500.0)
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_LIMIT
     spec.option.gravity = table.get("gravity", [0.0, 0.0, -9.81])
@@ -56,7 +66,11 @@ def load_spec(folder: Path, table: dict[str, Any], joints: list[str], rate: floa
         spec.joint(joint).armature = table.get("armature", {}).get(joint, spec.joint(joint).armature)
         spec.joint(joint).actfrclimited = False
         motor = spec.add_actuator(name=f"{joint}_motor", target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-        motor.set_to_motor()
+        if "kp" in table:
+            motor.set_to_position(kp=table["kp"][joint], kv=table["kd"][joint])
+            spec.joint(joint).solref_friction, spec.joint(joint).solimp_friction = STIFF
+        else:
+            motor.set_to_motor()
         motor.biastype = mujoco.mjtBias.mjBIAS_AFFINE  # whose constant is less the offset
         spec.add_sensor(
             name=f"{joint}_position",
@@ -84,17 +98,23 @@ def sequences(spec: Any, logs: list[Any], joints: list[str]) -> Any:
         period = float(np.median(np.diff(log["time"])))
         position = sosfiltfilt(butter(4, 2 * CUTOFF * period, output="sos"), log["position"], axis=0)
         velocity = np.gradient(position, period, axis=0)
-        length, cut = round(WINDOW / period), round(ENDS / period)
+        window = CONTROLLED if "desired_position" in log else WINDOW
+        length, cut = round(window / period), round(ENDS / period)
         for begin in range(cut, len(position) - cut - length, length):
             rows = slice(begin, begin + length + 1)
             time = period * np.arange(length + 1)
             q, v = np.zeros(model.nq), np.zeros(model.nv)
             q[places], v[columns] = position[begin], velocity[begin]
             starts.append(sysid.create_initial_state(model, q, v, np.zeros(model.na)))
-            controls.append(sysid.TimeSeries(time, np.asarray(log["torque"][rows])))
+            if "desired_position" in log:  # held until the next one
+                steps = np.arange(round(time[-1] / STEP) + 1) * STEP
+                last = np.clip(np.floor(steps / period + 1e-6).astype(int), 0, length)
+                controls.append(sysid.TimeSeries(steps, log["desired_position"][rows][last]))
+            else:
+                controls.append(sysid.TimeSeries(time, np.asarray(log["torque"][rows])))
             seen = np.hstack([position[rows], velocity[rows]])
             sensors.append(sysid.TimeSeries.from_names(time, seen, model))
-    kept = np.unique(np.linspace(0, len(starts) - 1, round(LONGEST / WINDOW)).astype(int))
+    kept = np.unique(np.linspace(0, len(starts) - 1, round(LONGEST / window)).astype(int))
     labels = [f"window_{number}" for number in kept]
     chosen = ([each[number] for number in kept] for each in (starts, controls, sensors))
     return sysid.ModelSequences("robot", spec, labels, *chosen)
@@ -139,8 +159,14 @@ def answer(folder: Path, out: Path) -> dict[str, Any]:
     rotors = table.get("torque_source", "link_side_sensor") != "link_side_sensor"
     spec = load_spec(folder, table, joints, case["rate"])
     windows = sequences(spec, logs, joints)
-    residual = sysid.build_residual_fn(models_sequences=[windows], n_threads=1)
     begin = parameters(joints, rotors)
+    transform = sysid.SignalTransform()
+    if "kp" in table:
+        begin.add(sysid.Parameter("delay", nominal=DELAY[0], min_value=0.0, max_value=DELAY[1]))
+        transform.delay("*", begin["delay"])
+    residual = sysid.build_residual_fn(
+        models_sequences=[windows], n_threads=1, modify_residual=transform.apply if "kp" in table else None
+    )
     found, result = sysid.optimize(begin, residual, optimizer="mujoco", verbose=False, max_iters=ITERATIONS)
     residuals, _, _ = residual(result.x, found)
     _, half = sysid.calculate_intervals([np.ravel(each) for each in residuals], result.jac)
