@@ -81,7 +81,7 @@ def test_a_model_explains_as_much_as_without(folder: Path) -> None:
         (lambda external: external[:, :2], "'external_torque' has 2 columns"),
         (lambda external: external[:-5], "'external_torque' has 1495 rows, 'time' has 1500; expected as many"),
         (lambda external: external * [np.nan, 1, 1], "missing values are in external_torque.shoulder (1500)"),
-        (lambda external: external.astype(str), "array 'external_torque' holds values of type"),
+        (lambda external: external.astype(str), "array 'external_torque' contains values of type"),
     ],
 )
 def test_what_cannot_be_used_is_refused(change, said, folder, capsys) -> None:  # type: ignore[no-untyped-def]

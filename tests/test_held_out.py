@@ -99,7 +99,7 @@ def test_a_log_of_another_robot_is_refused(desk: dict[str, Any]) -> None:
         identify(desk["logs"][0], desk["robot"], method="curve-fit", validate=[other.take(slice(0, 10))])
 
 
-def test_parts_of_a_log_are_what_lies_between() -> None:
+def test_between_cuts_out_a_part() -> None:
     time = 100.0 + np.arange(50) / 10
     log = RobotLog(time=time, joint_names=("elbow",), position=time[:, None], torque=time[:, None])
     np.testing.assert_array_equal(log.between(1.0, 2.0).time, time[10:21])

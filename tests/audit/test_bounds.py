@@ -1,4 +1,4 @@
-"""Torques in another unit are named where no joint's gain can be found, by the robot's weight and its effort limits."""
+"""The robot's weight and effort limits detect wrong torque units if no joint's gain can be found."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Currents without a torque constant: gravity says what an ampere makes, or nothing is said."""
+"""Currents without a torque constant: gravity determines the torque per ampere, or an error is raised."""
 
 from dataclasses import replace
 
@@ -14,13 +14,13 @@ from stribeck.log import RobotLog
 from stribeck.settings import FilterSettings, Settings
 
 GAINS = np.array([5.0, 8.0, 40.0])
-"""Torque constants times gear ratios [N m/A]; gravity hardly loads the slide, which its file leaves out."""
+"""Torque constants times gear ratios [N m/A]; gravity hardly loads the slide, whose constant the file omits."""
 CURRENTS = 'torque_source = "motor_current"\nposition_controlled = ["slide"]\n'
 EXACT = Settings(method="curve-fit", filter=FilterSettings(kind="log"), fit_armature=False)
 
 
 def in_amperes(robot: Robot, log: RobotLog) -> RobotLog:
-    """Give the log of an arm as currents, with a noise of 10 mA."""
+    """Convert the torques of an arm's log to currents with 10 mA of noise."""
     current = log.torque / GAINS + 0.01 * np.random.default_rng(1).normal(size=log.torque.shape)
     joints = tuple(robot.joint_names[k] for k in robot.torque_controlled)
     return replace(log, torque=current, in_amperes=joints, torque_source="motor_current")
@@ -32,7 +32,7 @@ def arm(tmp_path_factory):
     return robot, arm_log(robot, duration=16.0, rate=250.0)
 
 
-def test_gravity_says_how_much_torque_an_ampere_makes(arm):
+def test_gravity_determines_the_torque_per_ampere(arm):
     robot, log = arm
     found = identify(in_amperes(robot, log), robot, EXACT)
     (finding,) = [each for each in found.findings if each.check == "torque-constant"]
@@ -49,7 +49,7 @@ def test_gravity_says_how_much_torque_an_ampere_makes(arm):
     assert (shown.audit[0].check, shown.torque_source) == ("torque-constant", "motor_current")
 
 
-def test_the_interval_of_the_gain_holds_the_truth(arm):
+def test_the_interval_of_the_gain_contains_the_truth(arm):
     robot, _ = arm
     off = []
     for seed in range(3):
@@ -61,8 +61,10 @@ def test_the_interval_of_the_gain_holds_the_truth(arm):
     assert max(map(abs, off)) < 3
 
 
-def test_the_interval_heeds_what_the_models_weights_may_be_off(arm):
-    """Of models as wrong as the priors say, the gain is off as its error says; of a wrist that carries little, none."""
+def test_the_interval_includes_errors_of_the_models_weights(arm):
+    """With models as wrong as the priors, the gain's error matches its standard error. A wrist with little load has
+    none.
+    """
     robot, log = arm
     amperes, off = replace(in_amperes(robot, log), in_amperes=("shoulder",)), []
     for seed in range(12):
@@ -78,7 +80,7 @@ def test_the_interval_heeds_what_the_models_weights_may_be_off(arm):
         inspect_log(amperes, robot, unknown)
 
 
-def test_without_a_load_of_gravity_nothing_is_made_up(arm, tmp_path):
+def test_without_gravity_load_no_gain_is_invented(arm, tmp_path):
     _, log = arm
     robot = Robot.from_file(write_arm(tmp_path, CURRENTS + "gravity = [0.0, 0.0, 0.0]\n"))
     with pytest.raises(LogError) as caught:
@@ -96,7 +98,7 @@ def test_currents_that_run_against_gravity_are_named(arm):
         inspect_log(turned, robot, EXACT)
 
 
-def test_a_joint_at_rest_says_nothing(arm):
+def test_a_joint_at_rest_gives_no_gain(arm):
     robot, _ = arm
     still = arm_log(robot, duration=8.0, rate=250.0, still="elbow")
     with pytest.raises(LogError, match=r"elbow \(too little motion\)"):

@@ -1,4 +1,4 @@
-"""Every well-formed lie is named as itself, and good logs, short ones too, have no finding."""
+"""Every fault in the list is detected, and good logs, including short ones, have no finding."""
 
 import re
 from dataclasses import replace
@@ -42,7 +42,7 @@ def honest() -> dict[str, CleanLog]:
 
 
 @pytest.mark.parametrize("name", FAULTS)
-def test_a_lie_in_a_log_is_named(name: str, honest: dict[str, CleanLog]) -> None:
+def test_a_fault_in_a_log_is_detected(name: str, honest: dict[str, CleanLog]) -> None:
     lie = FAULTS[name]
     of = honest["arm" if "arm" in lie.of else "humanoid"]
     found, refusal = checks_of(*lie.apply(of.log, of.robot))
@@ -61,7 +61,7 @@ def _said(honest: CleanLog, lie: str) -> tuple[Robot, list[Finding]]:
     return robot, audit(prepare(log, robot, robot.settings), robot, robot.settings)
 
 
-def test_a_finding_names_the_joint_and_the_line_that_mends_it(honest: dict[str, CleanLog]) -> None:
+def test_a_finding_names_the_joint_and_the_line_that_fixes_it(honest: dict[str, CleanLog]) -> None:
     robot, (finding,) = _said(honest["arm"], "one torque off by two")
     assert finding.joints == (robot.joint_names[1],)
     assert re.search(rf"Set scale = \{{ {robot.joint_names[1]} = 0\.(5|49)\d* \}} in \[log\.torque\]", finding.cure)
@@ -69,7 +69,7 @@ def test_a_finding_names_the_joint_and_the_line_that_mends_it(honest: dict[str, 
     assert str(finding) == f"{finding.text}. {finding.cure}"
 
 
-def test_what_makes_every_number_wrong_stops(honest: dict[str, CleanLog]) -> None:
+def test_fatal_errors_stop(honest: dict[str, CleanLog]) -> None:
     for lie in ("torques in mN m", "all torques inverted", "gravity upside down", "a clock twice too fast"):
         assert _said(honest["arm"], lie)[1][0].stops, lie
 
@@ -82,7 +82,7 @@ def test_joints_that_are_exchanged_whole_stop(honest: dict[str, CleanLog]) -> No
     assert "torque-unexplained" in [finding.check for finding in found if finding.stops]
 
 
-def test_what_the_line_says_mends_the_log(honest: dict[str, CleanLog]) -> None:
+def test_the_suggested_line_fixes_the_log(honest: dict[str, CleanLog]) -> None:
     for each in honest.values():
         log, robot = FAULTS["a clock twice too fast"].apply(each.log, each.robot)
         (finding,) = audit(prepare(log, robot, robot.settings), robot, robot.settings)
@@ -109,7 +109,7 @@ def test_the_line_that_mends_a_sign_goes_on_from_the_scale_that_is_there(honest:
 
 
 def test_a_joint_that_carries_little_gets_no_advice(honest: dict[str, CleanLog]) -> None:
-    """The last wrist joint of the arm carries next to nothing: inverted, its friction alone speaks of its sign."""
+    """The arm's last wrist joint carries almost no load: if inverted, only its friction shows the sign."""
     arm = honest["arm"]
     torque = arm.log.torque.copy()
     torque[:, -1] += 0.5 * np.sin(20 * arm.log.time)
@@ -145,7 +145,7 @@ def test_a_joint_that_holds_its_posture_is_not_frozen(honest: dict[str, CleanLog
 
 @pytest.mark.parametrize("moves", [True, False])
 def test_a_joint_that_stands_still_has_no_gain(moves: bool, honest: dict[str, CleanLog]) -> None:
-    """Its gear may hold any torque."""
+    """Its gear can carry any torque."""
     arm = honest["arm"]
     evidence = gather(prepare(arm.log, arm.robot, arm.robot.settings), arm.robot, arm.robot.settings)
     factors = np.where(np.arange(len(evidence.joints)) == 1, 3.0, 1.0)
@@ -165,6 +165,6 @@ def test_a_delay_that_explains_next_to_nothing_is_not_counted(
 
 
 @pytest.mark.parametrize(("lie", "channel"), [("a position frozen halfway", "position"), ("a dead torque", "torque")])
-def test_a_finding_says_its_channel(lie: str, channel: str, honest: dict[str, CleanLog]) -> None:
+def test_a_finding_names_its_channel(lie: str, channel: str, honest: dict[str, CleanLog]) -> None:
     _, found = _said(honest["arm"], lie)
     assert {finding.channel for finding in found} == {channel}

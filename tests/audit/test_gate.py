@@ -1,4 +1,4 @@
-"""What makes every number wrong stops `identify`, and going on is asked for; what is found stands in the result."""
+"""Fatal errors stop `identify` unless forced; findings are in the result."""
 
 import json
 import re
@@ -17,7 +17,7 @@ from stribeck.settings import FilterSettings
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder with an arm and its log in mN m."""
+    """Make a folder with an arm and its log in mN m."""
     place = tmp_path_factory.mktemp("arm")
     write_arm(place)
     log = arm_log(Robot.from_file(place / "robot.toml"), duration=6.0, rate=250.0)
@@ -49,7 +49,7 @@ def test_force_goes_on_and_says_so_everywhere(folder: Path, capsys: pytest.Captu
     assert result.findings[0].check == "torque-scale"
 
 
-def test_findings_of_several_logs_say_which_log(folder: Path, tmp_path: Path) -> None:
+def test_findings_of_several_logs_name_the_log(folder: Path, tmp_path: Path) -> None:
     good = save_npz(arm_log(Robot.from_file(folder / "robot.toml"), duration=6.0, rate=250.0), tmp_path / "good.npz")
     logs = [good, folder / "log.npz"]
     (finding,) = identify(logs, folder / "robot.toml", Settings(method="curve-fit"), force=True).findings
@@ -57,8 +57,8 @@ def test_findings_of_several_logs_say_which_log(folder: Path, tmp_path: Path) ->
     assert finding.logs == (str(folder / "log.npz"),)
 
 
-def test_a_finding_of_several_logs_is_told_once(folder: Path) -> None:
-    """Its evidence is the first log's where the logs' differ, and other joints or channels are another finding."""
+def test_a_finding_of_several_logs_is_reported_once(folder: Path) -> None:
+    """If the evidence differs, the first log's is kept; other joints or channels are separate findings."""
     whole = arm_log(Robot.from_file(folder / "robot.toml"), duration=6.0, rate=250.0, seed=1)
     other = save_npz(whole.take(slice(0, 1200)), folder / "other.npz", torque=1000 * whole.torque[:1200])
     result = identify([folder / "log.npz", other], folder / "robot.toml", Settings(method="curve-fit"), force=True)
@@ -81,7 +81,7 @@ def test_equal_findings_name_all_their_logs() -> None:
     assert merged([("0.npz", [dead])]) == [dead]
 
 
-def test_inspect_says_the_same(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_inspect_reports_the_same(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("inspect", folder / "log.npz", "-r", folder / "robot.toml", "--json") == 0
     document = json.loads(capsys.readouterr().out)
     (finding,) = document["audit"]

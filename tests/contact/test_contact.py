@@ -1,4 +1,4 @@
-"""Support phases of made-up gaits, whose standing feet are known."""
+"""Support phases of synthetic gaits with known standing feet."""
 
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
@@ -27,7 +27,7 @@ QUADRUPED = ("FL", "FR", "RL", "RR")
 
 @dataclass(frozen=True)
 class Walker:
-    """A robot whose joint positions are its feet's coordinates in the base and the rotation vector of the base."""
+    """Robot whose joint positions are the coordinates of its feet in the base, and the rotation vector of the base."""
 
     feet: tuple[str, ...]
     kind: str = "surface"
@@ -48,7 +48,7 @@ class Walker:
 
 @dataclass(frozen=True)
 class Gait:
-    """Feet in the world, shape (T, feet, 3), and which of them stand, shape (T, feet)."""
+    """Positions of the feet in the world, shape (T, feet, 3), and whether each stands, shape (T, feet)."""
 
     points: np.ndarray
     standing: np.ndarray
@@ -58,7 +58,7 @@ class Gait:
         return np.arange(len(self.points)) / RATE
 
     def log(self, feet, *, imu=True, turning=0.0, **channels):
-        """Return a log of a base that follows the feet, pitching and rolling a little, and turning if asked."""
+        """Make a log of a base that follows the feet, pitching and rolling slightly, and turning on request."""
         samples = len(self.points)
         sway = np.sin(2 * np.pi * 0.7 * self.time)[:, None] * [0.03, 0.05, 0.0]
         base = Rotation.from_rotvec(sway + self.time[:, None] * [0.0, 0.0, turning])
@@ -77,7 +77,7 @@ class Gait:
         )
 
     def wrench(self, noise=0.0):
-        """Return foot wrenches that carry the weight evenly, shape (T, feet, 6)."""
+        """Compute foot wrenches that share the weight equally, shape (T, feet, 6)."""
         carrying = np.maximum(self.standing.sum(axis=1, keepdims=True), 1)
         wrench = np.zeros((*self.standing.shape, 6))
         wrench[:, :, 2] = WEIGHT * self.standing / carrying
@@ -86,7 +86,7 @@ class Gait:
 
 
 def walk(feet_homes, swings, *, stand=1.0, swing=0.6, both=0.2, step=0.25, lift=0.05):
-    """Return a gait: the feet of each tuple of `swings` move together, with `both` seconds on all feet between."""
+    """Make a gait: the feet of each tuple in `swings` move together, with `both` seconds on all feet in between."""
     feet = [np.array(home, dtype=float) for home in feet_homes]
     rows, standing = [], []
 
@@ -134,7 +134,7 @@ def standing_of(found: SupportPhases, feet, samples):
 
 
 def late(found, truth):
-    """Return by how many seconds found and true touch-downs and lift-offs differ at most, in any foot."""
+    """Compute the largest time error [s] of touchdowns and liftoffs over all feet."""
     worst = 0
     for k in range(truth.shape[1]):
         ours, theirs = (np.flatnonzero(np.diff(stands[:, k].astype(int))) for stands in (found, truth))
@@ -170,14 +170,14 @@ class TestFlags:
         assert (stood.steady_first, stood.steady_last) == (stood.start, stood.stop - 30)
         assert (stands.steady_first, stands.steady_last) == (stands.start + 30, stands.stop)
 
-    def test_a_log_that_begins_in_a_swing_is_trimmed_only_where_feet_land_or_lift(self):
+    def test_a_log_that_starts_in_a_swing_is_trimmed_only_at_impacts(self):
         gait = biped(stand=0.0)
         log = gait.log(BIPED, contact=gait.standing).take(slice(30, 280))  # from within a swing into another
         phases = find_support_phases(log, Walker(BIPED), whole(log), AUTO).phases
         assert (phases[0].first, phases[0].last) == (0, phases[0].stop - 10)
         assert (phases[-1].first, phases[-1].last) == (phases[-1].start + 20, 250)
 
-    def test_short_phases_keep_their_place_but_nothing_else(self):
+    def test_short_phases_remain_without_used_rows(self):
         flags = np.ones((1000, 2), dtype=bool)
         flags[100:106, 0] = False  # 0.03 s
         flags[300:326, 0] = False  # 0.13 s, less than what is trimmed
@@ -213,7 +213,7 @@ class TestFlags:
 )
 @settings(deadline=None, max_examples=60)
 def test_phases_partition_every_segment(pieces, cuts):
-    """Phases follow one another without gap or overlap, and their rows are all alike and unlike their neighbours'."""
+    """Phases are contiguous; rows of one phase are alike and differ from the neighboring phases."""
     flags = np.concatenate([np.tile([bool(code & bit) for bit in (1, 2, 4)], (n, 1)) for n, code in pieces])
     feet = ("a", "b", "c")
     log = Gait(np.zeros((len(flags), 3, 3)), flags).log(feet, contact=flags)
@@ -241,8 +241,8 @@ def test_gaps_between_segments_belong_to_no_phase():
     np.testing.assert_array_equal(rows, np.r_[0:250, 300:700])
 
 
-def test_trimming_goes_by_the_clock():
-    """A log with dense and sparse samples loses the same time."""
+def test_trimming_uses_time_not_samples():
+    """Dense and sparse samples lose the same time."""
     gait = biped()
     log = gait.log(BIPED, contact=gait.standing)
     stretched = replace(log, time=np.cumsum(np.where(np.arange(len(log.time)) < 400, 0.005, 0.01)))
@@ -274,7 +274,7 @@ class TestForces:
         np.testing.assert_array_equal(standing_of(found, BIPED, len(gait.time)), gait.standing)
 
     def test_noise_near_the_threshold_makes_no_phases(self):
-        """A foot that carries a tenth of the weight, with noise of 1 %, stays as it was."""
+        """A foot with a tenth of the weight and 1 % noise keeps its state."""
         gait = biped()
         wrench = gait.wrench(noise=0.01 * WEIGHT)
         resting = np.flatnonzero(gait.standing.all(axis=1))[-150:]
@@ -297,8 +297,8 @@ class TestForces:
         wrench[rows, 1, 2], wrench[rows, 0, 2] = 0.04 * WEIGHT, 0.96 * WEIGHT
         assert self.found(gait, wrench).phases == whole.phases
 
-    def test_vertical_forces_alone_tell_the_same(self):
-        """Of point feet too, whose wrench would be turned from the shank to the vertical."""
+    def test_vertical_forces_give_the_same_phases(self):
+        """This includes point feet, whose wrench would be rotated from the shank to the vertical."""
         gait = biped()
         wrench = gait.wrench(2.0)
         log = gait.log(BIPED[::-1], foot_force=wrench[:, ::-1, 2])
@@ -342,7 +342,7 @@ class TestForces:
         assert len(notes) == (factor in (0.6, 1.4))
         assert all(f"median of {factor * WEIGHT:.4g} N, but the model weighs 490.5 N" in note for note in notes)
 
-    def test_thresholds_the_wrong_way_round_are_refused(self):
+    def test_swapped_thresholds_are_refused(self):
         gait = biped()
         with pytest.raises(SettingsError, match=r"force_off is 0.3; expected at most force_on, which is 0.1"):
             self.found(gait, gait.wrench(), choice=SupportSettings(force_on=0.1, force_off=0.3))
@@ -353,7 +353,7 @@ class TestForces:
             self.found(gait, 0.0 * gait.wrench() + np.random.default_rng(0).standard_normal((len(gait.time), 2, 6)))
 
     def test_point_feet_are_turned_to_the_vertical(self):
-        """The frame of a point foot turns with its shank: here the base's tilt, whose own z axis misses much."""
+        """The frame of a point foot rotates with its shank (here: the base), so its z axis misses much of the force."""
         gait = quadruped(TROT)
         tilt = Rotation.from_rotvec([0.0, 0.9, 0.0])
         upright = gait.wrench()
@@ -396,7 +396,7 @@ class TestKinematics:
         assert standing.any(axis=1).all()
 
     @pytest.mark.parametrize("imu", [True, False])
-    def test_turning_is_not_taken_for_stepping(self, imu):
+    def test_turning_does_not_look_like_stepping(self, imu):
         gait = biped()
         _, standing = self.found(gait, Walker(BIPED), imu=imu, turning=0.3)
         assert late(standing, gait.standing) < 0.07
@@ -439,7 +439,7 @@ class TestKinematics:
         _, back = self.found(Gait(gait.points[::-1], gait.standing[::-1]), Walker(QUADRUPED, "point"))
         assert late(back[::-1], forward) <= 0.02
 
-    def test_point_feet_need_to_know_what_is_level(self):
+    def test_point_feet_require_an_orientation(self):
         log = quadruped(TROT).log(QUADRUPED, imu=False)
         with pytest.raises(LogError, match=r"such as 'FL' stand; expected a channel contact, foot_wrench or base"):
             find_support_phases(log, Walker(QUADRUPED, "point"), whole(log), AUTO)
@@ -451,7 +451,7 @@ class TestFall:
         turn = np.where(np.arange(len(log.time)) < at, 0.0, 1.4)
         return replace(log, base_orientation=Rotation.from_rotvec(turn[:, None] * [0.0, 1.0, 0.0]).as_quat())
 
-    def test_phases_from_the_fall_on_are_left_out(self):
+    def test_phases_after_a_fall_are_ignored(self):
         gait = biped()
         log = self.fallen(600, gait)
         found = find_support_phases(log, Walker(BIPED), (slice(0, 500), slice(510, len(log.time))), AUTO)

@@ -1,4 +1,4 @@
-"""What a filter of positions must hold to, whatever its kind; and how the spectrum chooses one."""
+"""Properties of position filters of any kind, and the choice of the cutoff from the spectrum."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ every_filter = pytest.mark.parametrize("choice", [SAVGOL, BUTTERWORTH], ids=lamb
 
 
 def walk(samples: int = 2000, joints: int = 3, seed: int = 0) -> np.ndarray:
-    """Return a random signal with power at all frequencies."""
+    """Make a random signal with power at all frequencies."""
     return np.cumsum(np.random.default_rng(seed).standard_normal((samples, joints)), axis=0) * 0.01
 
 
@@ -141,7 +141,7 @@ class TestEveryFilter:
 
 
 @every_filter
-def test_time_reversal_turns_the_velocity_alone(choice):
+def test_time_reversal_inverts_only_the_velocity(choice):
     motion_filter = make_filter(choice, PERIOD)
     position, velocity, acceleration = motion_filter.apply(walk())
     back = motion_filter.apply(walk()[::-1])
@@ -171,8 +171,8 @@ class TestButterworth:
 
     @pytest.mark.parametrize("cutoff", [5.0, 30.0, 150.0])
     @pytest.mark.parametrize("order", [2, 4, 6])
-    def test_dropped_edges_hold_the_whole_transient(self, cutoff, order):
-        """What came before the log, however different, must not show in the samples that are kept."""
+    def test_dropped_edges_contain_the_whole_transient(self, cutoff, order):
+        """Signals before the log must not affect the kept samples."""
         motion_filter = make_filter(FilterSettings(kind="butterworth", cutoff=cutoff, order=order), PERIOD)
         h = motion_filter.half_width
         log = walk(2 * h + 300)
@@ -183,7 +183,7 @@ class TestButterworth:
             assert error < 10 * SETTLED * size * (1 / PERIOD) ** d
 
     def test_no_more_is_dropped_than_needed(self):
-        """With a third of the edges dropped the transient shows."""
+        """With a third of the edges dropped, the transient is visible."""
         h = make_filter(BUTTERWORTH, PERIOD).half_width
         sections = butterworth_sections(30.0, 4, RATE)
         longer = walk(7 * h)
@@ -230,7 +230,7 @@ class TestChosenCutoff:
     rate = 1000.0
 
     def motion(self, frequencies, samples=20_000, joints=2):
-        """Return position and acceleration of sums of sines of equal acceleration, shape (T, joints)."""
+        """Make position and acceleration as sums of sines of equal acceleration, shape (T, joints)."""
         time = np.arange(samples) / self.rate
         rng = np.random.default_rng(3)
         acceleration, position = np.zeros((2, samples, joints))
@@ -267,15 +267,15 @@ class TestChosenCutoff:
         assert loud.window == pytest.approx(quiet.window, rel=0.3)
 
     @pytest.mark.parametrize("stiffness", [1e3, 1e5])
-    def test_a_controller_that_answers_encoder_noise_makes_no_motion_of_it(self, stiffness):
-        """Torque and position are coherent then at all frequencies: only the shape of the spectrum tells them apart."""
+    def test_a_controller_response_to_encoder_noise_is_no_motion(self, stiffness):
+        """Torque and position are coherent at all frequencies; only the shape of the spectrum shows the end of motion."""
         position, acceleration = self.motion([0.5, 3.0])
         noise = self.noise(1e-5)
         choice = choose_cutoff([acceleration - stiffness * noise], self.rate, [position + noise])
         assert 3.6 < choice.cutoff < 25.0
 
     def test_the_choice_keeps_the_motion(self):
-        """The filter chosen loses less than 0.1 % of the power of the acceleration."""
+        """The chosen filter loses less than 0.1 % of the acceleration's power."""
         position, acceleration = self.motion([1.0, 8.0])
         choice = choose_cutoff([acceleration], self.rate, [position + self.noise(1e-5)])
         motion_filter = make_filter(resolve_auto(FilterSettings(), choice), 1 / self.rate)
@@ -294,8 +294,8 @@ class TestChosenCutoff:
         assert both.window == fast.window < slow.window
 
     @pytest.mark.parametrize("seed", range(4))
-    def test_legs_that_swing_in_turn_are_heard_in_many_parts(self, seed):
-        """Two joints, each there in two short segments of four, as in a walk of five steps."""
+    def test_legs_that_swing_in_turn_are_averaged_over_many_parts(self, seed):
+        """Each of two joints has data in two short segments of four, as in a walk of five steps."""
         position, acceleration = self.motion([2.0, 9.0])
         position = position + self.noise(1e-5, seed=seed)
         acceleration = acceleration + self.noise(5.0, seed=seed + 10)
@@ -306,8 +306,8 @@ class TestChosenCutoff:
         assert average_spectra(there, places, self.rate).parts.min() >= 8
         assert 0.7 < choose_cutoff(there, self.rate, places).cutoff / whole.cutoff < 3.0
 
-    def test_segments_are_used_one_by_one(self):
-        """Steps of a walk, with jumps between them and joints that say nothing in some, are like one long segment."""
+    def test_segments_are_transformed_separately(self):
+        """Steps of a walk, with jumps between them and missing joints in some, are like one long segment."""
         position, acceleration = self.motion([2.0, 7.0])
         position = position + self.noise(1e-5)
         cuts = [slice(k, k + 700) for k in range(0, 19_000, 1000)]
@@ -318,7 +318,7 @@ class TestChosenCutoff:
         whole = choose_cutoff([acceleration], self.rate, [position])
         assert steps.window == pytest.approx(whole.window, rel=0.35)
 
-    def test_a_joint_at_rest_has_no_say(self):
+    def test_a_joint_at_rest_does_not_affect_the_cutoff(self):
         position, acceleration = self.motion([3.0])
         still, shaking = self.motion([150.0], joints=1)
         position[:, 1:], acceleration[:, 1:] = 2e-3 * still, 2e-3 * shaking

@@ -1,4 +1,4 @@
-"""The re-rooted recursion against the dense equations (5.4) to (5.13), and both against known friction."""
+"""Re-rooted recursion versus the dense equations (5.4) to (5.13), and both versus known friction."""
 
 from dataclasses import replace
 from functools import cache
@@ -43,7 +43,7 @@ SLIDING_LEG = """<robot name="slider">
 
 @pytest.fixture(scope="module")
 def slider(tmp_path_factory) -> Robot:
-    """A robot on a leg of one continuous and one prismatic joint."""
+    """Robot with a leg of one continuous and one prismatic joint."""
     path: Path = tmp_path_factory.mktemp("models") / "slider.urdf"
     path.write_text(SLIDING_LEG)
     return make_robot(path, {"armature": {"hip": 0.3, "knee": 1.1}}, {"left": {"frame": "sole"}})
@@ -92,7 +92,7 @@ def assert_rooted_equals_dense(robot: Robot, foot: str, state: State, torque: np
 @pytest.mark.parametrize("foot", ["left", "right"])
 @pytest.mark.parametrize("name", ["talos", "g1"])
 def test_rooted_equals_dense_on_random_states(name, foot):
-    """With position-controlled joints in TALOS; friction torque and ground reaction."""
+    """Compares friction torque and ground reaction of TALOS with position-controlled joints."""
     robot = example_robot(name)
     assert_rooted_equals_dense(robot, foot, *random_state(robot))
 
@@ -115,8 +115,8 @@ def test_rooted_equals_dense_on_a_flat_foot():
 
 
 @pytest.mark.parametrize("name", ["talos", "g1", "slider"])
-def test_effective_inertia_is_that_of_the_rooted_tree(name, slider):
-    """M_mod of (5.13), where the position-controlled joints are given."""
+def test_effective_inertia_equals_the_rooted_inertia(name, slider):
+    """M_mod of (5.13), with given motion of the position-controlled joints."""
     robot = slider if name == "slider" else example_robot(name)
     state, torque = random_state(robot, 3)
     rooted = joint_inertia(robot.rooted_at("left"), state.position)
@@ -149,7 +149,7 @@ def test_known_friction_is_found_on_a_fixed_base(name):
     assert wrench.shape == (len(log.time), 0)
 
 
-def test_level_soles_and_the_base_orientation_say_the_same():
+def test_level_soles_and_the_base_orientation_agree():
     robot, log, truth = made("g1", "walk")
     rows = log.contact[:, 0]
     state = state_of(robot, log, truth).take(rows)
@@ -207,7 +207,7 @@ OPEN = [("talos", "stand", ("left", "right")), ("go2", "trot", ("FR", "RL")), ("
 
 @pytest.mark.parametrize(("name", "gait", "feet"), OPEN)
 def test_where_contacts_leave_friction_open(name, gait, feet):
-    """Acceleration with the true friction is the measured one; (6.1) finds a smaller friction that explains it too."""
+    """With the true friction, the acceleration is correct; (6.1) finds a smaller friction that explains it too."""
     robot, log, truth = made(name, gait)
     state = state_of(robot, log, truth)
     flags = np.array([foot in feet for foot in log.foot_names])
@@ -241,7 +241,7 @@ def test_heavy_penalty_shrinks_the_guess():
 
 
 def test_orientation_from_quaternions_is_that_of_the_base():
-    """Angular velocity and acceleration from the quaternion's derivatives, here by spline-fine differences."""
+    """Angular velocity and acceleration from the quaternion's derivatives, compared with fine splines."""
     robot, log, truth = made("g1", "walk")
     quaternion = root_quaternions(robot, log.position, log.base_orientation)
     step = log.time[1] - log.time[0]
@@ -260,8 +260,8 @@ def test_no_samples_give_no_samples():
     assert torque.shape == (0, 6)
 
 
-def test_root_link_turns_as_the_frame_on_it_says():
-    """From the orientation of a frame behind two moving joints, quaternions continuous in sign."""
+def test_the_root_link_rotates_with_a_frame_on_it():
+    """The orientation belongs to a frame behind two moving joints; quaternions are continuous in sign."""
     robot, log, truth = made("talos", "walk")
     other = replace(robot, base_frame="torso_2_link")
     seen, _ = exact_log(

@@ -1,4 +1,4 @@
-"""Closed chains: the tree with its loop forces taken out is the model in independent coordinates."""
+"""Closed chains: the tree without loop forces equals the model in independent coordinates."""
 
 from dataclasses import replace
 
@@ -39,7 +39,7 @@ def friction_of(log, column):
 
 
 def test_a_parallelogram_is_its_one_coordinate(parallelogram):
-    """Coupler and rocker: upper = -motor, lower = motor; I a - g sin(q) (m c) is the torque, in closed form."""
+    """Coupler and rocker: upper = -motor, lower = motor; the torque is I a - g sin(q) (m c) in closed form."""
     robot, log = parallelogram
     motor, upper, lower = (robot.joint_names.index(name) for name in ("motor", "upper", "lower"))
     q, a = log.position[:, motor], log.acceleration[:, motor]
@@ -57,8 +57,8 @@ def test_a_parallelogram_is_its_one_coordinate(parallelogram):
     np.testing.assert_allclose(change[:, motor], load * np.sin(some[:, motor]), atol=1e-6)
 
 
-def test_the_loop_of_an_mjcf_is_that_of_mujoco(tmp_path):
-    """Its frames are read from <connect>, and MuJoCo, which solves for the constraint, accelerates the motor alike."""
+def test_the_loop_of_an_mjcf_moves_as_in_mujoco(tmp_path):
+    """Frames come from <connect>, and MuJoCo, which solves for the constraint, computes the same acceleration."""
     (tmp_path / "robot.xml").write_text(MJCF)
     text = PARALLELOGRAM_FILE.replace("model.urdf", "robot.xml")
     (tmp_path / "tree.toml").write_text(text[: text.index("passive")])
@@ -87,7 +87,7 @@ def test_the_loop_of_an_mjcf_is_that_of_mujoco(tmp_path):
         np.testing.assert_allclose(rigid, own.acceleration[k], atol=1e-4 * np.abs(own.acceleration).max())
 
 
-def test_passive_joints_move_as_their_derivatives_say(ankle):
+def test_passive_joints_move_consistently_with_their_derivatives(ankle):
     robot, log = ankle
     step = log.time[1]
     slope = (log.position[2:] - log.position[:-2]) / (2 * step)
@@ -98,7 +98,7 @@ def test_passive_joints_move_as_their_derivatives_say(ankle):
 
 
 def test_the_torques_make_the_motion_by_constrained_dynamics(ankle):
-    """Pinocchio's own constraint solver, with loops and foot as constraints, accelerates the tree as the log does."""
+    """Pinocchio's constraint solver, with loops and foot as constraints, computes the log's acceleration."""
     robot, log = ankle
     model, data = robot.tree.model, robot.tree.model.createData()
     constraints, memory = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
@@ -151,8 +151,8 @@ def test_the_friction_of_the_motors_is_found(ankle):
             assert joint.parameters[parameter].value == pytest.approx(value, rel=2e-3), (name, parameter)
 
 
-def test_logs_of_the_motors_alone_are_enough(ankle):
-    """Neither positions nor velocities of passive joints: derivatives come from the filter."""
+def test_logs_of_only_the_motors_are_enough(ankle):
+    """Positions and velocities of passive joints are missing: derivatives come from the filter."""
     robot, log = ankle
     log = replace(log, position=_of_motors(robot, log), velocity=None, acceleration=None)
     method = "observer" if robot.base == "fixed" else "curve-fit"
@@ -165,8 +165,8 @@ def test_logs_of_the_motors_alone_are_enough(ankle):
     assert "Friction of passive joints cannot be separated" in notes
 
 
-def test_the_whole_log_knows_loops(ankle):
-    """By the weak form, from positions with an encoder's noise, of the motors alone."""
+def test_the_whole_log_method_handles_loops(ankle):
+    """Uses the weak form and positions of the motors with encoder noise."""
     robot, log = ankle
     generator = np.random.default_rng(0)
     position = log.position + 2e-5 * generator.normal(size=log.position.shape)
@@ -183,7 +183,7 @@ def test_the_whole_log_knows_loops(ankle):
 
 
 @pytest.mark.parametrize("ankle", ["fixed"], indirect=True)
-def test_a_file_of_the_motors_alone_is_read(ankle, tmp_path):
+def test_a_file_of_only_the_motors_is_read(ankle, tmp_path):
     robot, log = ankle
     names = np.array(log.joint_names)[robot.independent]
     motors = {name: getattr(log, name)[:, robot.independent] for name in ("position", "velocity", "torque")}
@@ -198,7 +198,7 @@ def test_a_file_of_the_motors_alone_is_read(ankle, tmp_path):
 
 @pytest.mark.parametrize("ankle", ["floating"], indirect=True)
 def test_without_the_loops_the_friction_is_wrong(ankle):
-    """The tree alone lets the motors carry nothing of the weight that the ankle does."""
+    """Without loops, the motors carry none of the weight on the ankle."""
     robot, log = ankle
     found = identify(log, replace(robot, loops=(), passive=()), EXACT, force=True)
     assert abs(found.joints["motor_left"].parameters["coulomb"].value / TRUTH["coulomb"] - 1) > 0.1
@@ -213,7 +213,7 @@ def test_without_the_loops_the_friction_is_wrong(ankle):
         ({"standing_legs": "measured"}, "standing_legs = 'measured' takes a robot for a tree"),
     ],
 )
-def test_what_knows_trees_alone_is_refused(changed, words, parallelogram):
+def test_methods_for_trees_only_are_refused(changed, words, parallelogram):
     robot, log = parallelogram
     with pytest.raises(SettingsError) as caught:
         identify(log, robot, EXACT.model_copy(update=changed))
@@ -250,7 +250,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_robot_files_whose_loops_make_no_sense(case, tmp_path):
+def test_robot_files_with_invalid_loops(case, tmp_path):
     line, words = REFUSED[case]
     text = PARALLELOGRAM_FILE.replace('passive = ["upper", "lower"]', line)
     if case == "a frame":
@@ -260,7 +260,7 @@ def test_robot_files_whose_loops_make_no_sense(case, tmp_path):
     assert words in str(caught.value)
 
 
-def test_joints_that_the_loops_hold_are_no_motors(tmp_path):
+def test_joints_that_the_loops_constrain_are_no_motors(tmp_path):
     text = PARALLELOGRAM_FILE.replace('["upper", "lower"]', '["upper"]')
     log = loop_log(robot_of(tmp_path, PARALLELOGRAM, PARALLELOGRAM_FILE), duration=1.0)
     with pytest.raises(RobotFileError, match=r"constrain more joints than the passive joints upper"):
@@ -268,7 +268,7 @@ def test_joints_that_the_loops_hold_are_no_motors(tmp_path):
 
 
 def test_a_model_of_few_digits_closes_as_well_as_it_can(tmp_path):
-    """A rocker that is turned by a tenth of a degree lies beside the coupler: what is left is said."""
+    """A rocker rotated by a tenth of a degree does not meet the coupler; the gap is reported."""
     bent = PARALLELOGRAM.replace('xyz="0.3 0 0"/><axis', 'xyz="0.3 0 0" rpy="0.001 0 0"/><axis', 1)
     assert bent != PARALLELOGRAM
     robot = robot_of(tmp_path, bent, PARALLELOGRAM_FILE)

@@ -1,4 +1,4 @@
-"""What every friction law promises, beside what `register_law` checks (test_register.py)."""
+"""Properties of every friction law, in addition to the checks of `register_law` (test_register.py)."""
 
 import numpy as np
 import pytest

@@ -31,7 +31,7 @@ def test_it_is_a_law_by_name() -> None:
         get_law("lugree")
 
 
-def test_it_is_what_the_simulator_takes_in_short_steps() -> None:
+def test_it_equals_the_simulator_with_short_steps() -> None:
     fine, every = 5e-5, 40
     velocity = swinging(np.arange(30_000) * fine + 0.5)
     Fv, Fc, S, vs, offset, d, damping = VALUES

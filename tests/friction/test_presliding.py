@@ -9,7 +9,7 @@ TRAVEL, SMOOTH = 0.01, 1e-3
 
 
 def reversal(speed: float, period: float) -> np.ndarray:
-    """A lag over the travel after a reversal from steady sliding, at the travels of a grid."""
+    """Compute the lag versus travel after a reversal from steady sliding, for a grid of travels."""
     velocity = speed * np.repeat([-1.0, 1.0], round(0.1 / (speed * period)))[:, None]
     lag = lag_behind(velocity, period, SMOOTH, np.full((1, 1), TRAVEL))[0, len(velocity) // 2 :, 0]
     travelled = speed * period * np.arange(1, len(lag) + 1)

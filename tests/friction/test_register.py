@@ -1,4 +1,4 @@
-"""A law of the user's own: it joins the others if it keeps what every law promises."""
+"""Registration of user-defined laws that pass all checks."""
 
 # ruff: noqa: ARG001, ARG002, ARG005 - laws take what they do not use
 
@@ -23,7 +23,7 @@ def _laws_as_before() -> Iterator[None]:
 
 
 def law_with(**changed: Any) -> type[FrictionLaw]:
-    """Coulomb friction and drag, as one law, or as one with something else in it."""
+    """Make a law of Coulomb friction and drag, with some attributes replaced."""
 
     class Drag(FrictionLaw):
         name, title, parameters, jumps = "drag", "Coulomb and drag", (COULOMB, DRAG), True
@@ -53,7 +53,7 @@ def test_a_law_is_known_by_its_name_once_it_is_registered() -> None:
 
 @pytest.mark.parametrize("name", list(LAWS))
 def test_every_law_keeps_the_contract(name: str) -> None:
-    """Derivatives, passivity, the linear form and bounds at random parameters."""
+    """Checks derivatives, passivity, the linear form and bounds at random parameters."""
     law = LAWS.pop(name)
     assert register_law(law) is law
 

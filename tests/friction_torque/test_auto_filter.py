@@ -1,4 +1,4 @@
-"""The filter that is chosen from a log's spectrum, of robots whose inertia matrix has no inverse."""
+"""Choice of the filter for robots whose inertia matrix is singular."""
 
 from pathlib import Path
 

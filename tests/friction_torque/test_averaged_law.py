@@ -1,4 +1,4 @@
-"""A law that is averaged as the filter averages the acceleration: reversals no longer bend it."""
+"""Law averaged like the acceleration: reversals no longer distort it."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -24,7 +24,7 @@ WINDOWED = [SAVGOL, FilterSettings(kind="savitzky-golay", window=101, order=2)]
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Robot:
-    """A wheel on a vertical axis: its inertia is all it has."""
+    """Wheel on a vertical axis without gravity torque."""
     folder: Path = tmp_path_factory.mktemp("wheel")
     (folder / "wheel.urdf").write_text(
         '<robot name="wheel"><link name="base"/><link name="rim"><inertial><mass value="1"/>'
@@ -38,7 +38,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Robot:
 
 @pytest.fixture(scope="module")
 def log() -> RobotLog:
-    """The wheel under a smooth torque: when it turns back friction jumps, and the acceleration with it."""
+    """Log of the wheel under a smooth torque: friction and acceleration jump when it reverses."""
     seconds = 24.0
     step = PERIOD / STEPS
     time = np.arange(0.0, seconds, step)
@@ -57,7 +57,7 @@ def log() -> RobotLog:
 
 
 def errors(wheel: Robot, log: RobotLog, **changes: object) -> np.ndarray:
-    """Return the relative error of each parameter."""
+    """Compute the relative error of each parameter."""
     found = identify(log, wheel, Settings(method="curve-fit", filter=SAVGOL, **changes)).joints["axle"].parameters
     return np.array([each.value for each in found.values()]) / TRUTH - 1
 

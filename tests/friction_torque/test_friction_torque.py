@@ -1,4 +1,4 @@
-"""Friction torque of a log by support: known, or left open."""
+"""Friction torque of a log by support: known, or undetermined."""
 
 from dataclasses import replace
 from functools import cache
@@ -37,7 +37,7 @@ def chunks(name: str, log: RobotLog, **settings: object) -> list[Chunk]:
 
 
 def by_support(found: list[Chunk], truth: Truth, name: str) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return the friction torque found and the true one, per support."""
+    """Compute found and true friction torque per support."""
     robot = example_robot(name)
     joined: dict[str, tuple[np.ndarray, np.ndarray]] = {}
     (chunk,) = found
@@ -62,7 +62,7 @@ def test_single_support_knows_every_joint_and_double_support_the_free_ones() -> 
     np.testing.assert_allclose(measured[:, ~standing], true[:, ~standing], atol=1e-8)
 
 
-def test_fits_use_swinging_limbs_alone_unless_asked() -> None:
+def test_fits_use_only_swinging_limbs_by_default() -> None:
     log, _ = walk("talos")
     robot = example_robot("talos")
     for standing_legs in (False, True):
@@ -137,8 +137,8 @@ def test_the_table_has_the_ground_reaction_that_the_sensor_felt(tmp_path: Path) 
 
 
 @pytest.mark.parametrize("landed", ["left", "right"])
-def test_a_foot_that_has_just_landed_is_not_leant_on(landed: str) -> None:
-    """Its ankle still gives way; the arms are known from the foot that stood before."""
+def test_a_foot_that_has_just_landed_is_not_the_root(landed: str) -> None:
+    """Its ankle still moves; the arms are computed from the foot that stood before."""
     log, truth = walk("talos")
     robot = example_robot("talos")
     landing = np.flatnonzero(np.diff(log.contact[:, log.foot_names.index(landed)].astype(int)) > 0)

@@ -1,4 +1,4 @@
-"""The friction observer: a first-order low-pass of the friction torque, in a controller and over a log."""
+"""Friction observer: a first-order low-pass of the friction torque, in a controller and over a log."""
 
 from dataclasses import replace
 
@@ -53,7 +53,7 @@ def friction_of(velocity: Array, truth: dict[str, float]) -> Array:
 
 
 def first_order(signal: Array, bandwidth: float, start: Array | float) -> Array:
-    """Return the means over sample periods through a first-order low-pass, exact for each held mean."""
+    """Filter means over sample periods with a first-order low-pass, exact for constant means."""
     shrinks = np.exp(-2 * np.pi * bandwidth * PERIOD)
     means = (signal[1:] + signal[:-1]) / 2
     begin = np.broadcast_to(shrinks * np.asarray(start), (1, means.shape[1]))
@@ -113,7 +113,7 @@ def _motion(log: RobotLog, rows: slice) -> tuple[Array, Array, Array]:
     return log.position[rows], log.velocity[rows], log.torque[rows]
 
 
-def test_a_log_has_sample_by_sample_what_a_controller_has(
+def test_a_log_gives_the_same_samples_as_a_controller(
     arm: Robot, log: RobotLog, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(stream, "CHUNK", 700)  # the low-pass goes on from part to part
@@ -215,7 +215,7 @@ def test_on_point_feet_the_limbs_that_swing_are_seen() -> None:
 def test_every_parameter_of_every_joint_comes_back(
     name: str, duration: float, rate: float, truth: dict[str, float]
 ) -> None:
-    """From positions, velocities and torques alone."""
+    """Uses only positions, velocities and torques."""
     robot, law = example_robot(name), "stribeck" if "slope" in truth else "coulomb-viscous"
     parameters = {joint: truth for joint in robot.joint_names if joint not in robot.position_controlled}
     exact, _ = exact_log(
@@ -256,7 +256,7 @@ def test_measured_wrenches_are_not_for_an_observer(arm: Robot, log: RobotLog) ->
 
 
 def test_an_average_over_the_past_is_the_sample_itself() -> None:
-    """Of a velocity that is a polynomial of time: its low-pass, and what `velocity_around` makes of it again."""
+    """For a polynomial velocity: `velocity_around` reconstructs it from its low-pass."""
     shrinks = 0.9
     nodes = exponential_nodes(shrinks, PERIOD)
     assert nodes.weights.sum() == pytest.approx(1.0)
@@ -293,7 +293,7 @@ def test_an_average_over_the_past_is_the_sample_itself() -> None:
         ([1.0, np.inf, 2.0], "expected positive"),
     ],
 )
-def test_a_bandwidth_that_is_none_is_refused(arm: Robot, bandwidth: object, said: str) -> None:
+def test_an_invalid_bandwidth_is_refused(arm: Robot, bandwidth: object, said: str) -> None:
     with pytest.raises(SettingsError, match=said):
         MomentumObserver(arm, PERIOD, bandwidth)  # type: ignore[arg-type]
     with pytest.raises(SettingsError, match="period is 0; expected a positive number of seconds"):
@@ -324,7 +324,7 @@ def test_a_bad_sample_is_refused_and_changes_nothing(arm: Robot, row: tuple[Arra
     ("orientation", "said"),
     [(None, "do not determine the tilt"), (np.array([0, 0, 0, 1.0]), "leave the base rotation open")],
 )
-def test_what_point_feet_leave_open_is_asked_for(orientation: Array | None, said: str) -> None:
+def test_point_feet_require_orientation_and_angular_velocity(orientation: Array | None, said: str) -> None:
     robot = example_robot("go2")
     observer = MomentumObserver(robot, PERIOD, 20.0)
     turning = {} if orientation is not None else {"angular_velocity": np.zeros(3)}

@@ -1,4 +1,4 @@
-"""What columns of a log are, by the words of their names alone."""
+"""Channels of a log found by the words in column names."""
 
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ JOINTS = ("base", "wrist_1")
 
 
 def columns(*kinds: str) -> list[str]:
-    """Return names of columns, a kind after the other."""
+    """List column names, one kind after the other."""
     return [kind.format(joint=joint, k=k) for kind in kinds for k, joint in enumerate(JOINTS)]
 
 

@@ -1,4 +1,4 @@
-"""`stribeck init` writes robot files of logs whose names, units, signs and orders differ, and friction is found."""
+"""`stribeck init` drafts robot files for logs with other names, units, signs and orders, and friction is found."""
 
 import sys
 from collections.abc import Callable
@@ -31,7 +31,7 @@ ARM = EXAMPLES / "ur_description/urdf/ur5_robot.urdf"
 
 @pytest.fixture(scope="module")
 def logs() -> Callable[[str], RobotLog]:
-    """Logs of robots with the law "stribeck" in every joint, as realistic sensors see them; each is made once."""
+    """Simulate logs of robots with the law "stribeck" in every joint and realistic sensors; each is made once."""
     made: dict[str, RobotLog] = {}
 
     def log_of(name: str) -> RobotLog:
@@ -54,7 +54,7 @@ def logs() -> Callable[[str], RobotLog]:
 
 
 def turned(log: RobotLog, joints: list[int]) -> RobotLog:
-    """Return the log of a robot of which these joints count the other way."""
+    """Invert these joints in a log."""
     signs = np.ones(len(log.joint_names))
     signs[joints] = -1
     return replace(log, position=log.position * signs, torque=log.torque * signs)
@@ -201,7 +201,7 @@ def test_columns_numbered_from_zero_of_joints_numbered_from_one(
     np.testing.assert_array_equal(read_log(tmp_path / "log.csv", robot).position, log.position)
 
 
-def test_arrays_of_one_kind_are_told_apart_by_their_words(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
+def test_arrays_of_one_kind_are_distinguished_by_their_words(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
     log = logs("ur5")
     others = {name: np.zeros_like(log.torque) for name in ("q_d", "tau_J_d", "tau_ext_hat_filtered")}
     path = tmp_path / "log.npz"
@@ -211,7 +211,7 @@ def test_arrays_of_one_kind_are_told_apart_by_their_words(logs: Callable[[str], 
     np.testing.assert_array_equal(read_log(path, robot).torque, log.torque)
 
 
-def test_currents_go_before_torques_that_were_asked_for(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
+def test_currents_are_preferred_to_commanded_torques(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
     log = logs("ur5")
     gains = np.array([10.0, 10.0, 8.0, 10.0, 9.0, 10.0])
     columns = {"timestamp": log.time}
@@ -227,7 +227,7 @@ def test_currents_go_before_torques_that_were_asked_for(logs: Callable[[str], Ro
     np.testing.assert_allclose(read_log(path, robot).torque, log.torque / gains, rtol=1e-12)
 
 
-def test_a_quadruped_s_log_without_its_tilt_gives_a_file_that_says_so(
+def test_a_quadruped_log_without_tilt_gives_a_file_with_a_question(
     logs: Callable[[str], RobotLog], tmp_path: Path
 ) -> None:
     path = written(logs("go2"), tmp_path / "log.npz", base_orientation=None, foot_wrench=None)
@@ -238,7 +238,7 @@ def test_a_quadruped_s_log_without_its_tilt_gives_a_file_that_says_so(
     assert "expected a channel base_orientation" in words
 
 
-def test_contacts_whose_names_say_nothing_are_asked_for() -> None:
+def test_contacts_with_unknown_names_are_asked_for() -> None:
     facts = read_model(model_path("package:go2", Path()))
     draft = Draft(facts, Path("robot.toml"), {"robot": {"base": "floating"}})
     write_contacts(draft, ("/c/vorne_links", "/c/rr"))
@@ -272,7 +272,7 @@ def test_a_model_without_feet_is_asked_for(tmp_path: Path) -> None:
     assert "TODO: which frames of the model are feet?" in text
 
 
-def test_a_torque_without_sense_makes_no_signs(logs: Callable[[str], RobotLog]) -> None:
+def test_an_unexplained_torque_gives_no_signs(logs: Callable[[str], RobotLog]) -> None:
     log, robot = logs("ur5"), example_robot("ur5")
     noise = np.random.default_rng(0).normal(size=log.torque.shape)
     columns = find_columns_by_dynamics(replace(log, torque=noise), robot, range(6))
@@ -361,7 +361,7 @@ def ended(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *
     return 0, capsys.readouterr().out
 
 
-def test_the_command_asks_what_it_cannot_know(
+def test_the_command_asks_open_questions(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     output = tmp_path / "robot.toml"
@@ -382,7 +382,7 @@ def test_the_command_asks_what_it_cannot_know(
         (None, "no such file"),
     ],
 )
-def test_a_log_that_says_nothing_is_refused(
+def test_a_log_without_usable_names_is_refused(
     arrays: dict[str, np.ndarray] | None,
     words: str,
     tmp_path: Path,

@@ -1,4 +1,4 @@
-"""Laws of interpolation: samples are met, and each kind of signal keeps its kind."""
+"""Properties of interpolation: it passes through the samples, and preserves the kind of signal."""
 
 import numpy as np
 import pytest

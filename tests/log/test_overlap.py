@@ -1,4 +1,4 @@
-"""Samples that two logs share are found, whatever the stamps say; other samples are never taken for the same."""
+"""Shared samples of two logs are found regardless of the stamps; other samples never match."""
 
 from dataclasses import replace
 

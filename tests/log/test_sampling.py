@@ -1,4 +1,4 @@
-"""What a log's sampling is, and what is done about it: nothing is invented, and nothing crosses a gap."""
+"""Sampling of a log and its corrections: no values are invented, and none depend on samples across a gap."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ TABLE = LogTable()
 
 
 def motion(time):
-    """Smooth joints, their velocities, and torques that are straight lines."""
+    """Compute smooth joints, their velocities, and torques linear in time."""
     phase = np.array([0.0, 1.0, 2.0])
     return {
         "position": np.sin(5 * time[:, None] + phase),
@@ -26,7 +26,7 @@ def motion(time):
 
 
 def log_at(time, **channels):
-    """A log of the motion above at these times; other channels are left out."""
+    """Make a log of the motion above at these times, without other channels."""
     bare = replace(synthetic_log(2), foot_names=(), path="walk.npz", **dict.fromkeys(
         ("velocity", "acceleration", "base_orientation", "angular_velocity", "linear_acceleration", "contact",
          "foot_wrench", "foot_force", "temperature", "external_torque")
@@ -69,7 +69,7 @@ def test_incomplete_rows_are_cut_out_and_counted_by_joint(bad):
     assert any("21 rows with missing values" in note and "position.wheel (15)" in note for note in sampling.notes)
 
 
-def test_an_optional_channel_without_values_is_left_out_and_costs_no_rows():
+def test_an_optional_channel_without_values_is_ignored_and_costs_no_rows():
     time = np.arange(400) / 1000
     log = log_at(time, acceleration=np.full((400, 3), np.nan))
     even, sampling = regularise(log, TABLE)
@@ -158,7 +158,7 @@ def test_max_gap_allows_longer_steps():
 
 
 def wall_clock(generator, rows=4000):
-    """Stamps of a scheduler at 1 kHz: each a little late, one of fifty by up to four periods, and no sample lost."""
+    """Make stamps of a scheduler at 1 kHz: each slightly late, one of fifty by up to four periods, none missing."""
     late = 5e-5 * np.abs(generator.standard_t(3, rows)) + (generator.random(rows) < 0.02) * generator.uniform(
         0, 4e-3, rows
     )
@@ -170,7 +170,7 @@ def wall_clock(generator, rows=4000):
 
 
 def test_a_wall_clock_that_jitters_loses_no_samples():
-    """Whether samples were taken at their uneven stamps, or evenly and stamped late, is seen from the motion."""
+    """The motion shows whether samples were taken at uneven times, or evenly and stamped late."""
     due, stamps = wall_clock(np.random.default_rng(1))
     assert np.mean(np.diff(stamps) > 1.5e-3) > 0.01
     uneven, sampling = regularise(log_at(stamps), TABLE)

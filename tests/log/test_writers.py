@@ -1,4 +1,4 @@
-"""What is written is read again, value by value, and by the writers' own formats' readers."""
+"""Written logs are read unchanged, also by readers of the formats' own libraries."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -43,10 +43,10 @@ def test_a_suffix_without_writer_is_refused(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_the_command_writes_what_the_robot_file_says(
+def test_the_command_applies_the_robot_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Torques in millinewton metres of a robot that calls its joints otherwise."""
+    """The robot file has torques in millinewton meters and other joint names."""
     robot_file = write_arm(tmp_path)
     log = arm_log(Robot.from_file(robot_file), duration=1.0)
     odd = {"q": log.position, "tau": 1e3 * log.torque}

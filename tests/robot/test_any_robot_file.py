@@ -1,4 +1,4 @@
-"""Whatever a robot file or a model says, the robot is read or refused in one sentence."""
+"""Arbitrary robot files and models are read or refused in one sentence."""
 
 import json
 import re
@@ -41,7 +41,7 @@ QUIET = settings(max_examples=150, deadline=None, suppress_health_check=[HealthC
 
 
 def toml(value: Any) -> str:
-    """Return a value as TOML."""
+    """Format a value as TOML."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{key} = {toml(inner)}" for key, inner in value.items()) + "}"
     if isinstance(value, list):
@@ -74,7 +74,7 @@ def test_any_robot_file(tmp_path, document, table):
 @QUIET
 @given(st.sampled_from([(URDF, "arm.urdf"), (MJCF, "arm.xml")]), st.data())
 def test_any_damaged_model(tmp_path, model, data):
-    """One or two texts, attributes or elements of a sound model are replaced or lost."""
+    """Replace or delete one or two texts, attributes or elements of a valid model."""
     text, name = model
     for _ in range(data.draw(st.integers(1, 2))):
         place = data.draw(st.sampled_from(list(PLACES.finditer(text))))

@@ -1,4 +1,4 @@
-"""The vectorised kinematics, and those of the simulation apart from them, against Pinocchio."""
+"""Vectorized kinematics, and the independent ones of the simulation, against Pinocchio."""
 
 import numpy as np
 import pinocchio as pin
@@ -41,7 +41,7 @@ def case(request, robots):
 
 
 def reference(robot: Robot, frame: str, motion: np.ndarray, k: int, root: np.ndarray | None = None) -> tuple:
-    """Pose, velocity and acceleration of a frame, in the world; the root at rest, or moving with `root`."""
+    """Compute pose, velocity and acceleration of a frame in the world, with the root at rest or moving with `root`."""
     model, columns = robot.tree.model, robot.tree.columns
     data = model.createData()
     q, v, a = pin.neutral(model), np.zeros(model.nv), np.zeros(model.nv)
@@ -56,7 +56,7 @@ def reference(robot: Robot, frame: str, motion: np.ndarray, k: int, root: np.nda
     return data.oMf[index], velocity, acceleration
 
 
-def test_poses_and_points_move_as_pinocchio_says(case):
+def test_poses_and_points_move_as_in_pinocchio(case):
     robot, frame, motion = case
     index = robot.tree.model.getFrameId(frame)
     rotation, translation = frame_pose(robot.tree, index, motion[0])
@@ -73,7 +73,7 @@ def test_poses_and_points_move_as_pinocchio_says(case):
         np.testing.assert_allclose(point.acceleration[k], acceleration[:3], atol=1e-11)
 
 
-def test_ends_of_limbs_on_a_moving_base_move_as_pinocchio_says(case):
+def test_ends_of_limbs_on_a_moving_base_move_as_in_pinocchio(case):
     robot, frame, motion = case
     generator = np.random.default_rng(2)
     turns = Rotation.random(SAMPLES, rng=generator)

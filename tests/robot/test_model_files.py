@@ -1,4 +1,4 @@
-"""What a model file says is read as it says it, or refused by link and line: never taken for something else."""
+"""Model files are read correctly, or refused with link and line."""
 
 import os
 from pathlib import Path
@@ -51,14 +51,14 @@ def test_an_unsound_urdf_is_refused_by_line(tmp_path: Path, case: str) -> None:
 
 
 def test_every_urdf_of_the_makers_passes() -> None:
-    """Some have links of impossible inertia, most of them dummies or sensors: these are not refused."""
+    """Links with impossible inertia, mostly dummies and sensors, are not refused."""
     paths = [path for path in sorted(EXAMPLES.rglob("*.urdf")) if path.name != "ur3.urdf"]  # it is empty
     impossible = {path.name for path in paths if check_urdf(read_xml(path))[1]}
     assert len(paths) > 60
     assert 5 < len(impossible) < 20
 
 
-def test_what_is_only_drawn_is_not_complained_of(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_visual_elements_cause_no_complaint(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     drawn = '<visual><geometry><box size="0.1"/></geometry></visual><collision/></link>'
     robot = Robot.from_file(write_robot(tmp_path, "", URDF.replace("</link>", drawn)))
     assert robot.mass == pytest.approx(3.0)
@@ -192,7 +192,7 @@ def test_an_mjcf_reads_no_pipes(tmp_path: Path, asset: str) -> None:
     refuse(write_robot(tmp_path, "", text, "hopper.xml"), "line 1: .*, a pipe, a device or a socket")
 
 
-def test_what_an_mjcf_includes_is_checked_too(tmp_path: Path) -> None:
+def test_files_included_by_an_mjcf_are_checked(tmp_path: Path) -> None:
     (tmp_path / "more.xml").write_text('<mujoco><worldbody><body name="x" pos="0 0 nan"/></worldbody></mujoco>')
     text = MJCF.replace("<worldbody>", '<include file="more.xml"/><worldbody>')
     refuse(write_robot(tmp_path, "", text, "hopper.xml"), "more.xml: line 1: pos of <body> is '0 0 nan'")
@@ -212,7 +212,7 @@ def test_only_regular_files_are_opened(tmp_path: Path, what: str, name: str) -> 
     refuse(path, f"{name}: is a (folder|pipe, a device or a socket); expected")
 
 
-def test_a_robot_file_may_begin_with_a_byte_order_mark(tmp_path: Path) -> None:
+def test_a_robot_file_may_start_with_a_byte_order_mark(tmp_path: Path) -> None:
     path = write_robot(tmp_path)
     path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
     assert Robot.from_file(path).joint_names == ("shoulder", "elbow")

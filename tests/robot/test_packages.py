@@ -1,4 +1,4 @@
-"""Models that packages bring are found by name, downloaded by their package alone, and what fails is one sentence."""
+"""Models in packages are found by name and downloaded by their package; errors are one sentence."""
 
 import subprocess
 import sys
@@ -46,7 +46,7 @@ def test_robots_are_made_of_packages_by_file_and_by_hand(tmp_path: Path) -> None
         ("??", "no installed package has a model of this name; 'package:talos_reduced' is one"),
     ],
 )
-def test_what_packages_do_not_have_is_refused(
+def test_models_that_packages_lack_are_refused(
     name: str, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if name == "ur5e_description":
@@ -79,7 +79,7 @@ def test_packages_that_are_not_installed_are_named(
 
 @pytest.fixture
 def downloads(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Let robot_descriptions keep what it downloads here, and its module not be imported yet."""
+    """Redirect downloads of robot_descriptions, and forget its imported module."""
     pytest.importorskip("robot_descriptions")
     monkeypatch.setenv("ROBOT_DESCRIPTIONS_CACHE", str(tmp_path / "cache"))
     monkeypatch.delitem(sys.modules, "robot_descriptions.go2_description", raising=False)

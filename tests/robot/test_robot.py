@@ -1,4 +1,4 @@
-"""Robots are read from URDF and MJCF, and what is wrong about a robot file is said in one sentence."""
+"""Robots are read from URDF and MJCF; errors in robot files are described in one sentence."""
 
 import re
 from pathlib import Path
@@ -26,7 +26,7 @@ EXPECTED = {
     "ur5": (6, 20.9939, {"shoulder_pan_joint", "wrist_3_joint"}, []),
     "kinova": (6, 4.83784, {"j2s6s200_joint_1"}, []),
 }
-"""Number of joints, moving mass [kg], some joints, beginnings of the warnings."""
+"""Number of joints, moving mass [kg], some joints, parts of the warnings."""
 
 
 @pytest.mark.parametrize("name", EXPECTED)
@@ -337,8 +337,8 @@ def test_an_mjcf_whose_meshes_are_elsewhere_is_read_by_its_inertias(tmp_path):
     assert robot.warnings == ()
 
 
-def test_a_joint_is_locked_where_it_is_said(tmp_path):
-    """Bent by 0.8 rad, the forearm's mass 0.1 m behind the elbow is nearer to the shoulder."""
+def test_a_joint_is_locked_at_its_position(tmp_path):
+    """With the forearm bent by 0.8 rad, its mass 0.1 m behind the elbow is nearer to the shoulder."""
     robot = Robot.from_file(write_robot(tmp_path, "locked = { elbow = 0.8 }"))
     assert robot.joint_names == ("shoulder",)
     square = 0.4**2 + 0.1**2 + 2 * 0.4 * 0.1 * np.cos(0.8)

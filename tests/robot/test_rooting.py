@@ -1,4 +1,4 @@
-"""The re-rooted tree is the same robot."""
+"""The re-rooted tree has the same dynamics."""
 
 import numpy as np
 import pinocchio as pin
@@ -48,7 +48,7 @@ def test_frames_stand_to_one_another_as_before(name, foot):
 
 @pytest.mark.parametrize(("name", "foot"), FEET)
 def test_mass_inertia_rotors_and_limits_stay(name, foot):
-    """The same twist of every body at once must cost the same: total inertia, seen from the foot."""
+    """The same twist of all bodies requires the same wrench: total inertia relative to the foot."""
     robot = example_robot(name)
     tree, own = robot.rooted_at(foot), robot.tree
     joints = np.random.default_rng(1).uniform(-1, 1, len(robot.joint_names))
@@ -96,7 +96,7 @@ def test_there_and_back_is_the_tree_again(name, foot):
 
 @pytest.mark.parametrize("name", ["panda", "ur5", "kinova"])
 def test_a_fixed_tree_made_plain_has_the_same_dynamics(name):
-    """Continuous joints lose their cosine and sine, prismatic ones stay."""
+    """Continuous joints lose cosine and sine, prismatic ones stay."""
     robot, model = example_robot(name), plain_model(name)
     generator = np.random.default_rng(3)
     for _ in range(5):

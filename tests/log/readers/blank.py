@@ -1,4 +1,4 @@
-"""Messages of ROS types that the tests' typestore lacks, made field by field."""
+"""Messages of ROS types that the tests' typestore lacks, built field by field."""
 
 import numpy as np
 from rosbags.interfaces import Nodetype
@@ -18,7 +18,7 @@ STORE = store_with_all()
 
 
 def blank(name):
-    """A message with zeros everywhere."""
+    """Make a message of zeros."""
     return STORE.types[name](**{field: _blank(kind) for field, kind in STORE.fielddefs[name][1]})
 
 

@@ -1,4 +1,4 @@
-"""A known log, and writers of it in every format that is read."""
+"""Known log, and writers for every format."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -25,7 +25,7 @@ AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 @dataclass
 class StubRobot:
-    """What a reader knows of a robot."""
+    """Attributes of a robot that readers use."""
 
     joint_names: tuple = JOINTS
     position_controlled: tuple = ()
@@ -43,7 +43,7 @@ class StubRobot:
 
 
 def synthetic_log(samples=200, rate=500.0, joints=JOINTS, seed=0):
-    """Smooth motion, so that interpolation can be checked; every channel that a log can have."""
+    """Make a log of smooth motion, for checks of interpolation, with all channels."""
     rng = np.random.default_rng(seed)
     time = np.arange(samples) / rate
     phase = rng.uniform(0, 6, len(joints))
@@ -75,7 +75,7 @@ def arrays_of(log):
 
 
 def columns_of(log):
-    """The log as columns named `<channel>.<label>`."""
+    """Convert the log to columns named `<channel>.<label>`."""
     columns = {"time": log.time}
     for name in ("position", "velocity", "acceleration", "torque", "temperature", "external_torque"):
         columns |= {f"{name}.{joint}": getattr(log, name)[:, j] for j, joint in enumerate(log.joint_names)}
@@ -108,7 +108,7 @@ def write_mat(folder, log, compress=True):
 
 
 def cell_of(array):
-    """Text as MATLAB keeps it, in a cell array."""
+    """Store text in a cell array, as MATLAB does."""
     return array.astype(object) if array.dtype.kind == "U" and array.ndim else array
 
 
@@ -118,7 +118,7 @@ def write_mat_73(folder, log):
 
 
 def write_hdf5_of_matlab(path, contents):
-    """A file as MATLAB's `save -v7.3` and matio write it: axes in the opposite order, texts in cells of references."""
+    """Write a file like MATLAB's `save -v7.3` and matio: axes in the opposite order, texts in cells of references."""
     with h5py.File(path, "w", userblock_size=512) as file:
         for name, value in contents.items():
             if isinstance(value, dict):
@@ -167,7 +167,7 @@ def write_parquet(folder, log):
 
 
 def messages_of(log, store, ros1=False):
-    """(topic, message type, stamp [ns], message) of a log, as a robot would send them."""
+    """Convert a log to (topic, message type, stamp [ns], message), as a robot would send them."""
     types = store.types
     stamp_type, header_type = types["builtin_interfaces/msg/Time"], types["std_msgs/msg/Header"]
     vector, quaternion = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Quaternion"]
@@ -290,7 +290,7 @@ WHOLE = {
     "csv": write_csv,
     "parquet": write_parquet,
 }
-"""Formats that hold every channel."""
+"""Formats with every channel."""
 
 ROS = {
     "mcap": write_mcap,
@@ -299,7 +299,7 @@ ROS = {
     "rosbag2 of mcap": write_rosbag2_of_mcap,
     "bag": write_bag,
 }
-"""Formats of messages, which have neither acceleration nor temperature nor external torque by themselves."""
+"""Formats of messages, which lack acceleration, temperature and external torque."""
 
 WRITERS = WHOLE | ROS
 

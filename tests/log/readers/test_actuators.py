@@ -1,4 +1,4 @@
-"""Torques that a log holds as something else: before the gear, in amperes, or as a command."""
+"""Torques that are logged before the gear, in amperes, or as a command."""
 
 from dataclasses import replace
 
@@ -54,7 +54,7 @@ def test_torques_before_the_gear_become_torques_of_the_joints(log, tmp_path):
 
 
 def commanded(log, velocity=True):
-    """What a log holds whose drives follow kp, kd and a torque that is fed forward."""
+    """Make the channels of a log whose drives use kp, kd and a feedforward torque."""
     forward = 0.3 * log.torque
     desired_velocity = log.velocity + 0.01 * np.cos(7 * log.time)[:, None]
     rest = log.torque - forward - KD * ((desired_velocity if velocity else 0.0) - log.velocity)
@@ -70,7 +70,7 @@ def test_commands_become_torques(velocity, log, tmp_path):
     assert any("Torques are the command's" in note and term in note for note in found.notes)
 
 
-def test_the_friction_is_the_truth_whatever_holds_the_torque(log, tmp_path):
+def test_the_friction_is_correct_for_every_torque_source(log, tmp_path):
     plain = identify(log, robot(tmp_path, ""), EXACT)
     for number, (text, changed) in enumerate(
         [
@@ -140,7 +140,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_robot_files_that_make_no_sense(case, tmp_path):
+def test_invalid_robot_files(case, tmp_path):
     text, words = REFUSED[case]
     with pytest.raises(RobotFileError) as caught:
         robot(tmp_path, text)
@@ -148,7 +148,7 @@ def test_robot_files_that_make_no_sense(case, tmp_path):
     assert str(caught.value).startswith(str(tmp_path))
 
 
-def test_logs_that_do_not_hold_the_command(log, tmp_path):
+def test_logs_without_the_command(log, tmp_path):
     arm = robot(tmp_path, GAINS)
     whole = commanded(log)
     with pytest.raises(LogError, match="holds no desired positions; expected an array 'desired_position'"):

@@ -1,4 +1,4 @@
-"""Whatever a table, its bytes or the settings are, the outcome is a RobotLog or an error of one line."""
+"""Arbitrary tables, bytes or settings give a RobotLog or an error of one line."""
 
 import numpy as np
 import pyarrow as pa
@@ -52,7 +52,7 @@ log_tables = st.fixed_dictionaries(
 
 
 def read_and_regularise(path, robot):
-    """Read a log; the outcome must be a sound RobotLog or a StribeckError of one line."""
+    """Read a log and check that the result is a valid RobotLog, or a StribeckError of one line."""
     try:
         log = read_log(path, robot)
         assert isinstance(log, RobotLog)

@@ -1,4 +1,4 @@
-"""Bags that are not whole, or whose messages differ from one another, are refused or read as they were meant."""
+"""Incomplete bags, and bags with inconsistent messages, are refused or read correctly."""
 
 import dataclasses
 import struct
@@ -31,7 +31,7 @@ LOG = synthetic_log(60)
 
 
 def states(log, change):
-    """The messages of a log; `change(k, message)` changes the k-th joint state, or returns another topic for it."""
+    """Make messages of a log; `change(k, message)` changes the k-th joint state, or returns another topic for it."""
     rows = 0
     for topic, kind, stamp, message in messages_of(log, STORE):
         if topic == "/joint_states":
@@ -46,7 +46,7 @@ def reorder(message, places):
         setattr(message, channel, getattr(message, channel)[places])
 
 
-def test_joints_whose_order_changes_are_taken_by_name(tmp_path):
+def test_joints_whose_order_changes_are_matched_by_name(tmp_path):
     def permuted(row, message):
         if row % 3 == 0:
             reorder(message, [2, 0, 1])
@@ -87,7 +87,7 @@ def test_torques_that_come_far_too_seldom(every, refused, tmp_path):
         read_log(path, StubRobot())
 
 
-def test_an_imu_that_cannot_follow_is_left_out(tmp_path):
+def test_a_slow_imu_is_ignored(tmp_path):
     sent = [m for row, m in enumerate(messages_of(synthetic_log(301), STORE)) if m[0] != "/imu" or row // 6 % 100 == 0]
     read = read_log(write_messages(tmp_path / "log.mcap", sent), StubRobot())
     assert len(read.time) == 301
@@ -96,7 +96,7 @@ def test_an_imu_that_cannot_follow_is_left_out(tmp_path):
 
 
 def flip(path: Path, value: float) -> None:
-    """Change one digit of a number that is written somewhere in a file."""
+    """Change one digit of a number in a file."""
     content = bytearray(path.read_bytes())
     content[content.index(struct.pack("<d", value)) + 6] ^= 0x10
     path.write_bytes(content)
@@ -135,7 +135,7 @@ def test_a_compressed_bag_is_read(plugin, mode, tmp_path):
 
 
 @PLUGINS
-def test_a_compressed_bag_that_unpacks_to_far_more_than_it_is(plugin, tmp_path, monkeypatch):
+def test_a_compressed_bag_that_unpacks_to_a_huge_size(plugin, tmp_path, monkeypatch):
     monkeypatch.setattr("stribeck.log.storage.IN_MEMORY_LIMIT", 1 << 22)
     path = write_rosbag2(tmp_path, LOG, plugin, rosbag2.CompressionMode.FILE)
     file = next(file for file in path.iterdir() if file.suffix == ".zstd")

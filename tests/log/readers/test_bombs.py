@@ -1,4 +1,4 @@
-"""Small files that claim to hold more than a machine has are refused at once."""
+"""Small files that declare more data than fits in memory are refused immediately."""
 
 import time
 import zipfile
@@ -14,13 +14,13 @@ from stribeck.errors import LogError
 from stribeck.log.readers import read_log
 
 LIMIT = 1 << 24
-"""Bytes that are held in memory here."""
+"""Memory limit of these tests [bytes]."""
 ROWS = 1 << 20
-"""Of time and two joints: more than that."""
+"""Number of rows of time and two joints that exceeds the limit."""
 
 
 def npz(path, rows=ROWS):
-    """Real zeros, a thousandth of their size."""
+    """Write zeros, which compress to a thousandth."""
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
         for name, shape in (("time", (rows,)), ("position", (rows, 2)), ("torque", (rows, 2))):
             with archive.open(f"{name}.npy", "w") as file:

@@ -1,4 +1,4 @@
-"""Tables whose columns have no names, numbers for names, usual names, or hold a list in every row."""
+"""Tables with unnamed or numbered columns, alternative names, or lists in every row."""
 
 import csv
 
@@ -29,7 +29,7 @@ def write_rows(path, names, rows, delimiter=","):
 
 
 def write_columns(folder, **columns):
-    """Write a Parquet table; a matrix is a column of lists."""
+    """Write a Parquet table; a matrix becomes a column of lists."""
     columns = {name: list(values) if getattr(values, "ndim", 1) == 2 else values for name, values in columns.items()}
     pyarrow.parquet.write_table(pa.table(columns), folder / "log.parquet", row_group_size=8)
     return folder / "log.parquet"
@@ -159,7 +159,7 @@ def test_cells_of_lists_in_a_csv(text, delimiter, tmp_path):
     np.testing.assert_allclose(log.torque, LOG.torque, atol=1e-7)
 
 
-def test_columns_are_for_csv_alone(tmp_path):
+def test_columns_is_only_for_csv(tmp_path):
     with pytest.raises(SettingsError, match=r"robot.toml: \[log\] columns is set; only CSV files"):
         read_log(write_arrays(tmp_path, time=LOG.time), robot_with(columns=["time"]))
 
@@ -185,7 +185,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("names", "rows", "table", "words"), [c[1:] for c in REFUSED], ids=[c[0] for c in REFUSED])
-def test_what_cannot_be_meant_is_refused_in_one_sentence(names, rows, table, words, tmp_path):
+def test_ambiguous_tables_are_refused_in_one_sentence(names, rows, table, words, tmp_path):
     path = write_rows(tmp_path / "log.csv", names, rows)
     with pytest.raises(LogError, match=words) as caught:
         read_log(path, robot_with(**table))

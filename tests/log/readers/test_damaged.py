@@ -1,4 +1,4 @@
-"""Whatever is wrong with a log, the answer is one line that names the file and says what would be valid."""
+"""Errors about damaged logs are one line that names the file and the valid choices."""
 
 import errno
 import os
@@ -67,7 +67,7 @@ def test_flipped_bytes_never_give_anything_but_a_log_or_a_log_error(writer, tmp_
             check_message(error, path, [])
 
 
-def test_a_disk_without_room_is_told_as_such(tmp_path, monkeypatch):
+def test_a_full_disk_is_reported(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
@@ -101,7 +101,7 @@ def test_a_line_of_names_without_end(tmp_path):
 
 
 @pytest.mark.parametrize("reason", [errno.EACCES, errno.EIO])
-def test_a_file_that_the_system_cannot_give_is_told_as_such(reason, tmp_path, monkeypatch):
+def test_a_file_that_the_system_cannot_read_is_reported(reason, tmp_path, monkeypatch):
     def refuse(path, *_):
         raise OSError(reason, os.strerror(reason), str(path))
 

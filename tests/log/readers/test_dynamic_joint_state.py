@@ -1,4 +1,4 @@
-"""Joints whose interfaces ros2_control's state broadcaster names, as it sends them."""
+"""Interfaces of joints as sent by the state broadcaster of ros2_control."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ ALL = {
 
 
 def states(log, interfaces=ALL, change=lambda *_: None):
-    """Messages of a log; `interfaces` of all joints, or by joint. A wrist sensor and a lamp are among them."""
+    """Make messages of a log; `interfaces` are for all joints, or by joint. A wrist sensor and a lamp are included."""
     value, header = STORE.types["control_msgs/msg/InterfaceValue"], STORE.types["std_msgs/msg/Header"]
     for row, time in enumerate(log.time):
         stamp = START + round(1e9 * time)
@@ -100,5 +100,5 @@ def lose_a_value(message):
         (at_row_five(lose_a_value), ["5 interface names and 4 values of joint 'hip'", "expected one value"]),
     ],
 )
-def test_what_is_wrong_is_said_in_one_sentence(maker, words, tmp_path):
+def test_errors_are_described_in_one_sentence(maker, words, tmp_path):
     check_refused(maker, words, tmp_path)

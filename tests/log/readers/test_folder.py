@@ -1,4 +1,4 @@
-"""Files of one run side by side, one a channel."""
+"""Several files of one run, one per channel."""
 
 import numpy as np
 import pyarrow as pa
@@ -20,7 +20,7 @@ def robot_with(**table):
 
 
 def write(folder, name, columns):
-    """Write a table; columns are by name, or a matrix that has no line of names."""
+    """Write a table of named columns, or a matrix without a header line."""
     folder.mkdir(exist_ok=True)
     if isinstance(columns, np.ndarray):
         np.savetxt(folder / name, columns, delimiter=",", fmt="%.17g")
@@ -120,7 +120,7 @@ def test_a_channel_may_lie_in_two_files_of_other_joints(tmp_path):
 
 
 def both(**changed):
-    """Files of positions and torques, some of them changed."""
+    """Make files of positions and torques with some changes."""
     files = {f"{name}.csv": joints(values) for name, values in MATRICES.items()}
     return files | {f"{name}.csv": columns for name, columns in changed.items()}
 

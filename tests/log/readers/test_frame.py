@@ -1,4 +1,4 @@
-"""A frame in memory is read as the file that it could be written to."""
+"""A frame in memory is read like the file with the same content."""
 
 import numpy as np
 import pandas as pd
@@ -57,13 +57,13 @@ def test_an_index_with_a_name_is_a_column():
         ({"time": None}, "contains no time"),
     ],
 )
-def test_what_a_frame_lacks_is_said_in_one_sentence(make, columns, words):
+def test_missing_columns_are_described_in_one_sentence(make, columns, words):
     whole = {name: values for name, values in (columns_of(LOG) | columns).items() if values is not None}
     with pytest.raises(LogError, match=f"^frame: .*{words}"):
         RobotLog.from_frame(make(whole), StubRobot())
 
 
 @pytest.mark.parametrize("frame", [None, {"time": LOG.time}, LOG.position])
-def test_what_is_no_frame_is_refused_with_its_type(frame):
+def test_other_objects_are_refused_with_their_type(frame):
     with pytest.raises(LogError, match=f"^frame: is of type '{type(frame).__name__}'; expected a table of pandas"):
         RobotLog.from_frame(frame, StubRobot())

@@ -1,4 +1,4 @@
-"""What is particular to HDF5: groups, attributes and text of several kinds."""
+"""Features of HDF5: groups, attributes and several kinds of text."""
 
 import os
 

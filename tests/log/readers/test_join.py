@@ -1,4 +1,4 @@
-"""Topics of different rates come out on the clock of the joint states."""
+"""Topics with different rates are resampled to the clock of the joint states."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +18,7 @@ TYPES = STORE.types
 
 
 def messages(log: RobotLog, prefix: str = "", **keep):
-    """Messages of a log whose topics are thinned: `imu=3` keeps every third message of `/imu`."""
+    """Make messages of a log with thinned topics: `imu=3` keeps every third message of `/imu`."""
     counts: dict[str, int] = {}
     for topic, kind, stamp, message in messages_of(log, STORE):
         word = next((word for word in keep if word in topic), "")

@@ -1,4 +1,4 @@
-"""LeRobot datasets, written as versions 2.1 and 3 lay them out."""
+"""LeRobot datasets of versions 2.1 and 3."""
 
 import json
 
@@ -21,7 +21,7 @@ STATE = {
     **{f"{joint}.pos": LOG.position[:, j] for j, joint in enumerate(JOINTS)},
     **{f"{joint}.effort": LOG.torque[:, j] for j, joint in enumerate(JOINTS)},
 }
-"""As a robot's observation names its places."""
+"""Names of the entries of a robot's observation."""
 
 
 def feature(names, width):
@@ -29,7 +29,7 @@ def feature(names, width):
 
 
 def features_of(**lists):
-    """Features of several places a row: {name: (array, names)}, beside those that every dataset has."""
+    """Make features with several entries per row, {name: (array, names)}, in addition to the standard ones."""
     found = {name.replace("__", "."): feature(names, array.shape[1]) for name, (array, names) in lists.items()}
     for name, kind in (("timestamp", "float32"), ("frame_index", "int64"), ("episode_index", "int64")):
         found[name] = {"dtype": kind, "shape": [1], "names": None}
@@ -37,7 +37,7 @@ def features_of(**lists):
 
 
 def dataset(folder, version="v3.0", change=lambda _: None, fps=FPS, episodes=EPISODES, **lists):
-    """Write a dataset of some episodes; `lists` are features as `features_of` has them, `.` written as `__`."""
+    """Write a dataset of some episodes; `lists` are features as in `features_of`, with `.` written as `__`."""
     lists = lists or {"observation__state": (np.stack(list(STATE.values()), 1), list(STATE))}
     path = folder / "dataset"
     (path / "meta").mkdir(parents=True)
@@ -96,7 +96,7 @@ def test_features_of_a_kind_each_and_names_in_any_form(names, tmp_path):
     assert any("'action" in note for note in read.notes)
 
 
-def test_currents_are_torques_where_the_robot_file_says_so(tmp_path):
+def test_currents_become_torques_if_the_robot_file_defines_them(tmp_path):
     names = [f"{joint}.pos" for joint in JOINTS]
     path = dataset(
         tmp_path,
@@ -168,5 +168,5 @@ TWICE = features_of(observation__state=(np.zeros((1, 6)), ["hip.pos", "hip.pos",
         ),
     ],
 )
-def test_what_is_wrong_is_said_in_one_sentence(maker, words, tmp_path):
+def test_errors_are_described_in_one_sentence(maker, words, tmp_path):
     check_refused(maker, words, tmp_path)

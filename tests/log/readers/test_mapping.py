@@ -1,4 +1,4 @@
-"""The laws of `[log]`: a log in other names, units, signs, orders and delays gives the same RobotLog."""
+"""Properties of `[log]`: a log with other names, units, signs, orders and delays gives the same RobotLog."""
 
 import numpy as np
 import pyarrow as pa
@@ -214,7 +214,7 @@ def test_the_robot_file_decides_where_torques_come_from_and_a_contradiction_is_n
         ({"torque": {"offset": [1.0]}}, r"\[log.torque\] offset lists 1 values; expected 3"),
     ],
 )
-def test_settings_that_mean_nothing_are_refused_with_the_robot_file_and_the_key(table, words, tmp_path):
+def test_invalid_settings_are_refused_with_the_robot_file_and_the_key(table, words, tmp_path):
     with pytest.raises(SettingsError, match=r"^robot.toml: " + words):
         read(tmp_path, table, **NAMED)
 

@@ -1,4 +1,4 @@
-"""What is particular to MATLAB's files: orientation, structs, cells, and the layout of YARP's loggers."""
+"""Features of MATLAB's files: orientation, structs, cells, and the layout of YARP's loggers."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ WRITERS = pytest.mark.parametrize("write", [version_5, version_7_3], ids=["versi
 
 
 @WRITERS
-def test_samples_lie_along_the_axis_that_is_as_long_as_time(write, tmp_path):
+def test_samples_are_along_the_axis_with_the_length_of_time(write, tmp_path):
     contents = arrays_of(LOG)
     contents |= {"time": LOG.time[None], "position": LOG.position.T, "foot_wrench": np.moveaxis(LOG.foot_wrench, 0, 1)}
     read = read_log(write(tmp_path, contents), StubRobot())
@@ -64,14 +64,14 @@ def test_structs_are_reached_by_name(write, tmp_path):
 
 
 def signal(time, values, names=None):
-    """A signal as robometry writes it: features x 1 x samples."""
+    """Make a signal in robometry's layout: features x 1 x samples."""
     data = values.T[:, None, :]
     found = {"data": data, "dimensions": np.array(data.shape, dtype=float), "timestamps": time}
     return found | ({"elements_names": np.array(names)} if names is not None else {})
 
 
 def telemetry(log=LOG, start=1_600_000_000.0, **joints):
-    """A log of YARP's robot logger; `joints` replaces signals, or leaves those out that are None."""
+    """Make a log of YARP's robot logger; `joints` replaces signals, or removes those that are None."""
     time = start + log.time
     names = list(log.joint_names)
     state = {
@@ -177,7 +177,7 @@ def with_a_short_torque(folder):
 
 
 def of_another_version(folder):
-    """Version 4, which begins with a number."""
+    """Make a file of version 4, which starts with a number."""
     scipy.io.savemat(folder / "log.mat", {"time": LOG.time, "position": LOG.position}, format="4")
     return folder / "log.mat"
 
@@ -215,11 +215,11 @@ def cut_within_a_variable(folder):
         (cut_within_a_variable, ["cannot be read as MATLAB"]),
     ],
 )
-def test_what_is_wrong_is_said_in_one_sentence(maker, words, tmp_path):
+def test_errors_are_described_in_one_sentence(maker, words, tmp_path):
     check_refused(maker, words, tmp_path)
 
 
-def test_a_file_that_unpacks_to_far_more_than_it_is(tmp_path, monkeypatch):
+def test_a_file_that_unpacks_to_a_huge_size(tmp_path, monkeypatch):
     monkeypatch.setattr("stribeck.log.storage.IN_MEMORY_LIMIT", 1 << 22)
     path = bomb(tmp_path)
     with pytest.raises(LogError, match=r"declares [\d.e+]+ bytes of samples, but has \d+ bytes; expected") as caught:

@@ -1,4 +1,4 @@
-"""A log that is written in a format and read again is the same log."""
+"""A log that is written and read again is unchanged, in every format."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What is particular to tables: how people write CSV, and types of columns."""
+"""Features of tables: variants of CSV, and types of columns."""
 
 import numpy as np
 import pyarrow as pa

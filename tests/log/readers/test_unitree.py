@@ -14,7 +14,7 @@ from stribeck.settings import LogTable
 
 GO, HG = "unitree_go/msg/LowState", "unitree_hg/msg/LowState"
 GO2 = tuple(f"{leg}_{joint}_joint" for leg in ("FL", "FR", "RL", "RR") for joint in ("hip", "thigh", "calf"))
-"""As the model orders them, which is not as the messages do."""
+"""Joints in the model's order, which differs from the order in the messages."""
 _ARM = ("shoulder_pitch", "shoulder_roll", "shoulder_yaw", "elbow", "wrist_roll", "wrist_pitch", "wrist_yaw")
 _WAIST = ("waist_yaw", "waist_roll", "waist_pitch")
 
@@ -32,7 +32,7 @@ H1 = _body(("hip_yaw", "hip_roll", "hip_pitch", "knee", "ankle"), ("torso",), _A
 
 
 def low_states(kind, log, motors, topic="/lowstate", late=0, counter=1, every=1):
-    """Messages of a log whose joints are the motors of these numbers; recorded late by up to so many ns."""
+    """Make messages of a log whose joints have these motor numbers; recorded late by up to so many ns."""
     rng = np.random.default_rng(3)
     for row in range(0, len(log.time), every):
         message = blank(kind)
@@ -66,7 +66,7 @@ def write_mcap(path, messages, define=True):
 
 
 def write_rosbag2(path, messages, version):
-    """Version 8 has no definitions of the types, version 9 has."""
+    """Write a bag; version 8 has no type definitions, version 9 has."""
     with rosbag2.Writer(path, version=version) as writer:
         connections = {}
         for topic, kind, stamp, message in messages:
