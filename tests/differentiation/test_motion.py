@@ -268,7 +268,7 @@ class TestChosenCutoff:
 
     @pytest.mark.parametrize("stiffness", [1e3, 1e5])
     def test_a_controller_response_to_encoder_noise_is_no_motion(self, stiffness):
-        """Torque and position are coherent at all frequencies; only the shape of the spectrum shows the end of motion."""
+        """Torque and position are coherent at all frequencies; only the spectrum shows where motion ends."""
         position, acceleration = self.motion([0.5, 3.0])
         noise = self.noise(1e-5)
         choice = choose_cutoff([acceleration - stiffness * noise], self.rate, [position + noise])

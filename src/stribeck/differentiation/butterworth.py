@@ -71,5 +71,5 @@ def filter_derivatives(
 
 
 def _filter_twice(sections: Array, raw: Array) -> Array:
-    # Subtracting the first sample, usually the largest part of a position, saves digits.
+    # Without the first sample's value, whose step at the start would dominate the transient.
     return np.asarray(scipy.signal.sosfiltfilt(sections, raw - raw[0], axis=0, padtype=None) + raw[0])

@@ -206,5 +206,5 @@ def sound(folder):
         (sound, {"log_table": LogTable(joint_order=[f"j{k}" for k in range(36)])}, ["has 36 joints", "only 35 motors"]),
     ],
 )
-def test_what_is_wrong_is_said_in_one_sentence(maker, robot, words, tmp_path):
+def test_errors_are_described_in_one_sentence(maker, robot, words, tmp_path):
     check_refused(maker, words, tmp_path, StubRobot(**{"joint_names": G1} | robot))
