@@ -1,4 +1,4 @@
-"""A small arm with a revolute, a continuous and a prismatic joint, and logs of it with known friction."""
+"""Small arm with a revolute, a continuous and a prismatic joint, and logs of it with known friction."""
 
 from pathlib import Path
 
@@ -36,7 +36,7 @@ TRUTH = {
 
 
 def write_arm(folder: Path, text: str = "") -> Path:
-    """Write model and robot file to a folder, and return the robot file."""
+    """Write model and robot file to a folder, and return the path of the robot file."""
     (folder / "arm.urdf").write_text(URDF)
     path = folder / "robot.toml"
     path.write_text(f'[robot]\nmodel = "arm.urdf"\nbase = "fixed"\n{text}')
@@ -44,7 +44,7 @@ def write_arm(folder: Path, text: str = "") -> Path:
 
 
 def arm_log(robot: Robot, duration: float = 20.0, rate: float = 1000.0, seed: int = 0, still: str = "") -> RobotLog:
-    """Return a log with exact motion, whose torques are Pinocchio's plus the law (3.5) with `TRUTH` in every joint."""
+    """Make a log with exact motion, whose torques are Pinocchio's plus the law (3.5) with `TRUTH` in every joint."""
     generator = np.random.default_rng(seed)
     time = np.arange(round(duration * rate)) / rate
     joints = len(robot.joint_names)
@@ -71,7 +71,7 @@ def arm_log(robot: Robot, duration: float = 20.0, rate: float = 1000.0, seed: in
 
 
 def save_npz(log: RobotLog, path: Path, **changed: object) -> Path:
-    """Write a log's channels under the contract's names, some of them changed or, if None, left out."""
+    """Write a log's channels under their standard names; some are changed, or omitted if None."""
     arrays: dict[str, object] = {**log.channels(), "joint_names": np.array(log.joint_names), **changed}
     np.savez(path, **{name: array for name, array in arrays.items() if array is not None})
     return path

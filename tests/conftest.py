@@ -1,4 +1,4 @@
-"""Settings of the whole test run, made before anything imports NumPy."""
+"""Settings of the whole test run, applied before anything imports NumPy."""
 
 import gc
 import os
@@ -14,11 +14,11 @@ settings.register_profile("repeatable", derandomize=True)
 settings.load_profile("repeatable")
 
 LONGEST = ("test_site.py", "test_demo.py", "test_fuzz.py", "test_real_logs.py", "test_docs.py", "test_paper.py")
-"""Files with tests of many seconds: what is begun last is short, and no worker waits for another."""
+"""Files with tests of many seconds. They start first, so that no worker waits for another at the end."""
 
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with the longest tests; what has been made by now is never garbage, and need not be looked at for it."""
+    """Start with the longest tests, and exclude existing objects from garbage collection."""
     items.sort(key=lambda item: (*LONGEST, item.path.name).index(item.path.name))
     gc.freeze()

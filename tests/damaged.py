@@ -1,9 +1,8 @@
-"""Logs that cannot be used, each with words that its error message must have.
+"""Unusable logs, each with words that its error message must contain.
 
-`DAMAGED` is a list of (name, maker, words): `maker(folder)` writes a log and returns its path, and reading it for a
-robot with the joints `JOINTS` of `tests.log.readers.formats` ends in a LogError of one line with the path and those
-words.
-`BAD_SAMPLING` lists logs that can be read, and are refused when they are made regular.
+`DAMAGED` is a list of (name, maker, words): `maker(folder)` writes a log and returns its path. Reading it for a robot
+with the joints `JOINTS` of `tests.log.readers.formats` raises a LogError of one line with the path and the words.
+`BAD_SAMPLING` lists logs that can be read, but are refused when they are resampled.
 """
 
 import zipfile
@@ -36,7 +35,7 @@ SUFFIXES = (".npz", ".h5", ".mat", ".csv", ".parquet", ".mcap", ".bag")
 
 
 def main_file(path: Path) -> Path:
-    """The file of a log that holds its samples."""
+    """Return the file of a log that contains its samples."""
     return path if path.is_file() else next(file for file in sorted(path.iterdir()) if file.suffix != ".yaml")
 
 
@@ -53,7 +52,7 @@ def of_bytes(name, content, folder):
 
 
 def arrays(change, folder):
-    """An .npz whose arrays `change` has changed."""
+    """Write an .npz whose arrays are changed by `change`."""
     contents = arrays_of(synthetic_log(60))
     change(contents)
     return write_arrays(folder, **contents)
@@ -67,7 +66,7 @@ def table(change, folder, write=pyarrow.parquet.write_table, name="log.parquet")
 
 
 def csv_line(row, text, folder):
-    """A CSV one of whose lines has been replaced; row 0 is the header."""
+    """Write a CSV with one line replaced; row 0 is the header."""
     path = write_csv(folder, synthetic_log(60))
     lines = path.read_text().splitlines()
     lines[row] = text(lines[row]) if callable(text) else text
@@ -90,8 +89,8 @@ def pickled(folder):
     return write_arrays(folder, **contents)
 
 
-def lying_header(folder):
-    """An array whose header promises a terabyte."""
+def wrong_header(folder):
+    """Write an array whose header declares a terabyte."""
     header = b"{'descr': '<f8', 'fortran_order': False, 'shape': (125000000000,), }"
     header += b" " * (63 - (10 + len(header)) % 64) + b"\n"
     with zipfile.ZipFile(folder / "log.npz", "w") as archive:
@@ -201,7 +200,7 @@ DAMAGED = [
     ),
     ("npz of nothing", lambda folder: write_arrays(folder), ["no arrays"]),
     ("npz with pickled objects", pickled, ["'position'", "expected numbers"]),
-    ("npz with a lying header", lying_header, ["cannot be read"]),
+    ("npz with a wrong header", wrong_header, ["cannot be read"]),
     ("h5 without positions", h5_without_positions, ["no joint positions", "group/q"]),
     (
         "csv with text in a number",

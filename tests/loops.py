@@ -1,4 +1,4 @@
-"""Robots with closed chains: a parallelogram, and a leg whose ankle two motors turn by rods; and exact logs of them."""
+"""Robots with closed chains, and exact logs of them: a parallelogram, and a leg whose ankle is moved by two rods."""
 
 from pathlib import Path
 
@@ -15,7 +15,7 @@ TRUTH = {"viscous": 0.4, "coulomb": 0.9, "offset": 0.1}
 
 
 def link(name: str, mass: float, centre: str, moments: str = "0.002 0.003 0.001") -> str:
-    """Return a link of a URDF."""
+    """Format a link of a URDF."""
     ixx, iyy, izz = moments.split()
     return (
         f'<link name="{name}"><inertial><origin xyz="{centre}"/><mass value="{mass}"/>'
@@ -24,7 +24,7 @@ def link(name: str, mass: float, centre: str, moments: str = "0.002 0.003 0.001"
 
 
 def joint(name: str, parent: str, child: str, axis: str, place: str, kind: str = "continuous") -> str:
-    """Return a joint of a URDF."""
+    """Format a joint of a URDF."""
     turning = "" if kind == "fixed" else f'<axis xyz="{axis}"/>'
     return (
         f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
@@ -33,7 +33,7 @@ def joint(name: str, parent: str, child: str, axis: str, place: str, kind: str =
 
 
 def frame(name: str, parent: str, place: str) -> str:
-    """Return an empty link that is fixed to another."""
+    """Format an empty link that is fixed to another."""
     return f'<link name="{name}"/>' + joint(f"{name}_fixed", parent, name, "", place, "fixed")
 
 
@@ -60,7 +60,7 @@ frames = ["coupler_end", "rocker_end"]
 
 
 def ankle(side: str, y: float) -> str:
-    """Return a motor on the shank, its crank, and a rod on a universal joint down to the foot."""
+    """Format a motor on the shank, its crank, and a rod on a universal joint down to the foot."""
     return (
         link(f"crank_{side}", 0.15, "-0.02 0 0", "1e-4 1e-4 1e-4")
         + joint(f"motor_{side}", "shank", f"crank_{side}", "0 1 0", f"0 {y} -0.1")
@@ -104,21 +104,21 @@ SOLE = '\n[contacts.foot]\nframe = "sole"\n'
 
 
 def robot_of(folder: Path, model: str, text: str) -> Robot:
-    """Return a robot whose files are written to a folder."""
+    """Write the files of a robot to a folder and read it."""
     (folder / "model.urdf").write_text(model)
     (folder / "robot.toml").write_text(text)
     return Robot.from_file(folder / "robot.toml")
 
 
 def leg(folder: Path, base: str) -> Robot:
-    """Return the leg, its trunk fixed, or standing on its foot."""
+    """Make the leg, with a fixed trunk or standing on its foot."""
     return robot_of(folder, LEG, LEG_FILE.format(base=base) + SOLE * (base == "floating"))
 
 
 def loop_log(robot: Robot, duration: float = 8.0, rate: float = 250.0, size: float = 0.3, seed: int = 0) -> RobotLog:
-    """Return an exact log of independent joints in smooth motion; the standing foot of a floating robot is flat.
+    """Make an exact log with smooth motion of independent joints; the standing foot of a floating robot is flat.
 
-    Friction of `TRUTH` acts on the independent joints alone.
+    Friction of `TRUTH` acts only on the independent joints.
     """
     generator = np.random.default_rng(seed)
     time = np.arange(round(duration * rate)) / rate

@@ -1,4 +1,4 @@
-"""Robots that tests share: those of example-robot-data, and the packaged biped."""
+"""Robots that tests share: robots of example-robot-data, and the packaged biped."""
 
 import sysconfig
 from functools import cache
@@ -50,7 +50,7 @@ MODELS: dict[str, tuple[str, dict[str, Any], dict[str, dict[str, str]]]] = {
     "ur5": ("ur_description/urdf/ur5_robot.urdf", {"base": "fixed"}, {}),
     "kinova": ("kinova_description/robots/kinova.urdf", {"base": "fixed"}, {}),
 }
-"""Model file, keys of [robot], contacts."""
+"""Model file, keys of [robot], and contacts."""
 
 POSTURES: dict[str, dict[str, float]] = {
     "talos": {f"leg_{side}_{k}_joint": v for side in SIDES for k, v in ((3, -0.5), (4, 1.0), (5, -0.5))},
@@ -63,24 +63,24 @@ POSTURES: dict[str, dict[str, float]] = {
         f"{leg}_{joint}_joint": value for leg in LEGS for joint, value in (("hip", 0.0), ("thigh", 0.8), ("calf", -1.6))
     },
 }
-"""Knees bent, feet about level."""
+"""Postures with bent knees and nearly level feet."""
 
 
 @cache
 def example_robot(name: str) -> Robot:
-    """Return a robot of example-robot-data; it is built once."""
+    """Build a robot of example-robot-data; the result is cached."""
     return make_robot(*MODELS[name])
 
 
 def make_robot(model: str | Path, table: dict[str, Any], contacts: dict[str, dict[str, str]]) -> Robot:
-    """Return the robot that a robot file with these tables describes; `model` is relative to `EXAMPLES`."""
+    """Build the robot of a robot file with these tables; `model` is relative to `EXAMPLES`."""
     document = {"robot": {"model": str(model), **table}, "contacts": contacts}
     return from_robot_file(RobotFile.model_validate(document), EXAMPLES / "robot.toml")
 
 
 @cache
 def plain_model(name: str) -> pin.Model:
-    """Return what Pinocchio reads from the URDF of a robot, untouched by stribeck."""
+    """Read the URDF of a robot with Pinocchio, without stribeck."""
     path, table, _ = MODELS[name]
     if table.get("base") == "fixed":
         return pin.buildModelFromUrdf(str(EXAMPLES / path))
@@ -88,7 +88,7 @@ def plain_model(name: str) -> pin.Model:
 
 
 def plain_configuration(model: pin.Model, robot: Robot, joints: Array, base: Array | None = None) -> Array:
-    """Return Pinocchio's configuration of one sample: `joints` in the robot's order, `base` position and quaternion."""
+    """Assemble Pinocchio's configuration of one sample: `joints` in robot order, `base` position and quaternion."""
     configuration = pin.neutral(model)
     if base is not None:
         configuration[:7] = base
@@ -100,7 +100,7 @@ def plain_configuration(model: pin.Model, robot: Robot, joints: Array, base: Arr
 
 
 def plain_rates(model: pin.Model, robot: Robot, joints: Array, base: Array | None = None) -> Array:
-    """Return Pinocchio's velocity (or acceleration) of one sample, as `plain_configuration`."""
+    """Assemble Pinocchio's velocity (or acceleration) of one sample, as in `plain_configuration`."""
     rates = np.zeros(model.nv)
     if base is not None:
         rates[:6] = base

@@ -1,4 +1,4 @@
-"""Friction torque samples, made by hand."""
+"""Synthetic friction torque samples."""
 
 from typing import Any
 
@@ -11,7 +11,7 @@ from stribeck.friction_torque.samples import FrictionSamples
 def make_samples(
     velocity: Array, friction_torque: Array, names: tuple[str, ...] = ("knee",), period: float = 1e-3, **changed: Any
 ) -> FrictionSamples:
-    """Make samples of shape (N,) or (N, n) that follow each other, all usable, each a block; fields may be changed."""
+    """Make consecutive samples of shape (N,) or (N, n), all usable, one per block; fields may be overridden."""
     count, shape = len(velocity), (len(velocity), len(names))
     fields = {
         "time": period * np.arange(count),

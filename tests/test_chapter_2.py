@@ -1,4 +1,4 @@
-"""Every way of the paper's chapter 2 works on a walk from the command line, as in docs/paper.md."""
+"""All methods of the paper's chapter 2 identify a walk on the command line, as in docs/paper.md."""
 
 import re
 import shlex
@@ -27,7 +27,7 @@ METHODS = ("whole-log", "ground-reaction", "observer", "direct", "curve-fit")
 
 @pytest.fixture(scope="module")
 def walk(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder with the robot file and the log of a walk of TALOS's legs, three joints of which feel torque."""
+    """Make a folder with the robot file and the log of a walk of TALOS's legs, with torques of three joints."""
     folder = tmp_path_factory.mktemp("walk")
     model, _, contacts = MODELS["talos"]
     legs = [f"leg_{side}_{k}_joint" for side in SIDES for k in range(1, 7)]

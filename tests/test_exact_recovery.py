@@ -1,4 +1,4 @@
-"""Exact logs at 1 kHz give back all six parameters of the law (3.5), for every joint and kind of robot."""
+"""Exact logs at 1 kHz give all six parameters of the law (3.5), for every joint and kind of robot."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from stribeck_simulation.prescribed.exact import exact_log
 
 
 def thirty_joint_talos() -> Robot:
-    """TALOS without its grippers; the neck is position-controlled, as TORO's."""
+    """Make TALOS without grippers; the neck is position-controlled, as in TORO."""
     table = {
         "position_controlled": ["head_1_joint", "head_2_joint"],
         "locked": {"gripper_left_joint": 0.0, "gripper_right_joint": 0.0},
@@ -62,7 +62,7 @@ def test_every_parameter_of_every_joint_comes_back(
             assert joint.parameters[parameter].value == pytest.approx(truth, rel=tolerance), name
 
 
-def test_the_predicted_ground_reaction_is_what_the_foot_feels() -> None:
+def test_the_predicted_ground_reaction_is_the_measured_one() -> None:
     robot = thirty_joint_talos()
     log, _ = exact_log(robot, get_law("stribeck"), {}, duration=6, posture=POSTURES["talos"])
     settings = Settings(filter=FilterSettings(kind="log"))
@@ -71,7 +71,7 @@ def test_the_predicted_ground_reaction_is_what_the_foot_feels() -> None:
 
 
 class Drag(Stribeck):
-    """A law outside the family: arctangent for the sign, square-root growth, and drag with the square of the speed."""
+    """Law outside the family: arctangent instead of the sign, square-root growth, and drag quadratic in the speed."""
 
     name, title = "drag", "Drag"
     parameters = (Parameter(name="level", symbol="F", unit="N m"),)

@@ -1,4 +1,4 @@
-"""The robots of examples/robots: their scenarios make logs, `identify` finds the friction in them, `init` the file."""
+"""Robots of examples/robots: scenarios give logs, `identify` finds their friction, `init` drafts the robot file."""
 
 import os
 import tomllib
@@ -14,9 +14,9 @@ from stribeck_simulation.scenario import read_scenario
 ROBOTS = Path(__file__).parents[1] / "examples/robots"
 NAMES = sorted(path.name for path in ROBOTS.iterdir() if path.is_dir())
 LONG = {"a1", "anymal-c", "g1", "go1", "icub", "solo12"}
-"""Robots like others that are tested every time."""
+"""Robots similar to others that are always tested."""
 TOLERANCE = 0.05
-"""Of Coulomb friction, relative, as docs/robots.md says."""
+"""Relative tolerance of Coulomb friction, as in docs/robots.md."""
 
 
 def require(model: str) -> None:

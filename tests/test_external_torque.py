@@ -1,4 +1,4 @@
-"""Torques that act on the joints from outside: friction is what it is without them, by every method."""
+"""With external joint torques, every method finds the same friction as without."""
 
 from dataclasses import replace
 from functools import cache
@@ -21,7 +21,7 @@ from stribeck_simulation.sensors.measure import with_noise
 
 
 def loaded(log: RobotLog, size: float = 5.0) -> RobotLog:
-    """Return the log of the same motion under an external torque, of which the measured torque takes its part."""
+    """Make a log of the same motion under an external torque, which changes the measured torque."""
     phases = np.arange(len(log.joint_names))
     external = size * np.sin(3 * log.time[:, None] + phases)
     return replace(log, torque=log.torque - external, external_torque=external)

@@ -1,4 +1,4 @@
-"""Contacts that leave nothing to work with end in one sentence, whatever reads them."""
+"""Unusable contacts are refused in one sentence by every command."""
 
 from contextlib import suppress
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Logs that no fit has seen: what is said of them, and parts of logs."""
+"""Validation logs, and parts of logs."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +18,7 @@ FILTER = FilterSettings(kind="butterworth", cutoff=20.0)
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """A robot file, the arm, and two logs of it, of different motions."""
+    """Make a robot file, the arm, and two logs of it with different motions."""
     folder = tmp_path_factory.mktemp("desk")
     file = write_arm(folder)
     robot = Robot.from_file(file)

@@ -1,4 +1,4 @@
-"""Ten parameters and the pseudo-inertia say the same, in every frame."""
+"""Ten parameters and the pseudo-inertia are equivalent in every frame."""
 
 import numpy as np
 import pinocchio as pin
@@ -8,7 +8,7 @@ from stribeck.robot.inertial_parameters import carried, inertial_parameters, pse
 
 
 def some_bodies(count: int = 5) -> list[pin.Inertia]:
-    """Ellipsoids, turned and off their origins."""
+    """Make ellipsoids with arbitrary poses."""
     pin.seed(3)
     sizes = np.random.default_rng(3).uniform(0.1, 0.5, (count, 4))
     return [pin.SE3.Random().act(pin.Inertia.FromEllipsoid(*size)) for size in sizes]

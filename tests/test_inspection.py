@@ -1,4 +1,4 @@
-"""Inspect names joints with opposite signs, tells the torque's delay, and shows what the sampling was."""
+"""Inspection reports joints with opposite signs, the delay of the torque, and the sampling."""
 
 from dataclasses import replace
 

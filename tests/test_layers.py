@@ -1,4 +1,4 @@
-"""Who may import whom: data flows one way, and estimation cannot know whether a robot is simulated."""
+"""Imports between rooms: data flows one way, and estimation is independent of simulation."""
 
 import ast
 import subprocess
@@ -24,7 +24,7 @@ NARROW = {
     "exporters": {"errors", "base", "friction", "robot", "result"},
     "report": {"errors", "base", "friction", "friction_torque", "result"},
 }
-"""Rooms that need fewer of these."""
+"""Rooms that may import only these."""
 ENTRANCE = {"stribeck.cli.app", "stribeck.__main__"}
 
 
@@ -41,7 +41,7 @@ MODULES = modules()
 
 @cache
 def imports(path: Path) -> set[str]:
-    """Return the modules of this package that a file imports at run time."""
+    """List the modules of this package that a file imports at run time."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
     for node in ast.walk(tree):
         if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
@@ -84,7 +84,7 @@ def test_files_do_not_import_each_other_in_a_circle() -> None:
 
 
 def test_the_whole_log_fit_does_not_know_robot_and_log() -> None:
-    """Its equations do; what solves them has nothing to decide by robot."""
+    """Only its equations depend on the robot."""
     own = [path for module, path in MODULES.items() if module.startswith("stribeck.whole_log.")]
     inner = [path for path in own if "equations" not in path.parts]
     reached = {name for path in inner for name in imports(path)}
@@ -98,7 +98,7 @@ def test_estimation_never_imports_simulation() -> None:
 
 
 def test_simulation_does_not_know_the_estimator() -> None:
-    """So that the truth of a log does not rest on what is tested with it."""
+    """The ground truth must be independent of the tested code."""
     reached = {name for path in modules("stribeck_simulation").values() for name in imports(path)}
     rooms = {room_of(name) for name in reached if name.startswith("stribeck.")}
     assert not rooms & {"whole_log", "judgement", "methods", "pipeline", "friction_torque", "cli"}

@@ -1,4 +1,4 @@
-"""The main job on an arm: known parameters come back, and nothing depends on how the log is cut or kept."""
+"""Identification of an arm: known parameters are recovered, however the log is split or stored."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The public names: exactly these, lazy, each with an example that runs."""
+"""Public names: exactly these, imported at first use, each with an example that runs."""
 
 import doctest
 import inspect
@@ -72,7 +72,7 @@ def test_a_function_is_not_its_module(program: str) -> None:
 
 @pytest.fixture(scope="module")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """What the examples have at hand: a folder with the arm, a log of it and what was found, and the public names."""
+    """Prepare the examples: a folder with the arm, a log and its result, and the public names."""
     folder = tmp_path_factory.mktemp("desk")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)

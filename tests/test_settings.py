@@ -1,4 +1,4 @@
-"""Settings: whatever a robot file or a command line says, they are valid or refused in one sentence."""
+"""Settings of robot files and the command line are valid or refused in one sentence."""
 
 import json
 import math
@@ -54,7 +54,7 @@ values = st.recursive(
 
 
 def table_of(model: type[RobotTable | LogTable | Settings]) -> st.SearchStrategy[dict[str, object]]:
-    """Tables whose keys are the settings', and whose values are anything."""
+    """Generate tables whose keys are the settings', with arbitrary values."""
     return st.dictionaries(st.sampled_from(sorted(model.model_fields)) | keys, values, max_size=3)
 
 
@@ -70,7 +70,7 @@ documents = near_documents | st.dictionaries(keys, values, max_size=3)
 
 
 def toml(value: object) -> str:
-    """Return a value as TOML; its basic strings are JSON's."""
+    """Format a value as TOML; its basic strings are JSON's."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{_quoted(key)} = {toml(one)}" for key, one in value.items()) + "}"
     if isinstance(value, list):
@@ -90,7 +90,7 @@ def check_sentence(message: str) -> None:
 
 
 def robot_of(text: str, folder: Path) -> Robot | None:
-    """Return the robot of a robot file with this text, None if it is refused; the refusal must be one sentence."""
+    """Read a robot file with this text; None if it is refused, which must be one sentence."""
     (folder / "arm.urdf").write_text(URDF)
     path = folder / "robot.toml"
     path.write_text(text, encoding="utf-8")

@@ -1,4 +1,4 @@
-"""A single joint on a test bed, as docs/test-bed.md has it: its friction over speed, load and temperature."""
+"""Single joint on a test bed, as in docs/test-bed.md: friction versus speed, load and temperature."""
 
 import re
 from pathlib import Path
@@ -20,7 +20,7 @@ MORE = {"load": 0.05, "coulomb_per_kelvin": -0.02, "viscous_per_kelvin": -0.008}
 
 
 def make_bed(folder: Path, load_motor: bool) -> Path:
-    """Write the page's model and robot file and a log to a folder; a load motor's moves a flywheel."""
+    """Write the page's model and robot file and a log to a folder; a load motor moves a flywheel."""
     blocks = dict(re.findall(r"^```(\w+)\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL))
     lever = '<origin xyz="0.4 0 0"/>'
     assert lever in blocks["xml"]

@@ -1,4 +1,4 @@
-"""Threads that work at once find what each would alone, and leave the process as it was."""
+"""Concurrent threads give the same results as sequential ones, and restore the state of the process."""
 
 import warnings
 from concurrent.futures import ThreadPoolExecutor
