@@ -80,7 +80,7 @@ def test_a_model_explains_as_much_as_without(folder: Path) -> None:
     [
         (lambda external: external[:, :2], "'external_torque' has 2 columns"),
         (lambda external: external[:-5], "'external_torque' has 1495 rows, 'time' has 1500; expected as many"),
-        (lambda external: external * [np.nan, 1, 1], "missing values are in external_torque.shoulder (1500)"),
+        (lambda external: external * [np.nan, 1, 1], "missing: external_torque.shoulder (1500)"),
         (lambda external: external.astype(str), "array 'external_torque' contains values of type"),
     ],
 )
