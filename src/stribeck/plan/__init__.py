@@ -1,1 +1,1 @@
-"""Which motion would make friction known, and the trajectory of it (docs/plan.md)."""
+"""Planning of motions and trajectories that identify friction (docs/plan.md)."""

@@ -1,4 +1,4 @@
-"""How near the bodies of a robot come to each other, by the collision geometry of its URDF."""
+"""Distances between the bodies of a robot, from the collision geometry of its URDF."""
 
 import os
 from collections.abc import Iterable
@@ -13,7 +13,7 @@ from stribeck.base.typing import Array
 from stribeck.robot import Robot, read_robot_file
 
 CLEARANCE = 0.02
-"""Least distance of bodies [m]: calibration and compliance move them by some millimetres."""
+"""Minimum distance of bodies [m]; calibration and compliance move them by some millimeters."""
 
 FLAT = 1e-6
 """Thickness divided by length [1] below which a mesh has no convex hull: Coal crashes on flatter ones."""
@@ -23,7 +23,7 @@ FLAT = 1e-6
 class SelfCollision:
     """Pairs of bodies that may collide.
 
-    `columns` has the robot's joint for each joint of the model, shape (m,), -1 for one that is locked, at `locked`.
+    `columns` contains the robot's joint for each joint of the model, shape (m,); -1 for joints locked at `locked`.
     """
 
     model: pin.Model

@@ -1,4 +1,4 @@
-"""What a motion will say about friction: the Fisher information of friction and bodies together.
+"""Expected uncertainty of friction after a motion: Fisher information of friction and bodies together.
 
 At each sample, the torque of joint i has noise of spectral density S_i and depends on that joint's friction parameters
 p_i and on the inertial parameters x of all bodies, which have the priors of the method. A motion has the information
@@ -18,7 +18,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 from scipy.linalg import block_diag
-from scipy.special import stdtrit  # of scipy.stats, which is slow to import
+from scipy.special import stdtrit  # avoids the slow import of scipy.stats
 
 from stribeck.base.typing import Array
 from stribeck.dynamics.rooted import RootMotion
@@ -37,7 +37,7 @@ from stribeck.whole_log.model.bodies import bodies_of
 
 @dataclass(frozen=True, eq=False)
 class Dynamics:
-    """Torques of a robot whose base does not move, and their derivatives by the bodies' inertial parameters.
+    """Torques of a robot with a fixed base, and their derivatives with respect to the inertial parameters.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class Dynamics:
     nominal: Array
 
     def regressor(self, state: State, joints: list[int] | None = None) -> Array:
-        """Compute the derivatives of some or all joints' torques by the inertial parameters, (T, joints, 10 L)."""
+        """Compute the derivatives of joint torques with respect to the inertial parameters, shape (T, joints, 10 L)."""
         tree = self.robot.tree
         root = RootMotion(np.tile(self.gravity, (len(state.position), 1))) if tree.floating else None
         columns = np.arange(len(self.robot.joint_names)) if joints is None else np.array(joints)
@@ -83,13 +83,13 @@ def covariances(dynamics: Dynamics, state: State, joints: Sequence[PlannedJoint]
     dynamics
         Dynamics of the robot.
     state
-        A motion, sampled so finely that a window of the method has several samples.
+        Motion with several samples per window of the method.
     joints
         The joints.
     period
-        Time that a sample stands for [s].
+        Sampling period [s].
     """
-    coarse = max(1, round(0.02 / period))  # bodies change slowly: 20 ms are fine enough
+    coarse = max(1, round(0.02 / period))  # inertial torques change slowly: 20 ms are sufficient
     regressor = dynamics.regressor(state.take(slice(None, None, coarse)), [joint.column for joint in joints])
     places = np.arange(len(state.position)) / coarse
     first = np.minimum(places.astype(int), len(regressor) - 2)
@@ -120,7 +120,7 @@ def _precision(
         velocity, load = state.velocity[:, joint.column], regressor[:, k] @ dynamics.nominal
         phi = joint.columns(velocity, state.acceleration[:, joint.column], load, state.position[:, joint.column])
         moves, of_bodies = joint.moves(velocity)[:, None], regressor[:, k] @ dynamics.directions
-        # a torque says at most 1e12 times as much about bodies as their priors; beyond, noise is below rounding
+        # limits the information to 1e12 times the prior's; beyond, noise is below rounding
         density = max(joint.noise, period * float(np.sum((moves * of_bodies) ** 2)) / 1e12)
         moves = np.sqrt(period / density) * moves
         phi, of_bodies = moves * averaged(phi, period), moves * of_bodies
@@ -166,7 +166,7 @@ def read_present(path: Path, joints: Iterable[str], rate: float) -> dict[str, Pr
 
 def _read(table: pq.ParquetFile, name: str, rate: float) -> PresentMotion:
     keys = [f"{kind}.{name}" for kind in ("velocity", "friction_torque", "usable")]
-    stride = max(1, int(WINDOW_LENGTH / 8 * rate))  # a window averages it
+    stride = max(1, int(WINDOW_LENGTH / 8 * rate))  # averaged over a window
     velocity, torque, usable = (np.asarray(each.to_numpy())[::stride] for each in table.read(columns=keys).columns)
     return PresentMotion(
         velocity=np.nan_to_num(velocity.astype(float)),
@@ -177,10 +177,10 @@ def _read(table: pq.ParquetFile, name: str, rate: float) -> PresentMotion:
 
 
 def noise_of(joints: Mapping[str, PlannedJoint], motions: Mapping[str, PresentMotion]) -> dict[str, float]:
-    """Estimate the spectral density of each joint's torque [N^2 m^2 s].
+    """Estimate the spectral density of each joint's torque noise [N² m² s] from the intervals of the result.
 
-    It follows from the intervals of the result. A joint without an interval gets the rough estimate of its torque,
-    times the median ratio of both estimates over the other joints.
+    A joint without an interval gets the rough estimate from its torque, times the median ratio of both estimates over
+    the other joints.
     """
     shown = {name for name, joint in joints.items() if not joint.guessed and joint.found.verdict != "no friction"}
     rough = {name: rough_noise(motion, joints[name] if name in shown else None) for name, motion in motions.items()}
@@ -195,9 +195,9 @@ def noise_of(joints: Mapping[str, PlannedJoint], motions: Mapping[str, PresentMo
 
 
 def read_noise(motion: PresentMotion, joint: PlannedJoint) -> float:
-    """Compute the spectral density of a joint's torque [N^2 m^2 s] that explains the errors of its friction curve.
+    """Compute the spectral density of torque noise [N² m² s] that explains the errors of a joint's friction curve.
 
-    Geometric mean over the points of the curve of the variance found, divided by that of noise of density 1.
+    It is the geometric mean, over the points of the curve, of the variance divided by the variance for density 1.
     """
     information = joint.information(motion)
     slopes = joint.curve(joint.found.curve[-1].velocity)[2]
@@ -211,7 +211,7 @@ def read_noise(motion: PresentMotion, joint: PlannedJoint) -> float:
 
 
 def rough_noise(motion: PresentMotion, joint: PlannedJoint | None) -> float:
-    """Estimate the spectral density of a joint's torque [N^2 m^2 s] from the torque that its friction leaves.
+    """Estimate the spectral density of a joint's torque noise [N² m² s] from the residual of its friction.
 
     Means over consecutive windows are compared, which cancels slow changes (von Neumann 1941).
     """

@@ -1,4 +1,4 @@
-"""A joint to plan for: its friction, found or guessed, its noise, and the limits of its motion."""
+"""Joint to plan for: friction (estimated or assumed), noise, and limits of the motion."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ from stribeck.settings import Settings
 from stribeck.whole_log.equations.filters import BOXES, WINDOW_LENGTH
 
 SHRINKING = ("noise", "overdispersion", "heterogeneity over folds", "group mean")
-"""Parts of a variance that fall as a log gets longer."""
+"""Parts of a variance that decrease with the duration of the log."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -30,11 +30,11 @@ class PresentMotion:
     Attributes
     ----------
     velocity, friction_torque
-        [rad/s], [N m], shape (N,), in order of time.
+        Velocity [rad/s] and friction torque [N m] over time, shape (N,).
     usable
-        Samples that a fit may use, shape (N,).
+        Mask of samples that a fit may use, shape (N,).
     period
-        Time that a sample stands for [s].
+        Sampling period [s].
     """
 
     velocity: Array
@@ -64,24 +64,24 @@ class Reach:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PlannedJoint:
-    """One joint whose friction a new log has to show.
+    """Joint whose friction a new log should identify.
 
     Attributes
     ----------
     column
-        Place in the robot's order.
+        Index in the robot's joint order.
     found
-        Result of the joint; its parameters are estimates or a guess.
+        Result of the joint, with estimated or assumed parameters.
     guessed
-        Whether the parameters are a guess.
+        Whether the parameters are assumed.
     prismatic
         Whether the joint slides.
     settings
         Settings of the robot: priors, and the share of the top speed below which a joint is at rest.
     reach
-        Limits of its motion.
+        Limits of the motion.
     noise
-        Spectral density of its torque [N^2 m^2 s].
+        Spectral density of the torque noise [N² m² s].
     """
 
     column: int
@@ -99,7 +99,7 @@ class PlannedJoint:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Names of the k parameters that a log has to find; no motion changes temperature and drift."""
+        """Names of the k parameters to identify, without temperature and drift, which no motion excites."""
         known = {name for term in LADDER if term.name.endswith(("temperature", "drift")) for name in term.parameters}
         return tuple(name for name in self.found.parameters if name not in known | {"presliding"})
 
@@ -129,14 +129,14 @@ class PlannedJoint:
 
     @cached_property
     def _law_at(self) -> tuple[Array, Array]:
-        """Values of the law, and their derivatives by the k parameters."""
+        """Values of the law, and their derivatives with respect to the k parameters."""
         found = {name: own.value for name, own in self.found.parameters.items()}
         values = law_values(self.law, found)
         assert values is not None, "a joint with a curve has all parameters that its law needs"
         return values, law_slopes(self.law, found)[:, [list(found).index(name) for name in self.names]]
 
     def columns(self, velocity: Array, acceleration: Array, load: Array | None, position: Array | None) -> Array:
-        """Compute the derivatives of the friction torque by the coordinates, shape (T, k)."""
+        """Compute the derivatives of the friction torque with respect to the coordinates, shape (T, k)."""
         values, slopes = self._law_at
         found = self.law.jacobian(velocity, values) @ slopes
         beyond = {parameter.name for parameter in BEYOND_VELOCITY}  # friction is linear in these
@@ -157,9 +157,9 @@ class PlannedJoint:
         return np.asarray(np.abs(velocity) >= self.settings.rest * top_speed(velocity))
 
     def curve(self, speed: float) -> tuple[Array, Array, Array]:
-        """Compute speeds, friction and its derivatives by the coordinates, shapes (3,), (3,), (3, k).
+        """Compute speeds, friction, shape (3,) each, and its derivatives with respect to the coordinates, shape (3, k).
 
-        The mean of both directions, as in the verdicts, at a mean load.
+        Friction is the mean of both directions at the mean load, as in the verdicts.
         """
         speeds = speed * np.array(list(SPEEDS.values()))
         forward, backward = (self.columns(sign * speeds, np.zeros(len(speeds)), None, None) for sign in (1, -1))
@@ -178,9 +178,9 @@ class PlannedJoint:
 
     @cached_property
     def shrinking_share(self) -> float:
-        """Share of the curve's variance [1] that falls with the length of a log.
+        """Share of the curve's variance that decreases with the duration of the log [1].
 
-        Mean over the parameters, each with its weight in the curve's variance.
+        It is the mean over the parameters, weighted by their contribution to the curve's variance.
         """
         slopes = self.curve(self.found.curve[-1].velocity)[2]
         found = [self.found.parameters[name] for name in self.names]
@@ -193,16 +193,16 @@ class PlannedJoint:
 
     @property
     def fixed_part(self) -> str:
-        """Name of the largest part of the parameters' variances that no length of a log reduces, "" if none."""
+        """Name of the largest part of the variances that does not decrease with the duration, "" if none."""
         shares = [own.variance_shares for own in self.found.parameters.values() if own.variance_shares]
         names = {name for own in shares for name in own if name not in SHRINKING}
         return max(sorted(names), key=lambda name: sum(own.get(name, 0.0) for own in shares), default="")
 
 
 def guess(joint: JointResult, others: Sequence[JointResult]) -> JointResult:
-    """Give a joint the median parameters of other joints that have a curve; without any, the starts of a fit, else 0.
+    """Assume the median parameters of other joints with a curve; without any, initial values of a fit, or 0.
 
-    For the law "auto" only the terms that every joint has.
+    For the law "auto", only the terms that every joint has are assumed.
     """
     speed = float(np.median([other.curve[-1].velocity for other in others] or [1.0]))
     found = {}
@@ -231,7 +231,7 @@ def moving(posture: Array, columns: int | list[int], own: State) -> State:
 
 
 def averaged(columns: Array, period: float) -> Array:
-    """Average columns over time, shape (T, k), as a window of the whole-log method does."""
+    """Average columns over time, shape (T, k), like a window of the whole-log method."""
     length = max(1, round((WINDOW_LENGTH / period + BOXES - 1) / BOXES))
     for _ in range(BOXES if length > 1 else 0):
         columns = uniform_filter1d(columns, length, axis=0)

@@ -1,4 +1,4 @@
-"""The plan: what would make the friction of weak joints known."""
+"""Plan of motions that identify the friction of weak joints."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -20,23 +20,23 @@ from stribeck.result import JointResult, Result, read_result
 from stribeck.robot import Robot
 
 SHARE_OF_ADVICE = 0.2
-"""Share of the work that precedes the search for a trajectory [1]."""
+"""Share of the progress before the search for a trajectory [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """What would make friction known that a log has left weak.
+    """Motions that identify the friction of weak joints.
 
     Attributes
     ----------
     robot
-        Its name.
+        Name of the robot.
     joints
-        By name, what to do about those that are weak or not excited.
+        Advice by joint, for joints that are weak or not excited.
     notes
-        What was assumed.
+        Assumptions and limits.
     trajectory
-        Of all these joints together; None if none was asked for, the base moves, or there is nothing to plan.
+        Trajectory of all these joints; None if not requested, the base moves, or there is nothing to plan.
     """
 
     robot: str
@@ -45,7 +45,7 @@ class Plan:
     trajectory: Trajectory | None = None
 
     def to_json(self) -> str:
-        """Return the text of plan.json."""
+        """Format the content of plan.json."""
         document = {
             "schema": 1,
             "robot": self.robot,
@@ -65,27 +65,27 @@ def plan(
     duration: float | None = None,
     progress: Progress = quiet,
 ) -> Plan:
-    """Say which motion would make the friction of joints known that a log has left weak.
+    """Plan motions that identify the friction of joints that are weak or not excited.
 
     Parameters
     ----------
     result
-        Path of a result.json, with its friction_torque.parquet beside it.
+        Path of a result.json; friction_torque.parquet must be in the same folder.
     robot
         The robot, or the path of its robot file.
     joints
-        Which joints to plan for; all that are weak or not excited if None.
+        Joints to plan for; all weak or not excited joints if None.
     held
-        Of a floating robot whose base is held still, hung or lying: which of its axes points up, "z", "-x" or another.
+        Base axis that points up if a floating robot's base is held still: "x", "-x", "y", "-y", "z" or "-z".
     duration
-        Length of a trajectory of all these joints together [s]; none is made if None, nor of a base that moves.
+        Duration of the trajectory of all these joints [s]; no trajectory if None, or if the base moves.
     progress
-        Told how far the work is.
+        Callback `progress(stage, fraction)`.
 
     Returns
     -------
     plan
-        What each motion would bring.
+        Expected result of each motion.
 
     Raises
     ------
@@ -192,8 +192,8 @@ def posture_of(robot: Robot, result: Result) -> Array:
 def _reach(robot: Robot, column: int, joint: JointResult, middle: float) -> Reach:
     """Limit a joint's motion to 0.9 of the model's range and 0.8 of its speed, at most twice the speed of the log.
 
-    Without a range, the joint keeps within 1 rad or 0.1 m about the middle of the log, or the log's own range. A joint
-    that was slower than half of 1 rad/s or 0.1 m/s may reach that.
+    Without a range, the joint stays within 1 rad or 0.1 m of the middle of the log, or in the log's range. Speeds up
+    to 1 rad/s or 0.1 m/s are always allowed.
     """
     usual = 0.1 if robot.prismatic[column] else 1.0
     low, high = (limits[column] for limits in robot.position_limits)

@@ -29,13 +29,13 @@ HARMONICS = np.array([1, 2, 3, 5, 8])
 """Harmonics of a period: a few that lie apart reach slow and fast motion with few coefficients."""
 
 AT_REST = block_diag(null_space(np.ones((1, len(HARMONICS)))), null_space(HARMONICS[None].astype(float)))
-"""Weights a_k and b_k by the free coefficients, shape (2 harmonics, FREE)."""
+"""Matrix from the free coefficients to the weights a_k and b_k, shape (2 harmonics, FREE)."""
 
 FREE = AT_REST.shape[1]
-"""Coefficients per joint that rest at the ends leaves free [1]."""
+"""Number of free coefficients per joint, given rest at the ends."""
 
 TORQUE_SHARE = 0.8
-"""Share of the torque limits that a trajectory uses [1]: tracking it takes more."""
+"""Largest share of the torque limits used by a trajectory [1]; the rest is for tracking."""
 
 STEP = 1e-4
 """Step of finite differences, for coordinates of size 1."""
@@ -59,16 +59,16 @@ class Series(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """The task that a trajectory solves.
+    """Task of a trajectory.
 
     Attributes
     ----------
     dynamics
         Dynamics of the robot.
     joints
-        Joints that move, m of them.
+        Moving joints, m in total.
     posture
-        Position of the joints that rest [rad], [m], shape (n,).
+        Positions of the resting joints [rad], [m], shape (n,).
     """
 
     dynamics: Dynamics
@@ -141,7 +141,7 @@ def optimized(task: Task) -> Array:
         method="SLSQP",
         options={"maxiter": 60, "ftol": 1e-3},
     )
-    # limits exceeded by a fifth are met by shrinking; a series that exceeds them more is not used
+    # series that exceed limits by up to a fifth are shrunk, others are not used
     return np.asarray(found.x) if value(found.x.tobytes())[1:].min() > -0.2 else start
 
 
@@ -159,6 +159,6 @@ def _criterion(task: Task, coordinates: Array, time: Array) -> Array:
     regressor = task.dynamics.regressor(state)
     volume = log_volume(regressor[:, task.columns], task.dynamics, state, task.joints, time[1])
     shares = task.shares(state, regressor @ task.dynamics.nominal)
-    # a smooth maximum of sharpness 40 exceeds the maximum by log(samples) / 40, a tenth at most
+    # a smooth maximum of sharpness 40 exceeds the maximum by log(samples) / 40, at most 0.1
     free = [1 - logsumexp(40.0 * share, axis=0) / 40.0 for share in shares.values()]
     return np.concatenate([[volume], *(each[np.isfinite(each)] for each in free)])

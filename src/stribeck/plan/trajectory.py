@@ -1,4 +1,4 @@
-"""The trajectory that makes friction known best within the limits of the robot.
+"""Optimal trajectory for identifying friction within the limits of the robot.
 
 A Fourier series minimizes the volume of the uncertainty of all friction coordinates, log det of their covariance
 (D-optimality; Swevers et al. 1997), with bodies fitted too, by sequential quadratic programming. Limits of position,
@@ -31,9 +31,9 @@ FINE = 0.01
 
 @dataclass(frozen=True, kw_only=True)
 class Promise:
-    """What a trajectory will show of one joint: half of the 95 % interval of each parameter, and its friction curve.
+    """Expected result for one joint: half of the 95 % interval of each parameter, and the friction curve.
 
-    `assumed` are the parameters that the promise is computed for.
+    `assumed` are the parameters for which it is computed.
     """
 
     top_speed: float
@@ -51,15 +51,15 @@ class Trajectory:
     Attributes
     ----------
     joint_names
-        Names of all joints; those without a promise rest.
+        Names of all joints; joints without a promise rest.
     duration, period
-        [s]; the duration is a number of periods.
+        Duration, a multiple of the period, and period [s].
     promise
-        Promise per joint.
+        Expected result per joint.
     used
         Largest share of the limits of positions, speeds and torques [1]; 0 for torques without limits.
     clearance
-        Least distance of bodies [m]; None if it is not known.
+        Smallest distance of bodies [m]; None if unknown.
     """
 
     joint_names: tuple[str, ...]
@@ -75,7 +75,7 @@ class Trajectory:
         return self.motion(np.asarray(time, dtype=np.float64))
 
     def write_csv(self, path: Path) -> None:
-        """Write a row every 10 ms: time [s], then position, velocity and acceleration of each joint, in SI units."""
+        """Write one row per 10 ms: time [s], then position, velocity and acceleration of each joint, in SI units."""
         time = np.linspace(0.0, self.duration, round(self.duration / FINE) + 1)
         state = self.at(time)
         columns = {"time": time}
@@ -90,7 +90,7 @@ class Trajectory:
 
 
 def design(task: Task, duration: float, bodies: SelfCollision | None) -> tuple[Trajectory, list[str]]:
-    """Design the trajectory, with notes on what limits it.
+    """Design the trajectory, with notes on its limits.
 
     Raises
     ------
@@ -136,8 +136,8 @@ def _check_posture(task: Task) -> None:
 def within_limits(task: Task, series: Series, bodies: SelfCollision | None) -> tuple[Series, float, str, float | None]:
     """Shrink a series towards the posture, in steps of a twentieth, until it is within all limits.
 
-    Returns the series, the factor [1], the limit that the series exceeded, "" if none, and the least distance of
-    bodies [m], None if it is not known.
+    Returns the series, the factor [1], the exceeded limit ("" if none), and the smallest distance of bodies [m], None
+    if unknown.
     """
     time = np.arange(0, PERIOD, FINE)
     size, why = 1.0, ""
@@ -158,7 +158,7 @@ def within_limits(task: Task, series: Series, bodies: SelfCollision | None) -> t
 
 
 def promise_of(task: Task, state: State, repeats: int) -> dict[str, Promise]:
-    """Predict what a number of periods of a motion will show of each joint that moves."""
+    """Predict the result for each moving joint after a number of periods."""
     duration = repeats * PERIOD
     repeated = [replace(joint, noise=joint.noise / repeats) for joint in task.joints]
     found = covariances(task.dynamics, state, repeated, FINE)
