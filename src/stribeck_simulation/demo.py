@@ -26,14 +26,14 @@ NEAR = (1e-4, 0.1)
 
 
 def truth_reference(result: Result, law: FrictionLaw, parameters: Parameters) -> Reference:
-    """Return the truth as the report shows it beside a result.
+    """Build the reference that the report shows next to a result.
 
     Parameters
     ----------
     result
-        Says over which velocities joints moved.
+        Result with the velocity range of each joint.
     law, parameters
-        The friction that was simulated; its values stand beside the found ones if the same law was fitted.
+        Simulated friction; parameters are compared if the same law was fitted.
     """
     curves = {}
     for joint, values in parameters.items():
@@ -46,7 +46,7 @@ def truth_reference(result: Result, law: FrictionLaw, parameters: Parameters) ->
 
 
 def _velocities(low: float, high: float) -> Array:
-    """Return velocities from low to high, dense about zero [rad/s]."""
+    """Compute velocities from low to high, dense about zero [rad/s]."""
     reach = max(abs(low), abs(high))
     # of a truth curve on either side of rest, where friction turns
     near = np.geomspace(NEAR[0] * reach, NEAR[1] * reach, 60)
@@ -56,14 +56,14 @@ def _velocities(low: float, high: float) -> Array:
 
 
 SCENARIO = MODELS / "demo.toml"
-"""What happens in it."""
+"""Scenario of the demonstration."""
 FILES = ("scenario.toml", "robot.toml", MODEL_FILE.name, "log.npz", "log.truth.npz")
-"""What it consists of."""
+"""Files of the demonstration."""
 
 
 @dataclass(frozen=True, eq=False)
 class Demo:
-    """The files of a demonstration, its true friction law and parameters by joint and name, and what it looks like."""
+    """Files of a demonstration, true friction law, parameters by joint and name, and the walk."""
 
     robot_file: Path
     log: Path
@@ -73,16 +73,16 @@ class Demo:
 
 
 def make_demo(folder: Path, progress: Callable[[float], None] = lambda _: None, *, scenario: Path = SCENARIO) -> Demo:
-    """Let the humanoid walk, and write all that belongs to its log into an existing folder.
+    """Simulate the walk of the humanoid, and write its files to an existing folder.
 
     Parameters
     ----------
     folder
-        Where to; gets `FILES`.
+        Output folder for `FILES`.
     progress
-        Told the share of the simulation that is done, now and then.
+        Callback `progress(fraction)`.
     scenario
-        Of the packaged humanoid in the contact simulator.
+        Scenario; that of the packaged humanoid in the contact simulator if None.
     """
     for source, name in ((scenario, "scenario.toml"), (ROBOT_FILE, "robot.toml"), (MODEL_FILE, MODEL_FILE.name)):
         shutil.copyfile(source, folder / name)

@@ -1,4 +1,4 @@
-"""Writes simulated logs as files that `stribeck.read_log` reads without any setting, and their truth beside them."""
+"""Files of simulated logs, readable without any setting, and of their ground truth."""
 
 import json
 from dataclasses import fields
@@ -13,12 +13,12 @@ from stribeck_simulation.prescribed.exact import Truth
 
 
 def truth_file(log: Path) -> Path:
-    """Return where the truth of a simulated log is."""
+    """Return the path of the ground truth of a simulated log."""
     return log.with_name(f"{log.stem}.truth.npz")
 
 
 def write_simulated(log: RobotLog, truth: Truth, path: Path) -> Path:
-    """Write a log to `path` and its truth beside it, both or neither, and return where the truth is.
+    """Write a log to `path` and its ground truth to a file next to it, both or neither; return the latter's path.
 
     The truth's arrays have the names of `Truth`; `parameters` is JSON text, by joint and name.
     """
@@ -41,7 +41,7 @@ def write_simulated(log: RobotLog, truth: Truth, path: Path) -> Path:
 
 
 def read_truth(log: Path) -> Truth:
-    """Return the truth that `write_simulated` put beside a log."""
+    """Read the ground truth that `write_simulated` wrote for a log."""
     with np.load(truth_file(log), allow_pickle=False) as file:
         arrays = {field.name: file[field.name] for field in fields(Truth) if field.name in file.files}
         return Truth(**arrays | {"parameters": json.loads(str(file["parameters"]))})

@@ -107,7 +107,7 @@ def run_scenario(
 
 
 def friction_of(scenario: Scenario, robot: Robot) -> FrictionTruth:
-    """Return the friction that a simulator puts into the joints, in the tree's order.
+    """Build the friction that a simulator puts into the joints, in the tree's order.
 
     Raises
     ------
@@ -128,7 +128,7 @@ def friction_of(scenario: Scenario, robot: Robot) -> FrictionTruth:
 
 
 def law_of(table: FrictionTable) -> FrictionLaw:
-    """Return the law of `[friction.joints]`.
+    """Build the law of `[friction.joints]`.
 
     Raises
     ------
@@ -145,7 +145,7 @@ def law_of(table: FrictionTable) -> FrictionLaw:
 
 
 def believed_model(robot: Robot, error: float, seed: int) -> pin.Model:
-    """Return the robot's model with every body's mass and inertia off by up to a share `error`, drawn once."""
+    """Build the robot's model with every body's mass and inertia off by up to a share `error`, drawn once."""
     model = pin.Model(robot.tree.model)
     generator = np.random.default_rng([seed, 1])
     for joint in range(1, model.njoints):
@@ -156,7 +156,7 @@ def believed_model(robot: Robot, error: float, seed: int) -> pin.Model:
 
 
 def _exact(scenario: Scenario, robot: Robot, posture: Named) -> Simulated:
-    """Return an exact log: a prescribed random motion of an arm, a quadruped or a humanoid, nothing simulated."""
+    """Build an exact log: a prescribed random motion of an arm, a quadruped or a humanoid, nothing simulated."""
     table = scenario.friction
     if scenario.walk or scenario.push or table.drift or table.lugre or table.backlash or table.load:
         raise SettingsError(
@@ -178,7 +178,7 @@ def _exact(scenario: Scenario, robot: Robot, posture: Named) -> Simulated:
 
 
 def _measured(robot: Robot, log: RobotLog, truth: Truth, scenario: Scenario) -> Simulated:
-    """Return an exact log as the sensors give it; ideal ones leave the exact velocity and acceleration in it."""
+    """Build an exact log as the sensors give it; ideal ones leave the exact velocity and acceleration in it."""
     truth = replace(truth, foot_wrench=log.foot_wrench)
     if scenario.sensors != "ideal":
         log = measure(log, sensors_for(log, PROFILES[scenario.sensors], scenario.seed))

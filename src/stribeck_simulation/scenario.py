@@ -113,7 +113,7 @@ def read_scenario(path: Path) -> Scenario:
 
 
 def by_joint(patterns: dict[str, Named], common: Named, joints: tuple[str, ...], where: str) -> dict[str, Named]:
-    """Return the parameters of each joint that a pattern names.
+    """Compute the parameters of each joint that a pattern names.
 
     Raises
     ------

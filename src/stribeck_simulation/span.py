@@ -5,12 +5,12 @@ from numpy.typing import NDArray
 
 
 def span(index: NDArray[np.int64]) -> NDArray[np.int64] | slice:
-    """Return a slice where entries follow each other, as it is several times as fast, else the index itself.
+    """Convert consecutive indices to a slice, which is several times faster; keep others.
 
     Parameters
     ----------
     index
-        Entries, shape (k,).
+        Indices, shape (k,).
     """
     follows = len(index) > 0 and bool(np.all(np.diff(index) == 1))
     return slice(int(index[0]), int(index[-1]) + 1) if follows else index

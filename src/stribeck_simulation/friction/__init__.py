@@ -1,4 +1,4 @@
-"""The friction that a simulator puts into the joints: the library's laws, and some that the estimator does not have."""
+"""Simulated joint friction: the library's laws, and effects that the estimator does not model."""
 
 from stribeck_simulation.friction.backlash import Backlash as Backlash
 from stribeck_simulation.friction.injection import FrictionEffect as FrictionEffect

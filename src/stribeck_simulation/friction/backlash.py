@@ -47,7 +47,7 @@ class Backlash:
         self._last: tuple[Array, ...] = ()
 
     def linearise(self, instant: Instant) -> tuple[Array, Array]:
-        """Return D and c of these joints, shape (k,) each."""
+        """Compute D and c of these joints, shape (k,) each."""
         play, k, d = self._values
         h, q, v, torque = (
             instant.step,

@@ -20,15 +20,14 @@ from stribeck_simulation.span import span
 
 
 class Instant(NamedTuple):
-    """The beginning of a physics step.
+    """State at the start of a physics step.
 
     Attributes
     ----------
     time, step
         [s]
     position, velocity, torque
-        Of all joints, shape (n,); velocity is the one foreseen for the middle of the step, torque what the torque
-        sensors feel during it.
+        Values of all joints, shape (n,); velocity is predicted for the middle of the step, torque is the sensors'.
     """
 
     time: float
@@ -39,7 +38,7 @@ class Instant(NamedTuple):
 
 
 class FrictionEffect(Protocol):
-    """Something that takes torque away between sensor and link, at some joints.
+    """Friction torque between sensor and link at some joints.
 
     To add one, write a class with these members in a file of its own. One object serves one run: it may keep a state.
     """
@@ -48,7 +47,7 @@ class FrictionEffect(Protocol):
     parameters: Parameters
 
     def linearise(self, instant: Instant) -> tuple[Array, Array]:
-        """Return D [N m s/rad], not negative, and c [N m] of these joints over the coming step, shape (k,) each."""
+        """Compute D [N m s/rad], not negative, and c [N m] of these joints over the coming step, shape (k,) each."""
         ...
 
     def advance(self, velocity: Array) -> None:
@@ -82,7 +81,7 @@ class FrictionTruth:
         self._damping, self._offset = np.zeros((2, joints))
 
     def before(self, instant: Instant) -> tuple[Array, Array]:
-        """Return D [N m s/rad], to be used as implicit damping, and c [N m], to be subtracted, shape (n,) each."""
+        """Compute D [N m s/rad], to be used as implicit damping, and c [N m], to be subtracted, shape (n,) each."""
         self._damping, self._offset = np.zeros((2, len(instant.velocity)))
         for effect, columns in zip(self._effects, self._columns, strict=True):
             damping, offset = effect.linearise(instant)
@@ -91,7 +90,7 @@ class FrictionTruth:
         return self._damping, self._offset
 
     def after(self, velocity: Array) -> Array:
-        """Return the friction torque that acted [N m], shape (n,), given the step's velocity u, shape (n,)."""
+        """Build the friction torque that acted [N m], shape (n,), given the step's velocity u, shape (n,)."""
         for effect, columns in zip(self._effects, self._columns, strict=True):
             effect.advance(velocity[columns])
         return self._damping * velocity + self._offset

@@ -32,12 +32,12 @@ class Drift:
     time_constant: float
 
     def require(self, names: Sequence[str], law: str) -> None:
-        """Refuse ratios of parameters that the law does not have, and ratios and times that are not positive.
+        """Check that ratios refer to parameters of the law, and that ratios and times are positive.
 
         Raises
         ------
         SettingsError
-            Naming the first of them.
+            For the first invalid entry.
         """
         for name, ratio in self.ratios.items():
             if name not in names:
@@ -48,7 +48,7 @@ class Drift:
             raise SettingsError(f"drift: time_constant is {self.time_constant}; expected a positive number of seconds")
 
     def factors(self, names: Sequence[str], time: float) -> Array:
-        """Return what each parameter is multiplied by at a time [s], shape (p,)."""
+        """Compute the factor of each parameter at a time [s], shape (p,)."""
         warm = 1.0 - np.exp(-time / self.time_constant)
         return np.array([1.0 + (self.ratios.get(name, 1.0) - 1.0) * warm for name in names])
 
@@ -92,11 +92,11 @@ class LawFriction:
         self._still = law.torque(np.zeros(len(self.columns)), self._values)
 
     def values(self, time: float) -> Array:
-        """Return the parameters at a time [s], shape (p, k)."""
+        """Compute the parameters at a time [s], shape (p, k)."""
         return self._values if self._drift is None else self._values * self._drift.factors(self._names, time)[:, None]
 
     def linearise(self, instant: Instant) -> tuple[Array, Array]:
-        """Return D and c of these joints, shape (k,) each."""
+        """Compute D and c of these joints, shape (k,) each."""
         values = self.values(instant.time)
         speed = instant.velocity[self._read]
         speed = np.copysign(np.maximum(np.abs(speed), SLOWEST), speed)
@@ -108,7 +108,7 @@ class LawFriction:
 
 
 class Load:
-    """Coulomb friction in proportion to the joint's torque, on top of any other.
+    """Coulomb friction proportional to the joint's torque, in addition to other friction.
 
         R = eta |tau| tanh(s v)
 
@@ -140,7 +140,7 @@ class Load:
         self.parameters = parameters
 
     def linearise(self, instant: Instant) -> tuple[Array, Array]:
-        """Return D and c of these joints, shape (k,) each."""
+        """Compute D and c of these joints, shape (k,) each."""
         share, slope = self._values
         speed = np.maximum(np.abs(instant.velocity[self.columns]), SLOWEST)
         level = share * np.abs(instant.torque[self.columns])

@@ -51,7 +51,7 @@ class LuGre:
         self._step = 0.0
 
     def linearise(self, instant: Instant) -> tuple[Array, Array]:
-        """Return D and c of these joints, shape (k,) each."""
+        """Compute D and c of these joints, shape (k,) each."""
         s0, s1, Fv, Fc, S, vs, offset = self._values
         v, h, z = instant.velocity[self.columns], instant.step, self.deflection
         level = Fc * (1.0 + S * np.exp(-((v / vs) ** 2)))

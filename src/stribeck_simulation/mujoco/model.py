@@ -55,9 +55,9 @@ def compile_body(robot: Robot, soles: Mapping[str, Sole] | None = None, step: fl
     robot
         Read from a robot file.
     soles
-        Of contacts whose foot has no simple shape in the model; they go before what the model says.
+        Soles of contacts whose foot has no simple shape in the model; they override the model.
     step
-        Of the integration [s].
+        Integration step [s].
 
     Raises
     ------
@@ -125,7 +125,7 @@ def _joint_entries(robot: Robot, model: mujoco.MjModel) -> tuple[NDArray[np.int6
 
 
 def _torque_limit(model: mujoco.MjModel) -> Array:
-    """Return the largest torque of each degree of freedom, shape (nv,)."""
+    """Find the largest torque of each degree of freedom, shape (nv,)."""
     limit = np.full(model.nv, np.inf)
     for joint in range(model.njnt):
         if model.jnt_actfrclimited[joint]:
@@ -134,7 +134,7 @@ def _torque_limit(model: mujoco.MjModel) -> Array:
 
 
 def _contact_pose(robot: Robot, model: mujoco.MjModel, frame: str) -> tuple[Array, Array, int]:
-    """Return the pose of a contact's frame in the MuJoCo body that its joint moves, and that body."""
+    """Compute the pose of a contact's frame in the MuJoCo body that its joint moves, and that body."""
     tree = robot.tree.model
     placed = tree.frames[tree.getFrameId(frame)]
     joint = model.joint(str(tree.names[placed.parentJoint]))

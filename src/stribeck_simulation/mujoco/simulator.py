@@ -159,7 +159,7 @@ class MujocoSim:
         mujoco.mj_step2(model, data)
 
     def now(self) -> Snapshot:
-        """Return the state now."""
+        """Return the present state."""
         views = self._views
         linear, joints = views.velocity[:3], views.velocity[self._velocities]
         ahead = 0.5 * float(self.body.model.opt.timestep)
@@ -173,7 +173,7 @@ class MujocoSim:
         return Snapshot(configuration, velocity, force @ rotation, self._resisting)
 
     def _touch(self) -> Array:
-        """Return what the ground did to the feet in the last step, as MuJoCo has it, shape (feet, `TOUCH`)."""
+        """Collect MuJoCo's contact forces on the feet in the last step, shape (feet, `TOUCH`)."""
         mujoco.mj_rnePostConstraint(self.body.model, self.data)
         feet, views = self.body.feet, self._views
         touch = np.empty((len(feet), TOUCH))
@@ -185,7 +185,7 @@ class MujocoSim:
 
 
 def foot_wrenches(body: Body, touch: Array) -> Array:
-    """Return force and moment of the ground on each foot in its contact's frame.
+    """Compute force and moment of the ground on each foot in its contact's frame.
 
     Parameters
     ----------

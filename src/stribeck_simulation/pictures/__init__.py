@@ -1,1 +1,1 @@
-"""What is drawn of a simulated robot."""
+"""Pictures of a simulated robot."""

@@ -24,21 +24,21 @@ from stribeck_simulation.prescribed.tipping import keep_from_tipping
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Truth:
-    """What a log does not say.
+    """Ground truth of a log.
 
     Attributes
     ----------
     friction_torque
         R(v), positive for positive velocity [N m], shape (T, n); zero for joints without parameters.
     parameters
-        Of the friction law, by joint and name.
+        Parameters of the friction law, by joint and name.
     base_position, base_orientation
-        Of the root link in the world [m], shape (T, 3), and as quaternion xyzw, shape (T, 4); None for a fixed base,
-        like the next two.
+        Position of the root link in the world [m], shape (T, 3), and quaternion xyzw, shape (T, 4); None for a fixed
+        base, like the next two.
     base_velocity, base_acceleration
-        Of the root link in its own coordinates, linear then angular, and its time derivative there, shape (T, 6).
+        Velocity of the root link in its own coordinates, linear then angular, and its derivative, shape (T, 6).
     foot_wrench
-        Exact one of the ground on each foot, in its contact frame [N], [N m], shape (T, feet, 6); None without feet.
+        Exact wrench of the ground on each foot, in its contact frame [N], [N m], shape (T, feet, 6); None without feet.
     """
 
     friction_torque: Array
@@ -62,7 +62,7 @@ def exact_log(
     posture: Mapping[str, float] | None = None,
     pace: float = 1.0,
 ) -> tuple[RobotLog, Truth]:
-    """Return the log of a smooth random motion with exact velocity, acceleration and torque, and its truth.
+    """Build the log of a smooth random motion with exact velocity, acceleration and torque, and its truth.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def exact_log(
 
 
 def _friction_torque(robot: Robot, law: FrictionLaw, parameters: Parameters, velocity: Array) -> Array:
-    """Return R(v) of all joints [N m], shape (T, n); zero for joints without parameters."""
+    """Compute R(v) of all joints [N m], shape (T, n); zero for joints without parameters."""
     columns, values = parameter_table(robot.joint_names, law.name, law.parameters, parameters)
     friction = np.zeros_like(velocity)
     for k, column in enumerate(columns):
@@ -135,7 +135,7 @@ def _friction_torque(robot: Robot, law: FrictionLaw, parameters: Parameters, vel
 
 
 def _on_feet(log: RobotLog, path: Array, motion: Motion, joints: Array, base: BodyMotion, wrench: Array) -> RobotLog:
-    """Return the log of a robot that the ground carries: less torque, and the channels of base and feet."""
+    """Add the ground reaction to a log: subtract its torques, and add the channels of base and feet."""
     names = tuple(leg.contact.name for leg in motion.legs)
     share = np.column_stack([load_share(motion.swings, name, path) for name in names])
     standing = ~np.column_stack([in_the_air(motion.swings, name, path) for name in names])
@@ -151,7 +151,7 @@ def _on_feet(log: RobotLog, path: Array, motion: Motion, joints: Array, base: Bo
 
 
 def _base_orientation(robot: Robot, joints: Array, base: BodyMotion) -> Array:
-    """Return quaternions xyzw of the frame whose orientation the robot's logs give, shape (T, 4)."""
+    """Compute quaternions xyzw of the base frame of the robot's logs, shape (T, 4)."""
     limb = limb_to(robot, robot.base_frame)
     frame, _ = end_motion(limb, base, joints[:, :, limb.columns])
     return np.asarray(Rotation.from_matrix(frame.rotation).as_quat())

@@ -1,4 +1,4 @@
-"""Which feet swing when: alternating steps, a trot, or standing still."""
+"""Gaits: alternating steps, a trot, or standing still."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -28,7 +28,7 @@ class Swing:
 
 
 def plan_swings(gait: Gait, feet: tuple[str, ...], duration: float) -> tuple[Swing, ...]:
-    """Return the swings of a gait within `duration` [s]; all feet stand before, between and after them.
+    """Build the swings of a gait within `duration` [s]; all feet stand before, between and after them.
 
     A walk swings one foot after the other, in their order; a trot the outer and the inner pair of four feet in turn.
 
@@ -52,7 +52,7 @@ def plan_swings(gait: Gait, feet: tuple[str, ...], duration: float) -> tuple[Swi
 
 
 def in_the_air(swings: tuple[Swing, ...], foot: str, time: Array) -> NDArray[np.bool_]:
-    """Return whether a foot is in the air at these times, shape (T,)."""
+    """Check whether a foot is in the air at these times, shape (T,)."""
     flying = np.zeros(len(time), dtype=bool)
     for swing in swings:
         if foot in swing.feet:
@@ -61,7 +61,7 @@ def in_the_air(swings: tuple[Swing, ...], foot: str, time: Array) -> NDArray[np.
 
 
 def swing_window(swings: tuple[Swing, ...], foot: str, time: Array) -> Array:
-    """Return how much a foot's limb swings, 0 while the foot stands, up to 1, shape (3, T, 1)."""
+    """Compute the swing of a foot's limb from 0 (foot stands) to 1, with derivatives, shape (3, T, 1)."""
     total = np.zeros((3, len(time)))
     for swing in swings:
         if foot in swing.feet:
@@ -70,7 +70,7 @@ def swing_window(swings: tuple[Swing, ...], foot: str, time: Array) -> Array:
 
 
 def load_share(swings: tuple[Swing, ...], foot: str, time: Array) -> Array:
-    """Return how willingly a foot carries load, shape (T,): 0 in the air, 1 well before and after."""
+    """Compute the load share weight of a foot, shape (T,): 0 in the air, 1 well before and after."""
     share = np.ones(len(time))
     for swing in swings:
         if foot in swing.feet:

@@ -13,7 +13,7 @@ from stribeck_simulation.prescribed.limb import BodyMotion, Leg, end_motion
 
 
 def inverse_dynamics(robot: Robot, joints: Array, base: BodyMotion | None) -> tuple[Array, Array]:
-    """Return the torques that a motion needs, by one recursion from the root link with gravity in the world.
+    """Compute the torques that a motion needs, by one recursion from the root link with gravity in the world.
 
     Returns
     -------
@@ -45,7 +45,7 @@ def inverse_dynamics(robot: Robot, joints: Array, base: BodyMotion | None) -> tu
 
 
 def spatial_motion(base: BodyMotion) -> tuple[Array, Array]:
-    """Return the base's velocity and its derivative in the moving base, linear then angular, shape (T, 6) each."""
+    """Compute the base's velocity and its derivative in the moving base, linear then angular, shape (T, 6) each."""
     back = base.rotation.transpose(0, 2, 1)
     velocity, acceleration = _turn(back, base.velocity), _turn(back, base.acceleration)
     acceleration[:, :3] -= np.cross(velocity[:, 3:], velocity[:, :3])

@@ -39,7 +39,7 @@ class BodyMotion:
 
 
 def at_rest(samples: int) -> BodyMotion:
-    """Return a level body that rests at the world's origin."""
+    """Build a level body that rests at the world's origin."""
     turn = np.broadcast_to(np.eye(3), (samples, 3, 3))
     return BodyMotion(turn, np.zeros((samples, 3)), *np.zeros((2, samples, 6)))
 
@@ -77,7 +77,7 @@ class Leg:
 
 
 def limb_to(robot: Robot, frame_name: str) -> Limb:
-    """Return the limb from the root link to a frame of a floating robot."""
+    """Build the limb from the root link to a frame of a floating robot."""
     tree = robot.tree
     frame = tree.model.frames[tree.model.getFrameId(frame_name)]
     joints = tree.path_to_root(int(frame.parentJoint))[::-1]
@@ -90,7 +90,7 @@ def limb_to(robot: Robot, frame_name: str) -> Limb:
 
 
 def end_motion(limb: Limb, base: BodyMotion, joints: Array) -> tuple[BodyMotion, Array]:
-    """Return the motion of a limb's end and its Jacobian.
+    """Compute the motion of a limb's end and its Jacobian.
 
     Parameters
     ----------

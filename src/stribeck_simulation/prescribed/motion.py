@@ -58,7 +58,7 @@ class Motion:
     swings: tuple[Swing, ...] = ()
 
     def joints_at(self, time: Array, base: BodyMotion | None) -> Array:
-        """Return the joints' motion at these times [s], for this motion of the base, shape (3, T, n)."""
+        """Compute the joints' motion at these times [s], for this motion of the base, shape (3, T, n)."""
         joints = self.free.at(time)
         if base is None:
             return joints
@@ -70,7 +70,7 @@ class Motion:
 
 
 def sway_at(sway: Sines, time: Array, shift: Array | float = 0.0) -> BodyMotion:
-    """Return the base's motion at these times [s], moved by the trajectory `shift` [m], shape (3, T, 3)."""
+    """Compute the base's motion at these times [s], moved by the trajectory `shift` [m], shape (3, T, 3)."""
     pose = sway.at(time)
     pose[:, :, :3] += shift
     return end_motion(_GIMBAL, at_rest(len(time)), pose)[0]
@@ -107,7 +107,7 @@ def random_motion(
 
 
 def _room(robot: Robot, centre: Array) -> Array:
-    """Return how far joints may go from the centre [rad] or [m], shape (n,)."""
+    """Compute the amplitude that the joint limits allow [rad] or [m], shape (n,)."""
     low, high = robot.position_limits
     # share of the way from the posture to the nearer limit that a joint may go
     room = 0.9 * np.minimum(high - centre, centre - low)
@@ -115,7 +115,7 @@ def _room(robot: Robot, centre: Array) -> Array:
 
 
 def default_posture(robot: Robot, posture: Mapping[str, float]) -> Array:
-    """Return the given joint positions, and elsewhere the ones nearest to zero that keep off the limits, shape (n,).
+    """Complete a posture by the positions nearest to zero that keep a distance from the limits, shape (n,).
 
     Raises
     ------
@@ -139,7 +139,7 @@ def default_posture(robot: Robot, posture: Mapping[str, float]) -> Array:
 
 
 def stand(robot: Robot, posture: Array) -> tuple[Array, float, list[Leg]]:
-    """Level the feet of a floating robot and put them on the ground, z = 0.
+    """Place the level feet of a floating robot on the ground, z = 0.
 
     Parameters
     ----------

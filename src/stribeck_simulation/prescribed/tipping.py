@@ -47,12 +47,12 @@ class Piece(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Shift:
-    """Displacement of the base beside the line of each swing."""
+    """Displacement of the base from the line of each swing."""
 
     pieces: list[Piece]
 
     def at(self, time: Array) -> Array:
-        """Return the displacement in the world at these times [s], shape (3, T, 3)."""
+        """Compute the displacement in the world at these times [s], shape (3, T, 3)."""
         total = np.zeros((3, len(time), 3))
         for piece in self.pieces:
             rows = (time >= piece.start) & (time < piece.end)
@@ -62,7 +62,7 @@ class Shift:
 
 
 def keep_from_tipping(motion: Motion, sway: Sines) -> Shift:
-    """Return the displacement of the base with which a trot needs no moment about the line of its standing feet.
+    """Compute the displacement of the base with which a trot needs no moment about the line of its standing feet.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def _line(motion: Motion, swing: Swing) -> Line:
 
 
 def _collocation(swing: Swing) -> tuple[Array, Array, Array]:
-    """Return Chebyshev points of a swing [s], shape (N,), and the matrices of first and second derivative there."""
+    """Compute Chebyshev points of a swing [s], shape (N,), and the matrices of first and second derivative there."""
     nodes = 0.5 * (swing.start + swing.end) - 0.5 * (swing.end - swing.start) * np.cos(np.linspace(0, np.pi, NODES))
     basis = [Chebyshev.basis(k, domain=[swing.start, swing.end]) for k in range(NODES)]
     values, first, second = (np.column_stack([one.deriv(order)(nodes) for one in basis]) for order in range(3))
@@ -110,7 +110,7 @@ def _collocation(swing: Swing) -> tuple[Array, Array, Array]:
 
 
 def _moment(motion: Motion, sway: Sines, lines: list[Line], time: Array, derivatives: Array) -> Array:
-    """Return the moment that the motion needs about the lines [N m], shape (S, N), for displacements (3, S, N)."""
+    """Compute the moment that the motion needs about the lines [N m], shape (S, N), for displacements (3, S, N)."""
     flat = time.ravel()
     normal, direction, point = (
         np.repeat([getattr(line, name) for line in lines], NODES, axis=0) for name in ("normal", "direction", "point")
@@ -122,7 +122,7 @@ def _moment(motion: Motion, sway: Sines, lines: list[Line], time: Array, derivat
 
 
 def _pieces(line: Line, nodes: Array, phi: Array) -> list[Piece]:
-    """Return a displacement before, during and after a swing, continuous with two derivatives."""
+    """Compute a displacement before, during and after a swing, continuous with two derivatives."""
     swing = line.swing
     during = Chebyshev.fit(nodes, phi, NODES - 1, domain=[swing.start, swing.end])
     start, end = ([0.0, during.deriv(1)(t), during.deriv(2)(t)] for t in (swing.start, swing.end))

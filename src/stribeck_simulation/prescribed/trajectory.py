@@ -39,7 +39,7 @@ class Sines:
     phase: Array
 
     def at(self, time: Array) -> Array:
-        """Return the signals at these times [s], shape (3, T, n)."""
+        """Compute the signals at these times [s], shape (3, T, n)."""
         signals = np.zeros((3, len(time), len(self.centre)))
         signals[0] = self.centre
         for amplitude, pulsation, phase in zip(self.amplitude, self.pulsation, self.phase, strict=True):
@@ -75,13 +75,13 @@ def random_sines(
 
 
 def smooth_step(time: Array, start: float, end: float) -> Array:
-    """Return a step from 0 before `start` to 1 after `end`, with two vanishing derivatives at both, shape (T,)."""
+    """Compute a step from 0 before `start` to 1 after `end`, with two vanishing derivatives at both, shape (T,)."""
     s = np.clip((time - start) / (end - start), 0.0, 1.0)
     return np.asarray(s**3 * (10 + s * (6 * s - 15)))
 
 
 def bell(time: Array, start: float, end: float) -> Array:
-    """Return a bump from 0 at `start` to 1 and back to 0 at `end`; its first three derivatives vanish at both.
+    """Compute a bump from 0 at `start` to 1 and back to 0 at `end`; its first three derivatives vanish at both.
 
     x = (4 s (1 - s))^4 over s = (t - start) / (end - start), shape (3, T).
     """

@@ -70,7 +70,7 @@ def simulate_constrained(
     rate: float = 1000.0,
     paper_literal: bool = False,
 ) -> tuple[RobotLog, Truth]:
-    """Return the exact log of a controlled robot on rigid feet, and its truth.
+    """Build the exact log of a controlled robot on rigid feet, and its truth.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def simulate_constrained(
 
 @dataclass(frozen=True, eq=False)
 class _Body:
-    """What moves, and how."""
+    """State of the simulation."""
 
     robot: Robot
     model: pin.Model
@@ -134,7 +134,7 @@ class _Body:
 
 
 def _accelerate(body: _Body, time: float, q: Array, v: Array, torque: Array) -> tuple[Array, Array]:
-    """Return acceleration, shape (nv,), and friction torque in the robot's order, shape (n,).
+    """Compute acceleration, shape (nv,), and friction torque in the robot's order, shape (n,).
 
     Friction is that of the velocity in the middle of the step, u = v + dt a / 2, which is what positions show at this
     sample. With R = D u + c the equation of motion is (M + dt D / 2) a + h = tau - D v - c + J^T W; the secant D is
@@ -205,7 +205,7 @@ def _truth(robot: Robot, rows: _Rows, friction: FrictionTruth) -> Truth:
 
 
 def _imu(robot: Robot, model: pin.Model, rows: _Rows) -> tuple[Array, Array, Array]:
-    """Return orientation xyzw (T, 4), and angular velocity and specific force (T, 3) of the base frame in itself."""
+    """Compute orientation xyzw (T, 4), and angular velocity and specific force (T, 3) of the base frame in itself."""
     data, frame = model.createData(), model.getFrameId(robot.base_frame)
     orientation, rate, force = (np.empty((len(rows.torque), size)) for size in (4, 3, 3))
     local = pin.ReferenceFrame.LOCAL
@@ -220,7 +220,7 @@ def _imu(robot: Robot, model: pin.Model, rows: _Rows) -> tuple[Array, Array, Arr
 
 
 def _in_robot_order(values: Array, columns: NDArray[np.int64]) -> Array:
-    """Return values of the joints in the robot's order from those in the tree's; joints are the last axis."""
+    """Compute values of the joints in the robot's order from those in the tree's; joints are the last axis."""
     result = np.empty_like(values)
     result[..., columns] = values
     return result
@@ -232,7 +232,7 @@ def _standing(supports: Sequence[Support], time: float) -> tuple[str, ...]:
 
 
 def _ground(robot: Robot, supports: Sequence[Support], configuration: Array) -> float:
-    """Return the height [m] of the feet that stand at first."""
+    """Compute the height [m] of the feet that stand at first."""
     model = robot.tree.model
     data = model.createData()
     pin.framesForwardKinematics(model, data, configuration)

@@ -43,7 +43,7 @@ class RigidFeet:
         self._load(self._impact, ())
 
     def stand(self, feet: tuple[str, ...], time: float, configuration: Array, velocity: Array) -> Array:
-        """Say which feet stand from now on; return the velocity, shape (nv,), without that of feet that touch down."""
+        """Set the standing feet, and return the velocity after the impact of new feet, shape (nv,)."""
         changed = feet != self.feet
         if changed:
             landed = [foot for foot in feet if foot not in self.feet]
@@ -61,7 +61,7 @@ class RigidFeet:
         return velocity
 
     def acceleration(self, configuration: Array, velocity: Array, effort: Array) -> Array:
-        """Return the acceleration under generalised forces, with the feet where they are (5.10), shape (nv,)."""
+        """Compute the acceleration under generalised forces, with the feet where they are (5.10), shape (nv,)."""
         return np.array(
             pin.constraintDynamics(
                 self._model, self._data, configuration, velocity, effort, *self._standing_set, _PROXIMAL
@@ -69,24 +69,24 @@ class RigidFeet:
         )
 
     def held(self, configuration: Array, velocity: Array) -> Array:
-        """Return the velocity without what moves the held feet, shape (nv,)."""
+        """Compute the velocity without what moves the held feet, shape (nv,)."""
         if not (self._held and self._corrected):
             return velocity
         return self._projected(self._impact, self._held_set, configuration, velocity)
 
     def standing(self) -> NDArray[np.bool_]:
-        """Return which of the robot's feet stand, shape (feet,)."""
+        """Return the mask of standing feet, shape (feet,)."""
         return np.array([foot in self.feet for foot in self._robot.contacts], dtype=bool)
 
     def wrenches(self) -> Array:
-        """Return force and moment of the ground on each foot of the robot, in its frame, shape (feet, 6)."""
+        """Compute force and moment of the ground on each foot of the robot, in its frame, shape (feet, 6)."""
         result = np.zeros((len(self._robot.contacts), 6))
         for foot, data in zip(self.feet, self._standing_set[1], strict=True):
             result[list(self._robot.contacts).index(foot)] = data.contact_force.vector
         return result
 
     def _plant(self, foot: str, configuration: Array) -> pin.RigidConstraintModel:
-        """Return the constraint of a foot at its place on the ground: level, and turned as it is now."""
+        """Build the constraint of a foot at its place on the ground, level and with its present heading."""
         contact = self._robot.contacts[foot]
         index = self._model.getFrameId(contact.frame)
         frame, data = self._model.frames[index], self._model.createData()
@@ -102,7 +102,7 @@ class RigidFeet:
         )
 
     def _hold(self, feet: tuple[str, ...]) -> None:
-        """Let these feet be held, and correct those that stand beside them."""
+        """Hold these feet, and correct the other standing feet."""
         self._held = feet
         for foot in self.feet:
             gains = (0.0, 0.0) if foot in feet else (STIFFNESS, DAMPING)
@@ -113,7 +113,7 @@ class RigidFeet:
     def _load(
         self, data: pin.Data, feet: tuple[str, ...]
     ) -> tuple[pin.StdVec_RigidConstraintModel, pin.StdVec_RigidConstraintData]:
-        """Return the constraints of some feet as Pinocchio wants them, and prepare a working memory for them."""
+        """Compute the constraints of some feet as Pinocchio wants them, and prepare a working memory for them."""
         models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
         for foot in feet:
             models.append(self._constraints[foot])

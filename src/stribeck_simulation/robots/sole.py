@@ -27,7 +27,7 @@ class Sole:
 
 
 def sole_under(model: mujoco.MjModel, body: int, rotation: Array, translation: Array, where: str) -> Sole:
-    """Return the rectangle that a body's colliding boxes, spheres and capsules cover on flat ground.
+    """Compute the rectangle that a body's colliding boxes, spheres and capsules cover on flat ground.
 
     Parameters
     ----------

@@ -1,1 +1,1 @@
-"""What sensors make of exact values."""
+"""Sensor models."""

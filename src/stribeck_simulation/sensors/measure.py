@@ -1,4 +1,4 @@
-"""What sensors make of the exact values: for a whole log at once, or sample by sample in a control loop.
+"""Sensor models for a whole log at once, or sample by sample in a control loop.
 
 Sample k's torque belongs to sample k's time, with every profile: joint sensors are read together.
 """
@@ -29,13 +29,13 @@ class Sensors:
     Parameters
     ----------
     profile
-        How good they are.
+        Sensor profile.
     joints, feet
-        How many.
+        Number of joints and feet.
     samples, period
-        Length of the run, and its sampling period [s].
+        Number of samples, and sampling period [s].
     seed
-        Of the errors.
+        Seed of the errors.
     """
 
     def __init__(
@@ -63,21 +63,21 @@ class Sensors:
         self._clock = np.clip(profile.jitter * clock.standard_normal(samples), -largest, largest)
 
     def time(self, k: Samples, exact: Array) -> Array:
-        """Return time stamps [s]."""
+        """Measure time stamps [s]."""
         return exact + self._clock[k]
 
     def position(self, k: Samples, exact: Array) -> Array:
-        """Return joint positions [rad], shape (..., n)."""
+        """Measure joint positions [rad], shape (..., n)."""
         read = exact + self._position[k]
         step = self.profile.position_resolution
         return np.round(read / step) * step if step else read
 
     def torque(self, k: Samples, exact: Array) -> Array:
-        """Return joint torques [N m], shape (..., n)."""
+        """Measure joint torques [N m], shape (..., n)."""
         return exact + self._torque[k]
 
     def orientation(self, k: Samples, exact: Array) -> Array:
-        """Return quaternions xyzw, shape (..., 4): the exact ones, turned by the error about the IMU's own axes."""
+        """Measure quaternions xyzw, shape (..., 4): exact ones, rotated by the error about the IMU's axes."""
         turn = self._turn[k]
         (ax, ay, az, aw), (bx, by, bz, bw) = exact.T, turn.T
         product = [
@@ -89,24 +89,24 @@ class Sensors:
         return np.array(product).T
 
     def angular_velocity(self, k: Samples, exact: Array) -> Array:
-        """Return the gyroscope's output [rad/s], shape (..., 3)."""
+        """Measure the gyroscope's output [rad/s], shape (..., 3)."""
         return exact + self._rate[k]
 
     def linear_acceleration(self, k: Samples, exact: Array) -> Array:
-        """Return the accelerometer's output [m/s^2], shape (..., 3)."""
+        """Measure the accelerometer's output [m/s^2], shape (..., 3)."""
         return exact + self._force[k]
 
     def vertical_force(self, k: Samples, exact: Array) -> Array:
-        """Return the vertical forces at the feet alone [N], shape (..., feet)."""
+        """Measure only the vertical forces at the feet [N], shape (..., feet)."""
         return exact + self._wrench[k][..., 2]
 
     def foot_wrench(self, k: Samples, exact: Array) -> Array:
-        """Return forces [N] and moments [N m] at the feet, shape (..., feet, 6)."""
+        """Measure forces [N] and moments [N m] at the feet, shape (..., feet, 6)."""
         return exact + self._wrench[k]
 
 
 def sensors_for(log: RobotLog, profile: SensorProfile, seed: int = 0) -> Sensors:
-    """Return sensors as long and as wide as an exact, evenly sampled log."""
+    """Create sensors for an exact, evenly sampled log."""
     samples = len(log.time)
     return Sensors(
         profile,
@@ -119,7 +119,7 @@ def sensors_for(log: RobotLog, profile: SensorProfile, seed: int = 0) -> Sensors
 
 
 def measure(log: RobotLog, sensors: Sensors) -> RobotLog:
-    """Return an exact log as sensors would have given it: without velocity and acceleration, IMU and feet late."""
+    """Measure an exact log: without velocity and acceleration, with late IMU and feet."""
     samples = len(log.time)
     rows = slice(0, samples)
     earlier = np.maximum(np.arange(samples) - sensors.late, 0)
@@ -139,12 +139,12 @@ def measure(log: RobotLog, sensors: Sensors) -> RobotLog:
 
 
 def with_noise(log: RobotLog, *, position: float, torque: float, seed: int = 0) -> RobotLog:
-    """Return the log with white noise alone, which has no profile: without velocity and acceleration.
+    """Add only white noise to a log, and remove velocity and acceleration.
 
     Parameters
     ----------
     log
-        An exact log, of any length and rate.
+        Exact log of any duration and rate.
     position, torque
         Standard deviation of white noise on positions [rad or m] and torques [N m or N].
     seed
@@ -167,13 +167,13 @@ def _late(channel: Array | None, earlier: NDArray[np.int64], read: Reading) -> A
 def _errors(
     generator: np.random.Generator, samples: int, channels: int, noise: float | Array, bias: float | Array
 ) -> Array:
-    """Return white noise and a constant bias, shape (T, channels)."""
+    """Draw white noise and a constant bias, shape (T, channels)."""
     white = noise * generator.standard_normal((samples, channels))
     return np.asarray(white + bias * generator.standard_normal(channels))
 
 
 def _wandering(generator: np.random.Generator, samples: int, period: float, deviation: float) -> Array:
-    """Return a first-order Gauss-Markov process of this standard deviation from the start, shape (T, 3)."""
+    """Draw a first-order Gauss-Markov process of this standard deviation from the start, shape (T, 3)."""
     # correlation time of the wandering error of an orientation [s]: an attitude filter forgets in some seconds
     memory = np.exp(-period / 5.0)
     drive = np.sqrt(1 - memory**2) * generator.standard_normal((samples, 3))

@@ -1,6 +1,6 @@
-"""How good a simulated robot's sensors are, each number with where it comes from.
+"""Sensor profiles of simulated robots, with the sources of all values.
 
-"Assumed" is said of numbers for which no public figure was at hand. The figures of others:
+Values marked "assumed" have no public source. Sources of the others:
 
 - AksIM: RLS AksIM off-axis absolute encoder, 20 bits a turn.
 - DLR: the absolute joint position sensor of DLR's lightweight robot, whose drives TORO has, measures to 0.01 deg.
@@ -26,7 +26,7 @@ MILLI_G = 9.81e-3
 
 @dataclass(frozen=True, kw_only=True)
 class SensorProfile:
-    """What sensors add; a standard deviation unless it says otherwise. Biases and offsets are drawn once a run.
+    """Sensor errors; standard deviations unless stated otherwise. Biases and offsets are drawn once per run.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class SensorProfile:
     torque_noise, torque_offset
         White noise, and error of the zero torque [N m].
     torque_drift
-        Of the offset [N m/min], at a constant rate drawn once a run.
+        Constant drift rate of the offset, drawn once per run [N m/min].
     orientation_bias, orientation_noise
         About each axis of the IMU: constant, and wandering [rad].
     gyroscope_noise, accelerometer_noise
@@ -95,7 +95,7 @@ REALISTIC = SensorProfile(
 
 PROFILES = {
     "ideal": SensorProfile(),
-    "calibrated": replace(  # all that a calibration finds has been found; what remains is noise
+    "calibrated": replace(  # calibrated; only noise remains
         SensorProfile(),
         position_resolution=REALISTIC.position_resolution,
         position_noise=REALISTIC.position_noise,
@@ -127,7 +127,7 @@ PROFILES = {
         jitter=0.1e-3,  # Cassie, one in a hundred
     ),
 }
-"""By name."""
+"""Profiles by name."""
 
 
 def get_profile(name: str) -> SensorProfile:

@@ -1,4 +1,4 @@
-"""The robot's state from what its sensors give: encoders, IMU and foot forces."""
+"""State estimation from encoders, IMU and foot forces."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ FLAT = 0.06
 
 @dataclass(frozen=True, kw_only=True)
 class AttitudeGains:
-    """How fast the estimate follows what it is held to [1/s]."""
+    """Rates at which the estimate follows its references [1/s]."""
 
     imu: float = 0.1
     foot: float = 3.0
@@ -60,7 +60,7 @@ class AttitudeFilter:
         return self.rotation
 
     def correct(self, orientation: Array, soles: Sequence[Array], load: Sequence[float]) -> Array:
-        """Hold the estimate to what was measured, and return it.
+        """Correct the estimate by the measurement, and return it.
 
         Parameters
         ----------
@@ -88,7 +88,7 @@ class AttitudeFilter:
 
 
 class Measurement(NamedTuple):
-    """What the sensors give at one instant; joints in the tree's order.
+    """Sensor values at one instant; joints in the tree's order.
 
     Attributes
     ----------
@@ -109,7 +109,7 @@ class Measurement(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class EstimatorGains:
-    """How far a period's measurement moves the estimate, 1 for all the way."""
+    """Correction gains per period [1]."""
 
     joint_position: float = 0.75
     joint_velocity: float = 0.37
@@ -143,7 +143,7 @@ class StateEstimator:
         self._footholds = configuration[:3] + arms
 
     def update(self, measured: Measurement) -> tuple[Array, Array]:
-        """Return configuration and velocity, as Pinocchio has them, after one more period."""
+        """Compute configuration and velocity, as Pinocchio has them, after one more period."""
         gains, h = self.gains, self.period
         joints, rates = self._follow_joints(measured.position)
         self._turning[3:7] = pin.Quaternion(self._attitude.turn(measured.angular_velocity)).coeffs()

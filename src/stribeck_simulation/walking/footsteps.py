@@ -1,4 +1,4 @@
-"""Where the feet go: a sequence of steps straight, sideways, turning or in place."""
+"""Footsteps: sequences of steps straight, sideways, turning or in place."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -55,7 +55,7 @@ class Footprint:
 
     @property
     def place(self) -> Array:
-        """Where it is: x and y [m], shape (2,)."""
+        """Position x and y [m], shape (2,)."""
         return np.array([self.x, self.y])
 
 
@@ -71,7 +71,7 @@ class Step:
 
 
 def plan_steps(walk: Sequence[Steps], feet: tuple[Footprint, Footprint]) -> list[Step]:
-    """Return the steps of a walk.
+    """Build the steps of a walk.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def plan_steps(walk: Sequence[Steps], feet: tuple[Footprint, Footprint]) -> list
 
 
 def _centre_of(feet: tuple[Footprint, Footprint]) -> tuple[Footprint, tuple[Footprint, Footprint]]:
-    """Return the middle of two feet, and each foot's pose seen from there."""
+    """Find the middle of two feet, and each foot's pose seen from there."""
     yaw = (feet[0].yaw + feet[1].yaw) / 2
     x, y = (feet[0].place + feet[1].place) / 2
     cosine, sine = np.cos(yaw), np.sin(yaw)
@@ -107,19 +107,19 @@ def _centre_of(feet: tuple[Footprint, Footprint]) -> tuple[Footprint, tuple[Foot
 
 
 def _first_foot(kind: Steps, sides: tuple[Footprint, Footprint]) -> int:
-    """Return which foot goes first: the one on the side that the robot moves or turns to."""
+    """Find which foot goes first: the one on the side that the robot moves or turns to."""
     left = 0 if sides[0].y > sides[1].y else 1
     towards = kind.sideways or kind.turn
     return left if towards >= 0 else 1 - left
 
 
 def _at_width(side: Footprint, width: float | None) -> Footprint:
-    """Return a foot's pose seen from the middle of the feet, at half of this width [m]."""
+    """Compute a foot's pose seen from the middle of the feet, at half of this width [m]."""
     return side if width is None else replace(side, y=float(np.copysign(width / 2, side.y)))
 
 
 def _place(centre: Footprint, seen: Footprint) -> Footprint:
-    """Return a pose of the ground from one seen from `centre`."""
+    """Compute a pose of the ground from one seen from `centre`."""
     cosine, sine = np.cos(centre.yaw), np.sin(centre.yaw)
     return Footprint(
         float(centre.x + cosine * seen.x - sine * seen.y),

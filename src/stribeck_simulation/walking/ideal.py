@@ -80,7 +80,7 @@ def simulate_ideal_walk(
 
 
 def _supports(plan: Plan, feet: tuple[str, ...]) -> list[Support]:
-    """Return which feet the plan has on the ground when."""
+    """List the supports of the plan."""
     changes = np.flatnonzero(np.diff(plan.swing, prepend=plan.swing[0] - 1))
     return [
         Support(float(k * plan.period), tuple(foot for i, foot in enumerate(feet) if i != plan.swing[k]))

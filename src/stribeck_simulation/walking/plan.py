@@ -33,7 +33,7 @@ class Stretch:
 
 
 def min_jerk(s: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
-    """Return 10 s^3 - 15 s^4 + 6 s^5 and its five derivatives."""
+    """Compute 10 s^3 - 15 s^4 + 6 s^5 and its five derivatives."""
     return (
         s**3 * (10 - 15 * s + 6 * s**2),
         30 * s**2 * (1 - s) ** 2,
@@ -45,7 +45,7 @@ def min_jerk(s: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
 
 
 def plan_dcm(stretches: Sequence[Stretch], pulsation: float, period: float) -> tuple[Array, Array]:
-    """Return ZMP and DCM, shape (T, 2) each [m], at every period, by backward recursion over the stretches.
+    """Compute ZMP and DCM, shape (T, 2) each [m], at every period, by backward recursion over the stretches.
 
     The polynomial ZMP p of a stretch has the particular solution `sum p^(k) / w^k`; what is missing to the DCM at its
     end decays backwards as exp(w (t - t_end)). The DCM ends at rest over the last ZMP.
@@ -74,7 +74,7 @@ def _zmp(stretch: Stretch, local: Array) -> Array:
 
 
 def _particular(stretch: Stretch, local: Array, pulsation: float) -> Array:
-    """Return the solution of `xi' = w (xi - p)` that is a polynomial, shape (T, 2)."""
+    """Compute the solution of `xi' = w (xi - p)` that is a polynomial, shape (T, 2)."""
     scale = 1 / (pulsation * stretch.duration)
     share = sum(value * scale**k for k, value in enumerate(min_jerk(local / stretch.duration)))
     return np.asarray(stretch.start + np.asarray(share)[:, None] * (stretch.end - stretch.start))
@@ -177,7 +177,7 @@ def plan_walk(walk: Sequence[Steps], feet: tuple[Footprint, Footprint], pulsatio
 
 
 def _phases(walk: Sequence[Steps], steps: list[Step], feet: tuple[Footprint, Footprint]) -> list[_Phase]:
-    """Return standing, then double and single support of each step, then standing."""
+    """Compute standing, then double and single support of each step, then standing."""
     now, share = list(feet), 0.5
     zmp, yaw = _middle(now)
     phases: list[_Phase] = []
@@ -211,5 +211,5 @@ def _phases(walk: Sequence[Steps], steps: list[Step], feet: tuple[Footprint, Foo
 
 
 def _middle(feet: list[Footprint]) -> tuple[Array, float]:
-    """Return the point half way between two feet and their mean heading."""
+    """Compute the point half way between two feet and their mean heading."""
     return (feet[0].place + feet[1].place) / 2, (feet[0].yaw + feet[1].yaw) / 2

@@ -1,4 +1,4 @@
-"""Puts a simulated walk into a log, and the truth beside it."""
+"""Recording of a simulated walk as a log and its ground truth."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +40,7 @@ class Recorder:
         self.touch_before, self.touch_after = np.empty((2, samples, feet, TOUCH))
 
     def see(self, now: Snapshot, touch: Array) -> None:
-        """Take the state at the next sample, and what the ground did to the feet just before it."""
+        """Record the state at the next sample, and the forces on the feet just before."""
         k = self.filled
         self.configuration[k], self.velocity[k] = now.configuration, now.velocity
         self.specific_force[k], self.friction_torque[k] = now.specific_force, now.friction_torque
@@ -48,12 +48,12 @@ class Recorder:
         self.filled += 1
 
     def act(self, torque: Array, touch: Array) -> None:
-        """Take the torque that acts from the last sample on, and what the ground did to the feet just after it."""
+        """Record the torque from the last sample on, and the forces on the feet just after."""
         k = self.filled - 1
         self.torque_after[k], self.touch_after[k] = torque, touch
 
     def log(self) -> RobotLog:
-        """Return what ideal sensors give."""
+        """Build the log of ideal sensors."""
         rows = slice(self.filled)
         position, velocity = self._joints(self.configuration[rows, 7:]), self._joints(self.velocity[rows, 6:])
         torque, wrench = self.torque_after[rows].copy(), foot_wrenches(self.body, self.touch_after[rows])
@@ -78,7 +78,7 @@ class Recorder:
         )
 
     def truth(self, parameters: dict[str, dict[str, float]]) -> Truth:
-        """Return what the log does not say, with the friction's parameters."""
+        """Build the ground truth, with the parameters of the friction."""
         rows = slice(self.filled)
         return Truth(
             friction_torque=self._joints(self.friction_torque[rows]),
@@ -92,7 +92,7 @@ class Recorder:
         return tree_order[:, self.rows]
 
     def _base_orientation(self, position: Array) -> Array:
-        """Return quaternions xyzw of the frame whose orientation the robot's logs give, shape (T, 4)."""
+        """Compute quaternions xyzw of the base frame of the robot's logs, shape (T, 4)."""
         root = self.configuration[: self.filled, 3:7].copy()
         if self.robot.base_frame == BASE_FRAME:
             return root
@@ -102,7 +102,7 @@ class Recorder:
 
 
 def without_bounces(touching: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:
-    """Return contact flags without gaps of fewer samples than `shortest` [1], shape (T, feet)."""
+    """Compute contact flags without gaps of fewer samples than `shortest` [1], shape (T, feet)."""
     around = ((shortest, shortest), (0, 0))
     closed = binary_closing(np.pad(touching, around, mode="edge"), np.ones((shortest, 1), dtype=bool))
     return np.asarray(closed[shortest:-shortest])

@@ -1,4 +1,4 @@
-"""A robot walks in the contact simulator on what its sensors give, and its log is kept."""
+"""Simulation of a walk with feedback from the sensors, recorded as a log."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -29,7 +29,7 @@ from stribeck_simulation.walking.recorder import Recorder
 from stribeck_simulation.walking.start import start_standing
 
 PERIOD = 1e-3
-"""Of sensors and log [s]."""
+"""Sampling period of sensors and log [s]."""
 HELD = 2
 """Periods that a torque is held: estimator and controller run at 500 Hz, which costs 40 % less time than 1 kHz."""
 
@@ -57,24 +57,24 @@ class Push:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Conditions:
-    """What a robot walks under.
+    """Conditions of a walk.
 
     Attributes
     ----------
     friction
-        In its joints, made for the joints in the tree's order; none if None. It serves one run.
+        Friction of the joints in the tree's order; none if None. It is used for one run.
     state
-        What the controller knows: what it estimates from its sensors, or the truth.
+        State for the controller: estimated from the sensors, or the ground truth.
     profile, seed
-        Of the sensors and their errors.
+        Profile of the sensors, and seed of their errors.
     pushes
-        On the base.
+        Pushes on the base.
     believed
         Model that controller and estimator have; the robot's own if None.
     gains
-        Of the controller.
+        Gains of the controller.
     soles
-        Of feet that have no simple shape in the model.
+        Soles of feet without a simple shape in the model.
     physics_step
         [s]
     compensation
@@ -96,7 +96,7 @@ class Conditions:
 
 @dataclass(frozen=True, eq=False)
 class Walk:
-    """A simulated walk: its log as the sensors give it, what the log does not say, and the plan that was followed.
+    """Simulated walk: measured log, ground truth, and plan.
 
     Attributes
     ----------
@@ -118,7 +118,7 @@ def simulate_walk(
     conditions: Conditions,
     progress: Callable[[float], None] = lambda _: None,
 ) -> Walk:
-    """Let a robot walk, torque-controlled at 500 Hz; its sensors are logged at 1 kHz.
+    """Simulate a walk, torque-controlled at 500 Hz and logged at 1 kHz.
 
     Parameters
     ----------
@@ -129,9 +129,9 @@ def simulate_walk(
     posture
         Joint positions by name that it starts from and keeps near [rad].
     conditions
-        What it walks under.
+        Conditions of the walk.
     progress
-        Told the share that is done, now and then.
+        Callback `progress(fraction)`.
 
     Raises
     ------
@@ -204,7 +204,7 @@ def _run(
 
 
 def _read(recorder: Recorder, sensors: Sensors, k: int) -> Measurement:
-    """Return what the sensors give at a sample: the joints at once, IMU and feet a little late."""
+    """Measure a sample: the joints without delay, IMU and feet late."""
     then = max(k - sensors.late, 0)
     position = recorder.configuration[k, 7:][recorder.rows]
     return Measurement(

@@ -38,7 +38,7 @@ class Start:
 
 
 def start_standing(robot: Robot, dynamics: Dynamics, posture: Mapping[str, float]) -> Start:
-    """Stand in a posture, with level feet.
+    """Place the robot in a posture with level feet.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ FOOT_THICKNESS = 0.03
 
 
 def toro_mjcf() -> str:
-    """Return the text of the model file."""
+    """Format the text of the model file."""
     spec = mujoco.MjSpec()
     spec.modelname = "toro-like"
     spec.compiler.degree = False
@@ -77,7 +77,7 @@ def _add_solids(body: mujoco.MjsBody, solids: tuple[Solid, ...]) -> None:
 
 
 def _along(axis: str) -> tuple[float, float, float, float]:
-    """Return the quaternion wxyz that turns z onto an axis."""
+    """Compute the quaternion wxyz that turns z onto an axis."""
     half = np.sqrt(0.5)
     return {"x": (half, 0.0, half, 0.0), "y": (half, -half, 0.0, 0.0), "z": (1.0, 0.0, 0.0, 0.0)}[axis]
 

@@ -140,7 +140,7 @@ SOLE: Vector = (0.03, 0.0, -0.10)
 
 
 def on_side(link: Link, side: str) -> Link:
-    """Return a left link under the name of its side; for the right side reflected in the plane y = 0."""
+    """Compute a left link under the name of its side; for the right side reflected in the plane y = 0."""
     parent = link.parent if link.parent in CENTRAL else f"{side}_{link.parent}"
     link = replace(link, name=f"{side}_{link.name}", parent=parent)
     if side == "left":
@@ -155,14 +155,14 @@ def on_side(link: Link, side: str) -> Link:
 
 
 def toro_links() -> list[Link]:
-    """Return the 27 links beside the pelvis, each after its parent; legs first, right leg before left as in print."""
+    """Compute the 27 links beside the pelvis, each after its parent; legs first, right leg before left as in print."""
     legs = [on_side(link, side) for side in ("right", "left") for link in LEG]
     arms = [on_side(link, side) for side in ("right", "left") for link in ARM]
     return [*legs, WAIST, *arms, *NECK]
 
 
 def standing_posture() -> dict[str, float]:
-    """Return joint positions [rad] with bent knees, level feet and hanging arms; joints left out are at zero."""
+    """Compute joint positions [rad] with bent knees, level feet and hanging arms; joints left out are at zero."""
     leg = {"hip_pitch": -0.35, "knee": 0.70, "ankle_pitch": -0.35}
     arm = {"shoulder_1": 0.15, "shoulder_2": 0.15, "elbow": 0.50}
     posture = {f"{side}_{joint}": value for side in SIDES for joint, value in {**leg, **arm}.items()}

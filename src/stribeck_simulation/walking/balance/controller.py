@@ -31,7 +31,7 @@ class BalanceError(StribeckError):
 
 @dataclass(eq=False)
 class _UnderWay:
-    """Which step is under way, where its foot left the ground, and how far it has been off its path since."""
+    """Present step, start of its swing foot, and integrated tracking error."""
 
     step: int
     place: Array
@@ -94,7 +94,7 @@ class WalkingController:
         self._last: tuple[list[FootState], list[Task]] = [], []
 
     def torque(self, sample: int, configuration: Array, velocity: Array) -> Array:
-        """Return the joint torques of a control period in the tree's order, shape (n,) [N m].
+        """Compute the joint torques of a control period in the tree's order, shape (n,) [N m].
 
         Parameters
         ----------
@@ -127,11 +127,11 @@ class WalkingController:
         return self._torque
 
     def desired_velocity(self) -> Array:
-        """Return the joint velocities that the last period's tasks want, shape (n,) [rad/s]."""
+        """Compute the joint velocities that the last period's tasks want, shape (n,) [rad/s]."""
         return desired_velocity(*self._last)
 
     def _solve(self, terms: Terms, stand: list[int], tasks: list[Task], wishes: Wishes) -> Array:
-        """Return torques within the limits; where there are none, those without limits, for the joints to cut.
+        """Compute torques within the limits; where there are none, those without limits, for the joints to cut.
 
         Most joints are far from their limits, which only cost time then: at first those are watched that were near
         them in the period before. If the others keep theirs too, the solution is that of the whole program.
@@ -150,7 +150,7 @@ class WalkingController:
         raise BalanceError("balance: no torques at all keep the feet on the ground")
 
     def _follow(self, sample: int, foot: FootState, shift: Array) -> Task:
-        """Return what the swing foot should do."""
+        """Compute the task of the swing foot."""
         under_way = self._step_under_way(sample, foot)
         swing = self._swing(sample, under_way, shift)
         error = swing_error(foot, swing)
@@ -160,7 +160,7 @@ class WalkingController:
         return swing_task(foot, swing, error, under_way.missed, self.gains)
 
     def _step_under_way(self, sample: int, foot: FootState) -> _UnderWay:
-        """Return the step under way, which begins where its foot leaves the ground."""
+        """Find the present step, which starts where its foot leaves the ground."""
         number = int(self.plan.step[sample])
         step = self.plan.steps[number]
         if self._under_way is None or self._under_way.step != number:
@@ -170,7 +170,7 @@ class WalkingController:
         return self._under_way
 
     def _swing(self, sample: int, start: _UnderWay, shift: Array) -> Swing:
-        """Return where the swing foot should be."""
+        """Compute the desired pose of the swing foot."""
         step, progress = self.plan.steps[start.step], float(self.plan.progress[sample])
         goal = replace(step.goal, x=step.goal.x + shift[0], y=step.goal.y + shift[1])
         return swing_at(start.place, start.yaw, goal, step.kind.height, progress, step.kind.single_support)
@@ -184,7 +184,7 @@ class WalkingController:
 
 
 def _weights(gains: Gains, joints: Array, swings: bool) -> Weights:
-    """Return the weights while a foot swings, or while both stand; `joints` has those of the posture."""
+    """Compute the weights while a foot swings, or while both stand; `joints` contains the weights of the posture."""
     wrench = np.repeat([gains.force_weight, gains.moment_weight], 3)
     tasks = np.repeat([gains.com_weight, gains.base_weight, gains.foot_weight], [3, 3, BASE if swings else 0])
     return Weights(np.concatenate([tasks, wrench]), np.concatenate([joints, wrench[: 0 if swings else BASE]]))

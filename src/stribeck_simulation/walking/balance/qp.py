@@ -28,7 +28,7 @@ from stribeck_simulation.walking.balance.terms import FootState, Terms
 
 
 def wrench_cone(sole: Sole, friction: float, margin: float = 0.9) -> Array:
-    """Return G with `G w <= 0` for every wrench w that a sole can bear without slipping or tipping.
+    """Compute G with `G w <= 0` for every wrench w that a sole can bear without slipping or tipping.
 
     The closed form of Caron, Pham and Nakamura, "Stability of surface contacts for humanoid robots" (ICRA 2015): four
     rows for the friction pyramid, four for the centre of pressure, eight for the yaw moment.
@@ -60,9 +60,9 @@ def wrench_cone(sole: Sole, friction: float, margin: float = 0.9) -> Array:
 
 BASE = 6
 STANCE_DAMPING = 20.0
-"""With which a standing foot's velocity is taken out [1/s]."""
+"""Rate at which a standing foot's velocity decays [1/s]."""
 INEQUALITY, EQUALITY = 0, 5
-"""What daqp calls them."""
+"""Names in daqp."""
 
 
 class Task(NamedTuple):
@@ -74,14 +74,14 @@ class Task(NamedTuple):
 
 
 class Wishes(NamedTuple):
-    """What is wanted of the joints' accelerations, shape (n,), and of the standing feet's wrenches, shape (feet, 6)."""
+    """Targets of the joints' accelerations, shape (n,), and the standing feet's wrenches, shape (feet, 6)."""
 
     joints: Array
     wrenches: Array
 
 
 class Weights(NamedTuple):
-    """Of the tasks' rows and the first foot's wrench, shape (rows + 6,); of each unknown for itself, shape (m,)."""
+    """Weights of the tasks' rows and the first foot's wrench, shape (rows + 6,), and of each unknown, shape (m,)."""
 
     rows: Array
     unknowns: Array
@@ -122,7 +122,7 @@ def build(
     wishes: Wishes,
     weights: Weights,
 ) -> Program:
-    """Return the program of one control period, without torque limits.
+    """Build the program of one control period, without torque limits.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def build(
 
 
 def _stopping(foot: FootState) -> Array:
-    """Return what the accelerations should give a standing sole beside its drift: it comes to rest."""
+    """Compute the desired acceleration of a standing sole minus its drift, which brings the sole to rest."""
     return -foot.drift - STANCE_DAMPING * foot.velocity
 
 
@@ -182,7 +182,7 @@ def _sense(inequalities: int, equalities: int) -> NDArray[np.intc]:
 def solve(
     program: Program, terms: Terms, standing: Sequence[FootState], limit: Array, watched: NDArray[np.bool_]
 ) -> Array | None:
-    """Return the joint torques, shape (n,), or None if the constraints contradict each other.
+    """Compute the joint torques, shape (n,), or None if the constraints contradict each other.
 
     Parameters
     ----------
@@ -212,7 +212,7 @@ def solve(
 
 
 def _torque_rows(program: Program, terms: Terms, standing: Sequence[FootState]) -> tuple[Array, Array]:
-    """Return motion and bias of all joint torques `motion z + bias`, shape (n, m) and (n,)."""
+    """Compute motion and bias of all joint torques `motion z + bias`, shape (n, m) and (n,)."""
     M, first = terms.inertia, standing[0].jacobian[:, BASE:].T
     n = len(M) - BASE
     motion = M[BASE:, :BASE] @ program.base - first @ program.wrench

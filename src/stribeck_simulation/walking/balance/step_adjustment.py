@@ -1,4 +1,4 @@
-"""Where a push would tip the robot over the foot it stands on, the other foot steps farther out.
+"""Step adjustment: after a push that would tip the robot over its standing foot, the other foot steps farther.
 
 While a foot swings, an error e of the DCM grows as exp(w t), less what the pressure under the standing foot takes away,
 which can go as far as d from the middle of the sole: at touchdown, time t ahead, `e exp(w t) - d (exp(w t) - 1)` is
@@ -24,12 +24,12 @@ GAP = 0.03
 LAST = 0.8
 """Share of the swing after which the foot's goal stays."""
 SPEED = 1.0
-"""With which a goal moves [m/s]."""
+"""Speed of a moving goal [m/s]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Shift:
-    """By how much the plan is shifted at one instant: its ZMP, its DCM and the swing foot's goal, (2,) each [m]."""
+    """Shift of the plan at one instant: ZMP, DCM and goal of the swing foot, shape (2,) each [m]."""
 
     zmp: Array
     dcm: Array
@@ -56,7 +56,7 @@ class StepAdjuster:
         self._lead: dict[float, tuple[Array, Array]] = {}
 
     def shift(self, sample: int, dcm: Array) -> Shift:
-        """Return how much the plan is shifted, given the DCM, shape (2,) [m].
+        """Compute the shift of the plan for a DCM, shape (2,) [m].
 
         A step that changes by x asks for a DCM that is already ahead of the plan while the foot swings, by the share
         of x from which it grows to x until the weight is on that foot; and for a ZMP that goes there as planned.
@@ -78,12 +78,12 @@ class StepAdjuster:
         return Shift(self._done, self._done + ahead * self._more, self._done + self._more)
 
     def _goes_on(self, number: int) -> bool:
-        """Return whether the step is followed by one of its kind, onto its foot."""
+        """Check whether the step is followed by one of its kind, onto its foot."""
         steps = self.plan.steps
         return number + 1 < len(steps) and steps[number + 1].kind is steps[number].kind
 
     def _in_double_support(self, number: int, progress: float) -> tuple[float, float]:
-        """Return the shares of the last step's shift that ZMP and DCM have when the weight moves to that foot."""
+        """Compute the shares of the last step's shift that ZMP and DCM have when the weight moves to that foot."""
         if not 0 < number < len(self.plan.steps) or number - 1 != self._step:
             return 1.0, 1.0
         duration = self.plan.steps[number].kind.double_support
@@ -95,7 +95,7 @@ class StepAdjuster:
         return float(zmp[row, 0]), float(lead[row, 0])
 
     def _wanted(self, number: int, error: Array, left: float) -> Array:
-        """Return how much longer the step should be, for an error of the DCM and a time left to touchdown."""
+        """Compute the extension of the step for an error of the DCM and a time left to touchdown."""
         step, sole = self.plan.steps[number], self.soles[1 - self.plan.steps[number].foot]
         if np.abs(error).max() < LEFT * min(sole.half_length, sole.half_width):
             return np.zeros(2)
@@ -113,6 +113,6 @@ class StepAdjuster:
         return np.asarray(wanted @ turn)
 
     def _aside(self, apart: float, sole: Sole) -> tuple[float, float]:
-        """Return how far the step can change to the right and to the left, the goal being so far to the left."""
+        """Compute the range of the step to the right and to the left, for a goal's position to the left."""
         inwards = max(abs(apart) - 2 * sole.half_width - GAP, 0.0)
         return (-inwards, REACH[1]) if apart > 0 else (-REACH[1], inwards)

@@ -1,4 +1,4 @@
-"""Where the swing foot should be, and how fast, at one instant."""
+"""Desired pose, velocity and acceleration of the swing foot at one instant."""
 
 from dataclasses import dataclass
 
@@ -28,7 +28,7 @@ class Swing:
 
 
 def swing_at(start: Array, start_yaw: float, goal: Footprint, height: float, progress: float, duration: float) -> Swing:
-    """Return the swing from a place to a footprint.
+    """Build the swing from a place to a footprint.
 
     Over the ground with minimum jerk while `progress` goes from `LIFT` to `LANDED`; up and down as
     `64 height (s (1 - s))^3` beside a smooth change of level.

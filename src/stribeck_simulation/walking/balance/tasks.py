@@ -1,4 +1,4 @@
-"""What the centre of mass, the base and the swing foot should do, as accelerations and as velocities.
+"""Tasks of the center of mass, the base and the swing foot, as accelerations and velocities.
 
 Where an acceleration makes up for an error e with `k e - 2 sqrt(k) e'`, the velocity that goes with it is `sqrt(k) e`
 beyond the planned one: that of an error which fades critically damped, without a rest of its own motion.
@@ -19,7 +19,7 @@ from stribeck_simulation.walking.balance.terms import FootState, Terms
 
 
 def desired_velocity(standing: Sequence[FootState], tasks: Sequence[Task]) -> Array:
-    """Return the joint velocities that the tasks want while the standing feet rest [rad/s], shape (n,).
+    """Compute the joint velocities that the tasks want while the standing feet rest [rad/s], shape (n,).
 
     `J_k v = velocity_k` and `J_c v = 0` by damped least squares; the base's velocity is eliminated by the first
     standing foot's rest.
@@ -112,7 +112,7 @@ def _turn_of_base(nv: int) -> Array:
 
 
 def swing_error(foot: FootState, swing: Swing) -> Array:
-    """Return how far the sole is from where it should be: way [m] in the world, turn [rad] in itself, shape (6,)."""
+    """Compute the pose error of the sole: translation [m] in the world, rotation [rad] in the sole, shape (6,)."""
     return np.concatenate([swing.place - foot.place, pin.log3(foot.rotation.T @ upright(swing.yaw))])
 
 
@@ -124,7 +124,7 @@ def swing_task(foot: FootState, swing: Swing, error: Array, missed: Array, gains
     Parameters
     ----------
     foot, swing
-        Where the sole is and should be.
+        Present and desired pose of the sole.
     error, missed
         From `swing_error`, and its integral since the foot left the ground, shape (6,): light feet need it, as
         friction in the ankle is large beside the torque that moves them.
@@ -144,6 +144,6 @@ def swing_task(foot: FootState, swing: Swing, error: Array, missed: Array, gains
 
 
 def upright(yaw: float) -> Array:
-    """Return the rotation about the vertical by a heading [rad]."""
+    """Compute the rotation about the vertical by a heading [rad]."""
     cosine, sine = cos(yaw), sin(yaw)
     return np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])

@@ -1,4 +1,4 @@
-"""What the equation of motion and the tasks need at one state, from one pass over the kinematic tree."""
+"""Terms of the equation of motion and the tasks at one state, from one pass over the kinematic tree."""
 
 from typing import NamedTuple
 
@@ -79,7 +79,7 @@ class Dynamics:
         self._upper = np.tri(self.model.nv, dtype=bool).T
 
     def at(self, configuration: Array, velocity: Array) -> Terms:
-        """Return the terms at a state as Pinocchio has it."""
+        """Compute the terms at a state of Pinocchio."""
         model, data = self.model, self.data
         upper = pin.crba(model, data, configuration)
         inertia = np.where(self._upper, upper, upper.T)  # the lower triangle is not all filled
