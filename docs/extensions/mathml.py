@@ -1,15 +1,20 @@
 """Write equations as MathML, which browsers draw without scripts or downloads."""
 
+import re
 from typing import Any
 
 from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
 
+UNDER = re.compile(r"<munderover>\s*(<mi>[^<]*</mi>)(.*?)(<mo[^>]*>[ˆˉ˙~]</mo>)\s*</munderover>", re.DOTALL)
+"""Accented letter whose index docutils writes below it."""
+
 
 def mathml(node: Any, display: bool) -> str:
-    """Translate an equation; bars over several symbols stretch, and norm bars with an exponent stay level."""
+    """Translate an equation; bars over symbols stretch, norm bars stay level, accented letters have indices."""
     text: str = tex2mathml(node.astext(), as_block=display)
+    text = UNDER.sub(r'<msub><mover accent="true">\1\3</mover>\2</msub>', text)
     text = text.replace(">‖</mo>", ' stretchy="false">‖</mo>')
     return text.replace('<mo accent="true">_</mo>', '<mo stretchy="true">‾</mo>')
 
