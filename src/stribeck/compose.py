@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from stribeck.audit import model_findings
+from stribeck.audit import inseparable_delays, model_findings
 from stribeck.base.finding import merged
 from stribeck.base.version import __version__
 from stribeck.errors import NothingIdentifiedError
@@ -20,8 +20,9 @@ from stribeck.judgement.own_friction import own_friction
 from stribeck.judgement.passivity import passivity_violated
 from stribeck.judgement.torque_error import torque_r2
 from stribeck.judgement.verdict import judge
+from stribeck.log import RobotLog
 from stribeck.methods import Fitted, Method
-from stribeck.result import CouplingResult, Evidence, JointResult, Result, TorqueR2
+from stribeck.result import Corrections, CouplingResult, Evidence, JointResult, Result, TorqueR2
 from stribeck.result.provenance import log_summary, provenance
 from stribeck.robot import Robot
 from stribeck.settings import Settings
@@ -82,6 +83,7 @@ def compose(
         *model_findings(robot),
         *merged([(name, part.findings) for name, part in zip(log_names(prepared), friction.logs, strict=True)]),
         *passivity_violated(found, samples),
+        *inseparable_delays(found, prepared[0].log, robot),
         *fitted.findings,
     ]
     return Result(
@@ -99,7 +101,7 @@ def compose(
         couplings={name: CouplingResult(**vars(found[name]), joints=own) for name, own in couplings.items()},
         findings=findings,
         warnings=[str(finding) for finding in findings],
-        corrections=fitted.corrections,
+        corrections=_with_command_delays(fitted.corrections, prepared[0].log),
         stribeck=__version__,
         evidence=_evidence(
             fitted,
@@ -110,6 +112,13 @@ def compose(
             provenance(settings, method.uses, robot.path, choices),
         ),
     )
+
+
+def _with_command_delays(corrections: Corrections | None, log: RobotLog) -> Corrections | None:
+    """Add the delay of each joint's commands, which is found before the fit."""
+    if corrections is None or not log.command_delays:
+        return corrections
+    return replace(corrections, command_delay=dict(zip(log.joint_names, log.command_delays, strict=True)))
 
 
 def _joints(

@@ -5,7 +5,7 @@ from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
-from stribeck.audit import audit_or_stop, torques_of_currents
+from stribeck.audit import audit_or_stop, find_torques
 from stribeck.base.outputs import check_outputs, whole_or_not_at_all
 from stribeck.base.threads import one_blas_thread
 from stribeck.compose import compose
@@ -99,8 +99,9 @@ def identify(
                 "fit finds in its own logs; expected [robot.motors] with torque_constant and ratio"
             )
         progress("auditing", 0.0)
-        prepared, of_currents, gain_errors = torques_of_currents(prepared, robot, settings)
-        audited = [*of_currents, *audit_or_stop([*prepared, *unseen], robot, settings, force)]
+        prepared, of_torques, gain_errors = find_torques(prepared, robot, settings)
+        unseen, _, _ = find_torques(unseen, robot, settings)
+        audited = [*of_torques, *audit_or_stop([*prepared, *unseen], robot, settings, force)]
         findings += [str(each) for each in audited]
         friction_torque = FrictionTorqueStage(place, progress, prepared[0], robot, settings)
         fitted = chosen.find(prepared, robot, friction_law, settings, friction_torque, progress)

@@ -76,6 +76,9 @@ class RobotTable(Table):
     kp: NonNegative | dict[str, NonNegative] | None = None  # [N m/rad], drive gain, for torque_source "command"
     kd: NonNegative | dict[str, NonNegative] | None = None  # [N m s/rad], drive gain, for torque_source "command"
     gravity: Gravity = (0.0, 0.0, -9.81)  # [m/s^2], in the frame of the world or of a fixed base
+    command_delay: Finite | dict[str, Finite] | None = (
+        None  # [s] from the stamp of a command until it acts; None: find it
+    )
 
 
 class ContactTable(Table):

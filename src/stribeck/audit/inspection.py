@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from stribeck.audit import Evidence, delays, findings, gather, model_findings, torques_of_currents
+from stribeck.audit import Evidence, delays, find_torques, findings, gather, model_findings
 from stribeck.base.finding import Finding
 from stribeck.base.threads import one_blas_thread
 from stribeck.base.typing import Array, TorqueSource
@@ -118,7 +118,7 @@ def inspect_log(log: RobotLog | str | Path, robot: Robot | str | Path, settings:
     where = log.path if isinstance(log, RobotLog) else str(log)
     with one_blas_thread(), findings_kept(robot.warnings), errors_about(where):
         settings = settings or robot.settings
-        (prepared,), found, _ = torques_of_currents([prepare(log, robot, settings)], robot, settings)
+        (prepared,), found, _ = find_torques([prepare(log, robot, settings)], robot, settings)
         return _inspect(prepared, robot, settings, with_filter(prepared, robot, settings), found)
 
 

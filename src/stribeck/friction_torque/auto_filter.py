@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
 from stribeck.differentiation import CutoffChoice, choose_cutoff
+from stribeck.differentiation.cutoff import MIN_SAMPLES, ORDER
+from stribeck.differentiation.savitzky_golay import savgol_cutoff
 from stribeck.dynamics.loops import loop_inertia
 from stribeck.errors import LogError
 from stribeck.friction_torque.inverse_dynamics import Chunk, torque_chunks
@@ -16,6 +18,8 @@ from stribeck.settings import FilterSettings, Settings
 
 MOST_SAMPLES = 30_000
 """Largest number of usable samples for the choice of the cutoff."""
+SHORT = 0.03
+"""Window where all segments are too short for a spectrum [s]."""
 MASSLESS = 1e-6
 """Relative joint inertia [1] below which a joint has no independent acceleration."""
 
@@ -29,7 +33,7 @@ def cutoff_from_log(prepared: PreparedLog, robot: Robot, settings: Settings) -> 
     Raises
     ------
     LogError
-        If no segment is long enough for a spectrum.
+        If no support phase can be used.
     """
     # Positions are differentiated over a short window even if the log has velocities; the torque is not filtered.
     shortest = FilterSettings(kind="savitzky-golay", window=7)
@@ -51,6 +55,11 @@ def cutoff_from_log(prepared: PreparedLog, robot: Robot, settings: Settings) -> 
             "log: no support phase is suitable to choose a filter: feet always stand together or contacts change "
             "too often; expected phases on one foot, or [identify.filter] kind = 'savitzky-golay' and a window"
         )
+    lengths = [len(segment) for segment in accelerations]
+    if max(lengths) < MIN_SAMPLES < sum(lengths) / 4:  # many short segments, as of a trot
+        window = 2 * max(3, round(SHORT / 2 * rate)) + 1
+        reason = f"no segment has the {MIN_SAMPLES} samples of a spectrum, so a window of {1e3 * SHORT:.0f} ms is taken"
+        return CutoffChoice(cutoff=savgol_cutoff(window, ORDER, rate), window=window, reason=reason)
     return choose_cutoff(accelerations, rate, positions)
 
 

@@ -49,6 +49,13 @@ class RobotLog:
         shape (T, n).
     torque_source
         Source of the torque.
+    command, feedback
+        Parts of a commanded torque [N m], shape (T, n): the part of the command, which acts late, and that of measured
+        positions and velocities, which acts at once. None where torques are measured.
+    effort_limits
+        Largest commanded torque of each joint [N m]; empty where torques are measured.
+    command_delays
+        Time from the stamp of each joint's command until it acts, and its standard error [s]; empty until it is found.
     in_amperes
         Joints whose torque is a current [A], because their torque constant is unknown.
     notes
@@ -85,6 +92,10 @@ class RobotLog:
     foot_force: Array | None = None
     temperature: Array | None = None
     external_torque: Array | None = None
+    command: Array | None = None
+    feedback: Array | None = None
+    effort_limits: tuple[float, ...] = ()
+    command_delays: tuple[tuple[float, float], ...] = ()
     torque_source: TorqueSource = "link_side_sensor"
     in_amperes: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
@@ -101,6 +112,8 @@ class RobotLog:
             "acceleration": (samples, joints),
             "temperature": (samples, joints),
             "external_torque": (samples, joints),
+            "command": (samples, joints),
+            "feedback": (samples, joints),
             "base_orientation": (samples, 4),
             "angular_velocity": (samples, 3),
             "linear_acceleration": (samples, 3),

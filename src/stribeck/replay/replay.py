@@ -8,7 +8,7 @@ from statistics import median
 
 import numpy as np
 
-from stribeck.audit import audit_or_stop, torques_of_currents
+from stribeck.audit import audit_or_stop, find_torques
 from stribeck.base.threads import one_blas_thread
 from stribeck.base.version import __version__
 from stribeck.differentiation import make_filter
@@ -148,9 +148,9 @@ def replay(
     frictions = [_friction(each, notes) for each in (robot, other)]
     with one_blas_thread(), findings_kept(notes):
         progress("reading the log", 0.0)
-        (prepared,), of_currents, _ = torques_of_currents([prepare(log, robot, settings)], robot, settings)
+        (prepared,), of_torques, _ = find_torques([prepare(log, robot, settings)], robot, settings)
         notes += [
-            *map(str, of_currents),
+            *map(str, of_torques),
             *(str(finding) for finding in audit_or_stop([prepared], robot, asked, force)),
             *_flight(prepared),
         ]

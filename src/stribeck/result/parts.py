@@ -42,6 +42,7 @@ class Corrections:
       prior gets more weight.
     - Gains [1], encoder zeros [rad] and delays [s] as (value, standard error), to be subtracted. Delays of the torques
       and of the base orientation are relative to the encoders.
+    - `command_delay`: time from the stamp of a joint's command until it acts [s], as (value, standard error).
     - `log_offsets`: offset of a joint in each log minus its offset in all logs [N m], [N]; empty for a single log.
     - `correlations`: correlations of pairs of errors, named "joint.parameter" and "body.coordinate"
       (`BODY_COORDINATES`). Small ones are omitted; those within one joint are in `JointResult`.
@@ -54,6 +55,7 @@ class Corrections:
     encoder_zero: dict[str, tuple[float, float]] = field(default_factory=dict)
     log_offsets: dict[str, tuple[float, ...]] = field(default_factory=dict)
     torque_delay: tuple[float, float] | None = None
+    command_delay: dict[str, tuple[float, float]] = field(default_factory=dict)
     base_delay: tuple[float, float] | None = None
     correlations: list[tuple[str, str, float]] = field(default_factory=list)
 

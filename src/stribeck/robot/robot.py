@@ -48,6 +48,8 @@ class Robot:
     command_gains
         Drive gains kp [N m/rad] and kd [N m s/rad] for commanded torques, shape (n,) each; zero for position-controlled
         joints. None if the log contains torques.
+    command_delay
+        Known time from the stamp of a command until it acts [s], shape (n,); None if it is not known.
     couplings
         Coefficients b_j of torque-controlled joints by coupling: friction R(sum_j b_j v_j) acts on joint j as b_j R.
     warnings
@@ -78,6 +80,7 @@ class Robot:
     loops: tuple[LoopTable, ...] = ()
     motors: dict[str, MotorTable] = field(default_factory=dict)
     command_gains: tuple[Array, Array] | None = None
+    command_delay: Array | None = None
     couplings: dict[str, dict[str, float]] = field(default_factory=dict)
     log_table: LogTable = field(default_factory=LogTable)
     settings: Settings = field(default_factory=Settings)

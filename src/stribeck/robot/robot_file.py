@@ -114,6 +114,7 @@ def robot_fields(file: RobotFile, path: Path) -> dict[str, Any]:
         "torque_source": table.torque_source,
         "motors": _check_motors(table, measured, f"{path}: [robot.motors."),
         "command_gains": _sort_gains(table, joints, measured, f"{path}: [robot]"),
+        "command_delay": _sort_delays(table, joints, measured, f"{path}: [robot]"),
         "couplings": _check_couplings(table, joints, measured, f"{path}: [[robot.couplings]]"),
         "log_table": file.log,
         "settings": file.identify,
@@ -205,6 +206,7 @@ def _sort_gains(
         return None
     found = []
     for key, value in (("kp", table.kp), ("kd", table.kd)):
+        value = 0.0 if value is None and key == "kd" else value
         by_joint = value if isinstance(value, dict) else {} if value is None else dict.fromkeys(measured, value)
         _require(by_joint, measured, f"{where} {key}")
         if table.torque_source != "command":
@@ -219,6 +221,18 @@ def _sort_gains(
             )
         found.append(np.array([by_joint.get(name, 0.0) for name in joints]))
     return found[0], found[1]
+
+
+def _sort_delays(table: RobotTable, joints: Sequence[str], measured: Sequence[str], where: str) -> Array | None:
+    """Sort the known delays of commands by joint [s], shape (n,); None if they are not known."""
+    delay = table.command_delay
+    if delay is None:
+        return None
+    by_joint = delay if isinstance(delay, dict) else dict.fromkeys(measured, delay)
+    _require(by_joint, measured, f"{where} command_delay")
+    if table.kp is None:
+        raise RobotFileError(f"{where} command_delay requires kp; add it, or set delay in [log.torque] instead")
+    return np.array([by_joint.get(name, 0.0) for name in joints])
 
 
 def _check_couplings(

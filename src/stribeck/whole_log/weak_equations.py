@@ -31,6 +31,8 @@ class CorrectionLayout:
         Number of axes of the root link about which its orientation is corrected [rad].
     delays
         Number of delays against the encoders, positive if late: of all torques, then of the base orientation [s].
+    command_delays
+        Standard errors of the delay of each joint's commands [s]; empty where torques are measured.
     wrenches
         Number of wrench sensors in feet that are corrected: six zeros [N], [N m], and one gain [1] each.
     rotors
@@ -48,6 +50,7 @@ class CorrectionLayout:
     zeros: int = 0
     tilts: int = 0
     delays: int = 0
+    command_delays: tuple[float, ...] = ()
     wrenches: int = 0
     rotors: tuple[int, ...] = ()
     armature: Array = field(default_factory=lambda: np.zeros(0))
@@ -60,7 +63,9 @@ class CorrectionLayout:
     @property
     def size(self) -> int:
         """Number of columns."""
-        sensors = self.gains + self.zeros + self.tilts + self.delays + WRENCH_SIZE * self.wrenches
+        sensors = (
+            self.gains + self.zeros + self.tilts + self.delays + len(self.command_delays) + WRENCH_SIZE * self.wrenches
+        )
         return self.inertial_parameters.size + sensors + len(self.rotors) + self.log_offsets[0] * self.log_offsets[1]
 
 

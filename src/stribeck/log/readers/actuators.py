@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stribeck.base.typing import Array
-from stribeck.errors import LogError, SettingsError
+from stribeck.errors import SettingsError
 from stribeck.log.readers.mapping import CURRENT
 
 if TYPE_CHECKING:
@@ -56,32 +56,35 @@ def through_motors(torque: Array, robot: Robot) -> tuple[str, ...]:
     return tuple(unknown)
 
 
-def commanded_torque(channels: dict[str, Array], robot: Robot, path: str) -> tuple[Array, str]:
-    """Return the torque that the drives are asked for, shape (T, n), and a note: kp (q_d - q) + kd (v_d - v) + tau_ff.
+def command_and_feedback(channels: dict[str, Array], time: Array, robot: Robot) -> tuple[Array, Array, str]:
+    """Compute both parts of the torque kp (q_d - q) + kd (v_d - v) + tau_ff that drives apply, shape (T, n) each.
 
-    What the log does not hold of the desired velocity and torque is zero.
+    The command, kp q_d + kd v_d + tau_ff, acts later than it is logged; the feedback of positions and velocities acts
+    at once. Desired velocities and torques that the log does not have are zero; joint velocities are differentiated.
 
-    Raises
-    ------
-    LogError
-        If the joints' velocity is needed and not there.
+    Returns
+    -------
+    command, feedback, note
+        [N m], and a sentence that says which channels they are made of.
     """
     assert robot.command_gains is not None
     kp, kd = robot.command_gains
-    if kd.any() and "velocity" not in channels:
-        raise LogError(
-            f"{path}: [robot] kd needs the velocity that the drives act on, and the log holds none of every joint; "
-            "expected a channel velocity, or kd = 0.0"
-        )
-    torque = kp * (channels["desired_position"] - channels["position"])
+    command, feedback = kp * channels["desired_position"], -kp * channels["position"]
     terms = ["kp (desired_position - position)"]
     if kd.any():
-        torque += kd * (channels.get("desired_velocity", 0.0) - channels["velocity"])
-        terms.append("kd (desired_velocity - velocity)" if "desired_velocity" in channels else "- kd velocity")
+        velocity = channels.get("velocity")
+        differentiated = "" if velocity is not None else "differentiated "
+        feedback -= kd * (np.gradient(channels["position"], time, axis=0) if velocity is None else velocity)
+        command += kd * channels.get("desired_velocity", 0.0)
+        terms.append(
+            f"kd (desired_velocity - {differentiated}velocity)"
+            if "desired_velocity" in channels
+            else f"- kd {differentiated}velocity"
+        )
     if "desired_torque" in channels:
-        torque += channels["desired_torque"]
+        command += channels["desired_torque"]
         terms.append("desired_torque")
     idle = [name in robot.position_controlled for name in robot.joint_names]
-    torque[:, idle] = 0.0  # whatever their columns hold
-    note = f"Torques are the command's, {' + '.join(terms)}".replace("+ - ", "- ")
-    return np.ascontiguousarray(torque), f"{note}: the log's own torques are not needed."
+    command[:, idle] = feedback[:, idle] = 0.0  # whatever their columns hold
+    note = f"Torques are computed from the command, {' + '.join(terms)}".replace("+ - ", "- ")
+    return command, feedback, f"{note}; measured torques in the log are ignored."

@@ -13,7 +13,7 @@ from stribeck.base.outputs import check_name
 from stribeck.base.typing import Array, TorqueSource
 from stribeck.errors import LogError, SettingsError, errors_about
 from stribeck.log import RobotLog
-from stribeck.log.readers.actuators import check_current, commanded_torque, through_motors
+from stribeck.log.readers.actuators import check_current, command_and_feedback, through_motors
 from stribeck.log.readers.arrays import open_hdf5, open_npz
 from stribeck.log.readers.columns import source_of_columns
 from stribeck.log.readers.folder import open_folder, tables_in
@@ -123,8 +123,9 @@ def _read(source: Recording, robot: Robot | None, table: LogTable, where: str, p
     notes = [*motor_notes, *selection.notes, *loaded.notes, *time_notes, *_fill(channels, selection, robot)]
     rows, delay_notes = advance(channels, time, table, source.path)
     time, channels = time[rows], {name: values[rows] for name, values in channels.items()}
+    limits: tuple[float, ...] = ()
     if robot and robot.command_gains:
-        time, channels, command_notes = _replace_command(time, channels, robot, source.path)
+        channels, limits, command_notes = _replace_command(time, channels, robot)
         delay_notes += command_notes
     in_amperes = through_motors(channels["torque"], robot) if robot else ()
     contact, contact_notes = _read_flags(channels.pop("contact", None), source.path)
@@ -137,7 +138,8 @@ def _read(source: Recording, robot: Robot | None, table: LogTable, where: str, p
         foot_names=selection.foot_names,
         contact=contact,
         foot_wrench=wrench,
-        **channels,
+        **channels,  # type: ignore[arg-type]
+        effort_limits=limits,
         torque_source=torque_source,
         in_amperes=in_amperes,
         notes=(*notes, *delay_notes, *contact_notes, *torque_notes),
@@ -234,14 +236,28 @@ def _collect_channels(source: Recording, selection: Selection, loaded: Arrays, s
 
 
 def _replace_command(
-    time: Array, channels: dict[str, Array], robot: Robot, path: str
-) -> tuple[Array, dict[str, Array], list[str]]:
-    """Replace a command by the commanded torque, with `[log.torque] delay` removed."""
-    torque, note = commanded_torque(channels, robot, path)
-    of_torque = {"torque": torque}
-    rows, notes = advance(of_torque, time, robot.log_table, path)
-    kept = {name: values for name, values in channels.items() if name not in COMMAND} | of_torque
-    return time[rows], {name: values[rows] for name, values in kept.items()}, [note, *notes]
+    time: Array, channels: dict[str, Array], robot: Robot
+) -> tuple[dict[str, Array], tuple[float, ...], list[str]]:
+    """Replace the channels of the command by the torques of the drives, and return the effort limits [N m] as well.
+
+    A command acts `[robot] command_delay` later than it is logged, or `[log.torque] delay` earlier. An effort
+    limit that more than a fifth of the samples exceed is not that of the drive, and is ignored.
+    """
+    command, feedback, note = command_and_feedback(channels, time, robot)
+    delay = np.zeros(command.shape[1]) if robot.command_delay is None else robot.command_delay
+    known = np.isfinite(time)
+    for column, late in enumerate((delay - robot.log_table.torque.delay).tolist()):
+        if late:
+            command[:, column] = np.interp(time - late, time[known], command[known, column])
+    torque, notes = command + feedback, [note]
+    beyond = np.mean(np.abs(torque) > robot.effort_limits, axis=0)
+    limits = np.where(beyond < 0.2, robot.effort_limits, np.inf)
+    for what, share in (("clipped at", beyond < 0.2), ("not clipped: too many exceed", beyond >= 0.2)):
+        if joints := [name for name, own, far in zip(robot.joint_names, share, beyond, strict=True) if own and far]:
+            notes.append(f"Commanded torques of {listed(joints)} are {what} the effort limits of the model.")
+    kept = {name: values for name, values in channels.items() if name not in COMMAND}
+    parts = {"torque": np.clip(torque, -limits, limits), "command": command, "feedback": feedback}
+    return kept | parts, tuple(limits.tolist()), notes
 
 
 def _fill(channels: dict[str, Array], selection: Selection, robot: Robot | None) -> list[str]:

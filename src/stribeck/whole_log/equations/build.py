@@ -107,7 +107,7 @@ class WeakForm:
         plain = free is None and rows == len(joints) and not self.couplings.size
         smooth_torque, regressors = window.apply(torque[:, joints]), None
         if self.corrections.size:
-            rate = window.apply(np.gradient(torque[:, joints], self.period, axis=0))
+            rate = window.apply(np.gradient(self._late(segment, torque)[:, joints], self.period, axis=0))
             measured = np.stack([smooth_torque, rate]), None if wrench is None else window.apply(wrench)
             regressors = summed(correction_regressors(self.corrections, mode, centers, on_rows, *measured))
         time = log.time[segment.first + half :: window.step][: len(centers.position)]
@@ -171,6 +171,10 @@ class WeakForm:
         """Compute velocities of up to 0.5 s before the segment, in which presliding builds up, shape (any, n)."""
         first = max(segment.unbroken.start + self.margin, segment.first - round(0.5 / self.period))
         return filters.derivatives(self.log.position, first, segment.first, self.smooth, (1,))[0][:, self.joints]
+
+    def _late(self, segment: Segment, torque: Array) -> Array:
+        """Return the part of the torques that is late: all of it where it is measured, else that of the command."""
+        return torque if self.log.command is None else self.log.command[segment.first : segment.last]
 
     def _torque(self, segment: Segment) -> Array:
         """Return the torques that come `delay` after the segment's rows, shape (T, all joints).
@@ -252,7 +256,7 @@ def weak_form(
         shortest=shortest,
         noise=noise,
         tilted=tilted,
-        corrections=find_corrections(robot, [*names, *couplings], settings, len(sensed)),
+        corrections=find_corrections(robot, [*names, *couplings], settings, len(sensed), log.command_delays),
         couplings=robot.coefficients(names, couplings),
         period=period,
     )

@@ -21,18 +21,27 @@ from stribeck.whole_log.equations.contact_mode import ContactMode
 from stribeck.whole_log.weak_equations import WRENCH_SIZE, CorrectionLayout
 
 
-def find_corrections(robot: Robot, names: Sequence[str], settings: Settings, wrenches: int = 0) -> CorrectionLayout:
+def find_corrections(
+    robot: Robot,
+    names: Sequence[str],
+    settings: Settings,
+    wrenches: int = 0,
+    command_delays: Sequence[tuple[float, float]] = (),
+) -> CorrectionLayout:
     """List what is corrected: nothing, inertias and the torques' delay, all sensors' calibration, rotor inertias.
 
-    `names` are joints, then couplings; `wrenches` is the number of wrench sensors.
+    `names` are joints, then couplings; `wrenches` is the number of wrench sensors. The delays of commands, which come
+    with their standard errors [s], are not corrected: they were found before, and only their errors matter.
     """
     asked = settings.fit_armature
     everywhere = asked is True or (asked == "auto" and robot.torque_source != "link_side_sensor")
     rotors = tuple(k for k, name in enumerate(names) if everywhere or (isinstance(asked, list) and name in asked))
     modelled = dict(zip(robot.joint_names, robot.armature.tolist(), strict=True))
     armature = np.array([modelled.get(names[k], 0.0) for k in rotors])
+    own = dict(zip(robot.joint_names, command_delays, strict=False))
+    late = tuple(own[name][1] for name in names if name in own)
     if settings.corrections == "none":
-        return CorrectionLayout(rotors=rotors, armature=armature)
+        return CorrectionLayout(rotors=rotors, armature=armature, command_delays=late)
     bodies, parameters = list(robot.tree.model.names)[1:], list(robot.tree.model.inertias)[1:]
     calibration = settings.corrections == "calibration"
     return CorrectionLayout(
@@ -41,7 +50,8 @@ def find_corrections(robot: Robot, names: Sequence[str], settings: Settings, wre
         gains=sum(name in robot.joint_names for name in names) if calibration else 0,
         zeros=len(robot.joint_names) if calibration else 0,
         tilts=3 if calibration else 0,
-        delays=1 + (calibration and robot.base == "floating"),
+        delays=0 if late else 1 + (calibration and robot.base == "floating"),
+        command_delays=late,
         wrenches=wrenches,
         rotors=rotors,
         armature=armature,
@@ -81,6 +91,8 @@ def correction_regressors(
     if layout.delays > 1:
         turning = np.zeros((len(state.position), 3)) if turn is None else turn.angular_velocity
         found.append(-(found[-2][:, :, -3:] @ turning[:, :, None]))
+    if layout.command_delays:
+        found.append(torques[1, :, None] * own)
     if layout.wrenches:
         sensors = np.zeros((len(state.position), len(acting), layout.wrenches, WRENCH_SIZE))
         if wrench is not None:

@@ -19,6 +19,12 @@ from stribeck.settings import Priors
 from stribeck.whole_log.model.bodies import Bodies, bodies_of
 from stribeck.whole_log.weak_equations import WRENCH_SIZE, CorrectionLayout
 
+CONSIDERED = 1e-2
+"""Prior of an error that is considered but not estimated, over its standard error [1] (Schmidt 1966).
+
+Small enough that the log does not move it; `covariance_budget` restores its effect.
+"""
+
 
 @dataclass(frozen=True, eq=False)
 class Layout:
@@ -42,6 +48,7 @@ class Layout:
             "zeros": c.zeros,
             "tilts": c.tilts,
             "delays": c.delays,
+            "command_delays": len(c.command_delays),
             "wrenches": WRENCH_SIZE * c.wrenches,
             "rotors": len(c.rotors),
             "log_offsets": math.prod(c.log_offsets),
@@ -169,10 +176,11 @@ class ModelCorrections:
             [c.gains, c.zeros, c.tilts, c.delays > 0, c.delays > 1],
         )
         sensors[np.setdiff1d(np.arange(c.gains), self.loaded)] = 0.0
+        late = CONSIDERED * np.array(c.command_delays)
         wrench = np.repeat([priors.wrench_force, priors.wrench_moment, priors.wrench_gain], [3, 3, 1])
         rotors = np.where(c.armature > 0, priors.rotor_share * c.armature, priors.rotor)
         offsets = np.full(math.prod(c.log_offsets), priors.log_offset * self.torque)
-        return np.concatenate([sensors, np.tile(wrench, c.wrenches), rotors, offsets])
+        return np.concatenate([sensors, late, np.tile(wrench, c.wrenches), rotors, offsets])
 
     def groups(self) -> Iterator[NDArray[np.int64]]:
         """Yield the coordinates that have one prior standard deviation.

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
+from stribeck.whole_log.model.corrections import CONSIDERED
 from stribeck.whole_log.solver.elimination import Fit, inverse_of
 
 
@@ -31,6 +32,8 @@ class CovarianceBudget:
         Of the means of the group priors.
     heterogeneity
         Of the model, over folds.
+    command_delay
+        Of the delays of commands, which were found before.
     """
 
     noise: Array
@@ -38,6 +41,7 @@ class CovarianceBudget:
     repeated_errors: Array
     group_mean: Array
     heterogeneity: Array
+    command_delay: Array
 
     @property
     def total(self) -> Array:
@@ -75,6 +79,7 @@ def covariance_budget(fit: Fit, repeated_errors: Array, group_mean: Array) -> Co
         model=model,
         repeated_errors=repeated_errors,
         group_mean=group_mean,
+        command_delay=through(fit, layout.places("command_delays")) / CONSIDERED**2,
         heterogeneity=(fit.model.overdispersion - 1) * through(fit, layout.places("bodies", "delays")),
     )
 

@@ -1,0 +1,231 @@
+"""Time from the stamp of a command until it acts, found by simulating each joint from its command.
+
+A delay of commands acts like viscous friction, kp times delay times velocity. In the equation of motion they differ by
+so little that encoder noise decides. A simulation has no such noise. While a joint moves, its motion follows from
+
+    (M(t) + A) a = clip(command(t - delay) - kp q - kd v) - c(t) - b v - F sign(v) - o
+
+with the inertia M and the other torques c of inverse dynamics (gravity, coupling) along the measured motion. The delay,
+A, b, F, o and the initial state of each piece minimize the distance to measured positions (output-error method: Ljung,
+System Identification, 1999, section 7.2).
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.audit.joint_simulation import STEP, Pieces, linearize
+from stribeck.base.finding import Finding
+from stribeck.base.typing import Array
+from stribeck.dynamics.rooted import joint_inertia
+from stribeck.friction_torque.inverse_dynamics import torque_chunks
+from stribeck.friction_torque.preparation import PreparedLog
+from stribeck.log.commands import with_command_delay
+from stribeck.robot import Robot
+from stribeck.settings import FilterSettings, Settings
+
+LONGEST, MOST, FEWEST = 1.0, 60, 6
+"""Longest piece [s], largest number of pieces of a joint [1], and smallest number of samples in a piece [1]."""
+
+MOVING = 0.03
+"""Share of a joint's top speed above which it moves [1]; a joint that sticks does not show the delay."""
+
+EARLIEST, LATEST = -0.02, 0.2
+"""Smallest and largest delay that can be found [s]."""
+
+ERROR = 5e-4
+"""Standard error of a delay that inexact models and friction laws cause [s]."""
+
+ALIKE = 2e-4
+"""Smallest standard deviation of delays from joint to joint [s]."""
+
+UNKNOWN = 30e-3
+"""Standard error of a delay that no joint shows [s]."""
+
+ROUNDS = 40
+"""Largest number of steps of the Levenberg-Marquardt method [1]."""
+
+
+def with_found_delays(
+    prepared: Sequence[PreparedLog], robot: Robot, settings: Settings
+) -> tuple[list[PreparedLog], list[Finding]]:
+    """Find the delay of the commands in each log, and compute the torques with it.
+
+    Delays that the robot file states are used as they are.
+
+    Returns
+    -------
+    logs, findings
+        Logs of measured torques are returned unchanged. `RobotLog.command_delays` has the delays.
+    """
+    logs, delays = [], []
+    for part in prepared:
+        if part.log.command is None:
+            logs.append(part)
+            continue
+        delay, error = robot.command_delay, np.full(len(robot.joint_names), ERROR)
+        log = part.log
+        if delay is None:
+            delay, error = command_delays(part, robot, settings)
+            log = with_command_delay(log, delay)
+        log = replace(log, command_delays=tuple(zip(delay.tolist(), error.tolist(), strict=True)))
+        logs.append(replace(part, log=log))
+        delays.append(np.column_stack([delay, error])[robot.torque_controlled])
+    return logs, _report(robot, np.array(delays)) if delays else []
+
+
+def _report(robot: Robot, delays: Array) -> list[Finding]:
+    """Report delays and their standard errors [s], shape (logs, n, 2), that were found, and unknown drive damping."""
+    value, error = delays[..., 0].mean(axis=0), delays[..., 1].max(axis=0)
+    own, found = robot.torque_controlled, []
+    assert robot.command_gains is not None
+    if not robot.command_gains[1][own].any():
+        found.append(Finding.of("drive-damping"))
+    if robot.command_delay is not None:
+        return found
+    if np.all(np.abs(value - value.mean()) < np.maximum(2 * error, 1e-3)):
+        evidence, setting = _text(value.mean(), error.mean()), f"{value.mean():.4f}"
+    else:
+        each = list(zip([robot.joint_names[k] for k in own], value, error, strict=True))
+        evidence = ", ".join(f"{_text(late, off)} ({name})" for name, late, off in each)
+        setting = "{ " + ", ".join(f"{name} = {late:.4f}" for name, late, _ in each) + " }"
+    return [Finding.of("command-delay", evidence=evidence, setting=setting), *found]
+
+
+def _text(value: float, error: float) -> str:
+    return f"{1e3 * value:.1f} ± {2e3 * error:.1f} ms"
+
+
+def command_delays(prepared: PreparedLog, robot: Robot, settings: Settings) -> tuple[Array, Array]:
+    """Estimate the delay of each joint's commands and its standard error [s], shape (n,) each.
+
+    Delays of joints that hardly differ are drawn towards their mean. A joint that does not move enough gets the mean.
+    Without any motion the delay is zero, with the standard error of a delay that is not known.
+    """
+    size = len(robot.joint_names)
+    pieces = _pieces(prepared, robot, settings)
+    if pieces is None:
+        return np.zeros(size), np.full(size, UNKNOWN)
+    own = np.unique(pieces.joint)
+    value, error = _fit(pieces, robot, np.array(prepared.log.effort_limits))
+    found, variance = value[own], error[own] ** 2 + ALIKE**2
+    middle = float(np.median(found))
+    between = max((1.48 * float(np.median(np.abs(found - middle)))) ** 2 - float(np.median(variance)), ALIKE**2)
+    weights = 1 / (variance + between + (found - middle) ** 2)  # robust against joints that the model describes badly
+    mean, share = np.average(found, weights=weights), between / (between + variance)
+    delay, spread = np.full(size, mean), np.full(size, 1 / weights.sum() + between)
+    delay[own] += share * (found - mean)
+    spread[own] = share * variance + (1 - share) ** 2 / weights.sum() + (delay[own] - found) ** 2
+    return delay, np.sqrt(spread + ERROR**2 + (0.5 * prepared.sampling.jitter) ** 2)
+
+
+def _pieces(prepared: PreparedLog, robot: Robot, settings: Settings) -> Pieces | None:
+    """Cut pieces out of a log in which a joint of a swinging limb, or of an arm, moves in one direction."""
+    log, period, known = prepared.log, prepared.sampling.period, robot.torque_controlled
+    assert log.command is not None
+    window = 2 * max(3, round(0.05 / period)) + 1  # of 0.1 s
+    plain = {"averaged_law": False, "filter_torque": False, "standing_legs": False, "observer_bandwidth": None}
+    of_filter = {"filter": FilterSettings(kind="savitzky-golay", window=window)}
+    stride = max(1, round(0.004 / period))
+    found: list[tuple[int, NDArray[np.int64], Array, Array, Array]] = []
+    for chunk in torque_chunks(prepared, robot, settings.model_copy(update=plain | of_filter), stride=stride):
+        samples, position = chunk.samples, log.position[chunk.rows]
+        inertia = np.einsum("tjj->tj", joint_inertia(robot.tree, position))[:, known]
+        needed = log.applied_torque()[chunk.rows][:, known] - samples.friction_torque
+        others = needed - inertia * samples.acceleration
+        for k in range(len(known)):
+            for run in _moving(samples.velocity[:, k], samples.usable[:, k], chunk.runs(), stride * period):
+                found.append((k, chunk.rows[run], samples.velocity[run, k], inertia[run, k], others[run, k]))
+    chosen = [
+        each[place]
+        for k in range(len(known))
+        if (each := [piece for piece in found if piece[0] == k])
+        for place in np.unique(np.linspace(0, len(each) - 1, MOST).astype(int))
+    ]
+    if not chosen:
+        return None
+    longest, lead = max(len(piece[1]) for piece in chosen), int(np.ceil(LATEST / period / stride)) + 1
+    tail = int(np.ceil(-EARLIEST / period / stride)) + 1
+    rows = np.stack([piece[1][0] + stride * np.arange(-lead, longest + tail) for piece in chosen], axis=1)
+    joint = known[[piece[0] for piece in chosen]]
+
+    def padded(values: Sequence[Array]) -> Array:
+        return np.stack([np.pad(each, (0, longest - len(each)), mode="edge") for each in values], axis=1)
+
+    return Pieces(
+        joint=joint,
+        known=np.arange(longest)[:, None] < [len(piece[1]) for piece in chosen],
+        command=log.command[rows.clip(0, len(log.time) - 1), joint],
+        lead=lead,
+        position=padded([log.position[piece[1], column] for piece, column in zip(chosen, joint, strict=True)]),
+        velocity=padded([piece[2] for piece in chosen]),
+        inertia=padded([piece[3] for piece in chosen]),
+        others=padded([piece[4] for piece in chosen]),
+        period=stride * period,
+    )
+
+
+def _moving(velocity: Array, usable: NDArray[np.bool_], runs: Iterator[slice], period: float) -> Iterator[slice]:
+    """Yield the samples of each piece in which a joint moves, in one run, at most `LONGEST` seconds each."""
+    top = np.percentile(np.abs(velocity), 99) if len(velocity) else 0.0
+    length = max(FEWEST, round(LONGEST / period))
+    for run in runs:
+        moves = usable[run] & (np.abs(velocity[run]) > MOVING * top)
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], moves, [False]]).astype(int))).reshape(-1, 2)
+        for first, last in (edges + run.start).tolist():
+            count = -(-(last - first) // length)
+            for start, stop in pairwise(np.linspace(first, last, count + 1).astype(int).tolist()):
+                if stop - start >= FEWEST:
+                    yield slice(start, stop)
+
+
+def _fit(pieces: Pieces, robot: Robot, limits: Array) -> tuple[Array, Array]:
+    """Fit the simulation of all joints at once by Levenberg and Marquardt's method.
+
+    Returns
+    -------
+    delay, error
+        [s], shape (n,) each, with standard errors that allow for errors that are shared within a piece.
+    """
+    size = len(robot.joint_names)
+    assert robot.command_gains is not None
+    kp = np.maximum(robot.command_gains[0], 1e-9)
+    torque = np.full(size, 1e-9)
+    np.maximum.at(torque, pieces.joint, 0.3 * np.abs(pieces.others).max(axis=0))
+    scale = np.stack([np.full(size, 0.01), 1e-3 * kp, 0.02 * kp, torque, torque])  # delay, A, b, F, o
+    values = np.stack([np.full(size, 0.02), 1e-3 * kp, 0.02 * kp, 0.5 * torque, 0 * torque])
+    lower = np.array([EARLIEST, 0.0, 0.0, 0.0, -np.inf])[:, None]
+    upper = np.array([LATEST, np.inf, np.inf, np.inf, np.inf])[:, None]
+    damping, best, kept = np.full(size, 1e-3), np.full(size, np.inf), values
+    information, right = np.zeros((size, 5, 5)), np.zeros((size, 5))
+    scatter, number = np.zeros((size, 5, 5)), np.bincount(pieces.joint, minlength=size)
+    active = number > 0
+    for _ in range(ROUNDS):
+        own = pieces.take(np.flatnonzero(active[pieces.joint]))
+        residual, slopes = linearize(own, values, scale, kp, robot.command_gains[1], limits)
+        cost = np.bincount(own.joint, (residual**2).sum(axis=0), size)
+        better = active & (cost <= best)
+        kept, best = np.where(better, values, kept), np.where(better, cost, best)
+        damping = np.where(better, damping / 5, damping * 10)
+        gradient = np.einsum("atb,tb->ba", slopes, residual)
+        for total, each in (
+            (information, np.einsum("atb,ctb->bac", slopes, slopes)),
+            (right, gradient),
+            (scatter, gradient[:, :, None] * gradient[:, None, :]),
+        ):
+            total[better] = 0.0
+            places = better[own.joint]
+            np.add.at(total, own.joint[places], each[places])
+        ridge = damping[:, None, None] * information * np.eye(5) + 1e-12 * np.eye(5)
+        step = np.linalg.solve(information + ridge, right[:, :, None])[:, :, 0].T
+        values = np.clip(kept + scale * step, lower, upper)
+        active &= np.abs((values - kept) / scale).max(axis=0) > 0.02
+        if not active.any():
+            break
+    inverse = np.linalg.pinv(information)
+    scatter *= (number / np.maximum(number - 5, 0.5))[:, None, None]
+    error = scale[0] * np.sqrt(np.einsum("nij,njk,nki->ni", inverse, scatter, inverse)[:, 0])
+    return kept[0] - 0.5 * STEP, np.where(active, UNKNOWN, error)

@@ -1,0 +1,100 @@
+"""Simulation of single joints from their commands, along the measured motion of all others (`command_delay`)."""
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.base.typing import Array
+
+STEP = 5e-4
+"""Longest time step of the simulation [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """B pieces of a log, T samples or fewer each, in which a joint moves.
+
+    Attributes
+    ----------
+    joint
+        Column of the joint in the log, shape (B,).
+    known
+        Samples that belong to the piece, shape (T, B).
+    command
+        Command [N m] from `lead` samples before the piece on, shape (any, B).
+    position, velocity, inertia, others
+        Measured position [rad], its derivative [rad/s], inertia M [kg m^2] and torques c [N m], shape (T, B).
+    period
+        Sampling period [s].
+    """
+
+    joint: NDArray[np.int64]
+    known: NDArray[np.bool_]
+    command: Array
+    lead: int
+    position: Array
+    velocity: Array
+    inertia: Array
+    others: Array
+    period: float
+
+    def take(self, own: NDArray[np.int64]) -> "Pieces":
+        """Select some pieces by their numbers."""
+        arrays = {field.name: getattr(self, field.name) for field in fields(self)}
+        return replace(self, **{name: array[..., own] for name, array in arrays.items() if np.ndim(array)})
+
+
+def linearize(pieces: Pieces, values: Array, scale: Array, kp: Array, kd: Array, limits: Array) -> tuple[Array, Array]:
+    """Compute residuals [rad], shape (T, B), and slopes by each parameter over its scale, shape (5, T, B).
+
+    The initial state of each piece is fitted, too: both are orthogonal to its effect.
+    """
+    small = 1e-3
+    changes = np.concatenate([np.zeros((1, 7)), small * np.eye(7)])  # of five parameters, position and velocity
+    parameters = (values + changes[:, :5, None] * scale)[:, :, pieces.joint]
+    fast = np.abs(pieces.velocity).max(axis=0)
+    starts = np.stack([pieces.position[0] + 0 * fast, pieces.velocity[0]]) + changes[:, 5:, None] * np.stack(
+        [0.03 * fast, fast]
+    )
+    gains = kp[pieces.joint], kd[pieces.joint], limits[pieces.joint]
+    motion = simulate(pieces, parameters, starts, *gains)
+    residual = (pieces.position - motion[0]) * pieces.known
+    slopes = (motion[1:] - motion[0]) * (pieces.known / small)
+    state, _ = np.linalg.qr(slopes[5:].transpose(2, 1, 0))  # (B, T, 2)
+    both = np.concatenate([residual[None], slopes[:5]]).transpose(2, 1, 0)
+    both = (both - state @ (state.transpose(0, 2, 1) @ both)).transpose(2, 1, 0)
+    return both[0], both[1:]
+
+
+def simulate(pieces: Pieces, parameters: Array, starts: Array, kp: Array, kd: Array, limits: Array) -> Array:
+    """Simulate all pieces with P sets of parameters, shape (P, 5, B), and starts, (P, 2, B); positions (P, T, B).
+
+    The implicit Euler method is stable whatever the friction.
+    """
+    delay, rotor, viscous, coulomb, offset = parameters.transpose(1, 0, 2)
+    position, velocity = starts.transpose(1, 0, 2).copy()
+    samples, count = pieces.position.shape
+    parts = max(1, int(np.ceil(pieces.period / STEP)))
+    step, column = pieces.period / parts, np.arange(count)
+    late, most = pieces.lead - delay / pieces.period, len(pieces.command) - 2
+    slow = 1e-3 * np.abs(pieces.velocity).max(axis=0)
+    found = np.empty((len(delay), samples, count))
+    found[:, 0] = position
+    for k in range(samples - 1):
+        for part in range(1, parts + 1):
+            share = part / parts
+            place = np.clip(k + share + late, 0, most)
+            before = place.astype(np.int64)
+            after = place - before
+            command = (1 - after) * pieces.command[before, column] + after * pieces.command[before + 1, column]
+            others = (1 - share) * pieces.others[k] + share * pieces.others[k + 1]
+            inertia = ((1 - share) * pieces.inertia[k] + share * pieces.inertia[k + 1] + rotor) / step
+            force = command - kp * position
+            free = np.abs(force - kd * velocity) < limits  # else the drive is at its limit
+            drag = viscous + coulomb / np.sqrt(velocity**2 + slow**2) + free * (kd + kp * step)
+            force = np.where(free, force, np.copysign(limits, force))
+            velocity = (inertia * velocity + force - others - offset) / (inertia + drag)
+            position = position + step * velocity
+        found[:, k + 1] = position
+    return found

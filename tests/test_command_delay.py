@@ -1,0 +1,40 @@
+"""Commands that act late: the delay is found, and the friction is that of the ground truth."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.command_logs import clamped_quadruped, hobby_arm, lerobot_arm
+
+from stribeck import Result, identify
+
+
+def covered(found: Result, drives: dict, name: str) -> list[bool]:
+    """Tell which points of a joint's curve have the ground truth in their interval, and are within 10 %."""
+    own = drives[name]
+    points = [(p, own.coulomb * np.sign(p.velocity) + own.viscous * p.velocity) for p in found.joints[name].curve]
+    return [p.interval_95[0] <= truth <= p.interval_95[1] or abs(p.value / truth - 1) < 0.1 for p, truth in points]
+
+
+@pytest.mark.parametrize(
+    ("write", "log", "delay", "options"),
+    [
+        (hobby_arm, "log.npz", 0.022, {"latency": 0.012}),
+        (hobby_arm, "log.npz", 0.070, {"latency": 0.060, "seed": 2}),
+        (lerobot_arm, "dataset", 0.0217, {"latency": 0.005}),
+        (clamped_quadruped, "log.npz", 0.0085, {}),
+    ],
+    ids=["arm", "late arm", "dataset", "quadruped"],
+)
+def test_friction_of_late_commands_is_not_taken_for_viscous(write, log, delay, options, tmp_path: Path) -> None:
+    drives = write(tmp_path, **options)
+    found = identify(tmp_path / log, tmp_path / "robot.toml")
+    assert found.corrections is not None
+    for value, error in found.corrections.command_delay.values():
+        assert value == pytest.approx(delay, abs=max(2.5 * error, 1e-3))
+    identified = [name for name in drives if found.joints[name].verdict == "identified"]
+    assert len(identified) >= 0.8 * len(drives)
+    if write is lerobot_arm:  # kd is not given: viscous friction includes it
+        assert any(finding.check == "drive-damping" for finding in found.findings)
+    else:
+        assert all(all(covered(found, drives, name)) for name in identified)
