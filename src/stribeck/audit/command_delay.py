@@ -39,7 +39,7 @@ EARLIEST, LATEST = -0.02, 0.2
 ERROR = 5e-4
 """Standard error of a delay that inexact models and friction laws cause [s]."""
 
-ALIKE = 2e-4
+SPREAD = 2e-4
 """Smallest standard deviation of delays from joint to joint [s]."""
 
 UNKNOWN = 30e-3
@@ -111,9 +111,9 @@ def command_delays(prepared: PreparedLog, robot: Robot, settings: Settings) -> t
         return np.zeros(size), np.full(size, UNKNOWN)
     own = np.unique(pieces.joint)
     value, error = _fit(pieces, robot, np.array(prepared.log.effort_limits))
-    found, variance = value[own], error[own] ** 2 + ALIKE**2
+    found, variance = value[own], error[own] ** 2 + SPREAD**2
     middle = float(np.median(found))
-    between = max((1.48 * float(np.median(np.abs(found - middle)))) ** 2 - float(np.median(variance)), ALIKE**2)
+    between = max((1.48 * float(np.median(np.abs(found - middle)))) ** 2 - float(np.median(variance)), SPREAD**2)
     weights = 1 / (variance + between + (found - middle) ** 2)  # robust against joints that the model describes badly
     mean, share = np.average(found, weights=weights), between / (between + variance)
     delay, spread = np.full(size, mean), np.full(size, 1 / weights.sum() + between)

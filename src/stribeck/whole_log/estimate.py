@@ -59,6 +59,9 @@ from stribeck.whole_log.uncertainty.heterogeneity import heterogeneity, overdisp
 from stribeck.whole_log.uncertainty.reml import random_effect_covariance
 from stribeck.whole_log.weak_equations import WeakEquations
 
+WRONG = 50.0
+"""Chi^2 per equation [1] above which the pilot is wrong: its half of few segments was too small. It fits all, then."""
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class WholeLogFit:
@@ -197,14 +200,24 @@ def fit_whole_log(
         return [late[place] for place in pilot_places(late.feet, count)]
 
     size = max(PILOT_SEGMENTS, 240 // len(speed))  # few joints need more segments, and take less time
-    pilot = fit_pilot(segments, size, equations.corrections, basis, speed, rest * law.jumps, priors)
-    laws, terms, pilot = _with_terms(pilot, law, basis, speed, priors)
-    columns = Columns(basis, terms)
+
+    def start(robust: bool) -> tuple[Laws, Terms, Pilot]:
+        resting = rest * law.jumps
+        pilot = fit_pilot(segments, size, equations.corrections, basis, speed, resting, priors, robust)
+        return _with_terms(pilot, law, basis, speed, priors)
+
+    laws, terms, pilot = start(robust=True)
     tried: list[tuple[float, float]] = []
-    while True:  # once more where the whole log says that the delay that the pilot found is not the best
+    robust = True
+    while True:  # once more where the whole log contradicts the pilot: its variances, or its delay
+        columns = Columns(basis, terms)
         read = _read(equations.delayed(pilot.delay), pilot, columns, progress)
         folds, known, sample = read.folds, total(read.folds), total(read.folds[: read.sampled])
         fit = _first_fit(known, laws, pilot)
+        if robust and fit.chi_square > WRONG * known.count:
+            robust, tried = False, []
+            laws, terms, pilot = start(robust)
+            continue
         own = fit.layout.places("delays")[:1]
         error = np.sqrt(fit.covariance[own, own].sum() * overdispersion(known, fit)) * priors.torque_delay
         tried.append((pilot.delay, _delay(fit)))

@@ -118,6 +118,7 @@ def fit_pilot(
     top_speed: Array,
     rest: Array,
     priors: Priors,
+    robust: bool = True,
 ) -> Pilot:
     """Return the pilot; torques are shifted until so little of their delay is left that they are linear in it.
 
@@ -135,6 +136,8 @@ def fit_pilot(
         Speed [rad/s] below which a joint is at rest, for laws that jump there, shape (n,).
     priors
         Of model and sensors.
+    robust
+        Whether segments and windows that the model of most others does not explain are set aside from the start.
     """
     columns = Columns(basis, Lags(top_speed))
 
@@ -143,8 +146,9 @@ def fit_pilot(
         model = model_corrections(corrections, _loads(parts, corrections), priors, torque).late(delay)
         components = first_components(parts[0], rest, np.where(rest > 0, torque, 0.0), corrections.wrenches > 0)
         groups, precision = _groups(parts, columns, torque, operations)
-        groups = _consistent(groups, model, components, precision, half_alone)
-        groups = _undisturbed(groups, model, components, precision)
+        if robust:
+            groups = _consistent(groups, model, components, precision, half_alone)
+            groups = _undisturbed(groups, model, components, precision)
         components, groups = _alternate(groups, model, components, precision, rounds)
         prediction, _ = predict(groups, components, model, precision)
         return Pilot(groups, model, components, prediction, delay, torque, precision)
