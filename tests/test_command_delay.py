@@ -6,7 +6,23 @@ import numpy as np
 import pytest
 from tests.command_logs import clamped_quadruped, hobby_arm, lerobot_arm
 
-from stribeck import Result, identify
+from stribeck import Result, Robot, identify, read_log
+from stribeck.init.answers import draft_robot_file
+
+
+@pytest.mark.parametrize(("write", "log"), [(hobby_arm, "log.npz"), (lerobot_arm, "dataset")], ids=["npz", "LeRobot"])
+def test_a_robot_file_for_commands_asks_only_for_the_gains(write, log, tmp_path: Path) -> None:
+    drives = write(tmp_path, seconds=20.0)
+    draft = draft_robot_file(
+        str(Robot.from_file(tmp_path / "robot.toml").model_path), tmp_path / log, tmp_path / "new.toml"
+    )
+    assert len(draft.questions) == 1
+    assert "gain of each drive" in draft.questions[0]
+    gains = ", ".join(f"{name} = {own.kp}" for name, own in drives.items())
+    (tmp_path / "new.toml").write_text(draft.text.replace("kp = 10.0", f"kp = {{ {gains} }}"))
+    read, wanted = (read_log(tmp_path / log, Robot.from_file(tmp_path / name)) for name in ("new.toml", "robot.toml"))
+    assert read.command is not None
+    np.testing.assert_allclose(read.command, wanted.command, rtol=0.05, atol=0.2 if write is hobby_arm else 1e-9)
 
 
 def covered(found: Result, drives: dict, name: str) -> list[bool]:

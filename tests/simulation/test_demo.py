@@ -119,5 +119,7 @@ def test_the_friction_is_found_and_printed_beside_the_truth(made: Made) -> None:
         estimate = result.joints["left_knee"].parameters[name]
         assert printed[name][2:4] == [f"{value:.4g}", f"{estimate.value:.4g}"]
         assert printed[name][5] == estimate.verdict
-    assert re.search(r"^24 parameters: \d+ identified, \d+ covered by their 95 % interval", made.printed, re.MULTILINE)
+    assert re.search(
+        r"^24 parameters: \d+ identified; \d+ of the 95 % intervals contain the truth", made.printed, re.MULTILINE
+    )
     assert made.printed.endswith(f"{made.folder / 'report.html'}\n")

@@ -11,7 +11,7 @@ from stribeck.base.typing import TorqueSource
 from stribeck.errors import LogError
 from stribeck.friction_torque.preparation import prepare
 from stribeck.init.by_dynamics import answer_by_dynamics
-from stribeck.init.columns import find_columns, orientation_order, position_and_velocity_units, time_unit
+from stribeck.init.columns import find_columns, find_command, orientation_order, position_and_velocity_units, time_unit
 from stribeck.init.draft import Draft, ask_for_torque_source, write_contacts
 from stribeck.init.model import read_model
 from stribeck.init.names import match, words
@@ -78,7 +78,10 @@ def _answer_from_log(draft: Draft, log: Path) -> None:
         draft.set("log.base_orientation", "order", order, "with this order the base is upright.")
     for channel, unit, why in position_and_velocity_units(read, robot):
         draft.set(f"log.{channel}", "unit", unit, why)
-    answer_by_dynamics(draft, log, unsure)
+        if channel == "position" and read.command is not None:
+            draft.set("log.desired_position", "unit", unit, "as the positions.")
+    if read.command is None:  # the torques of commands are wrong until kp is known
+        answer_by_dynamics(draft, log, unsure)
     draft.document = {key: value for key, value in draft.document.items() if value}
 
 
@@ -90,12 +93,17 @@ def _find_channels(draft: Draft, log: Path) -> tuple[Recording, TorqueSource | N
         draft.note(f"log.{channel}", f"the log has {channel.replace('_', ' ')} under this name.")
         table[channel] = dict(found)
     source, _ = name_motors(open_log(log, LogTable.model_validate(table)), LogTable(), draft.facts.joints)
+    if not {"torque", "desired_position"} & set(source.channels) and (name := find_command(source)):
+        draft.set("log.desired_position", "name", name, "the log has desired positions under this name.")
+        source = open_log(log, LogTable.model_validate(table))
+    if "torque" not in source.channels and "desired_position" in source.channels:
+        torque_source = "command"
     for channel in ("position", "torque"):
-        if channel not in source.channels:
-            commands = ", or desired positions with [robot] kp and kd" if channel == "torque" else ""
+        if channel not in source.channels and (channel, torque_source) != ("torque", "command"):
+            commands = ", or desired positions" if channel == "torque" else ""
             raise LogError(
-                f"{log}: no name suggests joint {channel}s; expected '{channel}', or another name "
-                f"as [log.{channel}] name{commands} (found {listed([*source.channels, *source.others])})"
+                f"{log}: no name suggests joint {channel}s{commands}; expected '{channel}', or another name "
+                f"as [log.{channel}] name (found {listed([*source.channels, *source.others])})"
             )
     return source, torque_source
 
@@ -114,7 +122,8 @@ def _find_time_unit(draft: Draft, source: Recording) -> None:
 def _match_joints(draft: Draft, source: Recording) -> list[str]:
     """Match columns with joints, and lock the other joints; return the joints that were not matched by name."""
     facts, robot = draft.facts, draft.document["robot"]
-    position, torque = source.channels["position"], source.channels["torque"]
+    position = source.channels["position"]
+    torque = source.channels["torque" if "torque" in source.channels else "desired_position"]
     names, unsure = _assign_in_order(draft, position.columns) if position.labels is None else _match(draft, source)
     ranges = {joint: facts.range[joint] for joint in facts.joints if joint not in names}
     if ranges:
@@ -218,7 +227,11 @@ def _write_torque_source(draft: Draft, source: Recording, by_name: TorqueSource 
     """Write the source of the torques."""
     if by_name == "motor_current":
         draft.ask("log.torque", f"are the motors' currents in {draft.document['log']['torque']['unit']}?")
-    if source.torque_source:
+    if by_name == "command" and "torque" not in source.channels:
+        draft.set("robot", "torque_source", by_name, "the log has desired positions and no torques.")
+        draft.document["robot"]["kp"] = 10.0
+        draft.ask("robot.kp", "what is the position gain of each drive [N m/rad]? Add kd [N m s/rad] if you know it.")
+    elif source.torque_source:
         draft.set("robot", "torque_source", source.torque_source, "stated in the log.")
     elif by_name:
         draft.set("robot", "torque_source", by_name, "found from the name of the log's torques.")

@@ -70,6 +70,12 @@ def find_columns(source: Recording) -> tuple[dict[str, dict[str, Any]], TorqueSo
     return found, "command" if commanded else None
 
 
+def find_command(source: Recording) -> str | None:
+    """Find the array, or the prefix of the columns, whose name suggests desired joint positions."""
+    names = [name.rpartition(".")[0] or name for name in source.others]
+    return next((name for name in names if {"action", *COMMANDS} & set(words(name))), None)
+
+
 def _find_unit(channel: str, name: str) -> dict[str, str]:
     """Find a unit of the channel in a name."""
     own = {*words(name), *re.findall("[a-z]+", name.lower())}
