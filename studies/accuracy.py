@@ -113,7 +113,7 @@ def compared(result: Result, truth: dict[str, dict[str, float]], speeds: dict[st
     }
     off = [
         np.std(
-            result.joints[joint].friction(speeds[joint])
+            result.joints[joint].friction(speeds[joint], offset=True)
             - law.torque(speeds[joint], np.array([truth[joint][name] for name in NAMES]))
         )
         for joint in joints

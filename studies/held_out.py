@@ -105,14 +105,14 @@ def predicted_torque(
         said[column] = bool(joint and joint.parameters)
         if joint and joint.parameters:
             found[:, column] += joint.friction(
-                velocity[:, column], load=load[:, column], position=position[:, column], period=period
+                velocity[:, column], load=load[:, column], position=position[:, column], period=period, offset=True
             )
             found[:, column] += missing_rotor(robot, joint, column) * acceleration[:, column]
     for coupling in result.couplings.values() if result else ():
         if coupling.parameters:
             acting = np.array([coupling.joints.get(name, 0.0) for name in robot.joint_names])
             rotor = coupling.parameters["armature"].value if "armature" in coupling.parameters else 0.0
-            torque = coupling.friction(velocity @ acting) + rotor * (acceleration @ acting)
+            torque = coupling.friction(velocity @ acting, offset=True) + rotor * (acceleration @ acting)
             found += np.outer(torque, acting)
     return found, said
 

@@ -122,7 +122,7 @@ def test_torque_without_friction_is_told_so_and_never_crashes(make_samples, make
     assert found.reason.startswith("no friction detected, below ")
     assert found.parameters.keys() <= {"offset"}
     offset = found.parameters["offset"].value if found.parameters else 0.0
-    assert np.all(found.friction([-1.0, 0.0, 1.0]) == offset)
+    assert np.all(found.friction([-1.0, 0.0, 1.0], offset=True) == offset)
 
 
 @pytest.mark.parametrize(("width", "weak"), [(0.49, []), (0.51, ["viscous", "coulomb", "stribeck_gain"])])

@@ -94,7 +94,7 @@ def test_a_trajectory_stays_within_all_limits(task: Task, trajectory: Trajectory
     model, data = robot.tree.model, robot.tree.model.createData()
     rows = zip(state.position, state.velocity, state.acceleration, strict=True)
     torque = np.array([pin.rnea(model, data, *row) for row in rows])
-    torque[:, 0] += task.joints[0].found.friction(state.velocity[:, 0])
+    torque[:, 0] += task.joints[0].found.friction(state.velocity[:, 0], offset=True)
     used = np.abs(torque / (TORQUE_SHARE * robot.effort_limits)).max()
     assert used <= 1.001
     assert used == pytest.approx(trajectory.used["torque"], rel=0.02)

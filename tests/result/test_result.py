@@ -22,12 +22,15 @@ def test_friction_is_the_laws_at_any_shape_of_velocity(tmp_path: Path) -> None:
     found = result(knee=joint(STRIBECK | {"armature": 0.1}))
     velocity = np.linspace(-2, 2, 12).reshape(3, 4)
     torque = get_law("stribeck").torque(velocity.ravel(), np.array(list(STRIBECK.values())))
-    np.testing.assert_allclose(found.joints["knee"].friction(velocity), torque.reshape(3, 4))
+    np.testing.assert_allclose(found.joints["knee"].friction(velocity), torque.reshape(3, 4) + 0.4)
+    np.testing.assert_allclose(found.joints["knee"].friction(velocity, offset=True), torque.reshape(3, 4))
     assert found.joints["knee"].friction(2.0).shape == ()
-    assert found.joints["knee"].friction(velocity, load=7.0, temperature=9.0).ravel() == pytest.approx(torque)
+    assert found.joints["knee"].friction(velocity, load=7.0, temperature=9.0, offset=True).ravel() == pytest.approx(
+        torque
+    )
     (tmp_path / "result.json").write_text(found.to_json())
     read = read_result(tmp_path / "result.json")
-    assert read.joints["knee"].friction(velocity).ravel() == pytest.approx(torque)
+    assert read.joints["knee"].friction(velocity, offset=True).ravel() == pytest.approx(torque)
     assert "law" not in found.to_json().partition('"joints"')[2]
 
 
@@ -47,7 +50,7 @@ def test_load_and_temperature_change_friction_as_the_terms_say() -> None:
     knee = result("auto", knee=joint(STRIBECK | terms, mean_load=10.0)).joints["knee"]
     v = np.linspace(-1, 1, 50)
     rise, bell = np.tanh(40 * v), np.exp(-((v / 0.2) ** 2))
-    basic = 0.3 * (v + 0.2 * np.abs(v)) + 1.2 * rise * (1 + 0.25 * bell) - 0.4
+    basic = 0.3 * (v + 0.2 * np.abs(v)) + 1.2 * rise * (1 + 0.25 * bell)
     np.testing.assert_allclose(knee.friction(v, load=0.0), basic, atol=1e-12)
     np.testing.assert_allclose(knee.friction(v), basic + 0.05 * 10 * rise, atol=1e-12)
     load, warmer = np.linspace(-20, 20, 50), np.linspace(0, 30, 50)
@@ -57,7 +60,7 @@ def test_load_and_temperature_change_friction_as_the_terms_say() -> None:
 
 def test_terms_that_a_joint_lacks_are_neutral() -> None:
     knee = result("auto", knee=joint({"coulomb": 1.0, "offset": 0.5})).joints["knee"]
-    np.testing.assert_allclose(knee.friction([-1.0, 1e-3, 1.0], load=5.0), [-0.5, 1.5, 1.5])
+    np.testing.assert_allclose(knee.friction([-1.0, 1e-3, 1.0], load=5.0, offset=True), [-0.5, 1.5, 1.5])
 
 
 def test_a_joint_without_numbers_has_no_friction_and_unknown_laws_none_either() -> None:
@@ -92,7 +95,8 @@ def test_friction_as_a_whole_is_said_at_middle_speed() -> None:
 
 def test_a_joint_without_friction_keeps_its_offset_alone() -> None:
     still = joint({"offset": -0.4}, verdict="no friction", curve=curve(1.1))
-    np.testing.assert_array_equal(result(knee=still).joints["knee"].friction([[-1.0, 2.0]]), [[-0.4, -0.4]])
+    np.testing.assert_array_equal(result(knee=still).joints["knee"].friction([[-1.0, 2.0]], offset=True), [[-0.4] * 2])
+    assert not result(knee=still).joints["knee"].friction([-1.0, 2.0]).any()
     assert friction_text(still) == "below 0.99 N m"
 
 
@@ -132,7 +136,7 @@ def test_a_figure_has_every_joint_with_its_band() -> None:
     shown = {axes.get_title(): axes for axes in figure.axes}
     assert [*shown] == ["knee", "hip", "ankle", "slide"]
     velocity, torque = shown["knee"].lines[0].get_data()
-    np.testing.assert_allclose(torque, result(knee=moved).joints["knee"].friction(velocity))
+    np.testing.assert_allclose(torque, result(knee=moved).joints["knee"].friction(velocity, offset=True))
     assert [len(axes.collections) for axes in shown.values()] == [1, 0, 0, 0]
     assert shown["hip"].texts[0].get_text() == "not excited"
 

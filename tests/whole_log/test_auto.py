@@ -147,8 +147,8 @@ def test_friction_and_torque_that_change_over_position_are_found(arm: Robot) -> 
         assert bending.parameters[name].value == pytest.approx(1.2, rel=0.02)
     period = float(np.median(np.diff(log.time)))
     acted = log.torque[:, 4] - plain_log(arm, 20.0, 9)[1][:, 4] + change[:, 4]
-    built_up = bending.friction(log.velocity[:, 4], period=period)
-    steady = bending.friction(log.velocity[:, 4])
+    built_up = bending.friction(log.velocity[:, 4], period=period, offset=True)
+    steady = bending.friction(log.velocity[:, 4], offset=True)
     assert np.std(acted - built_up) < 0.1 * np.std(acted) < 0.5 * np.std(acted - steady)
     rippling = result.joints[arm.joint_names[2]]
     assert rippling.ripple_per_turn == pytest.approx(12, abs=0.1)
@@ -191,7 +191,7 @@ def test_the_law_is_drawn_at_the_load_that_the_joint_carries(mixed: Result) -> N
     found, band = fitted
     assert band is not None
     np.testing.assert_allclose(found, truth, rtol=0.01)
-    np.testing.assert_allclose(found, joint.friction(speeds), rtol=1e-12)
+    np.testing.assert_allclose(found, joint.friction(speeds, offset=True), rtol=1e-12)
     assert np.all((band[1] > found) & (band[1] < found + 0.1))
 
 

@@ -87,7 +87,7 @@ def test_couplings_are_kept_and_shown(arm: Robot, found: dict[str, Result], tmp_
     shown = evidence.samples  # the torque that is drawn over a velocity is what its own law has to explain
     for name, each in result.all_friction.items():
         column = shown.joint_names.index(name)
-        left = shown.friction_torque[:, column] - each.friction(shown.velocity[:, column])
+        left = shown.friction_torque[:, column] - each.friction(shown.velocity[:, column], offset=True)
         moving = np.abs(shown.velocity[:, column]) > 0.05
         assert np.sqrt(np.mean(left[moving] ** 2)) < 0.3
     assert "Cannot store the friction of couplings: motor." in summary(result, arm, TARGETS["urdf"], {}, [])

@@ -42,6 +42,7 @@ def test_each_logs_offsets_are_found_and_shown_without(found: Result, zeros: np.
     np.testing.assert_allclose(offsets, zeros, atol=0.01)
     assert found.evidence is not None
     samples = found.evidence.samples
-    laws = np.column_stack([found.joints[name].friction(samples.velocity[:, k]) for k, name in enumerate(found.joints)])
+    velocities = zip(found.joints.values(), samples.velocity.T, strict=True)
+    laws = np.column_stack([joint.friction(velocity, offset=True) for joint, velocity in velocities])
     for log in np.array_split(np.arange(len(laws)), LOGS):
         assert np.abs(np.nanmean((samples.friction_torque - laws)[log], axis=0)).max() < 0.05

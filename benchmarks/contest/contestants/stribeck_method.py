@@ -63,7 +63,7 @@ def of_joint(found: JointResult, velocity: Array) -> JointAnswer | None:
     given = {name: estimate(found.parameters[name]) for name in PARAMETERS if name in found.parameters}
     if found.verdict == "no friction":
         given |= {"coulomb": Estimate(value=0.0), "viscous": Estimate(value=0.0)}
-    curve = found.friction(velocity) - found.parameters["offset"].value if "offset" in found.parameters else None
+    curve = found.friction(velocity) if "offset" in found.parameters else None
     return JointAnswer(**given, curve=None if curve is None else curve.tolist())
 
 

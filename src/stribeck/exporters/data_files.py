@@ -40,9 +40,8 @@ def table_text(request: Request) -> str:
     for name in request.joints:
         joint = request.result.joints[name]
         velocity = top_speed(joint) * np.concatenate([-shape[:0:-1], shape])
-        offset = joint.parameters["offset"].value if "offset" in joint.parameters else 0.0
         quoted = '"' + name.replace('"', '""') + '"' if set(name) & set(',"\n') else name
-        rows = zip(velocity.tolist(), (joint.friction(velocity) - offset).tolist(), strict=True)
+        rows = zip(velocity.tolist(), joint.friction(velocity).tolist(), strict=True)
         lines += [f"{quoted},{v:.9g},{friction:.9g}" for v, friction in rows]
     return _text(request.lines, lines)
 

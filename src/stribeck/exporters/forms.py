@@ -153,4 +153,4 @@ def _resistance(joint: JointResult, found: Mapping[str, float], shares: Array) -
         positions = (low + (high - low) * (0.5 * (5**0.5 - 1) * np.arange(64) % 1)).tolist()
     grid = np.meshgrid(np.concatenate([-positive[::-1], positive]), loads, positions, indexing="ij")
     velocity, load, position = (axis.ravel() for axis in grid)
-    return velocity, joint.friction(velocity, load, position=position) - found.get("offset", 0.0)
+    return velocity, joint.friction(velocity, load, position=position)

@@ -94,12 +94,14 @@ def _explained(
         warmer: Array | float = 0.0
         if temperature is not None and joint.mean_temperature is not None:
             warmer = temperature[:, column] - joint.mean_temperature
-        friction[:, column] = joint.friction(velocity[:, column], load[:, column], warmer, position[:, column], period)
+        friction[:, column] = joint.friction(
+            velocity[:, column], load[:, column], warmer, position[:, column], period, offset=True
+        )
     for coupling in result.couplings.values():
         acting = np.array([coupling.joints.get(name, 0.0) for name in names])
         if coupling.parameters:
             rotor += np.outer(_rotor(coupling, 0.0) * (acceleration @ acting), acting)
-            friction += np.outer(coupling.friction(velocity @ acting), acting)
+            friction += np.outer(coupling.friction(velocity @ acting, offset=True), acting)
     return rotor, friction
 
 

@@ -100,7 +100,7 @@ class Task:
         """Compute positions, speeds and torques as shares of their limits [1], shapes (T, joints)."""
         reach, torque = [joint.reach for joint in self.joints], load.copy()
         for joint in self.joints:
-            torque[:, joint.column] += joint.found.friction(state.velocity[:, joint.column])
+            torque[:, joint.column] += joint.found.friction(state.velocity[:, joint.column], offset=True)
         away = np.abs(state.position[:, self.columns] - [each.middle for each in reach])
         return {
             "position": away / [each.amplitude for each in reach],

@@ -100,7 +100,7 @@ def joint_charts(name: str, joint: JointResult, evidence: Evidence, reference: R
     return [
         *figures,
         (
-            residual_over_velocity(shown, joint.friction(shown.velocity), over_velocity),
+            residual_over_velocity(shown, joint.friction(shown.velocity, offset=True), over_velocity),
             "Residual of the law, and its mean",
         ),
         (coverage, f"Velocity coverage{dashed}"),
@@ -131,7 +131,7 @@ def friction_over_time(near: JointSamples, joint: JointResult, *, prismatic: boo
     rows = rows.clip(max=len(near.time) - 1)
     here = np.abs(near.time[rows] - (near.time[0] + step * np.arange(len(rows)))) < 3 * step
     velocity, torque = near.velocity[rows], np.where(here, near.torque[rows], np.nan)
-    law = np.where(here, joint.friction(velocity), np.nan)
+    law = np.where(here, joint.friction(velocity, offset=True), np.nan)
     limits = robust_limits(near.torque, share=0.0)
     return {
         "x": axis("time [s]", (0.0, step * len(rows))),

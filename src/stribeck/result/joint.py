@@ -156,6 +156,8 @@ class JointResult:
         temperature: ArrayLike = 0.0,
         position: ArrayLike | None = None,
         period: float | None = None,
+        *,
+        offset: bool = False,
     ) -> Array:
         """Compute the friction torque of the fitted law [N m], [N].
 
@@ -177,11 +179,13 @@ class JointResult:
         period
             Sampling period [s] if `velocity` is a motion along the first axis. Presliding and bristles then build up
             after reversals; the motion starts with friction fully built up.
+        offset
+            Whether to add the torque offset, as in measured torques.
 
         Returns
         -------
         friction
-            Shape of `velocity`; positive for positive velocity, offset included.
+            Shape of `velocity`; positive for positive velocity.
 
         Raises
         ------
@@ -193,10 +197,12 @@ class JointResult:
         Examples
         --------
         >>> result.joints["elbow"].friction([-1.0, 0.0, 1.0]).round(2)
-        array([-1.9, -0.4,  1.1])
+        array([-1.5,  0. ,  1.5])
         """
         speeds = np.asarray(velocity, dtype=np.float64)
         found = {name: parameter.value for name, parameter in self.parameters.items()}
+        if "offset" in found and not offset:
+            found["offset"] = 0.0
         if self.verdict == "no friction":
             return np.full(speeds.shape, found.get("offset", 0.0))
         law = get_law(self.law)
