@@ -52,9 +52,15 @@ def velocity_axes(prismatic: bool, velocity: tuple[float, float], torque: tuple[
     return {"x": axis(f"velocity [{units[0]}]", velocity), "y": axis(f"friction [{units[1]}]", torque)}
 
 
-def density(x: Array, y: Array, x_limits: tuple[float, float], y_limits: tuple[float, float]) -> dict[str, Any]:
+def density(
+    x: Array,
+    y: Array,
+    x_limits: tuple[float, float],
+    y_limits: tuple[float, float],
+    bins: tuple[int, int] = (90, 150),
+) -> dict[str, Any]:
     """Describe samples of shape (N,) as an image whose opacity is their density; samples outside are omitted."""
-    counts, _, _ = np.histogram2d(y, x, bins=(90, 150), range=(y_limits, x_limits))
+    counts, _, _ = np.histogram2d(y, x, bins=bins, range=(y_limits, x_limits))
     opacity = np.where(counts > 0, 0.22 + 0.78 * np.log1p(counts) / np.log1p(max(float(counts.max()), 2.0)), 0.0)
     pixels = np.empty((*counts.shape, 4), dtype=np.uint8)
     pixels[..., :3] = SAMPLES_COLOUR

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stribeck.base.typing import Array
-from stribeck.report.charts import Chart, line, velocity_axes
+from stribeck.report.charts import Chart, density, line, velocity_axes
+from stribeck.report.joints import JointSamples
 from stribeck.result import JointResult, velocity_grid
 
 FILLED = 0.4
@@ -35,6 +36,10 @@ class FrictionCurve:
         Whether the joint is prismatic; prismatic joints have separate scales.
     significant
         Whether friction is significant at any speed of the joint's friction curve.
+    samples
+        Velocity and torque of the samples, without the offset, shape (N,) each; None to draw only the curve.
+    reference
+        Velocity and torque of the known friction, without the offset, shape (M,) each; None if unknown.
     """
 
     velocity: Array
@@ -42,14 +47,18 @@ class FrictionCurve:
     band: Array | None
     prismatic: bool
     significant: bool
+    samples: tuple[Array, Array] | None = None
+    reference: tuple[Array, Array] | None = None
 
     @property
     def size(self) -> tuple[float, float]:
-        """Largest speed and largest torque, the band limited to twice the curve; they determine the scale."""
-        most = float(np.abs(self.torque).max())
+        """Largest speed and torque, which determine the scale; band and 90 % of the samples up to twice the curve."""
+        curve = most = float(np.abs(self.torque).max())
         if self.band is not None and np.isfinite(self.band).all():
-            most = min(float(np.abs(self.band).max()), 2 * most)
-        return float(np.abs(self.velocity).max()), most
+            most = float(np.abs(self.band).max())
+        if self.samples is not None and len(self.samples[1]):
+            most = max(most, float(np.quantile(np.abs(self.samples[1]), 0.9)))
+        return float(np.abs(self.velocity).max()), min(most, 2 * curve)
 
     @property
     def drawable(self) -> bool:
@@ -60,7 +69,18 @@ class FrictionCurve:
         return 1 / ABSURD <= speed < ABSURD and (1 / ABSURD if self.significant else 0.0) <= torque < ABSURD
 
 
-def friction_curve(joint: JointResult, *, prismatic: bool) -> FrictionCurve | None:
+def is_significant(joint: JointResult) -> bool:
+    """Check that a joint's friction is significant at any speed of its curve; true without a curve."""
+    return not joint.curve or any(point.interval_95[0] > 0 for point in joint.curve)
+
+
+def friction_curve(
+    joint: JointResult,
+    *,
+    prismatic: bool,
+    samples: JointSamples | None = None,
+    reference: tuple[Array, Array] | None = None,
+) -> FrictionCurve | None:
     """Compute a joint's friction curve from its law, or from the points of its result; None without either.
 
     None for the verdict "no friction".
@@ -75,9 +95,15 @@ def friction_curve(joint: JointResult, *, prismatic: bool) -> FrictionCurve | No
         points = sorted(joint.curve, key=lambda point: point.velocity)
         velocity = np.array([point.velocity for point in points])
         fitted = np.array([point.value for point in points]), np.array([point.interval_95 for point in points]).T
-    significant = not joint.curve or any(point.interval_95[0] > 0 for point in joint.curve)
+    offset = joint.parameters["offset"].value if "offset" in joint.parameters else 0.0
     curve = FrictionCurve(
-        velocity=velocity, torque=fitted[0], band=fitted[1], prismatic=prismatic, significant=significant
+        velocity=velocity,
+        torque=fitted[0],
+        band=fitted[1],
+        prismatic=prismatic,
+        significant=is_significant(joint),
+        samples=None if samples is None else (samples.velocity, samples.torque - offset),
+        reference=reference,
     )
     return curve if curve.drawable else None
 
@@ -97,8 +123,12 @@ def curve_charts(curves: dict[str, FrictionCurve]) -> tuple[list[Chart], list[bo
         (speed, torque), (own_speed, own_torque) = 1.06 * np.array([scales[name], curve.size])
         axes = velocity_axes(curve.prismatic, (-speed, speed), (-torque, torque))
         own_range = {"x": [-own_speed, own_speed], "y": [-own_torque, own_torque]}
-        drawn = line(curve.velocity, curve.torque, "law", band=curve.band)
-        charts.append({**axes, "lines": [drawn], "own": own_range, "sync": f"curves {curve.prismatic}"})
+        drawn = [line(curve.velocity, curve.torque, "law", band=curve.band)]
+        if curve.reference:
+            drawn.append(line(*curve.reference, "ink", "reference", width=1.2, dash=[4, 3]))
+        images = [density(*curve.samples, (-speed, speed), (-torque, torque), (60, 100))] if curve.samples else []
+        sync = f"curves {curve.prismatic}"
+        charts.append({**axes, "lines": drawn, "images": images, "own": own_range, "sync": sync})
     return charts, [name in finer for name in curves]
 
 

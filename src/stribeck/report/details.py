@@ -6,6 +6,7 @@ from stribeck.base.typing import Array, TorqueSource
 from stribeck.friction.law import FrictionLaw
 from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.report.charts import Chart, line, robust_limits, velocity_axes
+from stribeck.report.curves import is_significant
 from stribeck.report.joints import joint_samples, running_mean
 from stribeck.report.page import Section, render
 from stribeck.report.reference import Reference
@@ -202,15 +203,25 @@ def torque_meaning(source: TorqueSource) -> Section:
 
 
 def power(result: Result) -> Section | None:
-    """Render one bar per joint for the share of samples with added power, up to 0.5; None without data."""
+    """Render one bar per joint for the share of samples with added power, up to 0.5; None without data.
+
+    Joints without significant friction are left out unless they add power: their power is only noise.
+    """
+    adding = {name for finding in result.findings if finding.check == "passivity" for name in finding.joints}
+    checked = {
+        name: joint
+        for name, joint in result.joints.items()
+        if name in adding or (joint.verdict != "no friction" and is_significant(joint))
+    }
     rows = [
         {"name": name, "share": share, "length": min(share / 0.5, 1.0), "high": share > SUSPICIOUS}
-        for name, joint in result.joints.items()
+        for name, joint in checked.items()
         if (share := joint.positive_power_fraction) is not None
     ]
     if not rows:
         return None
-    return Section(anchor="power", title="Power check", body=render("power.html.j2", rows=rows, suspicious=SUSPICIOUS))
+    body = render("power.html.j2", rows=rows, suspicious=SUSPICIOUS, omitted=len(result.joints) - len(checked))
+    return Section(anchor="power", title="Power check", body=body)
 
 
 def provenance(result: Result, evidence: Evidence) -> Section:

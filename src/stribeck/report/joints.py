@@ -19,6 +19,12 @@ from stribeck.result.tables import friction_text
 MOST_DRAWN = 30_000
 """Largest number of samples per figure; more are not visible."""
 
+NOISY = 3.0
+"""Median residual of a contact mode relative to the fit's [1] above which its samples are not drawn.
+
+Such samples, for example of a standing leg, hardly contribute to the fit.
+"""
+
 MOST_POINTS = 700
 """Number of points of a line over time, about one per pixel."""
 
@@ -28,7 +34,8 @@ class JointSamples:
     """Evenly thinned samples of a joint that the fit may use.
 
     `time` [s], `velocity` [rad/s], friction `torque` [N m] (for prismatic joints m/s and N) and whether the velocity
-    `rises` have the shape (N,); each sample represents `period` seconds of the log.
+    `rises` have the shape (N,); each sample represents `period` seconds of the log. Samples of the contact modes
+    `omitted` are left out, because they are much noisier than the fit.
     """
 
     time: Array
@@ -36,23 +43,37 @@ class JointSamples:
     torque: Array
     rises: NDArray[np.bool_]
     period: float
+    omitted: tuple[str, ...] = ()
 
 
-def joint_samples(samples: FrictionSamples, name: str) -> JointSamples:
-    """Select the samples of a joint; empty without a torque."""
+def joint_samples(samples: FrictionSamples, name: str, joint: JointResult | None = None) -> JointSamples:
+    """Select the samples of a joint; empty without a torque. With a result, `NOISY` contact modes are omitted."""
     every = max(1, -(-len(samples.time) // MOST_DRAWN))
     rows, column = np.empty(0, dtype=np.int64), 0
     if name in samples.joint_names:
         column = samples.joint_names.index(name)
         values = samples.velocity[::every, column] + samples.friction_torque[::every, column]
         rows = every * np.flatnonzero(samples.usable[::every, column] & np.isfinite(values))
+    noisy = [] if joint is None else _noisy_modes(samples, rows, column, joint)
+    rows = rows[~np.isin(samples.support[rows], noisy)]
     return JointSamples(
         time=samples.time[rows],
         velocity=samples.velocity[rows, column],
         torque=samples.friction_torque[rows, column],
         rises=samples.acceleration[rows, column] > 0,
         period=samples.period * samples.stride * every,
+        omitted=tuple(samples.support_names[mode] for mode in noisy),
     )
+
+
+def _noisy_modes(samples: FrictionSamples, rows: NDArray[np.int64], column: int, joint: JointResult) -> list[int]:
+    """Find the contact modes with large residuals of a fitted joint, as indices; none if all modes are alike."""
+    if not joint.residual_rms or (joint.verdict != "no friction" and joint.band(np.zeros(1)) is None):
+        return []
+    residual = np.abs(samples.friction_torque[rows, column] - joint.friction(samples.velocity[rows, column]))
+    modes = np.unique(samples.support[rows]).tolist()
+    noisy = [mode for mode in modes if np.median(residual[samples.support[rows] == mode]) > NOISY * joint.residual_rms]
+    return noisy if len(noisy) < len(modes) else []
 
 
 def joint_panels(result: Result, evidence: Evidence, law: FrictionLaw, reference: Reference) -> Section:
@@ -81,15 +102,18 @@ def joint_panels(result: Result, evidence: Evidence, law: FrictionLaw, reference
 
 def joint_charts(name: str, joint: JointResult, evidence: Evidence, reference: Reference) -> list[tuple[Chart, str]]:
     """Draw the charts of a joint with captions; without a fitted law, only the samples."""
-    shown, prismatic = joint_samples(evidence.samples, name), name in evidence.prismatic
+    shown, prismatic = joint_samples(evidence.samples, name, joint), name in evidence.prismatic
     if not len(shown.velocity):
         return []
     over_velocity = friction_over_velocity(shown, joint, reference.curves.get(name), prismatic=prismatic)
+    caption = "Friction torque versus velocity"
+    if shown.omitted:
+        caption += f"; without the much noisier samples of {', '.join(shown.omitted)}"
     if joint.band(shown.velocity[:1]) is None:
         why = "no friction is detected" if joint.verdict == "no friction" else "no law is fitted"
-        return [(over_velocity, f"Friction torque versus velocity: only samples, because {why}.")]
-    figures = [(over_velocity, "Friction torque versus velocity")]
-    near = None if evidence.close_up is None else joint_samples(evidence.close_up, name)
+        return [(over_velocity, f"{caption}: only samples, because {why}.")]
+    figures = [(over_velocity, caption)]
+    near = None if evidence.close_up is None else joint_samples(evidence.close_up, name, joint)
     if near is not None and len(near.time) > 1:
         span = f"{near.time[0]:.2f} to {near.time[-1]:.2f} s of the log"
         figures.append((friction_over_time(near, joint, prismatic=prismatic), f"Over time, {span}"))
@@ -116,7 +140,7 @@ def friction_over_velocity(
     fitted = joint.band(grid)
     lines = [] if fitted is None else [line(grid, fitted[0], "law", "law", band=fitted[1])]
     lines += [line(*reference, "ink", "reference", width=1.2, dash=[4, 3])] if reference else []
-    low, high = robust_limits(shown.torque)
+    low, high = robust_limits(shown.torque, share=0.02)
     for curve in (fitted[0] if fitted else None, reference[1] if reference else None):
         if curve is not None and np.isfinite(curve).all():
             low, high = min(low, 1.08 * float(curve.min())), max(high, 1.08 * float(curve.max()))
@@ -149,7 +173,7 @@ def residual_over_velocity(shown: JointSamples, law: Array, over_velocity: Chart
     finite = np.isfinite(law)  # a law at a bound, such as a Stribeck velocity of zero, can be undefined
     velocity, residual = shown.velocity[finite], (shown.torque - law)[finite]
     limits = robust_limits(shown.velocity, share=0.0, margin=0.03)
-    reach = max(map(abs, robust_limits(residual)))
+    reach = max(map(abs, robust_limits(residual, share=0.01)))
     centre, mean = running_mean(velocity, residual, limits)
     label = over_velocity["y"]["label"].replace("friction", "measured − law")
     return {

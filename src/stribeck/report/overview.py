@@ -6,12 +6,15 @@ from pathlib import PurePath
 from statistics import median
 from typing import Any
 
+import numpy as np
 from markupsafe import Markup
 
 from stribeck.base.finding import Finding
 from stribeck.friction.law import FrictionLaw
 from stribeck.report.curves import curve_charts, friction_curve
+from stribeck.report.joints import joint_samples
 from stribeck.report.page import Section, render
+from stribeck.report.reference import NO_REFERENCE, Reference
 from stribeck.report.text import brief, number
 from stribeck.result import CurvePoint, Evidence, JointResult, Result, Verdict
 from stribeck.result.tables import advice
@@ -20,7 +23,7 @@ VERDICTS: tuple[Verdict, ...] = ("identified", "weak", "not excited", "no fricti
 """Verdicts in sorting order."""
 
 
-def heading(result: Result, law: FrictionLaw) -> Markup:
+def heading(result: Result, law: FrictionLaw, reference: Reference = NO_REFERENCE) -> Markup:
     """Render the lead of the page: log, law, number of joints per verdict, friction, trust and next step."""
     joints = result.joints
     named = {verdict: [name for name, joint in joints.items() if joint.verdict == verdict] for verdict in VERDICTS}
@@ -49,6 +52,8 @@ def heading(result: Result, law: FrictionLaw) -> Markup:
         counts=[(verdict, len(names)) for verdict, names in named.items() if names],
         total=len(joints),
         range=_friction_range(result),
+        known=reference.name,
+        deviations=_deviations(result, reference),
         bound=_bound_text(max(without)) if without else "",
         r2=median(each.best for each in r2) if r2 else None,
         r2_nominal=median(each.nominal for each in r2) if r2 else None,
@@ -82,7 +87,32 @@ def _friction_range(result: Result) -> list[tuple[str, str]]:
     }
     ordered = sorted(middles, key=lambda name: middles[name].value)
     points = [(middles[name], name) for name in dict.fromkeys([*ordered[:1], *ordered[-1:]])]
-    return [(f"{' ± '.join(brief(point.value, point.half_width))} {point.unit}", name) for point, name in points]
+    return [
+        (
+            f"{' ± '.join(brief(point.value, point.half_width))} {point.unit}",
+            f"{name} at {number(point.velocity, 2)} {_speed_unit(point)}",
+        )
+        for point, name in points
+    ]
+
+
+def _deviations(result: Result, reference: Reference) -> list[float]:
+    """Compute the deviation of each identified curve from known friction, relative RMS over the curve's speeds [1]."""
+    deviations = []
+    for name, joint in result.joints.items():
+        known = reference.without_offset(name)
+        if known is None or joint.verdict != "identified" or not joint.curve:
+            continue
+        speeds, found = np.array([(point.velocity, point.value) for point in joint.curve]).T
+        both = [np.interp(way * speeds, *known, left=np.nan, right=np.nan) for way in (1, -1)]
+        truth = np.nanmean(np.abs(both), axis=0)
+        if np.isfinite(truth).all() and truth.any():
+            deviations.append(float(np.linalg.norm(found - truth) / np.linalg.norm(truth)))
+    return deviations
+
+
+def _speed_unit(point: CurvePoint) -> str:
+    return "rad/s" if point.unit == "N m" else "m/s"
 
 
 def _named(names: Sequence[str]) -> str:
@@ -90,9 +120,17 @@ def _named(names: Sequence[str]) -> str:
     return ", ".join(names) if len(names) <= 3 else f"{len(names)} joints"
 
 
-def first_screen(result: Result, evidence: Evidence) -> Section:
+def first_screen(result: Result, evidence: Evidence, reference: Reference = NO_REFERENCE) -> Section:
     """Render the curves, one line per joint (one for all joints without friction), and the warnings."""
-    drawn = {name: friction_curve(joint, prismatic=name in evidence.prismatic) for name, joint in result.joints.items()}
+    drawn = {
+        name: friction_curve(
+            joint,
+            prismatic=name in evidence.prismatic,
+            samples=joint_samples(evidence.samples, name, joint),
+            reference=reference.without_offset(name),
+        )
+        for name, joint in result.joints.items()
+    }
     curves = {name: curve for name, curve in drawn.items() if curve is not None}
     charts, finer = curve_charts(curves)
     anchors = {name: f"joint-{index}" for index, name in enumerate(result.joints)}
@@ -121,6 +159,7 @@ def first_screen(result: Result, evidence: Evidence) -> Section:
         rows=rows,
         without=without,
         warnings=warnings(result),
+        known=reference,
         most=_bound_text(max(bounds)) if bounds else "",
         unit=min(units) if len(units) == 1 else "",
         units=("m/s", "N") if all(curve.prismatic for curve in curves.values()) else ("rad/s", "N m"),
@@ -155,7 +194,7 @@ def _cell(point: CurvePoint) -> dict[str, Any]:
         "value": value if significant else f"< {number(point.interval_95[1], 2)}",
         "error": error if significant else "",
         "velocity": number(point.velocity, 2),
-        "speed_unit": "rad/s" if point.unit == "N m" else "m/s",
+        "speed_unit": _speed_unit(point),
         "sort": f"{point.value:.6g}",
     }
 

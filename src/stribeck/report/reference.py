@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from stribeck.base.typing import Array
 
 
@@ -23,6 +25,13 @@ class Reference:
     name: str
     curves: Mapping[str, tuple[Array, Array]] = field(default_factory=dict)
     parameters: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+
+    def without_offset(self, joint: str) -> tuple[Array, Array] | None:
+        """Compute a joint's curve without its offset, the torque at rest; None if the curve does not include rest."""
+        velocity, torque = self.curves.get(joint, (np.empty(0), np.empty(0)))
+        if not len(velocity) or not velocity[0] <= 0 <= velocity[-1]:
+            return None
+        return velocity, torque - np.interp(0.0, velocity, torque)
 
     @property
     def word(self) -> str:

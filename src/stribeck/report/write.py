@@ -68,7 +68,7 @@ def write_report(
         write_page(
             path,
             f"Joint friction of {result.robot}",
-            [first_screen(shown, evidence)],
+            [first_screen(shown, evidence, reference)],
             folded=on_demand,
-            lead=heading(shown, law),
+            lead=heading(shown, law, reference),
         )
