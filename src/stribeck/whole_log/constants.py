@@ -1,10 +1,10 @@
-"""The tuned constants of the whole-log estimator; its priors stand in `stribeck.settings.Priors`.
+"""Tuned constants of the whole-log estimator; `stribeck.settings.Priors` has its priors.
 
-Each has its unit in brackets and what it was chosen on.
+Each note states the unit in brackets and the data behind the choice.
 """
 
 ROUNDS = 3
-"""Rounds of what is repeated until nothing changes [1], chosen by judgement."""
+"""Largest number of rounds of the iterations [1], chosen by judgment."""
 
 FOLDS = 8
 """Parts of a log that are held out in turn, and compared [1], chosen by judgement."""
@@ -17,7 +17,8 @@ LEAST_SEGMENTS, ENOUGH = 100, 2e-3
 [1], for which more are read. Noisy walks reach 0.7 %, exact ones 0.05 %; with 64 segments intervals are too narrow."""
 
 PILOT_SEGMENTS = 8
-"""Segments in the pilot, about [1]: with fewer, a leg may not stand in any. Chosen by judgement."""
+"""Approximate number of segments in the pilot [1]: with fewer, some leg may swing in all of them. Chosen by
+judgment."""
 
 CONTACT_BINS = (0.06, 0.12, 0.24)
 """Ends of the bins of the contact variance scale, by the time since a contact change [s]; the last bin, before the next
@@ -31,7 +32,8 @@ CONVERGED = 5e-4
 """Decrease of half chi^2 in a step that ends a descent [1]: a thirtieth of a standard error."""
 
 LEAST_GAIN = 9.0
-"""Decrease of the held-out chi^2 from which a term is kept [1]: that of a value of three standard errors."""
+"""Decrease of the held-out chi^2 from which a term is kept [1]: a coefficient of three standard errors lowers it this
+much."""
 
 COSINES = 4
 """Cosines of each random effect over a gait phase, the constant included [1], chosen by judgement."""

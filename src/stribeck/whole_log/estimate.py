@@ -1,6 +1,6 @@
 """The spine of the whole-log fit: pilot, accumulation, fits of the laws, terms, empirical Bayes, covariance.
 
-The steps are those of docs/estimator.md, in the order in which they stand there.
+The steps follow docs/estimator.md in the same order.
 """
 
 from __future__ import annotations
@@ -70,33 +70,33 @@ class WholeLogFit:
     Attributes
     ----------
     fit, trained
-        Of all laws and corrections, and that without the held-out segments.
+        Fit of all laws and corrections to all segments, and the same without the held-out segments.
     budget
-        The parts of its covariance.
+        Parts of the fit's covariance.
     components
-        Standard deviations of the errors that no sensor makes.
+        Standard deviations of errors other than sensor noise.
     statistics
         Normal equations of all segments.
     segments, of_segments
-        Number of those that were read, and of all.
+        Number of segments read, and of all segments.
     residual_rms
         Root mean square residual of each joint's friction torque in the segments of the pilot [N m], shape (n,).
     validation
-        Of each joint, on the held-out segments, by a fit to all others; None where there are too few segments.
+        Validation of each joint on the held-out segments by a fit to all others; None with too few segments.
     held_out
-        Log and segment of each of those.
+        Log and number of each held-out segment.
     delay
-        Of the torques [s].
+        Delay of the torques [s].
     beside
         Scales of the terms.
     terms
-        Of the law "auto": which terms each joint has.
+        Terms of each joint with the law "auto".
     misfits
-        What the law of each joint does not describe.
+        Effects that the law of each joint does not describe.
     heterogeneity, joint_heterogeneity
-        D of equation (26), of the model [1], and of each joint's parameters, shape (n, w).
+        D of equation (26) for the model [1] and for each joint's parameters, shape (n, w).
     undiscounted
-        Coordinates of the corrections by a fit without overdispersion (27), shape (c,).
+        Coordinates of the corrections from a fit without overdispersion (27), shape (c,).
     """
 
     fit: Fit
@@ -284,7 +284,7 @@ def fit_whole_log(
 
 @dataclass(frozen=True, eq=False)
 class _Read:
-    """A log that was read: statistics of its folds, of which some are `sampled`, and what is held out."""
+    """Statistics of one log: folds, some of them `sampled`, and the held-out segments."""
 
     folds: list[Statistics]
     sampled: int
@@ -295,7 +295,7 @@ class _Read:
 
 
 def _read(late: EquationSequence, pilot: Pilot, columns: Columns, progress: Callable[[float], None]) -> _Read:
-    """Return the statistics of a log: of some segments, in `FOLDS`, and of what is held out."""
+    """Compute the statistics of a log: some segments, in `FOLDS`, and the held-out ones."""
     held_out = pilot_places(late.feet)[: len(late) // 4]
     equations = np.mean([each.part.residual.size for each in pilot.groups])  # of a segment
     needed = (friction_error(pilot, columns) / ENOUGH) ** 2 * sum(each.count for each in pilot.groups) / equations
@@ -319,7 +319,7 @@ def _read(late: EquationSequence, pilot: Pilot, columns: Columns, progress: Call
 
 
 def _delay(fit: Fit) -> float:
-    """Return the torques' delay beside the one that the equations assume [s]."""
+    """Find the torques' delay in addition to the one that the equations assume [s]."""
     return float(fit.model.values(fit.corrections)[fit.model.layout.part("delays")][:1].sum())
 
 
@@ -390,7 +390,7 @@ def _first_fit(known: Statistics, laws: Laws, pilot: Pilot) -> Fit:
 
 
 def _units(pilot: Pilot, columns: Columns, terms: Terms, mean_load: Array) -> Array:
-    """Return what one of each term's coefficient is, shape (n, T), as `find_misfits` takes it."""
+    """Compute the unit of each term's coefficient, shape (n, T), for `find_misfits`."""
     first = columns.basis.functions.shape[1]
     largest = np.max([np.abs(columns.by_joint(each.part)[:, :, first:]).max(axis=0) for each in pilot.groups], axis=0)
     largest[:, 0], largest[:, -1] = mean_load, terms.delay

@@ -88,16 +88,16 @@ class WeakEquations:
         rho_a(j) G_k diag(encoder_noise^2) G_l^T + rho_t(j) P_k^T diag(torque_noise^2) P_l
             + beta(j) (B_k diag(root^2) B_l^T + P_k^T diag(model^2) P_l)
 
-    The standard deviations of the last two terms are not known beforehand: of accelerations of the root, which is taken
-    to stand still, and of errors of the model. Nor is the encoder-noise scale of the first term.
+    The standard deviations of the last two terms, accelerations of the root (assumed to stand still) and errors of the
+    model, are not known beforehand, nor is the encoder-noise scale of the first term.
 
-    A coupling B^T v of joints counts as one more joint, behind them, without a torque sensor: its friction acts on
+    A coupling B^T v of joints counts as one more joint, after the others, without a torque sensor: its friction acts on
     them through P_k^T B.
 
     Attributes
     ----------
     time
-        Of the windows' centres [s], shape (K,).
+        Time of the windows' centers [s], shape (K,).
     since, until
         Time from the last change of the contacts, and to the next one [s], shape (K,); infinite where there is none.
     gait

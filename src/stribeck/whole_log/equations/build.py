@@ -173,13 +173,13 @@ class WeakForm:
         return filters.derivatives(self.log.position, first, segment.first, self.smooth, (1,))[0][:, self.joints]
 
     def _late(self, segment: Segment, torque: Array) -> Array:
-        """Return the part of the torques that is late: all of it where it is measured, else that of the command."""
+        """Select the delayed part of the torques: measured torques completely, commanded ones without the feedback."""
         return torque if self.log.command is None else self.log.command[segment.first : segment.last]
 
     def _torque(self, segment: Segment) -> Array:
-        """Return the torques that come `delay` after the segment's rows, shape (T, all joints).
+        """Select the torques `delay` after the segment's rows, shape (T, all joints).
 
-        Beyond the unbroken part they stay as they are at its end.
+        Beyond the part without gaps, its last torques are repeated.
         """
         if self.delay == 0:
             return self.log.torque[segment.first : segment.last]

@@ -85,7 +85,7 @@ class ContactMode:
         return joints if self.foot or not self.rooted.floating else np.hstack([-wrench, joints])
 
     def used(self, position: Array, of_all: Array) -> Array:
-        """Select the rows that are used from those of the root and all joints, shape (K, r + n, c) -> (K, rows, c).
+        """Select the used rows from the rows of the root and all joints, shape (K, r + n, c) -> (K, rows, c).
 
         Forces of closed chains are removed first (`robot.loops`).
         """
@@ -127,7 +127,7 @@ class ContactMode:
 def find_contact_mode(
     robot: Robot, feet: tuple[str, ...], joints: NDArray[np.int64], sensed: Sequence[str] = ()
 ) -> ContactMode:
-    """Build the contact mode of standing feet, some of which are `sensed`; none stand with a fixed base."""
+    """Build the contact mode of the standing feet (none for a fixed base), some with force sensors (`sensed`)."""
     if robot.base == "fixed":
         return ContactMode(robot, robot.tree, "", (), joints)
     surface = next((foot for foot in feet if robot.contacts[foot].kind == "surface"), "")
@@ -162,7 +162,8 @@ def without_forces(left: Array, at_centers: Array, first: int, step: int) -> Arr
     """Subtract the contact forces that explain most of the rows, r - J^T (J J^T)^-1 J r, shape (T, rows).
 
     J is interpolated from the windows' centers, every `step` rows from row `first` on, shape (K, u, rows).
-    This changes nothing in P^T of the same sample, and makes that of neighboring samples nearly free of contact forces.
+    The product with P^T of the same sample is unchanged; with P^T of a neighboring sample, contact forces nearly
+    vanish.
     """
     place = (np.arange(len(left)) - first) / step
     before = np.clip(place.astype(int), 0, len(at_centers) - 2)

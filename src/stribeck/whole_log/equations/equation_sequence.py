@@ -71,7 +71,7 @@ class EquationSequence(Sequence[WeakEquations]):
 
 
 def equation_sequence(forms: Sequence[WeakForm]) -> EquationSequence:
-    """Collect the equations of all segments of some logs; every log's contact modes are gait phases of their own."""
+    """Collect the equations of all segments of some logs; each contact mode of each log is one gait phase."""
     gaits: dict[tuple[int, tuple[str, ...]], int] = {}
     parts = []
     for number, form in enumerate(forms):

@@ -89,8 +89,8 @@ def derivatives(signal: Array, first: int, last: int, kernels: Array, orders: tu
 class JointAcceleration:
     """Acceleration kernel per joint, shape (n, L), convolved with the weak form's `window`.
 
-    Noise would be taken for motion without torque, and inertias would come out too small (errors in variables, Fuller
-    1987); a window that is longer than necessary loses motion, and they come out too large.
+    Noise looks like motion without torque and biases inertias downward (errors in variables, Fuller 1987); a window
+    that is longer than necessary removes motion and biases them upward.
     """
 
     kernels: Array

@@ -109,10 +109,10 @@ def inertia_regressors(
 ) -> Array:
     """Compute the derivatives of inverse dynamics by the bodies' inertial parameters, shape (K, rows, 10 bodies).
 
-    Rows are counted as `inertia_matrix` orders them: those of a floating root first, then the robot's joints.
+    Rows have the order of `inertia_matrix`: a floating root first, then the robot's joints.
 
-    The bodies are those of `robot.tree`, each with its parameters in its own joint's frame, whatever foot stands. A
-    body that is passed the other way has moved into another frame, which its parameters follow linearly.
+    The bodies are the bodies of `robot.tree`; the parameters refer to the body's joint frame, whichever foot is the
+    root. Rerooting changes the frame of some bodies, and their parameters change linearly with it.
     """
     (model, data), motion = workspace(rooted), (state.position, state.velocity, state.acceleration)
     places, moves = _bodies_in(rooted, robot.tree)
@@ -130,9 +130,9 @@ def inertia_regressors(
 
 @cache
 def _bodies_in(rooted: RootedModel, tree: RootedModel) -> tuple[NDArray[np.int64], dict[int, Array]]:
-    """Find where the bodies of the robot's own tree are in another, and what their parameters become there.
+    """Map the bodies of the robot's own tree to a rerooted tree, and transform their parameters.
 
-    Only bodies between the roots of both trees, which are passed the other way, have moved into another frame.
+    Only bodies between the two roots change their frame.
     """
     if rooted is tree:
         return np.arange(tree.model.njoints - 1), {}

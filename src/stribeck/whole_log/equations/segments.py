@@ -46,8 +46,8 @@ def cut_segments(
     shortest
         Smallest number of rows of a segment.
     surfaces
-        Feet that a tree may be rooted at. The order of a segment's feet ends with those that have just landed, because
-        they still settle.
+        Feet that a tree may be rooted at. The feet that have just landed come last in a segment, because they still
+        settle.
     """
     duration = sum(phase.stop - phase.start for phase in phases) * period
     longest = min(LONGEST_SEGMENT, max(0.4, duration / 12))  # [s]; more segments than folds, windows still overlap

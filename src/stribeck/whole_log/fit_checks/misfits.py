@@ -32,10 +32,10 @@ KINDS = {
 WORDS = {kind: words for kind, (words, _) in KINDS.items()}
 UNCLEAR = FRICTION + "unclear"
 LEAST_EVIDENCE = 33.0
-"""Decrease of the held-out chi^2 from which a kind is flagged [1]: chance alone does so once in 1e8 times."""
+"""Decrease of the held-out chi^2 from which a kind is flagged [1]: pure chance does so once in 1e8 times."""
 
 CURVE_SPEEDS = np.array([0.1, 0.5, 1.0])
-"""Shares of the top speed at which the shift of the curve is looked at [1]: those of the verdicts."""
+"""Shares of the top speed at which the shift of the curve is evaluated [1], as for the verdicts."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,29 +83,29 @@ def find_misfits(
     heterogeneity: float,
     units: Array,
 ) -> tuple[tuple[Misfit, ...], ...]:
-    """Return for each joint the kind that explains what its law does not, or several that explain nearly as much.
+    """Find the kind of misfit that best explains each joint's residual, and kinds that explain nearly as much.
 
-    What moves the curve by less than its interval is taken into account, and what is left is looked at again. With T
-    the columns of the terms, Z those of the random effects, and J those of all that is fitted, of covariance C, what
-    the fit does not contain of T has the information N, and what it does not contain of Z looks like B of T:
+    A kind that moves the curve by less than its interval is removed, and the rest of the residual is examined again.
+    With the columns T of the terms, Z of the random effects and J of all fitted parameters (covariance C), the part of
+    T outside the fit has the information N, and the part of Z outside the fit projects onto T by B:
 
         N = T^T T - T^T J C J^T T,    B = T^T Z - T^T J C J^T Z
 
     Parameters
     ----------
     trials, kept, decided
-        Of all joints, the terms that each has, and parameters that the selection of terms has looked at.
+        Trials of all joints, each joint's terms, and parameters that the selection of terms has decided.
     fit
-        With the covariance that intervals are of.
+        Fit with the covariance that the intervals use.
     known, covariance
-        The log without its held-out segments, as the trials know it, and C.
+        Normal equations without the held-out segments, as in the trials, and C.
     sample, effect_std
-        A sample of it with random effects, and their standard deviations.
+        Sample of the log with random effects, and their standard deviations.
     heterogeneity
-        Of the model over folds [1].
+        Heterogeneity of the model over folds [1].
     units
-        What one of each column's coefficient is, shape (n, T): [N m] where it is largest, of load its mean, [s] of
-        delays.
+        Effect of a unit coefficient of each column, shape (n, T): its largest torque [N m], for load the mean [N m],
+        for delays [s].
     """
     across = [own[0] for own in sample.effects.values()]
     Z = np.hstack(across) if across else np.zeros((len(fit.values), 0))
@@ -157,7 +157,7 @@ class _Curve:
 
     @property
     def level(self) -> float:
-        """How large the friction is [N m], a hundredth of the torque at least."""
+        """Size of the friction, but at least a hundredth of the torque [N m]."""
         theta = self.fit.laws.coefficients(self.fit.internal)[self.joint]
         least = 0.01 * float(self.fit.laws.torque[self.joint])
         return max(float(np.abs(self._odd @ theta[: self._odd.shape[1]]).max()), least)

@@ -51,10 +51,10 @@ def friction_residual_rms(
     values: Array,
     candidates: Array,
 ) -> Array:
-    """Return the residual of each joint's friction torque, root mean square [N m], shape (candidates, n).
+    """Compute the residual of each joint's friction torque, root mean square [N m], shape (candidates, n).
 
     Each equation is weighted by P_ki^2 / var(e_k), which is its information on joint i. `values`, shape (D,), are the
-    coefficients and corrections, and each candidate, a row of shape (f,), stands in for one joint's at a time.
+    coefficients and corrections, and each candidate, a row of shape (f,), replaces one joint's coefficients at a time.
     """
     joints, friction = len(columns.basis.velocity), candidates.shape[1]
     squares, weights = np.zeros((len(candidates), joints)), np.zeros(joints)

@@ -1,1 +1,1 @@
-"""What is fitted: friction curves and corrections of the model in one parameter vector."""
+"""The fitted model: friction curves and corrections of the robot in one parameter vector."""

@@ -45,10 +45,10 @@ class Basis:
         return np.asarray((values.transpose(1, 0, 2) @ self.functions).transpose(1, 0, 2))
 
     def _weights(self, velocity: Array) -> csr_array:
-        """Return the interpolation weights of velocities (T, n) as a sparse matrix, shape (T, n N).
+        """Compute the interpolation weights of velocities (T, n) as a sparse matrix, shape (T, n N).
 
-        Lagrange's cubic polynomial: the weight of knot i among the four nearest is the product of the distances to the
-        others over that of i to them.
+        Lagrange's cubic polynomial: the weight of knot i among the four nearest is the product of the velocity's
+        distances to the other three, divided by the product of knot i's distances to them.
         """
         samples, joints = velocity.shape
         count = self.velocity.shape[1]

@@ -1,6 +1,6 @@
 """Corrections of model and calibration in units of their prior standard deviations, and their places in vectors.
 
-The priors are those of the table in docs/estimator.md, "Corrections".
+The table in docs/estimator.md, "Corrections", has the priors.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class Layout:
 
     @property
     def size(self) -> int:
-        """Of the whole vector."""
+        """Length of the whole vector."""
         return self._ends["log_offsets"][1]
 
     def joint(self, joint: int) -> slice:
@@ -128,7 +128,7 @@ class ModelCorrections:
 
     @property
     def corrections(self) -> CorrectionLayout:
-        """What is corrected."""
+        """Layout of the corrections."""
         return self.layout.corrections
 
     @property
@@ -205,11 +205,11 @@ class ModelCorrections:
 
 
 def model_corrections(corrections: CorrectionLayout, loads: Array, priors: Priors, torque: float) -> ModelCorrections:
-    """Return the coordinates of corrections.
+    """Build the coordinates of corrections.
 
-    `loads` are the torques that the sensors see, root mean square [N m], shape (gains,). The gains of those that carry
-    next to nothing, a twentieth of the largest, are not corrected: friction and noise would be taken for them. `torque`
-    is that of the joints [N m].
+    `loads` are the torques that the sensors see, root mean square [N m], shape (gains,). Gains of sensors that see less
+    than a twentieth of the largest load are not corrected, because friction and noise would pass as gain errors.
+    `torque` is the torque of the joints [N m].
     """
     loaded = np.flatnonzero(loads > 0.05 * loads.max(initial=0.0))
     bodies, size = bodies_of(corrections.inertial_parameters, priors), corrections.size

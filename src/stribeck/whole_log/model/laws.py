@@ -1,6 +1,6 @@
-"""The same friction law for all joints, in the basis of the curves, with the terms beside it (docs/estimator.md).
+"""One friction law for all joints, in the basis of the curves, plus additional terms (docs/estimator.md).
 
-A joint's coefficients are those of its curve, then those of its terms, which are linear: `model/terms.py`.
+A joint's coefficients are the curve's, then the linear terms' (`model/terms.py`).
 """
 
 from collections.abc import Sequence
@@ -24,16 +24,16 @@ FIXED = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Laws:
-    """The same law for n joints, with w parameters each.
+    """Friction law of n joints, with w parameters each.
 
     Attributes
     ----------
     law
         Friction law.
     basis
-        Knots of the curves, and the basis that they are sums of.
+        Knots of the curves, and their basis functions.
     terms
-        Parameters of the terms beside the law, each of which multiplies a column.
+        Parameters of the additional terms, each of which multiplies a column.
     top_speed, torque
         Scales of each joint [rad/s], [N m], shape (n,).
     priors
@@ -41,7 +41,7 @@ class Laws:
     free
         Which parameters each joint has, shape (n, w).
     group_prior
-        Mean and standard deviation over the joints of internal coordinates, shape (2, w); NaN for what is
+        Mean and standard deviation over the joints of internal coordinates, shape (2, w); NaN for coordinates that are
         not shared, None before empirical Bayes.
     """
 
@@ -56,17 +56,17 @@ class Laws:
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Those of one joint: the law's, then the terms'."""
+        """Parameters of one joint: the law's, then the terms'."""
         return (*self.law.parameters, *self.terms)
 
     @property
     def shared(self) -> list[int]:
-        """Which parameters have a group prior: logarithms, and pure numbers without a sign."""
+        """Mask of parameters with a group prior: logarithms, and dimensionless numbers without a sign."""
         own = self.law.parameters
         return [k for k, p in enumerate(own) if p.logarithmic or (p.unit == "1" and p.lower >= 0)]
 
     def of(self, joints: Sequence[int] | NDArray[np.int64]) -> Self:
-        """Return the laws of some joints, each as often as it is named."""
+        """Select the laws of some joints; repeated joints are repeated."""
         return replace(
             self,
             basis=replace(self.basis, velocity=self.basis.velocity[joints]),
@@ -81,13 +81,13 @@ class Laws:
 
     @cached_property
     def neutral(self) -> Array:
-        """Internal coordinates of a joint that does without, shape (w,); NaN for what every joint has."""
+        """Neutral internal coordinates, shape (w,); NaN for parameters that every joint has."""
         values = [np.nan if parameter.neutral is None else parameter.neutral for parameter in self.parameters]
         return to_internal(np.array(values), self.logarithmic)
 
     @cached_property
     def logarithmic(self) -> NDArray[np.bool_]:
-        """Which parameters are fitted by their logarithm, shape (w,)."""
+        """Mask of parameters that are fitted by their logarithm, shape (w,)."""
         return np.array([parameter.logarithmic for parameter in self.parameters])
 
     @cached_property

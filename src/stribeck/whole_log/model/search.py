@@ -1,4 +1,4 @@
-"""What a joint's residual torque shows before the log is read: periods of a ripple a turn, and travel of presliding.
+"""Find ripple periods per turn and the presliding travel in a joint's residual torque, before the whole log is read.
 
 Periodogram over position: Lomb 1976; Scargle 1982. Presliding: Dahl 1968.
 """
@@ -20,7 +20,7 @@ Left = Sequence[tuple[WeakEquations, Array, Array]]
 
 
 def by_joint(left: Left) -> tuple[Array, Array]:
-    """Return what residuals say of each joint by itself, times information, and that, shape (all K, n) each."""
+    """Compute each joint's residual torque times its information, and the information, shape (all K, n) each."""
     found = []
     for part, residual, variance in left:
         shares = part.weights / variance[:, :, None] * part.used[:, None, None]
@@ -43,10 +43,10 @@ def ripples_per_turn(left: Left) -> Array:
 
 
 def _per_turn(position: Array, score: Array, known: Array, speed: float) -> float:
-    """Return the frequency over positions, shape (K,), of most power: in radians a radian, or periods a turn.
+    """Find the frequency over positions, shape (K,), with the most power: in radians per radian, or periods per turn.
 
-    There must be two periods at least, as one would be a spring, or gravity; a joint passes 25 a second at most,
-    as the window levels what is faster, and 300 a turn. A whole number is taken if it has nearly the most power.
+    At least two periods are required, because one would be a spring or gravity. Limits are 25 periods per second,
+    because the window averages faster ones, and 300 per turn. A whole number is taken if it has nearly the most power.
     """
     there = (known > 0) & np.isfinite(position)
     span = float(np.ptp(position[there])) if there.any() else 0.0
@@ -86,10 +86,10 @@ def _per_turn(position: Array, score: Array, known: Array, speed: float) -> floa
 
 
 def presliding_travels(left: Left, basis: Basis, top_speed: Array) -> Array:
-    """Return the travel that explains most of each joint's residual torque beside its curve [rad], shape (n,).
+    """Find the travel that explains most of each joint's residual torque in addition to its curve [rad], shape (n,).
 
-    NaN where that is the shortest that the encoder resolves, or the longest: what is there has no such travel then. An
-    encoder resolves the step of its reading, as a coarser one sees reversals late.
+    NaN if the best travel is the longest or the shortest in the search, because the residual then has no such travel.
+    The shortest is the encoder's step, because coarse encoders detect reversals late.
     """
     coarse = _travels(left, basis, top_speed, TRAVELS[:, None] * top_speed)
     near = np.where(np.isfinite(coarse), coarse, top_speed) * np.geomspace(0.75, 1.33, 5)[:, None]

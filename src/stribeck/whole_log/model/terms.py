@@ -1,4 +1,4 @@
-"""Columns of the terms beside the law: friction that changes with load, temperature or time, position and travel.
+"""Columns of terms in addition to the law: friction that changes with load, temperature or time, position and travel.
 
 With s the rise of the friction at standstill, tanh(a v), a joint's columns are, through the window,
 
@@ -7,13 +7,13 @@ With s the rise of the friction at standstill, tanh(a v), a joint's columns are,
 | load | |torque that reaches the link| s |
 | coulomb_temperature, viscous_temperature | degrees above the mean times s, and times v |
 | coulomb_drift, viscous_drift | time, from -1/2 at the beginning of a log to 1/2 at its end, times s, and times v |
-| coulomb_position | cosine and sine of the position, less their means, times s |
-| ripple | cos(k q), sin(k q), k periods a turn |
-| presliding | z - s(v), what is missing of friction that builds up within a travel (`friction/presliding.py`) |
+| coulomb_position | cosine and sine of the position, minus their means, times s |
+| ripple | cos(k q), sin(k q), k periods per turn |
+| presliding | z - s(v), the deficit of friction that builds up over a travel (`friction/presliding.py`) |
 | play | blows when the torque changes its sign, and one window later |
 | delay | minus the change of this torque with time |
 
-The last two are no terms of a law: errors that a fit would take for friction. The slope a, k and the travel come from
+The last two are not friction, but errors that look like friction to a fit. The slope a, k and the travel come from
 the pilot, so that all columns are known before the log is read. Load: Hamon, Gautier and Garrec 2010; temperature:
 Bittencourt and Gunnarsson 2012; presliding: Dahl 1968.
 """
@@ -46,24 +46,25 @@ NO_TERM = frozenset(parameter.name for parameter in (*PLAY, DELAY))
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Terms:
-    """What the columns of n joints need; without `slope` there are none.
+    """Settings of the columns of n joints; without `slope` there are no columns.
 
     Attributes
     ----------
     slow
-        What friction changes slowly with: "temperature" or "drift".
+        Cause of slow changes of friction: "temperature" or "drift".
     middle
         Mean temperatures [deg C], shape (n,), or half the length of the longest log [s].
     direction
         Mean cosine and sine of each joint's position, shape (n, 2).
     slope
-        Of the friction's rise at standstill [s/rad], shape (n,).
+        Slope of the friction's rise at standstill [s/rad], shape (n,).
     per_turn, travel
-        Periods of each joint's torque ripple a turn [1], and travel of its presliding [rad], shape (n,); NaN of none.
+        Periods per turn of each joint's torque ripple [1], and travel of its presliding [rad], shape (n,); NaN for
+        none.
     friction
-        Coefficients of the pilot's curves, shape (n, R), which the torque that reaches the link is told from.
+        Coefficients of the pilot's curves, shape (n, R), for computing the torque that reaches the link.
     top_speed, unexplained
-        [rad/s], and what the pilot leaves of the torque, root mean square [N m], shape (n,).
+        Top speed [rad/s], and the pilot's residual torque, root mean square [N m], shape (n,).
     delay
         Unit of delays [s].
     """
@@ -86,12 +87,12 @@ class Terms:
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """What multiplies the columns, in their order."""
+        """Names of the columns' parameters, in order."""
         return tuple(compress((LOAD, *SLOW[self.slow], *POSITION, *RIPPLE, PRESLIDING, *PLAY, DELAY), self._possible))
 
     @property
     def _possible(self) -> list[bool]:
-        """Which columns any joint can have."""
+        """Mask of columns that some joint can have."""
         ripple, presliding = (bool(np.isfinite(each).any()) for each in (self.per_turn, self.travel))
         return [True, True, True, True, True, ripple, ripple, presliding, True, True, True]
 
@@ -114,10 +115,10 @@ class Terms:
         return np.stack(list(compress([*own, *_blows(part, self.unexplained), late], self._possible)), axis=2)
 
     def load(self, part: WeakEquations, windows: Array) -> Array:
-        """Return the size of the torque that joints carry [N m], shape (K, n); of a coupling it is zero.
+        """Compute the size of the torque that joints carry [N m], shape (K, n); zero for a coupling.
 
-        It is what inverse dynamics need where a joint has an equation of its own, as what is left of the measured
-        torque would be taken for its own cause there. Else it is the measured torque without friction.
+        A joint with its own equation gets the torque of inverse dynamics, because the measured torque contains the
+        equation's error. Other joints get the measured torque without friction.
         """
         if part.projection is None:
             return np.abs(part.torque - part.residual)
@@ -135,7 +136,7 @@ class Terms:
 
 
 class Beside(Protocol):
-    """Columns beside those of the curves, T a joint."""
+    """Columns in addition to the curves, T per joint."""
 
     @property
     def size(self) -> int:
@@ -166,9 +167,9 @@ class Columns:
         return np.concatenate([windows, self.terms.columns(part, windows)], axis=2)
 
     def design(self, part: WeakEquations, own: Array, *behind: Array) -> Array:
-        """Return the derivatives of the equations by coefficients, then corrections, then what else stands `behind`.
+        """Join the derivatives of the equations by coefficients, by corrections, and the additional columns `behind`.
 
-        Shape (K m, D); of what stands behind (K m, any) each, and of the joints' `own` columns (K, n, q). These are
+        The result has shape (K m, D), each of `behind` (K m, any), and the joints' `own` columns (K, n, q). These are
         zero where a joint's friction does not act.
         """
         windows, rows = part.residual.shape
@@ -255,12 +256,12 @@ def _slow_reasons(slow: str, last: float, temperature: list[Array]) -> dict[str,
 
 
 def _blows(part: WeakEquations, unexplained: Array) -> list[Array]:
-    """Return blows in the torque's new direction wherever it changes its sign, and one window later, shape (K, n) each.
+    """Find blows in the torque's new direction at each change of its sign, and one window later, shape (K, n) each.
 
     While a light bar of damping d crosses a play of width p, the torque moves nothing but the bar: d y' = tau. Whatever
     the torque, friction takes the impulse d p away, within some milliseconds. The window's largest value counts as one.
-    A change of the sign is sure beyond six standard deviations of the torque's noise, and beyond twice what the pilot
-    leaves of it, as coloured noise changes signs too.
+    A change of the sign is sure beyond six standard deviations of the torque's noise, and beyond twice the pilot's
+    residual, because colored noise changes signs too.
     """
     torque, taps = part.torque, part.taps
     change = np.diff(torque, axis=0)

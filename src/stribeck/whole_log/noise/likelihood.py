@@ -41,7 +41,7 @@ class Groups:
 
     @property
     def places(self) -> slice:
-        """Of the groups among all whole ones of the segment; a segment shorter than a group has none."""
+        """Numbers of the groups among all complete ones of the segment; a segment shorter than a group has none."""
         return slice(self.first, len(self.part.time) // self.part.lags, self.step)
 
     def of_windows(self, values: NDArray[Any]) -> NDArray[Any]:

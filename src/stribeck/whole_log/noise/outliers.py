@@ -16,19 +16,20 @@ from stribeck.whole_log.noise.variance_components import VarianceComponents
 from stribeck.whole_log.weak_equations import WeakEquations
 
 INCONSISTENT = 20.0
-"""Chi^2 per equation, over that of consistent segments, from which a segment is set aside [1]; others reach 17."""
+"""Chi^2 per equation relative to consistent segments, from which a segment is rejected [1]; undisturbed ones reach
+17."""
 
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """What the pilot says of all segments, and how sure it is.
+    """Prediction of all segments by the pilot, with its uncertainty.
 
     Attributes
     ----------
     values, covariance
         Coefficients, then corrections, shape (D,), with their covariance, shape (D, D).
     components
-        Of the errors.
+        Variance components of the errors.
     """
 
     values: Array
@@ -55,9 +56,9 @@ class Prediction:
         return replace(part, set_aside=np.convolve(outlying, reach)[part.lags : -part.lags] > 0)
 
     def explains(self, product: Array, count: int) -> bool:
-        """Return whether it explains a segment, given the product of its whitened rows, of which so many count.
+        """Check whether the prediction explains a segment, from the product of its whitened rows and their number.
 
-        The rows are those of `set_aside`. What disturbs all windows by less than an outlier shows in their sum.
+        The rows come from `set_aside`. A disturbance of all windows, each below an outlier, shows in their sum.
         """
         information, right = product[: len(self.values), : len(self.values)], product[: len(self.values), -1]
         square = float(product[-1, -1] + self.values @ (information @ self.values - 2 * right))
@@ -65,10 +66,10 @@ class Prediction:
 
 
 def without_outliers(parts: Sequence[tuple[Groups, Array]], components: VarianceComponents) -> list[Groups]:
-    """Return groups without the windows whose residuals are far larger than most of the same equation.
+    """Remove windows whose residuals are far larger than most residuals of the same equation.
 
-    Given are the residuals of a fit to them, shape (g, b). The scale of an equation is its median over the windows on
-    the same feet that count, over that of a normal distribution, and at least what the components expect.
+    `residuals` of a fit to the groups have shape (g, b). The scale of an equation is its median over valid windows on
+    the same feet, divided by the median of a normal distribution, but at least the components' expectation.
     """
     sizes, modes, used = [], [], []
     for groups, left in parts:
@@ -79,7 +80,7 @@ def without_outliers(parts: Sequence[tuple[Groups, Array]], components: Variance
     found = []
     for (groups, _), size, mode in zip(parts, sizes, modes, strict=True):
         same_mode = np.concatenate([other for other, own in zip(used, modes, strict=True) if own == mode])
-        if not groups.part.used.any():  # nothing that disturbs a whole segment comes back, and spoils the scale
+        if not groups.part.used.any():  # a disturbed whole segment must not come back and spoil the scale
             found.append(groups)
             continue
         scale = np.median(same_mode, axis=0) / 0.6745 if len(same_mode) else np.ones(size.shape[1])
@@ -92,7 +93,7 @@ def without_outliers(parts: Sequence[tuple[Groups, Array]], components: Variance
 
 
 def outlying_windows(sizes: Array, outlier: float) -> NDArray[np.bool_]:
-    """Return which windows' standardised residual, shape (K, m), is above `outlier`, shape (K,).
+    """Find windows whose standardized residual, shape (K, m), is above `outlier`, shape (K,).
 
     An outlier lasts as long as residuals stay above `SHOULDER`.
     """

@@ -1,7 +1,7 @@
-"""Variance components: errors that no sensor makes (docs/estimator.md, second line of equation 6).
+"""Variance components: errors other than sensor noise (docs/estimator.md, second line of equation 6).
 
-They are those of the model, and those of the root that is taken to stand still. Around contact changes feet rock, slip
-and strike, and both are larger: by the contact variance scale, which the log gives as it gives the components.
+The model has errors, and so has the root, which is assumed to stand still. Around contact changes feet rock, slip and
+strike, and both errors are larger by the contact variance scale, which is estimated like the components.
 """
 
 from dataclasses import dataclass, field
@@ -24,20 +24,21 @@ class VarianceComponents:
     Attributes
     ----------
     model
-        Of each joint's inverse dynamics while its limb swings and while it stands [N m], shape (2, n).
+        Errors of each joint's inverse dynamics while its limb swings and while it stands [N m], shape (2, n).
     root
-        Of the root's linear [m/s^2] and angular acceleration [rad/s^2], shape (6,); (0,) for a fixed base.
+        Errors of the root's linear [m/s^2] and angular acceleration [rad/s^2], shape (6,); (0,) for a fixed base.
     contact_scale
-        Standard deviations around contact changes over those away from them, of the model and of the root [1], shape
-        (2, BINS).
+        Ratio of standard deviations around contact changes to elsewhere, for the model and for the root [1], shape (2,
+        BINS).
     rest, stiction
         Speed [rad/s] below which a joint is at rest, and the torque [N m] that may then hold it, shape (n,) each; zeros
         for laws that do not jump at standstill.
     wrench
-        Of the wrench on a standing foot, by its sensor or by the model [N], [N m], shape (6,); (0,) without sensors.
+        Errors of the wrench on a standing foot from its sensor or the model [N], [N m], shape (6,); (0,) without
+        sensors.
     encoder_scale
-        Encoder-noise scale: errors of each joint's acceleration over those that its encoder's noise makes [1], shape
-        (encoders,); at least one. Clocks jitter, and links vibrate.
+        Encoder-noise scale: errors of each joint's acceleration relative to the effect of its encoder's noise [1],
+        shape (encoders,); at least one, because clocks jitter and links vibrate.
     """
 
     model: Array
@@ -66,7 +67,7 @@ class VarianceComponents:
 
     @property
     def root_turns(self) -> Array:
-        """Of the root's angular acceleration [rad/s^2], shape (3,); (0,) for a fixed base."""
+        """Errors of the root's angular acceleration [rad/s^2], shape (3,); (0,) for a fixed base."""
         return self.root[3:]
 
     @property
@@ -75,7 +76,7 @@ class VarianceComponents:
         return np.repeat([0, 1], [self.model.size, len(self.root) + len(self.wrench)])
 
     def which(self, equations: WeakEquations) -> NDArray[np.int64]:
-        """Return which of the components `response` has, shape (n + root + wrench,)."""
+        """Mark the components that `response` has, shape (n + root + wrench,)."""
         joints = np.arange(len(equations.standing)) + len(equations.standing) * equations.standing
         return np.concatenate([joints, self.model.size + np.arange(len(self.root) + len(self.wrench))])
 
@@ -101,9 +102,9 @@ class VarianceComponents:
 def first_components(
     equations: WeakEquations, rest: Array, stiction: Array, sensed: bool = False
 ) -> VarianceComponents:
-    """Return the components before the pilot; `rest` and `stiction` stay; wrenches are `sensed` or not.
+    """Reset the components to their values before the pilot; `rest` and `stiction` stay; wrenches are `sensed` or not.
 
-    They are those of a good model, 0.02 N m, on a hard floor, 0.01 m/s^2 and rad/s^2; of wrenches 2 N and 0.5 N m.
+    The values fit a good model, 0.02 N m, on a hard floor, 0.01 m/s^2 and rad/s^2; wrenches 2 N and 0.5 N m.
     """
     joints, root = equations.velocity.shape[1], equations.root_response.shape[2]
     return VarianceComponents(
@@ -118,7 +119,7 @@ def first_components(
 
 
 def bin_of(equations: WeakEquations) -> NDArray[np.int64]:
-    """Return which bin each window is in, shape (K,)."""
+    """Find the bin of each window, shape (K,)."""
     early = np.searchsorted(CONTACT_BINS, equations.since, side="right")
     return np.where((early == AWAY) & (equations.until < CONTACT_BINS[0]), BINS - 1, early)
 
@@ -129,9 +130,9 @@ def resting(equations: WeakEquations, rest: Array) -> Array:
 
 
 def autocorrelation(lags: int) -> Array:
-    """Return the correlation of the model's errors at lags 0 to `lags` [1], (1 - j / (lags + 1))^2: equation (8).
+    """Compute the correlation of the model's errors at lags 0 to `lags` [1], (1 - j / (lags + 1))^2: equation (8).
 
-    It is strictly convex, so that its spectrum is positive at every frequency (Polya 1949). A triangle's, that of a
-    running mean, has zeros, and a fit would trust these frequencies more than any other.
+    It is strictly convex, so that its spectrum is positive at every frequency (Polya 1949). The spectrum of a triangle
+    (a running mean) has zeros, and a fit would trust these frequencies more than any other.
     """
     return np.asarray((1 - np.arange(lags + 1) / (lags + 1)) ** 2)

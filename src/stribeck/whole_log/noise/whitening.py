@@ -44,7 +44,7 @@ class Whitener:
             halves = [slice(first, min(first + half, len(here))) for first in range(0, len(here), half)]
             for part in halves if k else ():
                 here[part] -= np.matmul(coupling[part, part.start :], before[part.start :], out=product[part])
-            for part in halves[::-1]:  # the later half needs the earlier one as it was
+            for part in halves[::-1]:  # the later half needs the unchanged earlier half
                 here[part] = np.matmul(inverse[part, : part.stop], here[: part.stop], out=product[part])
 
     def whiten_back(self, rows: Array) -> None:
@@ -60,7 +60,7 @@ class Whitener:
                 late = slice(0, min(part.stop, len(after)))
                 here[part] -= np.matmul(self.coupling[k + 1][late, part].T, after[late], out=product[part])
             inverse = self.inverse[k, : len(here), : len(here)].T
-            for part in halves:  # the earlier half needs the later one as it was
+            for part in halves:  # the earlier half needs the unchanged later half
                 here[part] = np.matmul(inverse[part, part.start :], here[part.start :], out=product[part])
             after = here
 
@@ -86,8 +86,8 @@ def make_whitener(equations: WeakEquations, components: VarianceComponents) -> W
 class Errors:
     """One kind of errors: the response of groups of windows to them, shape (B, b, e), and their autocorrelation.
 
-    `correlation` is that of windows of the same group, and of windows of a group and of the one before, shape
-    (2, b, b).
+    `correlation` has shape (2, b, b): between windows of one group, and between windows of a group and the previous
+    one.
     """
 
     response: Array
@@ -95,7 +95,7 @@ class Errors:
 
 
 def errors_of_groups(equations: WeakEquations, components: VarianceComponents) -> list[Errors]:
-    """Return the errors of encoders and of torque sensors, and those that no sensor makes."""
+    """Collect the errors of encoders, of torque sensors, and of the model."""
     windows, rows = equations.residual.shape
     lags = equations.lags
     kinds = [

@@ -1,7 +1,7 @@
-"""Elimination of the linear corrections, and fits of all laws at once to what is left (docs/estimator.md).
+"""Elimination of the linear corrections, and joint fits of all laws to the remaining equations (docs/estimator.md).
 
 With the corrections x(u) ~ x_0 + T u, chi^2 is a quadratic of the coefficients theta of friction and of u, and the
-best u for given theta is linear in them. What is left is a quadratic of theta alone (Schur complement),
+best u for given theta is linear in them. Inserted, it leaves a quadratic of only theta (Schur complement),
 
     chi^2(theta) = theta^T S theta - 2 r^T theta + const,    S = A_ff - A_fc T (T^T A_cc T + prior)^-1 T^T A_cf
 
@@ -55,12 +55,12 @@ class Fit:
 
     @property
     def layout(self) -> Layout:
-        """Of the coordinates."""
+        """Layout of the coordinates."""
         return replace(self.model.layout, joints=len(self.internal), per_joint=self.internal.shape[1])
 
     @property
     def x(self) -> Array:
-        """Of all coordinates, friction's first, shape (m,)."""
+        """All coordinates, friction's first, shape (m,)."""
         return np.concatenate([self.internal.ravel(), self.corrections])
 
     @property
@@ -198,7 +198,7 @@ class EachJoint:
     right: Array
 
     def of(self, rows: NDArray[np.int64]) -> EachJoint:
-        """Return those of some of the descents."""
+        """Select some of the descents."""
         return EachJoint(self.laws.of(rows), self.information[rows], self.right[rows])
 
     def costs(self, x: Array) -> Array:
@@ -218,15 +218,15 @@ class EachJoint:
         return gradient, hessian + np.eye(x.shape[1]) * deviation[:, None] ** -2.0
 
     def best(self, starts: Array) -> tuple[Array, Array]:
-        """Return where descents from starts, shape (b, w), end, and half of chi^2 there, shape (b,)."""
+        """Run descents from starts, shape (b, w); return their ends and half of chi^2 there, shape (b,)."""
         found = minimise(self, starts, *self.laws.bounds)
         return found.x, found.cost
 
 
 def solve(statistics: Statistics, start: Fit) -> Fit:
-    """Return the fit of the laws and corrections of another fit, from its values, to normal equations.
+    """Fit the laws and corrections of another fit, from its values, to normal equations.
 
-    Corrections are linear; they are linear anew around what is found until that changes the cost no more.
+    Corrections are linearized, and linearized again around each solution until the cost stays the same.
     """
     laws, model, u = start.laws, start.model, start.corrections
     x = np.clip(start.internal, *laws.bounds)
@@ -269,7 +269,7 @@ def solve(statistics: Statistics, start: Fit) -> Fit:
 def _cost(
     statistics: Statistics, laws: Laws, model: ModelCorrections, x: Array, u: Array, corrections: Array | None = None
 ) -> float:
-    """Return half of chi^2, with the prior's share; `corrections` are those that u makes, unless they are given."""
+    """Compute half of chi^2 with the prior's share; `corrections` are computed from u if None."""
     mean, deviation = laws.prior
     off = u - model.prior_mean
     values = np.concatenate([laws.coefficients(x).ravel(), model.values(u) if corrections is None else corrections])
@@ -278,9 +278,9 @@ def _cost(
 
 
 def inverse_of(matrix: Array) -> Array:
-    """Return the inverse of a positive definite matrix whose rows may be of very different units.
+    """Invert a positive definite matrix whose rows may have very different units.
 
-    Where rounding has taken from an eigenvalue all that the prior had put there, it is as large as rounding.
+    Eigenvalues below the rounding error are raised to it, because rounding can cancel the prior's share.
     """
     if not len(matrix):
         return np.zeros((0, 0))

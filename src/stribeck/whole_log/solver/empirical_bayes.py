@@ -1,12 +1,12 @@
-"""Empirical Bayes: priors whose standard deviations the log gives (docs/estimator.md, equations 23 to 25).
+"""Empirical Bayes: standard deviations of priors, estimated from the log (docs/estimator.md, equations 23 to 25).
 
-A standard deviation s is that under which the log is most likely: with coordinates u_i of variance C_ii,
+The standard deviation s maximizes the likelihood of the log. With coordinates u_i of variance C_ii,
 
     s^2 = sum u_i^2 / sum (1 - C_ii / s^2)
 
 where the right sum counts how many of them the log determines (MacKay 1992). Model and sensors have one each, and so
 have a joint's offsets in several logs; scales and pure numbers of a law have a group prior over the joints, mean and
-standard deviation (Efron and Morris 1975). The pseudo-counts keep what no log determines as it was.
+standard deviation (Efron and Morris 1975). The pseudo-counts keep priors that no log determines unchanged.
 """
 
 from dataclasses import replace
@@ -26,10 +26,10 @@ PSEUDO_COUNT = 0.03
 
 
 def solve_with_empirical_bayes(statistics: Statistics, fit: Fit) -> Fit:
-    """Return the fit with priors by empirical Bayes.
+    """Fit with priors by empirical Bayes.
 
-    Once joints have a prior in common, one that is far from the others may turn out to be in a local minimum that was
-    as good as theirs as long as it stood alone: all try their other starts.
+    A joint may be in a local minimum that was as good as others without the common prior, but is far from the other
+    joints. Therefore all joints try their other starts once they share the prior.
     """
     fit = solve(statistics, fit)
     for _ in range(ROUNDS + 1):
@@ -95,7 +95,7 @@ def blocks(information: Array, joints: int) -> Array:
 
 
 def group_mean_covariance(fit: Fit) -> Array:
-    """Return what to add to a fit's covariance, as the means of the group priors are estimates too.
+    """Compute the covariance that the estimated means of the group priors add to a fit.
 
     With s the standard deviation of a coordinate over the joints, of which the log determines N, their mean has the
     variance s^2 / N, and all coordinates follow it by the sum of C / s^2 over the joints, C being the covariance (Kass
@@ -129,7 +129,7 @@ def learn_group_prior(fit: Fit) -> Laws:
         group_mean = (np.sum(known * mean[own, k] + off) + PSEUDO_COUNT * mean[own, k].mean()) / total
         squares = np.sum((off + known * (mean[own, k] - group_mean)) ** 2)
         beside = max(known.sum() - 1, 0.0) + PSEUDO_COUNT  # one of them has gone into the mean
-        deviation = np.sqrt((squares + PSEUDO_COUNT * 0.5**2) / beside)  # 0.5 before any joint speaks
+        deviation = np.sqrt((squares + PSEUDO_COUNT * 0.5**2) / beside)  # 0.5 before any joint contributes
         group_prior[:, k] = group_mean, deviation
     return replace(fit.laws, group_prior=group_prior)
 

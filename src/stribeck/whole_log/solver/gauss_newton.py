@@ -33,7 +33,7 @@ class Problem(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Minimum:
-    """Where b descents ended, shape (b, m), costs there, and whether each converged, shape (b,)."""
+    """Ends of b descents, shape (b, m), costs there, and convergence of each, shape (b,)."""
 
     x: Array
     cost: Array
@@ -41,7 +41,7 @@ class Minimum:
 
 
 def minimise(problem: Problem, start: Array, low: Array, high: Array) -> Minimum:
-    """Return where descents from `start`, shape (b, m), end, between bounds of the same shape."""
+    """Run descents from `start`, shape (b, m), between bounds of the same shape."""
     x = np.clip(start, low, high)
     cost, damping = problem.costs(x), np.full(len(x), 1e-3)
     converged, going, own = np.zeros(len(x), dtype=bool), np.arange(len(x)), problem
@@ -67,7 +67,7 @@ def minimise(problem: Problem, start: Array, low: Array, high: Array) -> Minimum
 
 
 def bounds_hold(x: Array, gradient: Array, low: Array, high: Array) -> NDArray[np.bool_]:
-    """Return which coordinates are at bound: that may not move at all, or whose gradient points outwards."""
+    """Find coordinates at a bound: they cannot move at all, or their gradient points outwards."""
     return np.asarray((low >= high) | ((x <= low) & (gradient > 0)) | ((x >= high) & (gradient < 0)))
 
 

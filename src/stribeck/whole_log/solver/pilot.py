@@ -29,10 +29,10 @@ LONGEST_DELAY, MOST_ROUNDS, OPERATIONS = 0.1, 10, 3e9
 """Delay that is looked for [s], rounds [1], and operations for a sum of products [1], at most: to save time."""
 
 LINEAR = 0.5e-3
-"""Delay up to which torques are taken to be linear in it [s]."""
+"""Largest delay in which torques are treated as linear [s]."""
 
 LAGS = (0.5e-3, 2e-3, 8e-3)
-"""Travels over the top speed [s] of the pilot's presliding, which a delay could be taken for."""
+"""Travels of the pilot's presliding, divided by the top speed [s]; presliding resembles a delay."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,29 +46,29 @@ class Lags:
         """Return the columns, shape (K, n, 3)."""
         return np.moveaxis(part.presliding(self.top_speed, np.outer(LAGS, self.top_speed)), 0, 2)
 
-    def load(self, part: WeakEquations, windows: Array) -> Array:  # noqa: ARG002 - not told yet
+    def load(self, part: WeakEquations, windows: Array) -> Array:  # noqa: ARG002 - not used yet
         """Return zeros, shape (K, n)."""
         return np.zeros_like(part.torque)
 
 
 @dataclass(frozen=True, eq=False)
 class Pilot:
-    """What the pilot found.
+    """Result of the pilot.
 
     Attributes
     ----------
     groups
-        Of windows, in some segments.
+        Groups of windows, in some segments.
     model, components
-        Corrections, of torques that are taken `delay` later, and standard deviations of the errors.
+        Corrections, with torques taken `delay` later, and standard deviations of the errors.
     prediction
-        Its values and their covariance.
+        Predicted values and their covariance.
     delay
-        Of the torques [s].
+        Delay of the torques [s].
     torque
-        That moves the joints, root mean square [N m].
+        Torque that moves the joints, root mean square [N m].
     precision
-        Of the prior of its friction coefficients, shape (n q,).
+        Prior precision of the friction coefficients, shape (n q,).
     """
 
     groups: list[Groups]
@@ -81,7 +81,7 @@ class Pilot:
 
     @property
     def late(self) -> tuple[float, float]:
-        """What is left of the torques' delay, and its standard error [s]; none where it is not corrected."""
+        """Remaining delay of the torques, and its standard error [s]; None where it is not corrected."""
         own = len(self.precision) + self.model.layout.places("delays")[:1]
         variance = self.prediction.covariance[own, own]
         return float(self.prediction.values[own].sum()), float(np.sqrt(variance).sum())
@@ -97,10 +97,10 @@ class Pilot:
 
 
 def pilot_places(supports: Sequence[tuple[str, ...]], count: int = PILOT_SEGMENTS) -> list[int]:
-    """Return the places of so many of the pilot's segments, about, given the feet that each segment stands on.
+    """Choose about `count` segments for the pilot, given the feet that each segment stands on.
 
-    Every contact mode has its share, one at least, spread over its own segments: errors of a standing leg show while it
-    stands. Evenly spaced segments of a walk could all stand on the same foot.
+    Every contact mode gets its share, but at least one segment, spread over the mode's segments, because errors of a
+    standing leg show only while it stands. Evenly spaced segments of a walk could all stand on the same foot.
     """
     found: set[int] = set()
     for support in set(supports):
@@ -165,9 +165,9 @@ def fit_pilot(
 
 
 def secant_step(tried: list[tuple[float, float]]) -> float:
-    """Return by how much more torques are late [s], from the delays that were tried, and what was left of each.
+    """Find the additional torque delay [s] from the delays that were tried and their residuals.
 
-    Friction that builds up after a reversal explains a part of what is left, always about the same share.
+    Friction that builds up after a reversal explains about the same share of the residual at every delay.
     """
     delay, late = tried[-1]
     if len(tried) == 1:
@@ -177,7 +177,7 @@ def secant_step(tried: list[tuple[float, float]]) -> float:
 
 
 def with_terms(pilot: Pilot, columns: Columns) -> Pilot:
-    """Return the pilot with the columns of all terms; its variance components are those of the first fit."""
+    """Extend the pilot by the columns of all terms, and keep the variance components of the first fit."""
     groups, precision = _groups([each.part for each in pilot.groups], columns, pilot.torque, OPERATIONS)
     prediction, _ = predict(groups, pilot.components, pilot.model, precision)
     return replace(pilot, groups=groups, prediction=prediction, precision=precision)
@@ -240,10 +240,10 @@ def _in_coordinates(product: Array, slopes: Slopes, friction: int) -> Array:
 def _alternate(
     groups: list[Groups], model: ModelCorrections, components: VarianceComponents, precision: Array, rounds: int
 ) -> tuple[VarianceComponents, list[Groups]]:
-    """Fit and estimate the variance components, in turn, until none grows any more, or for some rounds.
+    """Alternate fits and estimates of the variance components until none grows, or for some rounds.
 
-    The components begin as those of a good model, so that what disturbs the motion stays visible. If there are outliers
-    after `ROUNDS`, it starts once more without, and looks for them anew in every round.
+    The initial components describe a good model, so that disturbances of the motion stay visible. If outliers exist
+    after `ROUNDS`, the fit starts again without them and searches again in every round.
     """
     first = components
     outliers = any(each.part.set_aside is not None for each in groups)
@@ -270,13 +270,13 @@ def _consistent(
     precision: Array,
     half_alone: bool,
 ) -> list[Groups]:
-    """Return the groups without segments that the model of the largest consistent part does not explain.
+    """Remove segments that disagree with the model of the largest consistent part.
 
     Least trimmed squares (Rousseeuw and Van Driessen 1999): from several starts, a fit to the half of the segments that
     the last one explained best, in each contact mode, until that half stays the same. The best of these fits may
     explain far more than half. Segments whose chi^2 an equation is `INCONSISTENT` times the median of that half are set
-    aside: a payload that is held, a base that moves, a hand that guides. Undisturbed logs reach 17 times. For the delay
-    that half counts alone, as a delay explains a little of everything.
+    aside: a payload that is held, a base that moves, a hand that guides. Undisturbed logs reach 17 times. Only that
+    half is used for the delay, because a delay explains a little of everything.
     """
     counts = np.array([each.count for each in groups])
     modes = np.unique([each.part.standing for each in groups], axis=0, return_inverse=True)[1]
@@ -341,7 +341,7 @@ def _undisturbed(
 
 
 def _residuals(groups: list[Groups], values: Array) -> list[tuple[Groups, Array]]:
-    """Return the groups with what values, shape (D + 1,), the last being -1, leave of their equations, shape (g, b)."""
+    """Compute the residuals, shape (g, b), of the groups' equations at values, shape (D + 1,), the last being -1."""
     return [(each, -each.design @ values) for each in groups]
 
 

@@ -26,7 +26,7 @@ class Statistics:
 
         chi^2(theta) = s - 2 b^T theta + theta^T A theta
 
-    A law is fitted to these without another look at the log, and those of several segments or logs add up.
+    Laws are fitted to these without the log, and the equations of several segments or logs add up.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class Statistics:
     count
         Number of equations that count.
     windows, set_aside
-        Number of windows, and of those that are set aside.
+        Number of windows, and of rejected windows.
     loads
         Number of windows, and sums of the joints' loads [N m] and of their squares, shape (3, n).
     effects
@@ -74,7 +74,7 @@ class Statistics:
         )
 
     def without(self, fold: Statistics) -> Statistics:
-        """Return the statistics without those of a part, for a fit: of random effects there are none."""
+        """Subtract the statistics of a part, for a fit; the result has no random effects."""
         information, right = self.information - fold.information, self.right - fold.right
         return replace(
             self, information=information, right=right, square=self.square - fold.square, count=self.count - fold.count
@@ -86,7 +86,7 @@ class Statistics:
 
     @property
     def mean_load(self) -> Array:
-        """Of each joint [N m], shape (n,)."""
+        """Mean load of each joint [N m], shape (n,)."""
         return np.asarray(self.loads[1] / self.loads[0])
 
     @property
@@ -111,7 +111,7 @@ def accumulate(
     prediction: Prediction,
     progress: Callable[[float], None] = lambda _: None,
 ) -> tuple[list[Statistics], dict[int, WeakEquations]]:
-    """Return the statistics of folds, and the equations of the last of them as they were used, by their places.
+    """Accumulate the statistics of folds; keep the equations of the last fold by segment number.
 
     Folds are added up by threads, each in an order that never changes. One thread at a time computes equations:
     Pinocchio's working memory is not for two.
@@ -119,17 +119,17 @@ def accumulate(
     Parameters
     ----------
     equations
-        Of all segments; computed when they are asked for, so that they are never all in memory.
+        Equations of all segments; computed on access, so that they are never all in memory.
     folds
-        Places of their segments; the last is what is held out.
+        Segment numbers of each fold; the last fold is held out.
     sampled
-        How many of the folds have random effects.
+        Number of folds with random effects.
     columns
-        Of friction.
+        Columns of friction.
     prediction
-        By the pilot, whose components are used; windows far from it are set aside.
+        Prediction by the pilot, whose components are used; windows far from it are rejected.
     progress
-        Is told the share that is done [1].
+        Callback `progress(fraction)`.
     """
     making, over = Lock(), Event()
     kept: dict[int, WeakEquations] = {}
@@ -155,7 +155,7 @@ def accumulate(
         try:
             found = [task.result() for task in tasks]
         finally:
-            over.set()  # nobody waits for what an error, or Ctrl-C, has made useless
+            over.set()  # after an error or Ctrl-C, the remaining results are useless
     return [own[0] for own in found if own], kept
 
 

@@ -1,1 +1,1 @@
-"""Which terms each joint's friction has."""
+"""Selection of each joint's friction terms."""

@@ -19,7 +19,7 @@ SHARED = ("viscous", "coulomb")
 
 Kept = frozenset[str]
 Objection = tuple[TermDecision, str]
-"""What a term is instead of kept, and why."""
+"""Status of a term that is not kept, and the reason."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,21 +33,20 @@ class Candidate:
 def select_stepwise(
     try_terms: Callable[[Kept], Candidate], refused: Mapping[str, str], usual: Kept = BASE
 ) -> dict[str, TermVerdict]:
-    """Return the verdict on each term of the ladder.
+    """Decide on each term of the ladder.
 
-    From the terms that are usual, one term more or less is tried at a time. Of all sets of terms that were tried
-    and are objected to nowhere, those stay whose held-out chi^2 no other lowers by more than the standard error of that
-    over the folds, and by more than `LEAST_GAIN`; of these the one that differs least from what is usual is chosen,
-    until its neighbours have all been tried.
+    The search starts from the usual terms and adds or removes one term at a time. A set is a candidate if no term of it
+    is refused and no other set lowers the held-out chi^2 by more than the standard error over the folds and by more
+    than `LEAST_GAIN`. The candidate nearest to the usual terms is chosen, until all its neighbors have been tried.
 
     Parameters
     ----------
     try_terms
         Fits a joint with some terms, by name, to the training folds, and scores it on the held-out one.
     refused
-        Terms that are out of the question, and why.
+        Excluded terms, with the reason.
     usual
-        Terms that a joint has unless the log speaks against them.
+        Terms that a joint has unless the log contradicts them.
     """
     tried: dict[Kept, Candidate] = {}
     kept = usual - set(refused)
@@ -91,7 +90,7 @@ def _simplest_unbeaten(tried: Mapping[Kept, Candidate], usual: Kept) -> Kept:
 def _verdict(
     term: Term, kept: Kept, tried: Mapping[Kept, Candidate], refused: Mapping[str, str], usual: Kept
 ) -> TermVerdict:
-    """Return whether a joint that was given these terms has this one, and what it would be with or without it."""
+    """Decide whether a joint with these terms has this one, and describe the alternative."""
     if term.name in refused:
         return TermVerdict(verdict="refused", reason=refused[term.name])
     if term.needs and term.needs not in kept:
@@ -120,9 +119,9 @@ def meaningless(term: Term) -> str:
 
 
 def _in_words(gain: float, error: float) -> str:
-    """Return a sentence on how a term changes the held-out chi^2."""
+    """Describe how a term changes the held-out chi^2."""
     if abs(gain) < 0.05:
-        return "held-out chi^2 stays as it is"
+        return "held-out chi^2 does not change"
     digits = 0 if abs(gain) >= 10 else 1
     return f"held-out chi^2 {'falls' if gain > 0 else 'rises'} by {abs(gain):.{digits}f} ± {error:.{digits}f}"
 
@@ -144,7 +143,7 @@ def _pays(gain: ArrayLike, error: ArrayLike) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True, kw_only=True)
 class JointTerms:
-    """Terms of one joint's law, and what they are proportional to.
+    """Terms of one joint's law, and the quantities that scale them.
 
     Attributes
     ----------
@@ -153,7 +152,7 @@ class JointTerms:
     mean_load, load_deviation
         Mean and standard deviation of the torque that the joint carries [N m].
     mean_direction
-        Means of cosine and sine of its position [1]; None of a prismatic joint.
+        Means of cosine and sine of the position [1]; None for a prismatic joint.
     per_turn
         Periods of its torque ripple per turn [1].
     travel
@@ -177,25 +176,23 @@ class JointTerms:
 
 
 def with_terms(joint: JointResult, terms: JointTerms) -> JointResult:
-    """Return a joint's result with its terms; where one is open, Coulomb and viscous friction are weak.
+    """Add the terms to a joint's result; if one is undecided, mark Coulomb and viscous friction as weak.
 
-    They are then friction at the speeds of this log, which another law would share out otherwise; its verdict is that
-    of the curve, which is the same. Nothing is said of friction in torques that the model does not explain.
+    The parameters then describe friction only at the speeds of this log, and another law would divide it differently.
+    The verdict stays the curve's, because the curve is the same. If the model does not explain the torques, nothing is
+    added.
     """
     parameters, found = joint.parameters, joint
     open_terms = [verdict.reason for verdict in terms.verdicts.values() if verdict.verdict == "open"]
     shared = {name: replace(parameters[name], verdict="weak") for name in SHARED if name in parameters and open_terms}
     if shared:
-        reason = f"{' and '.join(shared)} hold for these speeds alone: {open_terms[0]}"
+        reason = f"{' and '.join(shared)} hold only for these speeds: {open_terms[0]}"
         reason = joint.reason if joint.verdict == "weak" else f"{joint.reason}; {reason}"
         found = replace(joint, parameters=parameters | shared, reason=reason)
     if joint.verdict == "no friction" and (joint.residual_rms or 0.0) > 0.5 * terms.mean_load:
-        sizes = (
-            f"what is left of its torque, {joint.residual_rms:.2g} N m, and what it carries, {terms.mean_load:.2g} N m"
-        )
-        found = replace(
-            found, verdict="weak", reason=f"{sizes}, are as large: noise, a dead sensor, a sign or the model"
-        )
+        sizes = f"residual torque {joint.residual_rms:.2g} N m and mean load {terms.mean_load:.2g} N m"
+        cause = "check for noise, a dead sensor, a wrong sign or a wrong model"
+        found = replace(found, verdict="weak", reason=f"{sizes} are similar: {cause}")
     return replace(
         found,
         terms=terms.verdicts,

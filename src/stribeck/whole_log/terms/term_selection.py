@@ -20,10 +20,10 @@ from stribeck.whole_log.terms.selection import Candidate, Kept, Objection, selec
 from stribeck.whole_log.terms.trials import PARAMETERS, Trials, Tried, joint_folds
 
 Refused = Sequence[dict[str, str]]
-"""Of each joint, terms that are out of the question, and why."""
+"""Excluded terms of each joint, with the reason."""
 
 Verdicts = Sequence[dict[str, TermVerdict]]
-"""Of each joint, by term."""
+"""Verdicts of each joint, by term."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class Choice:
 
     @property
     def kept(self) -> list[Kept]:
-        """The terms that each joint has."""
+        """Terms of each joint."""
         return [frozenset(name for name, said in own.items() if said.kept) for own in self.verdicts]
 
     @property
@@ -103,7 +103,7 @@ def make_trials(whole: Statistics, folds: Sequence[Statistics], fit: Fit) -> Tri
 
 
 def overdispersion(whole: Statistics, fit: Fit) -> float:
-    """Return chi^2 per degree of freedom, one at least [1]."""
+    """Compute chi^2 per degree of freedom, at least one [1]."""
     return max(1.0, fit.chi_square / max(whole.count - fit.internal.size, 1))
 
 
@@ -139,9 +139,9 @@ def _objection(trials: Trials, joint: int, kept: Kept, tried: Tried) -> Objectio
 
 
 def _shared_by_most(verdicts: Verdicts, found: Fit) -> Kept:
-    """Return the terms that most joints with Coulomb friction have and whose parameters have a group prior.
+    """Find terms that most joints with Coulomb friction have and whose parameters have a group prior.
 
-    A joint that shows too little of such a term to decide is then taken to be like the others, as its parameters are.
+    A joint whose log cannot decide on such a term then follows the other joints, as its parameters do.
     """
     column = [parameter.name for parameter in found.laws.parameters].index("coulomb")
     has_friction = found.internal[:, column] ** 2 > LEAST_GAIN * found.variance[:, column]
@@ -179,7 +179,7 @@ def unproven(choice: Choice, found: Fit, covariance: Array, usual: Kept = BASE) 
 
 
 def _chosen(verdicts: Verdicts, trials: Trials, fit: Fit) -> Choice:
-    """Return the choice of these verdicts; fits start from each joint's own, and neutral values of what it lacks."""
+    """Apply these verdicts; fits start from each joint's values, and from neutral values of absent terms."""
     choice = Choice(verdicts, trials, fit)
     free = np.stack([trials.having(own) for own in choice.kept])
     laws = fit.laws.only(free)

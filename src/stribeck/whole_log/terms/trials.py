@@ -6,8 +6,8 @@ eliminated beforehand, by one Newton step from a fit of all joints; with i the j
     A_i = S_ii - S_io H_oo^-1 S_oi,    b_i = A_i theta_i - (g_i - S_io H_oo^-1 g_o)
 
 (Murphy and van der Vaart 2000). The law is then fitted to each set of training folds, once for each shape at
-standstill: a jump, a rise, a rise with a Stribeck effect. Terms are linear beside the law, so that one Newton step
-from there has the fit with some of them, and a quadratic its chi^2 on the held-out fold.
+standstill: a jump, a rise, a rise with a Stribeck effect. Terms are linear and add to the law. Therefore one Newton
+step yields the fit with some of them, and a quadratic its chi^2 on the held-out fold.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def joint_folds(whole: Statistics, folds: Sequence[Statistics], fit: Fit) -> Joi
 
 
 def _eliminated(whole: Statistics, fold: Statistics | None, fit: Fit) -> Iterable[tuple[Array, Array, Array, Array]]:
-    """Yield A, b of each joint with a fold held out, and those of this fold."""
+    """Yield A, b of each joint with a fold held out, and A, b of this fold."""
     laws, u, f = fit.laws, fit.corrections, whole.friction
     training = whole if fold is None else whole.without(fold)
     left = eliminate(training, fit.model, u)
@@ -132,7 +132,7 @@ class Tried:
 
 @dataclass(frozen=True, eq=False)
 class Trials:
-    """The joints' laws with all terms that are not out of the question, and what their folds say of these.
+    """Laws of the joints with all terms that are not excluded, and the folds' equations for them.
 
     `scale` is the overdispersion [1].
     """
@@ -143,11 +143,11 @@ class Trials:
 
     @cached_property
     def names(self) -> list[str]:
-        """Of a joint's parameters."""
+        """Names of a joint's parameters."""
         return [parameter.name for parameter in self.laws.parameters]
 
     def having(self, kept: Iterable[str]) -> NDArray[np.bool_]:
-        """Return which parameters a joint with these terms has, shape (w,)."""
+        """Mark the parameters of a joint with these terms, shape (w,)."""
         without = {name for own in PARAMETERS.values() for name in own} | NO_TERM
         if self.laws.law.name != AUTO:  # whose shape is no term
             without -= {parameter.name for parameter in self.laws.law.parameters}
@@ -210,7 +210,7 @@ class Trials:
 
 
 def _step(around: Around, joint: int, wanted: NDArray[np.bool_], low: Array, neutral: Array) -> Array:
-    """Return the Newton step of a joint in each fold, shape (F + 1, w), to the values of what it has and has not."""
+    """Compute a joint's Newton step in each fold, shape (F + 1, w), with absent terms at their neutral values."""
     x, curvature = around.internal[joint], around.curvature[joint]
     target = np.where(wanted, np.nan, neutral)
     while True:  # what would fall below its bound has it

@@ -71,7 +71,7 @@ class CovarianceBudget:
 
 
 def covariance_budget(fit: Fit, repeated_errors: Array, group_mean: Array) -> CovarianceBudget:
-    """Return the budget of a fit, whose covariance is that of the curvature."""
+    """Build the budget of a fit from its covariance, the inverse curvature."""
     layout = fit.layout
     model = through(fit, np.r_[layout.places("bodies", "wrenches"), layout.places("log_offsets")])
     return CovarianceBudget(

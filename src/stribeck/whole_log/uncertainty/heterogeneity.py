@@ -46,7 +46,7 @@ def heterogeneity(whole: Statistics, parts: Sequence[Statistics], fit: Fit) -> t
 
 @dataclass(frozen=True, eq=False)
 class _FoldSteps:
-    """Newton steps of each fold from the fit of all, shape (m, F); zero, as the covariance, for what a bound holds."""
+    """Newton steps of each fold from the common fit, shape (m, F); zero for coordinates at a bound."""
 
     free: NDArray[np.int64]
     covariance: Array
@@ -63,7 +63,7 @@ class _FoldSteps:
 
 
 def _fold_steps(whole: Statistics, parts: Sequence[Statistics], fit: Fit) -> _FoldSteps:
-    """Return the steps of the folds; parameters are those of `heterogeneity`."""
+    """Compute the steps of the folds; see `heterogeneity` for the parameters."""
     values, size, friction = fit.values, fit.layout.size, fit.internal.size
     slopes = fit.pulled(np.stack([part.information @ values - part.right for part in parts], axis=1))
     free = np.append(~fit.at_bound.ravel() & fit.laws.free.ravel(), np.ones(size - friction, dtype=bool))
@@ -76,9 +76,10 @@ def _fold_steps(whole: Statistics, parts: Sequence[Statistics], fit: Fit) -> _Fo
 
 
 def overdispersion_of(heterogeneity: float, parts: int) -> float:
-    """Return the overdispersion [1] of the model's coordinates, 1 + (D - 1)(1 + F) for F folds: equation (27).
+    """Compute the overdispersion [1] of the model's coordinates, 1 + (D - 1)(1 + F) for F folds: equation (27).
 
-    Errors that all folds share do not show in D. They are assumed to be as large as those that differ: over F folds of
-    equal size, the sum of these has the variance D - 1 in units of the errors, that of the shared ones F times as much.
+    Errors that all folds share do not show in D. They are assumed to be as large as the errors that differ between
+    folds. Over F folds of equal size, the sum of differing errors has the variance D - 1 in units of the errors, and
+    the sum of shared ones F times as much.
     """
     return 1 + (heterogeneity - 1) * (1 + parts)

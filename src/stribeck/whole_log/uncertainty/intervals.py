@@ -15,9 +15,9 @@ from stribeck.whole_log.estimate import WholeLogFit
 
 
 def joint_fits(fit: WholeLogFit, names: tuple[str, ...]) -> dict[str, JointFit]:
-    """Return the fits of all joints by name.
+    """Compute the fits of all joints by name.
 
-    The covariance is that of all coordinates together, so that the uncertainty of the model widens friction's
+    The covariance includes all coordinates, so that the uncertainty of the model widens friction's
     intervals, times overdispersion or heterogeneity. A gain that all torque sensors share scales all friction.
     """
     freedom = max(fit.segments - 1.0, 1.0)
@@ -31,15 +31,15 @@ class JointCoordinates:
     Attributes
     ----------
     places, unit
-        In the parameter vector, and what one of them is, shape (k,) each.
+        Indices in the parameter vector, and the unit of each coordinate, shape (k,) each.
     parameters, values
-        What they are of, and the values of these, shape (k,).
+        Names of the parameters, and their values, shape (k,).
     held
-        Which are at bound, shape (k,).
+        Mask of coordinates at a bound, shape (k,).
     heterogeneity
-        Over folds, of each [1], shape (k,).
+        Heterogeneity over folds of each coordinate [1], shape (k,).
     gain
-        Standard deviations that one gain common to all torques gives, shape (k,).
+        Standard deviations due to a gain common to all torques, shape (k,).
     """
 
     places: NDArray[np.int64]

@@ -1,4 +1,4 @@
-"""The errors of friction and bodies together: what a draw of a robot needs beside the errors of each number.
+"""Joint covariance of friction and bodies, from which robots are drawn.
 
 Bodies are in log-Cholesky coordinates y(x), so that every draw can exist; with C the covariance of the coordinates x of
 the fit (docs/estimator.md, "Intervals"), theirs is T C T^T, T = dy/dx at the solution.
@@ -13,7 +13,7 @@ from stribeck.whole_log.estimate import WholeLogFit
 from stribeck.whole_log.uncertainty.intervals import joint_coordinates
 
 LEAST_CORRELATION, DIGITS = 0.05, 3
-"""Correlation that is told at least [1], and its digits."""
+"""Smallest correlation in a result [1], and its number of digits."""
 
 
 def shape_errors(fit: WholeLogFit) -> Array:
@@ -57,7 +57,7 @@ def correlations(fit: WholeLogFit, names: tuple[str, ...]) -> list[tuple[str, st
 
 
 def told_correlations(covariance: Array, friction: list[str], bodies: list[str]) -> list[tuple[str, str, float]]:
-    """Return the correlations that a result tells, of errors in the order of labels of friction, then of bodies."""
+    """Select the correlations for a result; errors have the order of the labels of friction, then of bodies."""
     labels = friction + bodies
     errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     unit = np.divide(1.0, errors, out=np.zeros_like(errors), where=errors > 0)
@@ -72,7 +72,7 @@ def told_correlations(covariance: Array, friction: list[str], bodies: list[str])
 
 
 def _slopes(fit: WholeLogFit) -> Array:
-    """Return the derivatives of the bodies' log-Cholesky coordinates by those of the fit, shape (L, 10, 10)."""
+    """Compute the derivatives of the bodies' log-Cholesky coordinates by the fit's coordinates, shape (L, 10, 10)."""
     own = fit.bodies
     h = 1e-5  # in prior standard deviations
     steps = h * np.eye(SIZE)

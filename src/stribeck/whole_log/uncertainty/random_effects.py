@@ -1,11 +1,11 @@
 """Random effects of the gait phase: errors that recur at the same place of every step (docs/estimator.md, equation 28).
 
 Feet rock in the same way after every lift-off, and an inertia that is wrong is wrong in every step. Such errors do not
-average out over steps; taken for noise they would make intervals too narrow. So every joint may have a smooth torque in
-each gait phase, some cosines over its progress. The fit leaves them out; its covariance has their effect on it.
+average out over steps; treated as noise, they would make intervals too narrow. Therefore every joint may have a smooth
+torque in each gait phase, some cosines over its progress. The fit omits them; its covariance includes their effect.
 
-A rocking foot leaves hardly any residual, as centres of mass take it up. The standard deviation of the root's random
-effect is therefore assumed: `ROOT_EFFECT_FACTOR` times that from window to window.
+A rocking foot leaves hardly any residual, because corrections of centers of mass absorb it. The standard deviation of
+the root's random effect is therefore assumed: `ROOT_EFFECT_FACTOR` times that from window to window.
 """
 
 import numpy as np
@@ -17,11 +17,11 @@ from stribeck.whole_log.weak_equations import WeakEquations
 
 
 def random_effect_columns(equations: WeakEquations) -> Array:
-    """Return the equations' derivatives by the cosines of their own gait phase, shape (K m, COSINES (n + turns)).
+    """Compute the equations' derivatives by the cosines of their gait phase, shape (K m, COSINES (n + turns)).
 
-    Beside the n torques of the joints they are of the root's angular accelerations: three where it has any. Their
-    unit is noise with the autocorrelation (8): such noise, the same in every phase of a length T, is the sum of cosines
-    of the variances 2 reach / T, half of that of the constant, with the reach the integral of the autocorrelation.
+    The effects are n joint torques and, for a free root, three angular accelerations. Their unit is noise with the
+    autocorrelation (8). Such noise, the same in every phase of a length T, is a sum of cosines with variances 2 reach /
+    T (half as much for the constant), where the reach is the integral of the autocorrelation.
     """
     whole = np.isfinite(equations.since + equations.until)
     length = np.where(whole, equations.since + equations.until, 1.0)

@@ -14,25 +14,25 @@ from stribeck.whole_log.solver.statistics import Statistics
 
 
 def random_effect_covariance(sample: Statistics, count: int, fit: Fit, root_turns: Array) -> tuple[Array, Array]:
-    """Return the random effects' standard deviations, shape (n + 3,) or (n,), and what they add to a covariance.
+    """Estimate the random effects' standard deviations, shape (n + 3,) or (n,), and their share of the covariance.
 
-    With C the inverse curvature, Z the random effects' columns and Q their variances, a fit that leaves them out has
+    With C the inverse curvature, Z the random effects' columns and Q their variances, a fit without them has
 
         C + C (J^T X^T Sigma^-1 Z) Q (J^T X^T Sigma^-1 Z)^T C
 
-    of which the second term is returned: equation (29).
+    The second term is returned: equation (29).
 
     Parameters
     ----------
     sample
-        Of the log, with the columns Z; without any where there are no steps.
+        Sample of the log with the columns Z; no columns where there are no steps.
     count
         Number of equations of the whole log.
     fit
-        To the whole log, without random effects.
+        Fit to the whole log, without random effects.
     root_turns
-        Standard deviations of the root's angular acceleration [rad/s^2], shape (3,); (0,) for a fixed base. Those of
-        the joints' torques [N m] are estimated from the residuals.
+        Standard deviations of the root's angular acceleration [rad/s^2], shape (3,); (0,) for a fixed base. The joints'
+        torques [N m] are estimated from the residuals.
     """
     joints, friction = len(fit.internal), fit.internal.size
     functions = fit.laws.basis.functions.shape[1]
