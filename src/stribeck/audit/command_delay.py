@@ -54,7 +54,7 @@ def with_found_delays(
 ) -> tuple[list[PreparedLog], list[Finding]]:
     """Find the delay of the commands in each log, and compute the torques with it.
 
-    Delays that the robot file states are used as they are.
+    Delays from the robot file are used unchanged.
 
     Returns
     -------
@@ -102,8 +102,8 @@ def _text(value: float, error: float) -> str:
 def command_delays(prepared: PreparedLog, robot: Robot, settings: Settings) -> tuple[Array, Array]:
     """Estimate the delay of each joint's commands and its standard error [s], shape (n,) each.
 
-    Delays of joints that hardly differ are drawn towards their mean. A joint that does not move enough gets the mean.
-    Without any motion the delay is zero, with the standard error of a delay that is not known.
+    Similar delays of different joints are pulled towards their mean. A joint that does not move enough gets the mean.
+    Without any motion the delay is zero, with the standard error of an unknown delay.
     """
     size = len(robot.joint_names)
     pieces = _pieces(prepared, robot, settings)
@@ -188,7 +188,7 @@ def _fit(pieces: Pieces, robot: Robot, limits: Array) -> tuple[Array, Array]:
     Returns
     -------
     delay, error
-        [s], shape (n,) each, with standard errors that allow for errors that are shared within a piece.
+        Delays and standard errors [s], shape (n,) each; the standard errors allow for correlation within a piece.
     """
     size = len(robot.joint_names)
     assert robot.command_gains is not None

@@ -1,6 +1,6 @@
 """The method `whole-log`: friction of all joints, and corrections of the model, from the weak form of whole logs.
 
-Its mathematics stands in docs/estimator.md.
+docs/estimator.md explains the mathematics.
 """
 
 from collections import ChainMap
@@ -39,13 +39,13 @@ CRITERIA = Criteria(assumes_exact_law=False, shares_shapes=True)
 """Intervals know how little a Stribeck velocity that is not cleared lets them say; shapes have a group prior."""
 
 FAR = 10.0
-"""Corrections [1], in prior standard deviations, from which a warning is given: no model is as wrong as that."""
+"""Corrections [1], in prior standard deviations, from which a warning is given: no real model has such errors."""
 
 MOVED = 3.0
 """Correction of a body's mass or centre of mass [1], in prior standard deviations, from which a warning is given.
 
 In `studies.misfits` a payload that the log shows moves a body by 5 and more, and nothing else does by more than
-2.6: second moments are corrected by more, as friction that the law lacks is taken for them.
+2.6: second moments are corrected by more, because they absorb friction that the law does not describe.
 """
 
 
@@ -58,7 +58,7 @@ class WholeLog:
     fit, columns, couplings
         The fit, the columns of its joints, and the couplings behind them.
     robot
-        With the corrections that were found.
+        Robot with the estimated corrections.
     held_out
         Rows of each log that `fit.training` has not seen.
     """
@@ -71,11 +71,11 @@ class WholeLog:
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Names of the joints and couplings that the fit is of."""
+        """Names of the fitted joints and couplings."""
         return *(self.robot.joint_names[column] for column in self.columns), *self.couplings
 
     def corrected(self, log: RobotLog, number: int | None = None) -> RobotLog:
-        """Return a log, by its number if it was fitted, without the errors of its sensors that were found."""
+        """Remove the estimated sensor errors from a log; `number` is its index if it was fitted."""
         corrections, values = self.fit.fit.model.corrections, self.fit.corrections
         return corrected_log(log, number, self.robot, self.columns, corrections, values, self.fit.delay)
 
@@ -135,10 +135,11 @@ class WholeLog:
 
     @property
     def notes(self) -> list[str]:
-        """A sentence on the windows that are set aside, if there are any."""
+        """Notes on segments that were skipped and windows that were rejected."""
         share, read, whole = self.fit.set_aside, self.fit.segments, self.fit.of_segments
         found = [f"{read} of {whole} segments of the log are read, evenly spread."] if read < whole else []
-        aside = f"{100 * share:.2g} % of the log is set aside: torques far from all that the rest of it explains."
+        why = "its torques disagree with the model fitted to the rest"
+        aside = f"{100 * share:.2g} % of the log is rejected as outliers: {why}."
         return [*found, aside] if share else found
 
     @property
@@ -188,7 +189,7 @@ class WholeLog:
 
 
 def _how(body: BodyCorrection) -> str:
-    """Return how a body differs from the model, in words."""
+    """Describe how a body differs from the model."""
     before, after = body.mass
     away = 1e3 * float(np.linalg.norm(np.subtract(*body.centre_of_mass)))
     heavier = f"{abs(after - before):.2g} kg {'heavier' if after > before else 'lighter'}"
@@ -202,7 +203,7 @@ def identify_whole_log(
     settings: Settings,
     progress: Callable[[float], None] = lambda _: None,
 ) -> WholeLog:
-    """Fit a law to all joints that move enough, and the model's corrections with it.
+    """Fit a law to all joints that move enough, together with the model's corrections.
 
     Raises
     ------
@@ -214,7 +215,7 @@ def identify_whole_log(
     equations = equation_sequence(forms)
     if not equations:
         raise NothingIdentifiedError(
-            "no joint can be identified from this log: the robot always stands in a way that is not used with "
+            "no joint can be identified from this log: no contact mode of the robot can be used with "
             f"corrections = '{settings.corrections}' and double_support = '{settings.double_support}'; where "
             "several feet stand, soles take double_support = 'fit', and corrections may be 'none' or 'inertia'"
         )
@@ -235,7 +236,7 @@ def weak_forms(
     couplings: Sequence[str],
     settings: Settings,
 ) -> list[WeakForm]:
-    """Return the equations of motion of logs, with foot wrenches if every log has."""
+    """Build the equations of motion of logs, with foot wrenches if every log has them."""
     wrenches = all(part.log.foot_wrench is not None for part in prepared)  # corrections are the same for all logs
     return [
         weak_form(
@@ -261,7 +262,7 @@ def find(
     friction_torque: FrictionTorque,  # noqa: ARG001 - it uses the weak form
     progress: Progress,
 ) -> Fitted:
-    """Run `identify_whole_log`, and correct robot and logs by it.
+    """Run `identify_whole_log`, and correct the robot and logs.
 
     Standing legs are shown, as they are fitted, without the minimum-norm guess where they were fitted without it.
     """
@@ -286,7 +287,7 @@ def find(
 
 
 def _unseen(found: WholeLog, prepared: Sequence[PreparedLog], robot: Robot) -> Unseen | None:
-    """Return what the fit without the held-out segments says of them; the delay is that of the whole logs."""
+    """Evaluate the fit without the held-out segments on them, with the delay of the whole logs."""
     if not any(found.held_out):
         return None
     fit = replace(found.fit, fit=found.fit.trained)
@@ -297,9 +298,9 @@ def _unseen(found: WholeLog, prepared: Sequence[PreparedLog], robot: Robot) -> U
 
 
 def usual_corrections(robot: Robot) -> str:
-    """Return what is corrected by default: calibration too, where the robot stands on soles.
+    """Choose the default corrections: calibration is included if the robot stands on soles.
 
-    On a fixed base gains and friction trade places; loops of point feet cannot be used with encoder zeros.
+    On a fixed base, gains and friction are correlated; loops of point feet cannot be used with encoder zeros.
     """
     if robot.loops:  # encoder zeros of a chain that is closed are not independent
         return "inertia"
@@ -307,7 +308,7 @@ def usual_corrections(robot: Robot) -> str:
 
 
 def _without_spikes(prepared: PreparedLog) -> tuple[PreparedLog, str]:
-    """Return a log whose positions and torques have no spikes, and a note, empty if there were none."""
+    """Remove spikes from positions and torques of a log, and write a note, empty if there were none."""
     log, unbroken = prepared.log, prepared.sampling.segments
     position, of_position = without_spikes(log.position, unbroken, POSITION_FLOOR, smooth=True)
     torque, of_torque = without_spikes(log.torque, unbroken, TORQUE_FLOOR, smooth=False)
@@ -317,9 +318,7 @@ def _without_spikes(prepared: PreparedLog) -> tuple[PreparedLog, str]:
         of_torque += of_external
     if not of_position + of_torque:
         return prepared, ""
-    note = (
-        f"Spikes are replaced by what is between their neighbours: {of_position} of positions, {of_torque} of torques."
-    )
+    note = f"Spikes are replaced by interpolation: {of_position} in positions, {of_torque} in torques."
     return replace(prepared, log=replace(log, position=position, torque=torque, external_torque=external)), note
 
 

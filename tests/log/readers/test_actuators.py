@@ -154,17 +154,17 @@ def test_invalid_robot_files(case, tmp_path):
 def test_logs_without_the_command(log, tmp_path):
     arm = robot(tmp_path, GAINS)
     whole = commanded(log)
-    with pytest.raises(LogError, match="holds no desired positions; expected an array 'desired_position'"):
+    with pytest.raises(LogError, match="the log has none; expected an array 'desired_position'"):
         read_log(save_npz(log, tmp_path / "a.npz", **whole | {"desired_position": None}), arm)
     found = read_log(save_npz(log, tmp_path / "b.npz", **whole, velocity=None), arm)
     assert any("differentiated velocity" in note for note in found.notes)
-    with pytest.raises(LogError, match=r"or \[robot\] kp and kd, which make torques of its desired positions"):
+    with pytest.raises(LogError, match=r"or \[robot\] kp and kd to compute torques from its desired positions"):
         read_log(save_npz(log, tmp_path / "c.npz", **whole), robot(tmp_path, 'torque_source = "command"\n'))
 
 
 def test_units_that_do_not_fit_the_source(log, tmp_path):
     path = save_npz(log, tmp_path / "log.npz")
-    with pytest.raises(SettingsError, match=r"amperes are torques of torque_source = 'motor_current' alone"):
+    with pytest.raises(SettingsError, match=r"unit 'A' requires torque_source = 'motor_current'"):
         read_log(path, robot(tmp_path, '[log.torque]\nunit = "A"\n'))
     with pytest.raises(SettingsError, match=r"has a torque_constant, and \[log.torque\] unit is 'Nm'"):
         read_log(path, robot(tmp_path, 'torque_source = "motor_current"\n' + motors()))

@@ -123,7 +123,7 @@ def test_usual_names_are_read_and_noted(names, tmp_path):
 
 def test_of_two_usual_names_none_is_taken(tmp_path):
     path = write_arrays(tmp_path, t=LOG.time, q=LOG.position, tau=LOG.torque, effort=LOG.torque)
-    with pytest.raises(LogError, match=r"holds no joint torques.*\[log.torque\] name.*'tau', 'effort'"):
+    with pytest.raises(LogError, match=r"contains no joint torques.*\[log.torque\] name.*'tau', 'effort'"):
         read_log(path, StubRobot())
 
 

@@ -129,7 +129,7 @@ CUT = {name: values[:-1] for name, values in joints(LOG.torque).items()}
 WORDS = joints(LOG.torque) | {"hip": ["oops"] * 200}
 HOLE = joints(LOG.torque) | {"time": np.where(LOG.time == LOG.time[7], np.nan, LOG.time)}
 REFUSED = [
-    ("positions alone", {"position.csv": joints(LOG.position)}, {}, "holds no joint torques"),
+    ("positions alone", {"position.csv": joints(LOG.position)}, {}, "contains no joint torques"),
     ("a joint short", both(torque=dict(list(joints(LOG.torque).items())[:3])), {}, "no torque of joint 'wheel'"),
     ("words", both(torque=WORDS), {}, r"torque\.csv: cannot be read as CSV.*oops"),
     ("a stamp missing", both(torque=HOLE), {}, r"torque\.csv: row 8 has no time; expected one in every row"),

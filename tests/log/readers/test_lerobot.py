@@ -155,7 +155,7 @@ TWICE = features_of(observation__state=(np.zeros((1, 6)), ["hip.pos", "hip.pos",
 @pytest.mark.parametrize(
     ("maker", "words"),
     [
-        (of_positions_alone, ["holds no joint torques", "'observation.effort'", "if the arm's driver reports"]),
+        (of_positions_alone, ["contains no joint torques", "'observation.effort'", "if the arm's driver reports"]),
         (with_damaged_json, ["info.json: cannot be read as LeRobot's info.json"]),
         (rewritten(features=[]), ["info.json: contains no table 'features'", "expected a LeRobot dataset"]),
         (rewritten(features={"action": {}}), ["has features 'action'", "expected 'observation.state'"]),

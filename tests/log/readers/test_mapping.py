@@ -185,7 +185,7 @@ def test_optional_channels_that_do_not_cover_the_robot(tmp_path):
     assert np.isnan(log.temperature[:, 1]).all()
     np.testing.assert_array_equal(log.temperature[:, [0, 2]], LOG.temperature[:, [0, 2]])
     np.testing.assert_array_equal(log.external_torque, LOG.external_torque * [1, 0, 1])
-    assert "No external torque of 'knee': zero is taken." in log.notes
+    assert "No external torque of 'knee': zero is used." in log.notes
 
 
 def test_missing_flags_take_the_value_before(tmp_path):

@@ -204,7 +204,7 @@ def cut_within_a_variable(folder):
         (changed(nameless), ["joints_state.torques' has no names of joints", "expected 'elements_names'"]),
         (changed(twice), ["joints_state.positions' names joint 'hip' twice", "expected each once"]),
         (changed(timeless), ["joints_state.positions.timestamps' contains nan", "expected seconds"]),
-        (changed(without_torques), ["holds no joint torques", "[log.torque] name"]),
+        (changed(without_torques), ["contains no joint torques", "[log.torque] name"]),
         (
             lambda folder: version_7_3(folder, in_degrees(0.1 * LOG.position)),
             ["has the unit deg", "set the units of [log.position]"],

@@ -1,4 +1,4 @@
-"""Torques of joints from what a log holds in their place: torques before the gear, motor currents, commands."""
+"""Joint torques from torques before the gear, motor currents, or commands."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ if TYPE_CHECKING:
 
 
 def check_current(robot: Robot) -> None:
-    """Refuse amperes where they are no torque's source, and a torque constant where there are none.
+    """Refuse amperes unless the torque source is a current, and torque constants without amperes.
 
     Raises
     ------
     SettingsError
-        Naming the file, the key, and what would be valid.
+        If unit, torque source and torque constants contradict each other.
     """
     unit = robot.log_table.torque.unit
     if unit in CURRENT and robot.torque_source != "motor_current":
         raise SettingsError(
             f"{robot.path}: [log.torque] unit is '{unit}', and [robot] torque_source is '{robot.torque_source}'; "
-            "amperes are torques of torque_source = 'motor_current' alone"
+            "unit 'A' requires torque_source = 'motor_current'"
         )
     known = [name for name, motor in robot.motors.items() if motor.torque_constant is not None]
     if known and unit not in CURRENT:
@@ -37,12 +37,12 @@ def check_current(robot: Robot) -> None:
 
 
 def through_motors(torque: Array, robot: Robot) -> tuple[str, ...]:
-    """Bring torques before the gear or currents, shape (T, n), to the joints, in place.
+    """Convert torques before the gear or currents, shape (T, n), to joint torques in place.
 
     Returns
     -------
     in_amperes
-        Joints whose torque is still a current, as their torque constant is not known.
+        Joints whose torque is still a current, because their torque constant is unknown.
     """
     currents = robot.log_table.torque.unit in CURRENT
     unknown = []
@@ -65,7 +65,7 @@ def command_and_feedback(channels: dict[str, Array], time: Array, robot: Robot) 
     Returns
     -------
     command, feedback, note
-        [N m], and a sentence that says which channels they are made of.
+        Both torques [N m], and a sentence that lists their channels.
     """
     assert robot.command_gains is not None
     kp, kd = robot.command_gains
@@ -85,6 +85,6 @@ def command_and_feedback(channels: dict[str, Array], time: Array, robot: Robot) 
         command += channels["desired_torque"]
         terms.append("desired_torque")
     idle = [name in robot.position_controlled for name in robot.joint_names]
-    command[:, idle] = feedback[:, idle] = 0.0  # whatever their columns hold
+    command[:, idle] = feedback[:, idle] = 0.0  # their columns are ignored
     note = f"Torques are computed from the command, {' + '.join(terms)}".replace("+ - ", "- ")
     return command, feedback, f"{note}; measured torques in the log are ignored."

@@ -241,7 +241,7 @@ def _replace_command(
     """Replace the channels of the command by the torques of the drives, and return the effort limits [N m] as well.
 
     A command acts `[robot] command_delay` later than it is logged, or `[log.torque] delay` earlier. An effort
-    limit that more than a fifth of the samples exceed is not that of the drive, and is ignored.
+    limit that more than a fifth of the samples exceed is not the drive's, and is ignored.
     """
     command, feedback, note = command_and_feedback(channels, time, robot)
     delay = np.zeros(command.shape[1]) if robot.command_delay is None else robot.command_delay

@@ -1,4 +1,4 @@
-"""Which columns of a log belong to which joint and foot."""
+"""Selection of a log's columns by joint and foot."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ MOTION = ("position", "velocity", "acceleration")
 
 @dataclass(frozen=True)
 class Selection:
-    """Columns to load of each channel, what they are, and what was decided on the way.
+    """Columns to load of each channel, their names, and notes on the selection.
 
     Attributes
     ----------
     joint_names, foot_names
-        In the order of the columns.
+        Names in the order of the columns.
     columns
         {channel: column numbers in the file}; -1 where the file has no column for a joint.
     labels
@@ -52,7 +52,7 @@ class Selection:
 
 
 def select(source: Recording, table: LogTable, robot: Robot | None) -> Selection:
-    """Return which columns of a source to load: by name where it has names, else in the order that is agreed.
+    """Select the columns of a source to load: by name if it has names, else in the configured order.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def select(source: Recording, table: LogTable, robot: Robot | None) -> Selection
     """
     if "position" not in source.channels:
         raise LogError(
-            f"{source.path}: holds no joint positions; expected {_expected('position', source)}, or its name as "
+            f"{source.path}: contains no joint positions; expected {_expected('position', source)}, or its name as "
             f"[log.position] name (found {listed(_holdings(source))})"
         )
     notes: list[str] = []
@@ -85,7 +85,7 @@ def select(source: Recording, table: LogTable, robot: Robot | None) -> Selection
             columns[name] = chosen
     if commanded and "desired_position" not in columns:
         raise LogError(
-            f"{source.path}: [robot] kp and kd make torques of a command, and the log holds no desired positions; "
+            f"{source.path}: [robot] kp and kd require desired positions, and the log has none; "
             f"expected {_expected('desired_position', source)}, or its name as [log.desired_position] name (found "
             f"{listed(_holdings(source))})"
         )
@@ -97,12 +97,12 @@ def select(source: Recording, table: LogTable, robot: Robot | None) -> Selection
     feet, of_feet = foot_columns(labels, source, table, robot, notes)
     notes += [
         f"'{name}' is ignored: "
-        + ("the robot has no contacts." if name in FOOT_CHANNELS else "torques are the command's.")
+        + ("the robot has no contacts." if name in FOOT_CHANNELS else "torques are computed from the command.")
         for name in source.channels
         if name not in labels and name not in COMMAND
     ]
     if idle := [name for name in COMMAND if name in source.channels and not commanded]:
-        notes.append(f"{listed(idle)} is ignored: the robot file has no kp and kd to make torques of it.")
+        notes.append(f"{listed(idle)} is ignored: the robot file has no kp and kd to compute torques from it.")
     notes += _ignored(source, at, joints)
     return Selection(joints, feet, columns | of_feet, labels, tuple(notes))
 
@@ -110,7 +110,7 @@ def select(source: Recording, table: LogTable, robot: Robot | None) -> Selection
 def _labels(
     name: str, channel: Channel, source: Recording, table: LogTable, robot: Robot | None, notes: list[str]
 ) -> tuple[str, ...]:
-    """Return a name for every column of a channel: the log's own, the agreed order's, or the robot's."""
+    """Name every column of a channel by the log's labels, the configured order, or the robot's names."""
     if name == "time":
         return ("time",)
     feet = name in FOOT_CHANNELS
@@ -137,12 +137,12 @@ def _labels(
     else:
         raise LogError(
             f"{source.path}: '{name}' has {channel.columns} columns without names, the robot has {len(own) * width}; "
-            f"give their names as [log] {setting}, or as an array '{setting.replace('_order', '_names')}' in the log"
+            f"list their names in [log] {setting}, or as an array '{setting.replace('_order', '_names')}' in the log"
         )
     if len(names) != channel.columns:
         raise LogError(
             f"{source.path}: '{name}' has {channel.columns} columns, and there are {len(names)} names for them "
-            f"({listed(names)}); expected one name a column"
+            f"({listed(names)}); expected one name per column"
         )
     return names
 
@@ -150,12 +150,12 @@ def _labels(
 def _without_numbers(
     name: str, labels: tuple[str, ...] | None, known: set[str], source: Recording
 ) -> tuple[str, ...] | None:
-    """Return a channel's labels, or None where they are numbers that only count its columns.
+    """Return a channel's labels, or None if they only number its columns.
 
     Raises
     ------
     LogError
-        If they count and leave one out.
+        If they are numbers with gaps.
     """
     if not labels or known & set(labels) or not all(label.isdecimal() for label in labels):
         return labels
@@ -176,7 +176,7 @@ def _joint_columns(
     robot: Robot | None,
     notes: list[str],
 ) -> list[int] | None:
-    """Return a column a joint, or None where an optional channel does not cover the robot."""
+    """Find the column of each joint; None if an optional channel does not cover the robot."""
     missing = [joint for joint in joints if joint not in places]
     if robot is not None and channel in MOTION:  # the passive joints of loops follow the others
         missing = [joint for joint in missing if joint not in robot.passive]
@@ -185,15 +185,15 @@ def _joint_columns(
         missing_torque = [joint for joint in missing if joint not in robot.position_controlled]
         filled = [joint for joint in missing if joint in robot.position_controlled]
         if filled and not missing_torque and channel == "torque":
-            notes.append(f"No torque of the position-controlled joints {listed(filled)}: zero is put in its place.")
+            notes.append(f"No torque of the position-controlled joints {listed(filled)}: zero is used.")
         missing = missing_torque
     if missing and needed:
         raise LogError(_missing_joint(channel, missing, places, source, robot))
     if channel == "external_torque" and len(missing) < len(joints):
-        notes += [f"No external torque of {listed(missing)}: zero is taken."] * bool(missing)
+        notes += [f"No external torque of {listed(missing)}: zero is used."] * bool(missing)
         missing = []
     if missing and channel != "temperature":
-        notes.append(f"'{channel}' is left out: the log has none of {listed(missing)}.")
+        notes.append(f"'{channel}' is ignored: the log has no values of {listed(missing)}.")
         return None
     return [places.get(joint, -1) for joint in joints]
 
@@ -202,7 +202,7 @@ def _missing_joint(
     channel: str, missing: list[str], places: dict[str, int], source: Recording, robot: Robot | None
 ) -> str:
     close = difflib.get_close_matches(missing[0], list(places), n=3, cutoff=0.3)
-    found = f"the closest names there are {listed(close)}" if close else f"it holds {listed(list(places))}"
+    found = f"the closest names are {listed(close)}" if close else f"the log has {listed(list(places))}"
     where = robot.path if robot and robot.path else "the robot file"
     cure = f'in {where}, name it as [log] joint_names = {{ "<name in the log>" = "{missing[0]}" }}'
     if channel == "position":
@@ -213,13 +213,13 @@ def _missing_joint(
 
 
 def _no_torque(source: Recording, joints: Sequence[str], robot: Robot | None) -> dict[str, list[int]]:
-    """Return a torque channel of zeros where every joint is position-controlled; otherwise torque is needed."""
+    """Make a torque channel of zeros if every joint is position-controlled; refuse other logs without torque."""
     if robot is not None and set(joints) <= set(robot.position_controlled):
         return {"torque": [-1] * len(joints)}
-    command = ", or [robot] kp and kd, which make torques of its desired positions"
+    command = ", or [robot] kp and kd to compute torques from its desired positions"
     raise LogError(
-        f"{source.path}: holds no joint torques; expected {_expected('torque', source)}, or its name as [log.torque] "
-        f"name{command * ('desired_position' in source.channels)} (found {listed(_holdings(source))})"
+        f"{source.path}: contains no joint torques; expected {_expected('torque', source)}, or its name as "
+        f"[log.torque] name{command * ('desired_position' in source.channels)} (found {listed(_holdings(source))})"
     )
 
 
@@ -245,5 +245,5 @@ def _ignored(source: Recording, at: dict[str, dict[str, int]], joints: Sequence[
     strangers = list(dict.fromkeys(joint for places in at.values() for joint in places if joint not in joints))
     notes = [f"Joints {listed(strangers)} of the log are not joints of the robot and are ignored."] if strangers else []
     if source.others:
-        notes.append(f"Ignored, as nothing here reads it: {listed(source.others)}.")
+        notes.append(f"Ignored, because stribeck does not use it: {listed(source.others)}.")
     return notes
