@@ -10,10 +10,11 @@ from tests.arm import TRUTH, arm_log, save_npz, write_arm
 
 import stribeck.friction_torque.inverse_dynamics
 import stribeck.friction_torque.thinning
-from stribeck import Robot, Settings, identify
+from stribeck import Robot, RobotLog, Settings, identify, inspect_log, read_log
 from stribeck.errors import LogError, NothingIdentifiedError, SettingsError
 from stribeck.friction import get_law
-from stribeck.settings import FilterSettings
+from stribeck.replay.replay import replay
+from stribeck.settings import FilterSettings, LogTable
 
 
 @pytest.fixture(scope="module")
@@ -162,3 +163,45 @@ def test_a_joint_at_the_end_of_its_range_is_named(arm: Robot) -> None:
 
     assert "slide" in warning
     assert "shoulder" not in warning
+
+
+def turned(folder: Path) -> tuple[Robot, Path]:
+    """Write the arm with a robot file that turns the sign of torques, and a log whose torques it fits."""
+    path = write_arm(folder)
+    path.write_text(path.read_text() + "\n[log]\ntorque = { scale = -1.0 }\n")
+    log = arm_log(Robot.from_file(path), duration=12)
+    save_npz(replace(log, torque=-log.torque), folder / "log.npz")
+    return Robot.from_file(path), folder / "log.npz"
+
+
+def test_a_log_read_without_the_robot_is_refused_where_its_settings_matter(tmp_path: Path) -> None:
+    robot, path = turned(tmp_path)
+    assert all(joint.verdict == "identified" for joint in identify(path, robot).joints.values())
+    raw = read_log(path)
+    for run in (identify, inspect_log, lambda log, robot: replay(log, robot, robot.model_path)):
+        with pytest.raises(LogError, match=r"log.npz: was read without the robot.*pass the robot to read_log"):
+            run(raw.between(0.0, 10.0), robot)
+    plain = replace(robot, log_table=LogTable())
+    assert inspect_log(raw, plain).samples == len(raw.time)
+
+
+def test_logs_may_be_frames_and_anything_else_is_named(arm: Robot) -> None:
+    pandas = pytest.importorskip("pandas")
+    log = arm_log(arm, duration=12)
+    names = [f"{channel}.{joint}" for channel in ("position", "torque") for joint in log.joint_names]
+    frame = pandas.DataFrame(np.hstack([log.position, log.torque]), columns=names).assign(time=log.time)
+    one, listed = identify(frame, arm, method="curve-fit"), identify([frame], arm, method="curve-fit")
+    assert one.joints == listed.joints
+    assert inspect_log(frame, arm).samples == len(log.time)
+    for wrong in ({"a": 1}, [{"a": 1}], np.zeros(3), None):
+        with pytest.raises(LogError, match=r"log: is of type '\w+'; expected a RobotLog, a path, a frame"):
+            identify(wrong, arm)
+    with pytest.raises(LogError, match="the list of logs is empty"):
+        identify([], arm)
+
+
+def test_a_log_is_made_of_lists() -> None:
+    log = RobotLog(time=[0, 1], joint_names=["a"], position=[[0], [1]], torque=[[0.0], [1.0]])
+    assert (log.time.dtype, log.position.shape, log.joint_names) == (np.float64, (2, 1), ("a",))
+    with pytest.raises(LogError, match="channel 'torque' is not an array of numbers"):
+        RobotLog(time=[0, 1], joint_names=["a"], position=[[0], [1]], torque=["x", "y"])

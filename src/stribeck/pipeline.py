@@ -1,18 +1,19 @@
 """The spine: from logs to a result, one line per stage."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 from stribeck.audit import audit_or_stop, find_torques
 from stribeck.base.outputs import check_outputs, whole_or_not_at_all
 from stribeck.base.threads import one_blas_thread
 from stribeck.compose import compose
-from stribeck.errors import SettingsError, findings_kept
-from stribeck.friction_torque.preparation import Progress, prepare, quiet
+from stribeck.errors import LogError, SettingsError, findings_kept
+from stribeck.friction_torque.preparation import Progress, log_path, prepare, quiet
 from stribeck.friction_torque.stage import FrictionTorqueStage
-from stribeck.log import RobotLog
+from stribeck.log import LogLike
 from stribeck.log.overlap import refuse_overlap
 from stribeck.methods import get_method, held_out_log
 from stribeck.result import Result
@@ -21,14 +22,14 @@ from stribeck.settings import Settings
 
 
 def identify(
-    logs: RobotLog | str | Path | Sequence[RobotLog | str | Path],
+    logs: LogLike | Sequence[LogLike],
     robot: Robot | str | Path,
     settings: Settings | None = None,
     *,
     law: str | None = None,
     method: str | None = None,
     table: str | Path | None = None,
-    validate: Sequence[RobotLog | str | Path] = (),
+    validate: LogLike | Sequence[LogLike] = (),
     force: bool = False,
     progress: Progress = quiet,
 ) -> Result:
@@ -37,7 +38,7 @@ def identify(
     Parameters
     ----------
     logs
-        Logs or their paths. Large logs are kept on disk.
+        Logs, their paths, or frames (see `RobotLog.from_frame`). Large logs are kept on disk.
     robot
         Robot, or the path of its robot file.
     settings
@@ -47,7 +48,7 @@ def identify(
     table
         Path to write the friction torque of every sample to (friction_torque.parquet).
     validate
-        Logs or their paths for validation only. `Result.held_out` reports how well the result predicts their torques.
+        Logs for validation only. `Result.held_out` reports how well the result predicts their torques.
     force
         Continue even if the audit finds an error that invalidates all results.
     progress
@@ -76,17 +77,16 @@ def identify(
     settings = (settings or robot.settings).model_copy(update=asked)
     chosen, friction_law, settings = get_method(settings, robot)
     _refuse_unknown_joints(settings, robot)
-    sources = [logs] if isinstance(logs, RobotLog | str | Path) else list(logs)
+    sources, unseen_sources = _listed(logs), _listed(validate)
+    if not sources:
+        raise LogError("identify: the list of logs is empty; expected at least one log")
     if table:
-        files = [
-            log.path if isinstance(log, RobotLog) else log
-            for log in (*sources, *validate, robot.path, robot.model_path)
-        ]
+        files = [*map(log_path, [*sources, *unseen_sources]), robot.path, robot.model_path]
         check_outputs([Path(table)], [Path(file) for file in files if file], overwrite=True)  # a log in memory has none
     where = whole_or_not_at_all(table) if table else nullcontext(None)
     with one_blas_thread(), findings_kept(robot.warnings) as findings, where as place:
         every = []
-        for k, log in enumerate(read := [*sources, *validate]):
+        for k, log in enumerate(read := [*sources, *unseen_sources]):
             progress(f"reading log {k + 1} of {len(read)}", k / len(read))
             every.append(prepare(log, robot, settings))
             findings += every[-1].notes
@@ -115,6 +115,11 @@ def identify(
             findings=[*audited, *result.findings],
             warnings=[*(str(each) for each in audited), *result.warnings],
         )
+
+
+def _listed(logs: LogLike | Sequence[LogLike]) -> list[LogLike]:
+    """Make a list of one log or of several; `prepare` refuses what is not a log."""
+    return list(logs) if isinstance(logs, list | tuple | Iterator) else [cast(LogLike, logs)]
 
 
 def _refuse_unknown_joints(settings: Settings, robot: Robot) -> None:

@@ -14,9 +14,9 @@ from stribeck.base.typing import Array, TorqueSource
 from stribeck.differentiation import make_filter
 from stribeck.errors import errors_about, findings_kept
 from stribeck.friction_torque.inverse_dynamics import support_name
-from stribeck.friction_torque.preparation import PreparedLog, prepare
+from stribeck.friction_torque.preparation import PreparedLog, log_path, prepare
 from stribeck.friction_torque.stage import with_filter
-from stribeck.log import RobotLog
+from stribeck.log import LogLike
 from stribeck.robot import Robot
 from stribeck.settings import Settings
 
@@ -89,13 +89,13 @@ class Inspection:
         return json.dumps(asdict(self), indent=2, allow_nan=False) + "\n"
 
 
-def inspect_log(log: RobotLog | str | Path, robot: Robot | str | Path, settings: Settings | None = None) -> Inspection:
+def inspect_log(log: LogLike, robot: Robot | str | Path, settings: Settings | None = None) -> Inspection:
     """Inspect a log: channels, sampling, support phases, ranges, delays and signs of the torques.
 
     Parameters
     ----------
     log
-        Log of T samples, or its path.
+        Log of T samples, its path, or a frame (see `RobotLog.from_frame`).
     robot
         Robot, or the path of its robot file.
     settings
@@ -115,8 +115,7 @@ def inspect_log(log: RobotLog | str | Path, robot: Robot | str | Path, settings:
     (1000.0, 'agrees')
     """
     robot = robot if isinstance(robot, Robot) else Robot.from_file(robot)
-    where = log.path if isinstance(log, RobotLog) else str(log)
-    with one_blas_thread(), findings_kept(robot.warnings), errors_about(where):
+    with one_blas_thread(), findings_kept(robot.warnings), errors_about(log_path(log)):
         settings = settings or robot.settings
         (prepared,), found, _ = find_torques([prepare(log, robot, settings)], robot, settings)
         return _inspect(prepared, robot, settings, with_filter(prepared, robot, settings), found)

@@ -7,13 +7,13 @@ from pathlib import Path
 from stribeck.contact import SupportPhases, find_support_phases
 from stribeck.differentiation import make_filter
 from stribeck.dynamics.loops import closed_log
-from stribeck.errors import RobotFileError, errors_about, findings_kept
-from stribeck.log import RobotLog
+from stribeck.errors import LogError, RobotFileError, errors_about, findings_kept
+from stribeck.log import Frame, LogLike, RobotLog
 from stribeck.log.overlap import Prints, prints
 from stribeck.log.readers import read_log
 from stribeck.log.sampling import Sampling, regularise
 from stribeck.robot import Robot
-from stribeck.settings import Settings
+from stribeck.settings import LogTable, Settings
 
 Progress = Callable[[str, float], None]
 """Callback `progress(stage, fraction)` with fraction from 0 to 1."""
@@ -44,7 +44,7 @@ class PreparedLog:
     notes: tuple[str, ...] = ()
 
 
-def prepare(log: RobotLog | str | Path, robot: Robot, settings: Settings) -> PreparedLog:
+def prepare(log: LogLike, robot: Robot, settings: Settings) -> PreparedLog:
     """Read a log, resample it evenly and find its support phases.
 
     Raises
@@ -54,9 +54,8 @@ def prepare(log: RobotLog | str | Path, robot: Robot, settings: Settings) -> Pre
     LogError, SettingsError
         If the log cannot be used, or the filter of the settings does not suit it.
     """
-    with errors_about(log.path if isinstance(log, RobotLog) else str(log)), findings_kept() as notes:
-        if not isinstance(log, RobotLog):
-            log = read_log(log, robot)
+    with errors_about(log_path(log)), findings_kept() as notes:
+        log = _read(log, robot)
         notes += log.notes
         log, of_loops = closed_log(log, robot)
         notes += of_loops
@@ -74,6 +73,36 @@ def prepare(log: RobotLog | str | Path, robot: Robot, settings: Settings) -> Pre
     if robot.base == "floating" and log.base_orientation is None:
         notes.append("no base orientation: the standing foot is assumed to be level")
     return PreparedLog(log=log, sampling=sampling, support=support, prints=of_log, notes=tuple(notes))
+
+
+def log_path(log: LogLike) -> str:
+    """Find the path of a log; "" for a log in memory."""
+    return log.path if isinstance(log, RobotLog) else str(log) if isinstance(log, str | Path) else ""
+
+
+def _read(log: LogLike, robot: Robot) -> RobotLog:
+    """Read a path or a frame; refuse a log that was read without the robot if the robot would change it.
+
+    Raises
+    ------
+    LogError
+        If the log was read without the robot, or has another type.
+    """
+    if isinstance(log, str | Path):
+        return read_log(log, robot)
+    if isinstance(log, Frame):
+        return RobotLog.from_frame(log, robot)
+    if not isinstance(log, RobotLog):
+        raise LogError(
+            f"log: is of type '{type(log).__name__}'; expected a RobotLog, a path, a frame, or a list of them"
+        )
+    changes = robot.log_table != LogTable(max_gap=robot.log_table.max_gap) or robot.motors or robot.command_gains
+    if log.raw and (changes or log.joint_names != robot.joint_names or log.torque_source != robot.torque_source):
+        raise LogError(
+            f"{log.path or 'log'}: was read without the robot, so its settings for logs were not applied; "
+            "pass the robot to read_log or RobotLog.from_frame"
+        )
+    return log
 
 
 def log_names(prepared: Sequence[PreparedLog]) -> list[str]:

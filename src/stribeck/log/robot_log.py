@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from importlib import import_module
-from typing import TYPE_CHECKING, cast
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol, cast, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,14 @@ from stribeck.errors import LogError
 
 if TYPE_CHECKING:
     from stribeck.robot import Robot
+
+
+@runtime_checkable
+class Frame(Protocol):
+    """Table in memory: of pandas, polars or another library with the Arrow interface."""
+
+    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object:
+        """Export the table as an Arrow stream."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -62,11 +71,13 @@ class RobotLog:
         Changes that the reader made to the data, one sentence each.
     path
         Path of the file; empty for a log made in memory.
+    raw
+        Whether the log was read without a robot, and therefore without its `[log]` settings.
 
     Raises
     ------
     LogError
-        If the shapes do not agree.
+        If a channel is not an array of numbers, or the shapes do not agree.
 
     Examples
     --------
@@ -100,9 +111,12 @@ class RobotLog:
     in_amperes: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     path: str = ""
+    raw: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse channels whose shapes do not agree."""
+        """Convert lists to arrays, and refuse channels whose shapes do not agree."""
+        object.__setattr__(self, "joint_names", tuple(self.joint_names))
+        object.__setattr__(self, "foot_names", tuple(self.foot_names))
         samples, joints, feet = len(self.time), len(self.joint_names), len(self.foot_names)
         shapes = {
             "time": (samples,),
@@ -123,6 +137,12 @@ class RobotLog:
         }
         for name, shape in shapes.items():
             channel = getattr(self, name)
+            if channel is not None and not isinstance(channel, np.ndarray):
+                try:
+                    channel = np.asarray(channel, dtype=bool if name == "contact" else float)
+                except (TypeError, ValueError) as error:
+                    raise LogError(f"{self.path or 'log'}: channel '{name}' is not an array of numbers") from error
+                object.__setattr__(self, name, channel)
             if channel is not None and channel.shape != shape:
                 raise LogError(
                     f"{self.path or 'log'}: channel '{name}' has shape {channel.shape}, "
@@ -207,3 +227,7 @@ class RobotLog:
     def take(self, rows: slice | NDArray[np.int64] | NDArray[np.bool_]) -> RobotLog:
         """Select rows."""
         return replace(self, **{name: array[rows] for name, array in self.channels().items()})  # type: ignore[arg-type]
+
+
+LogLike = RobotLog | Frame | str | Path
+"""Log, frame, or path of a log."""

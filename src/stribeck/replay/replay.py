@@ -16,7 +16,7 @@ from stribeck.errors import RobotFileError, errors_about, findings_kept
 from stribeck.friction_torque.preparation import PreparedLog, Progress, prepare, quiet
 from stribeck.friction_torque.stage import thinned_samples, with_filter
 from stribeck.judgement.torque_error import TorqueError, torque_errors
-from stribeck.log import RobotLog
+from stribeck.log import LogLike
 from stribeck.replay.model_friction import JointFriction, ModelFriction, StatedFriction
 from stribeck.replay.other_model import other_model, with_joints
 from stribeck.replay.rollouts import HORIZONS, RolloutError, massless_joints, rollout_errors
@@ -104,7 +104,7 @@ class Replay:
 
 
 def replay(
-    log: RobotLog | str | Path,
+    log: LogLike,
     robot: Robot | str | Path,
     model: str | Path,
     settings: Settings | None = None,
@@ -117,7 +117,7 @@ def replay(
     Parameters
     ----------
     log
-        The log, or its path.
+        The log, its path, or a frame.
     robot
         The robot, or the path of its robot file.
     model

@@ -144,6 +144,7 @@ def _read(source: Recording, robot: Robot | None, table: LogTable, where: str, p
         in_amperes=in_amperes,
         notes=(*notes, *delay_notes, *contact_notes, *torque_notes),
         path=path,
+        raw=robot is None,
     )
 
 
