@@ -10,7 +10,7 @@ from tests.arm import TRUTH, arm_log, save_npz, write_arm
 
 import stribeck.friction_torque.inverse_dynamics
 import stribeck.friction_torque.thinning
-from stribeck import Robot, RobotLog, Settings, identify, inspect_log, read_log
+from stribeck import Robot, RobotLog, Settings, identify, inspect_log, plan, read_log, read_result, write_report
 from stribeck.errors import LogError, NothingIdentifiedError, SettingsError
 from stribeck.friction import get_law
 from stribeck.replay.replay import replay
@@ -205,3 +205,19 @@ def test_a_log_is_made_of_lists() -> None:
     assert (log.time.dtype, log.position.shape, log.joint_names) == (np.float64, (2, 1), ("a",))
     with pytest.raises(LogError, match="channel 'torque' is not an array of numbers"):
         RobotLog(time=[0, 1], joint_names=["a"], position=[[0], [1]], torque=["x", "y"])
+
+
+def test_results_and_paths_are_planned_for_and_reported_alike(arm: Robot, tmp_path: Path) -> None:
+    result = identify(
+        arm_log(arm, duration=12, still="elbow"), arm, method="curve-fit", table=tmp_path / "friction_torque.parquet"
+    )
+    result.save(tmp_path / "result.json")
+    ways = [plan(each, arm) for each in (result, tmp_path / "result.json", read_result(tmp_path / "result.json"))]
+    assert all([*way.joints] == ["elbow"] for way in ways)
+    write_report(tmp_path / "result.json", tmp_path / "report.html")
+    page = (tmp_path / "report.html").read_text()
+    assert "Residual of the law" in page
+    assert "Which friction is measured" not in page
+    (tmp_path / "friction_torque.parquet").unlink()
+    with pytest.raises(SettingsError, match=r"no samples to draw; expected friction_torque\.parquet"):
+        write_report(tmp_path / "result.json", tmp_path / "report.html")

@@ -205,3 +205,10 @@ def test_the_ends_of_ranges_work(assignment: str, arm: Robot) -> None:
 def test_rotor_inertia_of_a_joint_that_is_not_there(arm: Robot) -> None:
     with pytest.raises(SettingsError, match="'elbwo'; the torque-controlled joints are shoulder, elbow, slide"):
         identify(arm_log(arm, duration=1), arm, Settings(fit_armature=["elbwo"]))
+
+
+def test_wrong_settings_in_python_are_one_sentence_with_a_suggestion() -> None:
+    with pytest.raises(SettingsError, match=r"^Settings: unknown key 'lw'; did you mean 'law'\?$"):
+        Settings(lw="auto")
+    with pytest.raises(SettingsError, match="FilterSettings: key 'window' is 1; expected a number from 3"):
+        FilterSettings(window=1)

@@ -4,11 +4,12 @@ import tomllib
 from collections.abc import Iterator
 from difflib import get_close_matches
 from math import inf
-from typing import Annotated, Any, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from stribeck.base.typing import TorqueSource
+from stribeck.errors import SettingsError
 
 Positive = Annotated[float, Field(ge=1e-9, le=1e9, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
@@ -23,7 +24,25 @@ PerJoint = Finite | list[Finite] | dict[str, Finite]
 """One value for all joints, a list in the log's joint order, or a value by the log's joint name."""
 
 
-class Table(BaseModel):
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass
+else:
+    ModelMetaclass = type(BaseModel)
+
+
+class _Described(ModelMetaclass):
+    """Raises SettingsError if a table is made with wrong values in Python."""
+
+    if not TYPE_CHECKING:
+
+        def __call__(self, **values: object) -> object:
+            try:
+                return super().__call__(**values)
+            except ValidationError as error:
+                raise SettingsError(f"{self.__name__}: {describe(error, self)}") from error
+
+
+class Table(BaseModel, metaclass=_Described):
     """Table of a settings file. Unknown keys and wrong types are errors."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
@@ -183,8 +202,8 @@ class Settings(Table):
 
     Raises
     ------
-    ValidationError
-        pydantic's, if a name is unknown or a value is not valid.
+    SettingsError
+        If a name is unknown or a value is not valid.
 
     Examples
     --------

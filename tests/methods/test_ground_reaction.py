@@ -152,5 +152,5 @@ def test_a_fixed_base_is_refused_in_one_sentence(tmp_path: Path, capsys: pytest.
     robot = write_arm(tmp_path)
     log = save_npz(arm_log(Robot.from_file(robot), duration=8), tmp_path / "log.npz")
     said = refused(capsys, "identify", log, "-r", robot, "-o", tmp_path / "out", "--method", "ground-reaction")
-    assert "base is 'fixed'; expected a floating base, or --method whole-log or curve-fit" in said
+    assert "base is 'fixed'; expected a floating base, or method whole-log or curve-fit" in said
     assert not (tmp_path / "out").exists()

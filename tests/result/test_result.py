@@ -11,7 +11,7 @@ import pytest
 from tests.arm import TRUTH as STRIBECK
 from tests.result.made import estimate, joint, point, result
 
-from stribeck import NothingIdentifiedError, SettingsError, read_result
+from stribeck import NothingIdentifiedError, SettingsError, compare, read_result
 from stribeck.friction import get_law
 from stribeck.judgement.verdict import NOT_FITTED
 from stribeck.result import CurvePoint, Validation
@@ -197,3 +197,22 @@ def test_values_have_the_digits_that_their_errors_leave(value: float, error: flo
 def test_friction_that_may_be_none_is_said_as_a_bound() -> None:
     assert point_text(point(0.1, 0.2, 0.3)) == "< 0.5"
     assert point_text(point(0.1, 2.0, 0.3)) == "2.0 ± 0.3"
+
+
+def test_reprs_and_the_summary_are_short(tmp_path: Path) -> None:
+    found = result(hip=joint({}), knee=joint(STRIBECK, curve=curve(1.1)))
+    assert repr(found.joints["hip"]) == "JointResult(not excited)"
+    assert repr(joint({"offset": 0.5})) == "JointResult(identified; offset 0.5 ± 0.1)"
+    assert repr(compare(found, found)) == "Comparison('a.npz' and 'a.npz': 0 of 6 differences significant)"
+    head, hip, knee = found.summary().splitlines()
+    assert head == repr(found)
+    assert hip.split() == [
+        "hip",
+        "not",
+        "excited",
+        *["record", "faster", "and", "longer", "motion", "in", "both", "directions"],
+    ]
+    assert knee == "knee  0.60 ± 0.06 N m at 0.5 rad/s  identified   OK"
+    found.save(tmp_path / "result.json")
+    read = read_result(tmp_path / "result.json")
+    assert (read, read.path) == (found, str(tmp_path / "result.json"))

@@ -45,7 +45,7 @@ class JointInspection:
     sign: Literal["agrees", "opposite", "unclear"]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Inspection:
     """Result of `stribeck inspect`.
 
@@ -83,6 +83,10 @@ class Inspection:
     notes: list[str]
     audit: list[Finding] = field(default_factory=list)
     torque_source: TorqueSource = "link_side_sensor"
+
+    def __repr__(self) -> str:
+        size = f"{self.samples} samples in {self.duration:.4g} s, {len(self.joints)} joints"
+        return f"Inspection({self.robot!r}, {self.path or 'log'}: {size}, {len(self.findings)} findings)"
 
     def to_json(self) -> str:
         """Return the inspection as JSON text."""

@@ -40,18 +40,18 @@ def get_method(settings: Settings, robot: Robot) -> tuple[Method, FrictionLaw, S
         able = [other.name for other in METHODS.values() if name in other.laws]
         raise SettingsError(
             f"law '{name}' needs method '{' or '.join(able)}', found '{method.name}'; "
-            f"set --method {able[0]}, or name a law"
+            f"set method = '{able[0]}', or name a law"
         )
     if settings.standing_legs == "measured" and not method.wrenches:
         raise SettingsError(
             f"[identify] standing_legs is 'measured', and the method '{method.name}' does not use wrenches on feet; "
-            "expected true or false, or --method ground-reaction"
+            "expected true or false, or method 'ground-reaction'"
         )
     for key, value in flat(settings).items():
         if key not in method.uses and value != usual[key]:
             raise SettingsError(
                 f"[identify] {key} is {value!r}, which the method '{method.name}' does not use; "
-                f"leave it out, or --set {key}={json.dumps(usual[key])}"
+                f"leave it out, or set {key} = {json.dumps(usual[key])}"
             )
     return method, law, settings.model_copy(update=defaults)
 
@@ -61,8 +61,7 @@ def _refuse_loops(settings: Settings) -> None:
     if not METHODS[settings.method].loops:
         able = " or ".join(method.name for method in METHODS.values() if method.loops)
         raise SettingsError(
-            f"method '{settings.method}' takes a robot for a tree, and [[robot.loops]] close it; expected --method "
-            f"{able}"
+            f"method '{settings.method}' takes a robot for a tree, and [[robot.loops]] close it; expected method {able}"
         )
     refused = {"double_support": ("fit",), "standing_legs": ("measured",), "corrections": ("calibration",)}
     for key in (key for key, values in refused.items() if getattr(settings, key) in values):

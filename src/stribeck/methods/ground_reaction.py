@@ -40,7 +40,7 @@ def find(
     if robot.base == "fixed":
         raise SettingsError(
             "method 'ground-reaction' finds the friction of legs that stand, and [robot] base is 'fixed'; "
-            "expected a floating base, or --method whole-log or curve-fit"
+            "expected a floating base, or method whole-log or curve-fit"
         )
     for part in prepared:
         require_wrenches(part.log, robot)

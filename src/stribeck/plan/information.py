@@ -26,7 +26,7 @@ from stribeck.dynamics.state import State
 from stribeck.errors import SettingsError
 from stribeck.judgement.curve import curve_points
 from stribeck.plan.joint import PlannedJoint, PresentMotion, averaged
-from stribeck.result import CurvePoint
+from stribeck.result import CurvePoint, Result
 from stribeck.robot import Robot
 from stribeck.settings import Priors
 from stribeck.whole_log.equations.filters import WINDOW_LENGTH
@@ -141,6 +141,26 @@ def expected_curve(joint: PlannedJoint, covariance: Array, speed: float, duratio
 def quantile(duration: float) -> float:
     """Compute Student's 97.5 % quantile with the degrees of freedom of a log of a duration [s]."""
     return float(stdtrit(max(duration / LONGEST_SEGMENT - 1, 1.0), 0.975))
+
+
+def present_motions(result: Result, joints: Iterable[str]) -> dict[str, PresentMotion]:
+    """Find the motion of joints in a result's samples, or in the table beside its file."""
+    if result.evidence is None:
+        return read_present(Path(result.path).parent / "friction_torque.parquet", joints, result.log.rate)
+    samples = result.evidence.samples
+    period = samples.period * samples.stride
+    stride = max(1, int(WINDOW_LENGTH / 8 / period))  # averaged over a window
+    motions = {}
+    for name in joints:
+        rows = slice(None, None, stride), samples.joint_names.index(name)
+        velocity, torque = samples.velocity[rows], samples.friction_torque[rows]
+        motions[name] = PresentMotion(
+            velocity=np.nan_to_num(velocity),
+            friction_torque=np.nan_to_num(torque),
+            usable=samples.usable[rows] & np.isfinite(velocity) & np.isfinite(torque),
+            period=stride * period,
+        )
+    return motions
 
 
 def read_present(path: Path, joints: Iterable[str], rate: float) -> dict[str, PresentMotion]:

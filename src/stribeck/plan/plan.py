@@ -12,7 +12,7 @@ from stribeck.errors import SettingsError, did_you_mean
 from stribeck.friction_torque.preparation import Progress, quiet
 from stribeck.plan.advice import LONGEST, JointAdvice, advise
 from stribeck.plan.collision import load_self_collision
-from stribeck.plan.information import dynamics_of, noise_of, read_present
+from stribeck.plan.information import dynamics_of, noise_of, present_motions
 from stribeck.plan.joint import PlannedJoint, Reach, guess
 from stribeck.plan.series import PERIOD, Task
 from stribeck.plan.trajectory import Trajectory, design
@@ -57,7 +57,7 @@ class Plan:
 
 
 def plan(
-    result: str | Path,
+    result: Result | str | Path,
     robot: Robot | str | Path,
     *,
     joints: Sequence[str] | None = None,
@@ -70,7 +70,7 @@ def plan(
     Parameters
     ----------
     result
-        Path of a result.json; friction_torque.parquet must be in the same folder.
+        Result of `identify`, or the path of a result.json with its friction_torque.parquet in the same folder.
     robot
         The robot, or the path of its robot file.
     joints
@@ -102,14 +102,14 @@ def plan(
         raise SettingsError(f"plan: takes a robot for a tree, and [[robot.loops]] of {robot.path} close it")
     if duration is not None and not PERIOD <= duration <= LONGEST:
         raise SettingsError(f"plan: the duration is {duration:g} s; expected {PERIOD:g} to {LONGEST:g} s")
-    found = read_result(result)
+    found = result if isinstance(result, Result) else read_result(result)
     chosen = _chosen(found, robot, joints)
     dynamics = dynamics_of(robot, gravity(robot, held or "z"), robot.settings.priors)
     if not chosen:
         return Plan(robot=found.robot, joints={}, notes=[])
     posture = posture_of(robot, found)
     planned = {name: _planned(name, found.joints, robot, posture) for name in found.joints}
-    motions = read_present(Path(result).parent / "friction_torque.parquet", planned, found.log.rate)
+    motions = present_motions(found, planned)
     noise = noise_of(planned, motions)
     planned = {name: replace(planned[name], noise=noise[name]) for name in chosen}
     advice = {}

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from stribeck.errors import SettingsError
 from stribeck.friction import get_law
 from stribeck.report import details
 from stribeck.report.comparison import sides
@@ -14,19 +13,24 @@ from stribeck.report.joints import joint_panels
 from stribeck.report.overview import first_screen, heading
 from stribeck.report.page import Section, write_page
 from stribeck.report.reference import NO_REFERENCE, Reference
+from stribeck.report.saved import saved_evidence
 from stribeck.report.timeline import timeline
-from stribeck.result import Result
+from stribeck.result import Result, read_result
 
 
 def write_report(
-    result: Result, path: str | Path, *, reference: Reference = NO_REFERENCE, further: Sequence[Section] = ()
+    result: Result | str | Path,
+    path: str | Path,
+    *,
+    reference: Reference = NO_REFERENCE,
+    further: Sequence[Section] = (),
 ) -> None:
     """Write the report as one self-contained HTML file, identical for identical results.
 
     Parameters
     ----------
     result
-        Result with evidence, as returned by `identify`.
+        Result, or the path of a result.json with its friction_torque.parquet in the same folder.
     path
         File to write, completely or not at all.
     reference
@@ -37,17 +41,14 @@ def write_report(
     Raises
     ------
     SettingsError
-        If the result has no evidence (for example, read from a result.json), or its law is unknown.
+        If the result has neither samples nor a friction_torque.parquet beside its file, or its law is unknown.
 
     Examples
     --------
     >>> write_report(result, "report.html")
     """
-    evidence = result.evidence
-    if evidence is None:
-        raise SettingsError(
-            f"{path}: the result has no samples to draw (read from a result.json?); pass a result of `identify`"
-        )
+    result = result if isinstance(result, Result) else read_result(result)
+    evidence = result.evidence or saved_evidence(result)
     law = get_law(result.law)
     shown = replace(result, joints=result.all_friction, couplings={})
     close_up = evidence.close_up
@@ -60,7 +61,7 @@ def write_report(
             sides(result, evidence.prismatic),
             details.held_out(result),
             details.corrections(result),
-            details.torque_meaning(evidence.torque_source),
+            details.torque_meaning(evidence.torque_source) if evidence.torque_source else None,
             details.power(shown),
             timeline(evidence.phases, float(close_up.time[0]) if close_up and len(close_up.time) else None),
             details.provenance(result, evidence),

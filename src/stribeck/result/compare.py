@@ -43,7 +43,7 @@ class Difference:
     significant: bool = False
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Comparison:
     """All differences, the labels of a and b, and the joints that cannot be compared, with reasons.
 
@@ -57,6 +57,10 @@ class Comparison:
     robot: str = field(default="", compare=False)
     law: str = field(default="", compare=False)
     joints: Mapping[str, tuple[JointResult, JointResult]] = field(default_factory=dict, repr=False, compare=False)
+
+    def __repr__(self) -> str:
+        significant = sum(row.significant for row in self.rows)
+        return f"Comparison({self.a!r} and {self.b!r}: {significant} of {len(self.rows)} differences significant)"
 
     def to_json(self) -> str:
         """Return the comparison as the text of a JSON document."""

@@ -109,7 +109,7 @@ class TermVerdict:
         return self.verdict == "kept"
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class JointResult:
     """Identification result of one joint. `parameters` is empty if the joint moved too little.
 
@@ -228,6 +228,12 @@ class JointResult:
             own = own + found.get("presliding", 0.0) * lag.reshape(speeds.shape)
         return np.asarray(own + beyond_velocity(found, speeds, carried, temperature, *turned, angle))
 
+    def __repr__(self) -> str:
+        values = ", ".join(
+            f"{name} {own.value:.4g} ± {own.standard_error:.2g}" for name, own in self.parameters.items()
+        )
+        return f"{type(self).__name__}({self.verdict}{'; ' * bool(values)}{values})"
+
     def band(self, velocity: Array, *, offset: bool = True) -> tuple[Array, Array | None] | None:
         """Compute the friction torque of the fitted law at the mean load, and its 95 % band.
 
@@ -281,7 +287,7 @@ class JointResult:
         return float(np.median(ratios)) if ratios else 0.0
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class CouplingResult(JointResult):
     """Identification result of friction R that acts on a sum of joint speeds.
 

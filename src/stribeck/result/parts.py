@@ -90,7 +90,7 @@ class HeldOutLog:
     joints: dict[str, HeldOutError]
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Evidence:
     """Samples and texts that the report shows; not part of result.json.
 
@@ -111,7 +111,7 @@ class Evidence:
     correction
         Samples of free and swinging limbs before and after the correction of model and log.
     torque_source
-        Source of the robot's torques, which determines the friction that is included.
+        Source of the robot's torques, which determines the friction that is included; None if unknown.
     """
 
     samples: FrictionSamples
@@ -121,4 +121,7 @@ class Evidence:
     notes: list[str] = field(default_factory=list)
     prismatic: frozenset[str] = frozenset()
     correction: tuple[FrictionSamples, FrictionSamples] | None = None
-    torque_source: TorqueSource = "link_side_sensor"
+    torque_source: TorqueSource | None = "link_side_sensor"
+
+    def __repr__(self) -> str:
+        return f"Evidence({len(self.samples.time)} samples, {len(self.samples.joint_names)} joints)"

@@ -13,10 +13,11 @@ from typing_extensions import TypedDict
 
 from stribeck.base.files import read_text
 from stribeck.base.finding import Finding
+from stribeck.base.outputs import whole_or_not_at_all
 from stribeck.errors import SettingsError
 from stribeck.result.joint import CouplingResult, JointResult
 from stribeck.result.parts import Corrections, Evidence, HeldOutLog
-from stribeck.result.tables import html_table, parameter_rows, verdict_counts
+from stribeck.result.tables import html_table, parameter_rows, summary_text, verdict_counts
 from stribeck.settings import describe
 
 if TYPE_CHECKING:
@@ -53,7 +54,8 @@ class LogSummary:
 class Result:
     """Result of an identification; `result.json` contains all but `evidence`.
 
-    `findings` are structured (check, joints, text, remedy); `warnings` contain them as plain text.
+    `findings` are structured (check, joints, text, remedy); `warnings` contain them as plain text. `path` is the
+    result.json that the result was read from.
 
     Examples
     --------
@@ -77,6 +79,7 @@ class Result:
     held_out: list[HeldOutLog] = field(default_factory=list)
     schema: int = SCHEMA
     evidence: Evidence | None = field(default=None, repr=False, compare=False)
+    path: str = field(default="", repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Set the law of every joint, which its friction depends on."""
@@ -137,6 +140,15 @@ class Result:
 
         return friction_figure(self.all_friction)
 
+    def summary(self) -> str:
+        """Format one line per joint: friction at middle speed, verdict and next step."""
+        return summary_text(self)
+
+    def save(self, path: str | Path) -> None:
+        """Write result.json, completely or not at all; an existing file is replaced."""
+        with whole_or_not_at_all(path) as temporary:
+            temporary.write_text(self.to_json(), encoding="utf-8")
+
     def to_json(self) -> str:
         """Format the content of result.json."""
         plain = asdict(replace(self, evidence=None))
@@ -170,7 +182,7 @@ def read_result(path: str | Path) -> Result:
         found = document.get("schema") if isinstance(document, dict) else type(document).__name__
         raise SettingsError(f"{path}: key 'schema' is {found!r:.80}; this version reads schema {SCHEMA}")
     try:
-        return Result(**TypeAdapter(_Document).validate_json(text, strict=True))
+        return Result(**TypeAdapter(_Document).validate_json(text, strict=True), path=str(path))
     except ValidationError as error:
         raise SettingsError(f"{path}: {describe(error)}; expected a result.json") from error
 

@@ -34,6 +34,14 @@ def verdict_counts(result: Result) -> str:
     return f"{len(result.joints)} joint{'s' * (len(result.joints) != 1)}" + f": {said}" * bool(said)
 
 
+def summary_text(result: Result) -> str:
+    """Format one line per joint: friction at middle speed, verdict and next step."""
+    rows = [(name, friction_text(own), own.verdict, advice(own)) for name, own in result.all_friction.items()]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    return "\n".join([repr(result), *lines])
+
+
 def friction_text(joint: JointResult) -> str:
     """Format a joint's friction at middle speed with half of its 95 % interval, e.g. "14.1 ± 1.0 N m at 0.5 rad/s".
 
