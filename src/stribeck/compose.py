@@ -131,9 +131,14 @@ def _joints(
     for name, joint in joints.items():
         if joint.parameters:
             joints[name] = replace(joint, correlation=_correlation(fits[name], tuple(joint.parameters)))
+    explained = [  # residuals of the joints whose load the model explains
+        residual
+        for name, terms in fitted.terms.items()
+        if (residual := joints[name].residual_rms) and residual <= 0.5 * terms.mean_load
+    ]
     for name, terms in fitted.terms.items():
         if joints[name].parameters:
-            joints[name] = with_terms(joints[name], terms)
+            joints[name] = with_terms(joints[name], terms, min(explained, default=0.0))
     return joints
 
 

@@ -16,6 +16,7 @@ from stribeck.errors import SettingsError
 from stribeck.friction import LAWS, get_law
 from stribeck.report import write_report
 from stribeck.report.curves import common_scales, friction_curve
+from stribeck.report.details import power
 from stribeck.report.overview import heading
 from stribeck.result import Corrections, JointResult, Result, TorqueR2, Validation
 from stribeck.result.joint import verdict_place
@@ -239,6 +240,20 @@ def test_a_curve_is_the_law_without_its_offset_and_its_band_that_of_the_judged_s
     assert judged is not None  # a joint without a law is drawn through the speeds it was judged at
     assert judged.band is not None
     assert (judged.torque.tolist(), judged.band[1].tolist()) == ([1.0, 2.0, 3.0], [1.4, 2.4, 3.4])
+
+
+def test_power_of_joints_without_significant_friction_is_not_checked(result: Result) -> None:
+    name = "left_hip_yaw"
+    noisy = with_curve(result.joints[name], 0.01, 0.01, 0.01, verdict="weak")
+    section = power(replace(result, joints=result.joints | {name: noisy}))
+    assert section is not None
+    text = Page(str(section.body)).text
+    assert "1 joint without significant friction left out" in text
+    assert name not in text
+    adding = Finding(check="passivity", text="adds power", joints=(name,))
+    kept = power(replace(result, joints=result.joints | {name: noisy}, findings=[adding]))
+    assert kept is not None
+    assert name in Page(str(kept.body)).text
 
 
 def test_texts_are_escaped(result: Result, tmp_path: Path) -> None:

@@ -130,6 +130,20 @@ def test_a_term_that_pays_but_is_not_seen_whole_is_open_and_makes_what_it_would_
     assert with_terms(joint, carried(select_stepwise(world(), {}))).verdict == "identified"
 
 
+@pytest.mark.parametrize(("noise", "verdict"), [(0.0, "weak"), (0.9, "weak"), (1.1, "no friction")])
+def test_unexplained_torque_is_weak_unless_other_sensors_are_as_noisy(noise: float, verdict: str) -> None:
+    joint = JointResult(
+        parameters={},
+        verdict="no friction",
+        reason="no friction detected",
+        samples=1000,
+        velocity_range=(-1.0, 1.0),
+        reversals=10,
+        residual_rms=2.0,
+    )
+    assert with_terms(joint, carried(select_stepwise(world(), {})), noise).verdict == verdict
+
+
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=50)
 def test_no_set_of_terms_that_was_tried_is_clearly_better_than_the_chosen(seed: int) -> None:

@@ -40,7 +40,8 @@ def judge(
     - "not excited": the joint does not move enough; it has no parameters.
     - "weak": half of the 95 % interval of the friction curve is wider than `WIDEST` times the curve, the measured
       friction adds power, or the law explains held-out blocks no better than zero friction.
-    - "no friction": the curve is significant at no speed and small relative to the residual.
+    - "no friction": the curve is small relative to the residual, and is significant at no speed or explains held-out
+      blocks no better than zero friction.
     - "identified": otherwise.
 
     Each parameter has its own verdict, by the same width and the method's `criteria`. The interval of an offset is
@@ -129,12 +130,14 @@ def _verdict(
     """Decide the verdict on a joint that moves, and state the reason."""
     most = upper_bound(curve)
     significant = is_significant(curve)
-    if most <= ROUNDING or (not (wrong_sign or significant) and most <= NO_FRICTION * fit.rms):
+    useless = validation is not None and validation.rms >= validation.rms_zero_friction
+    unseen = not wrong_sign and most <= NO_FRICTION * fit.rms and (useless or not significant)
+    if most <= ROUNDING or unseen:
         return "no friction", f"no friction detected, below {most:.2g} {curve[0].unit}"
     if wrong_sign and not significant:
         return "weak", f"{wrong_sign}; check torque sign, delay and model"
     if (width := relative_width(curve)) > WIDEST:
         return "weak", why_weak(fit, curve, problem.velocity, prismatic)
-    if validation and validation.rms >= validation.rms_zero_friction:
+    if useless:
         return "weak", "the law explains held-out blocks no better than zero friction"
     return "identified", f"friction known to within {100 * width:.2g} %"

@@ -15,7 +15,7 @@ CLOSE_UP = 12.0
 Phases = list[tuple[float, float, str, bool]]
 
 
-def timeline(recorded: Phases, clear: float | None = None) -> Section | None:
+def timeline(recorded: Phases, clear: float | None = None, usage: str = "") -> Section | None:
     """Render the timeline, a close-up of a long log, and the time in each mode; None without time.
 
     Parameters
@@ -24,6 +24,8 @@ def timeline(recorded: Phases, clear: float | None = None) -> Section | None:
         Start [s], end [s], contact mode, whether it is used; in log order.
     clear
         Start of the close-up in the joints' panels [s]; this close-up includes it.
+    usage
+        Phrase on the samples whose friction torque is known.
     """
     phases = one_clock(recorded)
     start, end = (phases[0][0], max(phase[1] for phase in phases)) if phases else (0.0, 0.0)
@@ -44,7 +46,9 @@ def timeline(recorded: Phases, clear: float | None = None) -> Section | None:
         }
         for name in names
     ]
-    body = render("timeline.html.j2", figures=figures, rows=rows, several=phases != recorded)
+    body = render(
+        "timeline.html.j2", figures=figures, rows=rows, several=phases != recorded, usage=usage[:1].upper() + usage[1:]
+    )
     return Section(anchor="timeline", title="Contact modes over time", body=body, charts=charts)
 
 

@@ -63,7 +63,9 @@ def write_report(
             details.corrections(result),
             details.torque_meaning(evidence.torque_source) if evidence.torque_source else None,
             details.power(shown),
-            timeline(evidence.phases, float(close_up.time[0]) if close_up and len(close_up.time) else None),
+            timeline(
+                evidence.phases, float(close_up.time[0]) if close_up and len(close_up.time) else None, result.log.usage
+            ),
             details.provenance(result, evidence),
         ]
         write_page(

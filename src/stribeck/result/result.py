@@ -43,11 +43,11 @@ class LogSummary:
 
     @property
     def usage(self) -> str:
-        """Sentence on the number of samples that the fit may use."""
+        """Phrase on the number of samples whose friction torque is known; methods can use more of the log."""
         if not self.samples:
-            return f"{self.samples_used:,} samples used"
+            return f"friction torque known in {self.samples_used:,} samples"
         share = 100 * self.samples_used / self.samples
-        return f"{self.samples_used:,} of {self.samples:,} samples used ({share:.0f} %)"
+        return f"friction torque known in {self.samples_used:,} of {self.samples:,} samples ({share:.0f} %)"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -175,12 +175,13 @@ class JointTerms:
         return self.verdicts["presliding"].kept
 
 
-def with_terms(joint: JointResult, terms: JointTerms) -> JointResult:
+def with_terms(joint: JointResult, terms: JointTerms, noise: float = 0.0) -> JointResult:
     """Add the terms to a joint's result; if one is undecided, mark Coulomb and viscous friction as weak.
 
     The parameters then describe friction only at the speeds of this log, and another law would divide it differently.
-    The verdict stays the curve's, because the curve is the same. If the model does not explain the torques, nothing is
-    added.
+    The verdict stays the curve's, because the curve is the same. A joint whose torques the model does not explain is
+    weak instead of without friction, unless its residual is sensor noise: at most twice `noise`, the smallest residual
+    of the joints whose load the model explains [N m].
     """
     parameters, found = joint.parameters, joint
     open_terms = [verdict.reason for verdict in terms.verdicts.values() if verdict.verdict == "open"]
@@ -189,7 +190,7 @@ def with_terms(joint: JointResult, terms: JointTerms) -> JointResult:
         reason = f"{' and '.join(shared)} hold only for these speeds: {open_terms[0]}"
         reason = joint.reason if joint.verdict == "weak" else f"{joint.reason}; {reason}"
         found = replace(joint, parameters=parameters | shared, reason=reason)
-    if joint.verdict == "no friction" and (joint.residual_rms or 0.0) > 0.5 * terms.mean_load:
+    if joint.verdict == "no friction" and (joint.residual_rms or 0.0) > max(2 * noise, 0.5 * terms.mean_load):
         sizes = f"residual torque {joint.residual_rms:.2g} N m and mean load {terms.mean_load:.2g} N m"
         cause = "check for noise, a dead sensor, a wrong sign or a wrong model"
         found = replace(found, verdict="weak", reason=f"{sizes} are similar: {cause}")
