@@ -33,8 +33,8 @@ LONGEST, MOST, FEWEST = 1.0, 60, 6
 MOVING = 0.03
 """Share of a joint's top speed above which it moves [1]; a joint that sticks does not show the delay."""
 
-EARLIEST, LATEST = -0.02, 0.2
-"""Smallest and largest delay that can be found [s]."""
+EARLIEST, LATEST = 0.0, 0.2
+"""Smallest and largest delay that can be found [s]; no command acts before it is sent."""
 
 ERROR = 5e-4
 """Standard error of a delay that inexact models and friction laws cause [s]."""
@@ -52,7 +52,7 @@ ROUNDS = 40
 def with_found_delays(
     prepared: Sequence[PreparedLog], robot: Robot, settings: Settings
 ) -> tuple[list[PreparedLog], list[Finding]]:
-    """Find the delay of the commands in each log, and compute the torques with it.
+    """Find the delay of the commands, one per joint for all logs, and compute the torques with it.
 
     Delays from the robot file are used unchanged.
 
@@ -61,25 +61,33 @@ def with_found_delays(
     logs, findings
         Logs of measured torques are returned unchanged. `RobotLog.command_delays` has the delays.
     """
-    logs, delays = [], []
+    commanded = [part for part in prepared if part.log.command is not None]
+    if not commanded:
+        return list(prepared), []
+    delay, error = robot.command_delay, np.full(len(robot.joint_names), ERROR)
+    if delay is None:
+        each = np.array([command_delays(part, robot, settings) for part in commanded])
+        delay, error = _average(each[:, 0], each[:, 1])
+    logs = []
     for part in prepared:
-        if part.log.command is None:
-            logs.append(part)
-            continue
-        delay, error = robot.command_delay, np.full(len(robot.joint_names), ERROR)
         log = part.log
-        if delay is None:
-            delay, error = command_delays(part, robot, settings)
-            log = with_command_delay(log, delay)
-        log = replace(log, command_delays=tuple(zip(delay.tolist(), error.tolist(), strict=True)))
+        if log.command is not None:
+            log = with_command_delay(log, delay) if robot.command_delay is None else log
+            log = replace(log, command_delays=tuple(zip(delay.tolist(), error.tolist(), strict=True)))
         logs.append(replace(part, log=log))
-        delays.append(np.column_stack([delay, error])[robot.torque_controlled])
-    return logs, _report(robot, np.array(delays)) if delays else []
+    return logs, _report(robot, delay[robot.torque_controlled], error[robot.torque_controlled])
 
 
-def _report(robot: Robot, delays: Array) -> list[Finding]:
-    """Report delays and their standard errors [s], shape (logs, n, 2), that were found, and unknown drive damping."""
-    value, error = delays[..., 0].mean(axis=0), delays[..., 1].max(axis=0)
+def _average(delays: Array, errors: Array) -> tuple[Array, Array]:
+    """Average the delays of several logs, shape (logs, n), with a standard error that covers their scatter [s]."""
+    weights = errors**-2.0
+    delay = np.average(delays, axis=0, weights=weights)
+    scatter = np.average((delays - delay) ** 2, axis=0, weights=weights) / max(1, len(delays) - 1)
+    return delay, np.sqrt(np.maximum(1 / weights.sum(axis=0), scatter))
+
+
+def _report(robot: Robot, value: Array, error: Array) -> list[Finding]:
+    """Report the delay that was found and its standard error [s], shape (n,), and unknown drive damping."""
     own, found = robot.torque_controlled, []
     assert robot.command_gains is not None
     if not robot.command_gains[1][own].any():
