@@ -82,7 +82,7 @@ def make_demo(folder: Path, progress: Callable[[float], None] = lambda _: None, 
     progress
         Callback `progress(fraction)`.
     scenario
-        Scenario; that of the packaged humanoid in the contact simulator if None.
+        Scenario; the packaged humanoid in the contact simulator if None.
     """
     for source, name in ((scenario, "scenario.toml"), (ROBOT_FILE, "robot.toml"), (MODEL_FILE, MODEL_FILE.name)):
         shutil.copyfile(source, folder / name)

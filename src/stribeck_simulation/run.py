@@ -41,7 +41,7 @@ POSTURES: dict[str, Named] = {
 
 @dataclass(frozen=True, eq=False)
 class Simulated:
-    """What a scenario gives: the robot, its log as sensors give it, and what the log does not say."""
+    """Result of a scenario: the robot, its log from the sensors, and the ground truth."""
 
     robot: Robot
     log: RobotLog
@@ -138,7 +138,7 @@ def law_of(table: FrictionTable) -> FrictionLaw:
     law = get_law(table.law)
     if isinstance(law, LawWithState):
         raise SettingsError(
-            f"[friction] law is '{table.law}', whose state has a table of its own, [friction.{table.law}]; "
+            f"[friction] law is '{table.law}', whose state needs the table [friction.{table.law}]; "
             "expected a law of velocity"
         )
     return law

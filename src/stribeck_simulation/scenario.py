@@ -14,7 +14,7 @@ from stribeck_simulation.prescribed.gait import Gait
 Named = dict[str, Finite]
 Share = Annotated[float, Field(ge=0, lt=1)]
 LONGEST = 1000.0
-"""Of a simulation [s]; a log of it fits memory."""
+"""Longest simulation [s]; its log fits into memory."""
 PhysicsStep = Annotated[float, Field(ge=1e-5, le=1e-3)]  # [s]; coarser ones are longer than a period of the log
 
 

@@ -40,7 +40,7 @@ class Instant(NamedTuple):
 class FrictionEffect(Protocol):
     """Friction torque between sensor and link at some joints.
 
-    To add one, write a class with these members in a file of its own. One object serves one run: it may keep a state.
+    To add one, write a class with these members in a new file. One object serves one run and may keep a state.
     """
 
     columns: NDArray[np.int64]

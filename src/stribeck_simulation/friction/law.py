@@ -112,17 +112,16 @@ class Load:
 
         R = eta |tau| tanh(s v)
 
-    Teeth rub the more the harder they are pressed together: a gear loses a share eta of what it carries, whichever way
-    it turns (Hamon, Gautier and Garrec 2010, "Dynamic identification of robots with a dry friction model depending on
-    load and velocity", IROS). The step takes the secant: D = eta |tau| tanh(s v) / v and c = 0, so that no energy is
-    added.
+    Teeth rub the more the harder they are pressed together: a gear loses a share eta of its load in either direction
+    (Hamon, Gautier and Garrec 2010, "Dynamic identification of robots with a dry friction model depending on load and
+    velocity", IROS). The step takes the secant: D = eta |tau| tanh(s v) / v and c = 0, so that no energy is added.
 
     Parameters
     ----------
     joint_names
         The robot's.
     parameters
-        By joint and name, see `PARAMETERS`; joints that are left out have none of it.
+        Parameters by joint and name, see `PARAMETERS`; other joints have no such friction.
 
     Raises
     ------

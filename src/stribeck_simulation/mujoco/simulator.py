@@ -1,11 +1,11 @@
 """The contact simulator: MuJoCo steps a robot on the ground, with friction taken implicitly at every step.
 
-Friction is that of the velocity in the middle of a physics step, `R = D (v + v_next) / 2 + c`: half of D goes to
-MuJoCo's implicit integrator as a damper, the rest is an applied torque; see `stribeck_simulation.friction`. The
-secant D is that of the velocity foreseen for there. `D v_next` with the secant of v would not be R(v) but larger by a
+Friction follows the velocity in the middle of a physics step, `R = D (v + v_next) / 2 + c`: half of D goes to
+MuJoCo's implicit integrator as a damper, the rest is an applied torque; see `stribeck_simulation.friction`. The secant
+D is taken at the predicted velocity of the middle. `D v_next` with the secant of v would not be R(v) but larger by a
 share of `a dt / v` while a joint speeds up, and smaller while it slows down: seen from outside, a wrong law. Coriolis
-and centrifugal torques are those of the velocity in the middle as well: as MuJoCo takes them, of the step's beginning,
-they would lag, which looks like viscous friction.
+and centrifugal torques use the middle velocity as well: MuJoCo computes them at the start of the step, and this lag
+looks like viscous friction.
 """
 
 from typing import NamedTuple

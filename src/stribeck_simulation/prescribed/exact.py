@@ -71,17 +71,17 @@ def exact_log(
     law
         Friction law.
     parameters
-        Of the law, by joint and name; joints that are left out have no friction.
+        Parameters of the law, by joint and name; other joints have no friction.
     duration, rate
-        [s], [Hz].
+        Duration [s] and sampling rate [Hz].
     seed
-        Of the random motion.
+        Seed of the random motion.
     gait
-        Of a floating robot; ignored for a fixed one. The feet swing and come back to where they stood.
+        Gait of a floating robot; ignored for a fixed one. The feet swing and return to the same place.
     posture
         Joint positions [rad or m] to move about; joints left out keep near zero, off their limits.
     pace
-        How many times as fast the robot moves along the same path [1]; 1 of a trot, which would tip over else.
+        How many times as fast the robot moves along the same path [1]; 1 for a trot, which would tip over otherwise.
 
     Raises
     ------

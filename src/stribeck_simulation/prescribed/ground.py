@@ -13,7 +13,7 @@ from stribeck_simulation.prescribed.limb import BodyMotion, Leg, end_motion
 
 
 def inverse_dynamics(robot: Robot, joints: Array, base: BodyMotion | None) -> tuple[Array, Array]:
-    """Compute the torques that a motion needs, by one recursion from the root link with gravity in the world.
+    """Compute the torques of a motion by one recursion from the root link with gravity in the world frame.
 
     Returns
     -------

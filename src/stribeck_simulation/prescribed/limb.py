@@ -1,7 +1,6 @@
 """Kinematics of one limb on a moving base, in the world: motion of its end, and joint motion that keeps its end still.
 
-It is written apart from `stribeck.robot.kinematics`, so that the truth of a simulated log does not rest on what is
-tested with it.
+It is independent of `stribeck.robot.kinematics`, so that simulated ground truth does not depend on the tested code.
 """
 
 from dataclasses import dataclass

@@ -41,7 +41,7 @@ class Motion:
     Attributes
     ----------
     free
-        Motion of all joints of their own; legs add their share of it to the planted motion while they swing.
+        Free motion of all joints; swinging legs add it to the planted motion.
     posture
         Shape (n,).
     sway
@@ -120,7 +120,7 @@ def default_posture(robot: Robot, posture: Mapping[str, float]) -> Array:
     Raises
     ------
     SettingsError
-        If the posture names a joint that the robot does not have, or is beyond a limit.
+        If the posture has an unknown joint, or is beyond a limit.
     """
     low, high = robot.position_limits
     # share of its range that a joint keeps off its limits where no posture is given: knees are bent then
@@ -144,7 +144,7 @@ def stand(robot: Robot, posture: Array) -> tuple[Array, float, list[Leg]]:
     Parameters
     ----------
     robot
-        With contacts, each at the end of a limb of its own with as many joints as the contact has constraints.
+        Robot with contacts, each at the end of a separate limb with as many joints as the contact has constraints.
     posture
         Joint positions about which to look, shape (n,).
 

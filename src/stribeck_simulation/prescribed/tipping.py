@@ -1,6 +1,6 @@
-"""Keeps the dynamics of a trot possible: on two point feet, no ground reaction turns the robot about their line.
+"""Keep the dynamics of a trot possible: on two point feet, no ground reaction turns the robot about their line.
 
-How far the base stands beside the line is then no longer free: it follows the equation of an inverted pendulum, "the
+The distance of the base from the line is then no longer free: it follows the equation of an inverted pendulum, "the
 moment about the line is zero". Each swing is solved as a boundary value problem, by collocation at Chebyshev points;
 while all feet stand, the base comes back smoothly.
 """
@@ -23,7 +23,8 @@ from stribeck_simulation.prescribed.trajectory import Sines
 NODES = 48
 """Collocation points of each swing."""
 STEP = 1e-4
-"""Of the difference quotients [m], and in m/s and m/s^2: the moment is smooth, and Newton forgives their error."""
+"""Step of the difference quotients [m], [m/s], [m/s^2]; coarse, because the moment is smooth and Newton tolerates
+errors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +83,7 @@ def keep_from_tipping(motion: Motion, sway: Sines) -> Shift:
             moved[order] += STEP
             slopes.append((_moment(motion, sway, lines, time, moved) - moment)[:, :, None] / STEP)
         system = slopes[0] * np.eye(NODES) + slopes[1] * D + slopes[2] * DD
-        for end in (0, -1):  # beside the line by nothing when the swing begins and ends
+        for end in (0, -1):  # on the line when the swing starts and ends
             system[:, end] = np.eye(NODES)[end]
             moment[:, end] = 0.0
         change = -np.linalg.solve(system, moment[:, :, None])[:, :, 0]

@@ -5,8 +5,8 @@
 
 Each sample of the log is one step: position, velocity, acceleration, torque, friction torque and ground reaction
 satisfy the equation of motion together, to rounding. Positions move by the new velocity, so that their second
-difference at sample k is the acceleration of sample k; by the old one, as the paper has it, it is that of sample k - 1,
-and what is found from positions alone is off by 0.1 N m instead of 0.01.
+difference at sample k is the acceleration of sample k; with the old velocity, as in the paper, it is the acceleration
+of sample k - 1, and friction found from only positions is off by 0.1 N m instead of 0.01.
 """
 
 from collections.abc import Callable, Sequence
@@ -26,7 +26,8 @@ from stribeck_simulation.prescribed.exact import Truth
 from stribeck_simulation.rigid.rigid_feet import RigidFeet
 
 ITERATIONS = 4
-"""Of the secant of friction, five times better each; four leave 0.002 N m of 1 N m at the worst samples."""
+"""Iterations of the friction's secant, each five times better; after four, the error is 0.002 of 1 N m at the worst
+samples."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ def simulate_constrained(
     supports
         Which feet stand when; a foot that touches down is glued to the ground.
     friction
-        In the joints; serves this run alone.
+        Friction of the joints; used for one run.
     configuration
         To start from at rest, with the first standing feet flat on the ground.
     duration, rate
@@ -94,7 +95,7 @@ def simulate_constrained(
     Raises
     ------
     SettingsError
-        If the schedule names a foot that the robot does not have, or its times do not rise from zero.
+        If the schedule has an unknown foot, or its times do not increase from zero.
     StribeckError
         If the simulation diverges; the message says when.
     """
@@ -136,9 +137,9 @@ class _Body:
 def _accelerate(body: _Body, time: float, q: Array, v: Array, torque: Array) -> tuple[Array, Array]:
     """Compute acceleration, shape (nv,), and friction torque in the robot's order, shape (n,).
 
-    Friction is that of the velocity in the middle of the step, u = v + dt a / 2, which is what positions show at this
-    sample. With R = D u + c the equation of motion is (M + dt D / 2) a + h = tau - D v - c + J^T W; the secant D is
-    found by iteration.
+    Friction follows the velocity in the middle of the step, u = v + dt a / 2, which the positions show at this sample.
+    With R = D u + c the equation of motion is (M + dt D / 2) a + h = tau - D v - c + J^T W; the secant D is found by
+    iteration.
     """
     columns, root, model = body.robot.tree.columns, body.robot.tree.root_size, body.model
     position, velocity, sensed = (_in_robot_order(x, columns) for x in (q[len(q) - len(columns) :], v[root:], torque))
@@ -241,7 +242,7 @@ def _ground(robot: Robot, supports: Sequence[Support], configuration: Array) -> 
 
 
 def _require_supports(robot: Robot, supports: Sequence[Support]) -> None:
-    """Refuse feet that the robot does not have, and times that do not rise from zero."""
+    """Refuse unknown feet, and times that do not increase from zero."""
     for support in supports:
         for foot in support.feet:
             if foot not in robot.contacts:

@@ -8,7 +8,7 @@ from stribeck.base.typing import Array
 from stribeck.robot import Robot
 
 STIFFNESS, DAMPING = 900.0, 60.0
-"""Of Baumgarte's correction while a foot settles [1/s^2], [1/s]: critically damped at 30 rad/s."""
+"""Gains of Baumgarte's correction while a foot settles [1/s^2], [1/s]: critically damped at 30 rad/s."""
 
 
 class RigidFeet:
@@ -16,8 +16,8 @@ class RigidFeet:
 
     A foot that touches down may be tilted, above the ground, and moving. It is stopped at once, by the impulse that
     leaves the least kinetic energy lost, and then turned level and set down by Baumgarte's correction. From then on it
-    is held: its acceleration is exactly zero, and what integration adds to its velocity is projected out after
-    every step.
+    is held: its acceleration is exactly zero, and its velocity from integration errors is projected out after every
+    step.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Where a foot can press on the ground: a rectangle in the contact's frame."""
+"""Rectangular contact area of a foot, in the contact's frame."""
 
 from dataclasses import dataclass
 

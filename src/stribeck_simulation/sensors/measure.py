@@ -21,7 +21,7 @@ Reading = Callable[[Samples, Array], Array]
 
 
 class Sensors:
-    """The sensors of one run. Each method takes exact values of sample(s) k and returns what the sensors give.
+    """The sensors of one run. Each method takes exact values of sample(s) k and returns sensor readings.
 
     All errors are drawn in advance, so a controller that asks sample by sample and a log that is made afterwards see
     the same ones.

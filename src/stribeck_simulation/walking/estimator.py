@@ -24,11 +24,11 @@ class AttitudeGains:
 
 
 class AttitudeFilter:
-    """Integrates the gyroscope, held fast to the standing feet and loosely to the attitude that the IMU gives.
+    """Integrates the gyroscope, corrected strongly by the standing feet and weakly by the IMU's attitude.
 
     The attitude of an IMU is good to a degree or two in motion and wanders within seconds; the chain of encoders down
-    to a foot on flat ground is ten times better, and tells of heading how far the base has turned over the foot. The
-    IMU alone knows which way the first foot has stood.
+    to a foot on flat ground is ten times better, and measures how far the base has turned relative to the foot. Only
+    the IMU measures the heading of the first foot.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class AttitudeFilter:
         Parameters
         ----------
         orientation
-            Quaternion xyzw that the IMU gives.
+            Quaternion xyzw from the IMU.
         soles
             Rotations from each sole to the world under the present estimate, shape (feet, 3, 3).
         load
@@ -149,7 +149,7 @@ class StateEstimator:
         self._turning[3:7] = pin.Quaternion(self._attitude.turn(measured.angular_velocity)).coeffs()
         self._turning[7:], self._rates[3:6], self._rates[6:] = joints, measured.angular_velocity, rates
         soles, arms, swings = self._feet()
-        # a foot is not trusted to stand below, and fully above, these shares of the weight
+        # shares of the weight below which a foot does not count as standing, and above which it counts fully
         low, high = (share * self.dynamics.weight for share in (0.05, 0.35))
         load = [min(max((force - low) / (high - low), 0.0), 1.0) for force in measured.foot_force.tolist()]
         rotation = self._attitude.correct(measured.orientation, soles, load)

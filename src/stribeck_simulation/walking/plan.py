@@ -47,7 +47,7 @@ def min_jerk(s: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
 def plan_dcm(stretches: Sequence[Stretch], pulsation: float, period: float) -> tuple[Array, Array]:
     """Compute ZMP and DCM, shape (T, 2) each [m], at every period, by backward recursion over the stretches.
 
-    The polynomial ZMP p of a stretch has the particular solution `sum p^(k) / w^k`; what is missing to the DCM at its
+    The polynomial ZMP p of a stretch has the particular solution `sum p^(k) / w^k`; the difference to the DCM at its
     end decays backwards as exp(w (t - t_end)). The DCM ends at rest over the last ZMP.
     """
     ends = np.cumsum([stretch.duration for stretch in stretches])
@@ -81,7 +81,7 @@ def _particular(stretch: Stretch, local: Array, pulsation: float) -> Array:
 
 
 BOTH = -1
-"""In `swing`: no foot swings."""
+"""Value in `swing` if no foot swings."""
 
 
 @dataclass(frozen=True, eq=False)

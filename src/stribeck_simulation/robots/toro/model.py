@@ -13,7 +13,7 @@ from stribeck_simulation.robots.toro.table import FOOT_SIZE, PELVIS, SIDES, SOLE
 MODEL_FILE = MODELS / "toro.xml"
 ROBOT_FILE = MODELS / "toro.toml"
 FOOT_THICKNESS = 0.03
-"""Of the sole's box [m]."""
+"""Size of the sole's box [m]."""
 
 
 def toro_mjcf() -> str:

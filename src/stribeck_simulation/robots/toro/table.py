@@ -1,11 +1,11 @@
 """The TORO-like humanoid as a table: 27 joints, 79.2 kg, 1.74 m.
 
-Joints, their order, limits of torque, speed and range, total mass and height are those of Table 4.1, Fig. 4.1 and
-section 4.1 of Egle 2021. TORO-like: DLR's own dimensions and inertias are not public. Those here are chosen: lengths by
-human proportions (hip at 0.90 m, thigh and shank 0.40 m, shoulder at 1.40 m), masses by drive size (about 2.5 kg for
-a unit of the hip, 1 to 2 kg for one of the arm), each link a few solids of even density, so that its inertia follows
-from mass and size. The drive of the ankle's pitch sits at the knee, as on TORO. Rotor inertia is left out: a torque
-sensor behind the gear does not feel the rotor.
+Joints, their order, limits of torque, speed and range, total mass and height follow Table 4.1, Fig. 4.1 and section 4.1
+of Egle 2021. TORO-like: DLR's own dimensions and inertias are not public. Those here are chosen: lengths by human
+proportions (hip at 0.90 m, thigh and shank 0.40 m, shoulder at 1.40 m), masses by drive size (about 2.5 kg for a unit
+of the hip, 1 to 2 kg for one of the arm), each link a few solids of even density, so that its inertia follows from mass
+and size. The drive of the ankle's pitch sits at the knee, as on TORO. Rotor inertia is omitted, because a torque sensor
+behind the gear does not measure it.
 
 The right side is the mirror image of the left one. Every joint frame has the root's axes in the zero position: x
 forward, y left, z up; the root is the pelvis, its origin midway between the hips.
@@ -79,7 +79,7 @@ class Link:
     drive
         Limits of torque and speed.
     solids
-        What the link is made of.
+        Solids that make up the link.
     """
 
     name: str
@@ -155,7 +155,7 @@ def on_side(link: Link, side: str) -> Link:
 
 
 def toro_links() -> list[Link]:
-    """Compute the 27 links beside the pelvis, each after its parent; legs first, right leg before left as in print."""
+    """Build the 27 links after the pelvis, each after its parent; legs first, the right leg before the left."""
     legs = [on_side(link, side) for side in ("right", "left") for link in LEG]
     arms = [on_side(link, side) for side in ("right", "left") for link in ARM]
     return [*legs, WAIST, *arms, *NECK]

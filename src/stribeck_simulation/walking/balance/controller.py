@@ -131,7 +131,7 @@ class WalkingController:
         return desired_velocity(*self._last)
 
     def _solve(self, terms: Terms, stand: list[int], tasks: list[Task], wishes: Wishes) -> Array:
-        """Compute torques within the limits; where there are none, those without limits, for the joints to cut.
+        """Compute torques within the limits; if none exist, torques without limits, which the joints then clip.
 
         Most joints are far from their limits, which only cost time then: at first those are watched that were near
         them in the period before. If the others keep theirs too, the solution is that of the whole program.

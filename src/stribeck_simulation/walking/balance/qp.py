@@ -1,6 +1,6 @@
-"""The quadratic program of whole-body balance, built apart from being solved.
+"""Assembly of the quadratic program of whole-body balance, without its solution.
 
-With the accelerations a and one wrench w a standing foot, in the sole's frame:
+With the accelerations a and one wrench w per standing foot, in the sole's frame:
 
     min   sum_k weight_k |J_k a + drift_k - wanted_k|^2  +  posture, wrench shares
     with  M_b a + h_b = sum J_b^T w                      (base rows of the equation of motion)
@@ -8,9 +8,9 @@ With the accelerations a and one wrench w a standing foot, in the sole's frame:
           G w <= 0                                        (wrench cones)
           |M_j a + h_j - sum J_j^T w| <= limit            (joint rows)
 
-The first standing foot gives the base's acceleration from those of the joints, and the base rows give its wrench: what
-is left is small, and on one foot without equalities: the robot rooted at that foot. Unknown are the accelerations of
-the joints and the wrench of the second standing foot.
+The first standing foot yields the base's acceleration from the joints' accelerations, and the base rows yield that
+foot's wrench. The remaining program is small: its unknowns are the joints' accelerations and the wrench of the second
+standing foot. On one foot it has no equalities, as if the robot were rooted there.
 """
 
 from collections.abc import Sequence

@@ -1,9 +1,9 @@
 """Step adjustment: after a push that would tip the robot over its standing foot, the other foot steps farther.
 
-While a foot swings, an error e of the DCM grows as exp(w t), less what the pressure under the standing foot takes away,
-which can go as far as d from the middle of the sole: at touchdown, time t ahead, `e exp(w t) - d (exp(w t) - 1)` is
-left. What the next sole cannot bear is met by a step that is longer, and all that follows is shifted with it. The DCM
-that leads there is found backwards in time, as the plan's is.
+While a foot swings, an error e of the DCM grows as exp(w t). The pressure under the standing foot reduces it by moving
+up to d from the middle of the sole: at touchdown, time t ahead, `e exp(w t) - d (exp(w t) - 1)` is left. If the next
+sole cannot compensate the rest, the step becomes longer, and all later steps shift with it. The DCM that leads there is
+found backwards in time, as the plan's is.
 """
 
 from dataclasses import dataclass

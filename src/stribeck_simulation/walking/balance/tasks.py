@@ -1,7 +1,7 @@
 """Tasks of the center of mass, the base and the swing foot, as accelerations and velocities.
 
 Where an acceleration makes up for an error e with `k e - 2 sqrt(k) e'`, the velocity that goes with it is `sqrt(k) e`
-beyond the planned one: that of an error which fades critically damped, without a rest of its own motion.
+beyond the planned one: an error with this velocity decays with critical damping and without residual motion.
 """
 
 from collections.abc import Sequence
@@ -35,7 +35,7 @@ def desired_velocity(standing: Sequence[FootState], tasks: Sequence[Task]) -> Ar
     jacobian = np.concatenate([*(task.jacobian for task in tasks), *(foot.jacobian for foot in others)])
     wanted = np.concatenate([*(task.velocity for task in tasks), np.zeros(BASE * len(others))])
     reduced = jacobian[:, BASE:] - jacobian[:, :BASE] @ root.to_base @ root.jacobian[:, BASE:]
-    # weight of joints at rest [m^2] beside the tasks: with it arms rest, and a stretched knee stays slow
+    # weight of joints at rest [m^2] relative to the tasks: it keeps arms at rest and a stretched knee slow
     return np.linalg.solve(reduced.T @ reduced + 1e-3**2 * np.eye(reduced.shape[1]), reduced.T @ wanted)
 
 
@@ -48,11 +48,11 @@ class Gains:
     base: float = 400.0
     foot: float = 1600.0
     foot_tilt: float = 10000.0
-    foot_time: float = 0.1  # [s], in which the swing foot makes up for what friction keeps it from
+    foot_time: float = 0.1  # time constant of the swing foot's integral, which compensates for friction [s]
     foot_tilt_time: float = 0.05  # of its tilt, too
     posture: float = 100.0
     held: float = 400.0  # stiffness of position-controlled joints
-    com_weight: float = 1000.0  # with that of the foot, joint friction makes sideways walking fall
+    com_weight: float = 1000.0  # with the foot's value, joint friction makes sideways walking fall
     foot_weight: float = 10.0
     base_weight: float = 30.0
     posture_weight: float = 1e-2
@@ -119,15 +119,15 @@ def swing_error(foot: FootState, swing: Swing) -> Array:
 def swing_task(foot: FootState, swing: Swing, error: Array, missed: Array, gains: Gains) -> Task:
     """Move the swing foot to where it should be, level and heading where it goes; in the sole's coordinates.
 
-    The sole's spatial acceleration, which its Jacobian gives, is the acceleration of its centre less w x v.
+    The sole's spatial acceleration (from its Jacobian) is the acceleration of its center minus w x v.
 
     Parameters
     ----------
     foot, swing
         Present and desired pose of the sole.
     error, missed
-        From `swing_error`, and its integral since the foot left the ground, shape (6,): light feet need it, as
-        friction in the ankle is large beside the torque that moves them.
+        From `swing_error`, and its integral since the foot left the ground, shape (6,): light feet need it, because
+        friction in the ankle is large relative to the torque that moves them.
     gains
         Feedback.
     """
