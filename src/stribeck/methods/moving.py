@@ -61,8 +61,8 @@ def _some_speeds(prepared: Sequence[PreparedLog], robot: Robot) -> tuple[Array, 
         cut += [(part, step, segment) for segment in segments]
     if not cut:
         raise NothingIdentifiedError(
-            "no joint can be identified from this log: no support phase is longer than what is left out around contact "
-            "changes"
+            "no joint can be identified from this log: every support phase is shorter than the time excluded "
+            "around contact changes"
         )
     many = sum((segment.last - segment.first) // step for _, step, segment in cut)
     speeds: list[Array] = []

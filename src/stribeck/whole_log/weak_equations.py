@@ -112,7 +112,7 @@ class WeakEquations:
         Weights of the window, shape (L,), and rows from one window to the next: window k weighs rows
         `k step ... k step + L - 1` of `velocity`.
     projection
-        P_k^T, shape (K, m, n); None where every joint has an equation of its own, and nothing else acts on it.
+        P_k^T, shape (K, m, n); None where every joint has a separate equation, and nothing else acts on it.
     standing
         Which of the joints lie between the base and a standing foot, shape (n,).
     encoder_response

@@ -47,8 +47,8 @@ def find(
     rows = maker.rows(prepared, training, numbers.tolist())
     if len({number for own in rows for number in own.clusters[0].tolist()}) < 2:  # a covariance needs two
         raise NothingIdentifiedError(
-            "no joint can be identified from this log: no support phase that is used is longer than what is trimmed "
-            "off and filtered away; where several feet stand, soles take double_support = 'fit'"
+            "no joint can be identified from this log: every usable support phase is shorter than the margins "
+            "that are trimmed and filtered; where several feet stand, soles take double_support = 'fit'"
         )
     columns = _columns(maker, names, rows, top_speed)
     progress("fitting", 0.0)
