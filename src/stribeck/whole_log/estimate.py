@@ -201,9 +201,9 @@ def fit_whole_log(
 
     size = max(PILOT_SEGMENTS, 240 // len(speed))  # few joints need more segments, and take less time
 
-    def start(robust: bool) -> tuple[Laws, Terms, Pilot]:
+    def start(robust: bool, delay: float = 0.0) -> tuple[Laws, Terms, Pilot]:
         resting = rest * law.jumps
-        pilot = fit_pilot(segments, size, equations.corrections, basis, speed, resting, priors, robust)
+        pilot = fit_pilot(segments, size, equations.corrections, basis, speed, resting, priors, robust, delay)
         return _with_terms(pilot, law, basis, speed, priors)
 
     laws, terms, pilot = start(robust=True)
@@ -221,6 +221,9 @@ def fit_whole_log(
         own = fit.layout.places("delays")[:1]
         error = np.sqrt(fit.covariance[own, own].sum() * overdispersion(known, fit)) * priors.torque_delay
         tried.append((pilot.delay, _delay(fit)))
+        if not pilot.delay and len(tried) == 1 and abs(_delay(fit)) > 3 * priors.torque_delay:  # less may be presliding
+            laws, terms, pilot = start(robust, _delay(fit))
+            continue
         if not pilot.delay or len(tried) > ROUNDS or abs(_delay(fit)) < max(LINEAR, 3 * error):
             break
         pilot = pilot.later(secant_step(tried))

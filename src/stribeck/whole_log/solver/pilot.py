@@ -119,6 +119,7 @@ def fit_pilot(
     rest: Array,
     priors: Priors,
     robust: bool = True,
+    delay: float = 0.0,
 ) -> Pilot:
     """Return the pilot; torques are shifted until so little of their delay is left that they are linear in it.
 
@@ -138,6 +139,8 @@ def fit_pilot(
         Of model and sensors.
     robust
         Whether segments and windows that the model of most others does not explain are set aside from the start.
+    delay
+        Delay of the torques from which the search starts [s].
     """
     columns = Columns(basis, Lags(top_speed))
 
@@ -153,7 +156,7 @@ def fit_pilot(
         prediction, _ = predict(groups, components, model, precision)
         return Pilot(groups, model, components, prediction, delay, torque, precision)
 
-    delay, rounds = 0.0, ROUNDS
+    rounds = ROUNDS
     tried: list[tuple[float, float]] = []
     for _ in range(MOST_ROUNDS if corrections.delays else 0):  # on few windows, to save time
         late, error = fit(segments(delay, size), OPERATIONS / 4, rounds, True).late
