@@ -20,7 +20,7 @@ MOST_DRAWN = 30_000
 """Largest number of samples per figure; more are not visible."""
 
 NOISY = 3.0
-"""Median residual of a contact mode relative to the fit's [1] above which its samples are not drawn.
+"""Median residual of a contact mode [1] above which its samples are not drawn, relative to fit and quietest mode.
 
 Such samples, for example of a standing leg, hardly contribute to the fit.
 """
@@ -67,13 +67,14 @@ def joint_samples(samples: FrictionSamples, name: str, joint: JointResult | None
 
 
 def _noisy_modes(samples: FrictionSamples, rows: NDArray[np.int64], column: int, joint: JointResult) -> list[int]:
-    """Find the contact modes with large residuals of a fitted joint, as indices; none if all modes are alike."""
+    """Find the contact modes with large residuals of a fitted joint, as indices; never the quietest one."""
     if not joint.residual_rms or (joint.verdict != "no friction" and joint.band(np.zeros(1)) is None):
         return []
     residual = np.abs(samples.friction_torque[rows, column] - joint.friction(samples.velocity[rows, column]))
     modes = np.unique(samples.support[rows]).tolist()
-    noisy = [mode for mode in modes if np.median(residual[samples.support[rows] == mode]) > NOISY * joint.residual_rms]
-    return noisy if len(noisy) < len(modes) else []
+    medians = {mode: float(np.median(residual[samples.support[rows] == mode])) for mode in modes}
+    usual = max(joint.residual_rms, min(medians.values(), default=0.0))
+    return [mode for mode, median in medians.items() if median > NOISY * usual]
 
 
 def joint_panels(result: Result, evidence: Evidence, law: FrictionLaw, reference: Reference) -> Section:
