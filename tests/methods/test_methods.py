@@ -98,7 +98,7 @@ def test_a_third_method_goes_through_the_command_line(
     assert "all samples (stribeck explain said)" in capsys.readouterr().out
     assert run(*command, "--overwrite", "--set", "holdout=3") == 2
     said = capsys.readouterr().err
-    assert "holdout is 3, which the method 'all-samples' does not use; leave it out, or --set holdout=5" in said
+    assert "holdout is 3, which the method 'all-samples' does not use; leave it out, or set holdout = 5" in said
 
 
 def test_a_law_that_no_such_method_fits_is_refused(arm: Robot, log: RobotLog, all_samples: str) -> None:

@@ -200,6 +200,11 @@ def test_two_fingers_zoom_the_curves_and_two_taps_show_them_whole(page: Any) -> 
     show(page, 390)
     page.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True, "maxTouchPoints": 2})
     page.execute_script("document.querySelector('.curve').scrollIntoView({block: 'center', behavior: 'instant'})")
+    page.execute_async_script(  # charts are drawn when they are seen
+        "const done = arguments[0];"
+        "const wait = () => document.querySelector('.curve .u-over') ? done() : requestAnimationFrame(wait);"
+        "wait()"
+    )
     left, top, width = page.execute_script(
         "const {left, top, width, height} = document.querySelector('.curve .u-over').getBoundingClientRect();"
         "return [left, top + height / 2, width]"
