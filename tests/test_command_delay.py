@@ -7,6 +7,8 @@ import pytest
 from tests.command_logs import clamped_quadruped, hobby_arm, lerobot_arm
 
 from stribeck import Result, Robot, identify, read_log
+from stribeck.audit.command_delay import with_found_delays
+from stribeck.friction_torque.preparation import prepare
 from stribeck.init.answers import draft_robot_file
 
 
@@ -54,3 +56,15 @@ def test_friction_of_late_commands_is_not_taken_for_viscous(write, log, delay, o
         assert any(finding.check == "drive-damping" for finding in found.findings)
     else:
         assert all(all(covered(found, drives, name)) for name in identified)
+
+
+def test_a_log_that_no_fit_sees_gets_the_delay_of_the_others(tmp_path: Path) -> None:
+    logs = []
+    for name, latency in (("seen", 0.012), ("unseen", 0.040)):
+        (tmp_path / name).mkdir()
+        hobby_arm(tmp_path / name, seconds=20.0, latency=latency)
+        robot = Robot.from_file(tmp_path / name / "robot.toml")
+        logs.append(prepare(tmp_path / name / "log.npz", robot, robot.settings))
+    (seen, unseen), _ = with_found_delays(logs[:1], robot, robot.settings, logs[1:])
+    assert seen.log.command_delays == unseen.log.command_delays
+    assert np.mean(seen.log.command_delays, axis=0)[0] == pytest.approx(0.022, abs=2e-3)

@@ -99,8 +99,8 @@ def identify(
                 "fit finds in its own logs; expected [robot.motors] with torque_constant and ratio"
             )
         progress("auditing", 0.0)
-        prepared, of_torques, gain_errors = find_torques(prepared, robot, settings)
-        unseen, _, _ = find_torques(unseen, robot, settings)
+        every, of_torques, gain_errors = find_torques(prepared, robot, settings, unseen)
+        prepared, unseen = every[: len(sources)], every[len(sources) :]
         audited = [*of_torques, *audit_or_stop([*prepared, *unseen], robot, settings, force)]
         findings += [str(each) for each in audited]
         friction_torque = FrictionTorqueStage(place, progress, prepared[0], robot, settings)

@@ -50,26 +50,27 @@ ROUNDS = 40
 
 
 def with_found_delays(
-    prepared: Sequence[PreparedLog], robot: Robot, settings: Settings
+    prepared: Sequence[PreparedLog], robot: Robot, settings: Settings, unseen: Sequence[PreparedLog] = ()
 ) -> tuple[list[PreparedLog], list[Finding]]:
     """Find the delay of the commands, one per joint for all logs, and compute the torques with it.
 
-    Delays from the robot file are used unchanged.
+    Delays from the robot file are used unchanged. Logs that no fit may see get the delays of the others.
 
     Returns
     -------
     logs, findings
-        Logs of measured torques are returned unchanged. `RobotLog.command_delays` has the delays.
+        All logs, the unseen ones last. Logs of measured torques are returned unchanged. `RobotLog.command_delays` has
+        the delays.
     """
     commanded = [part for part in prepared if part.log.command is not None]
     if not commanded:
-        return list(prepared), []
+        return [*prepared, *unseen], []
     delay, error = robot.command_delay, np.full(len(robot.joint_names), ERROR)
     if delay is None:
         each = np.array([command_delays(part, robot, settings) for part in commanded])
         delay, error = _average(each[:, 0], each[:, 1])
     logs = []
-    for part in prepared:
+    for part in (*prepared, *unseen):
         log = part.log
         if log.command is not None:
             log = with_command_delay(log, delay) if robot.command_delay is None else log

@@ -11,22 +11,23 @@ from stribeck.settings import Settings
 
 
 def find_torques(
-    prepared: Sequence[PreparedLog], robot: Robot, settings: Settings
+    prepared: Sequence[PreparedLog], robot: Robot, settings: Settings, unseen: Sequence[PreparedLog] = ()
 ) -> tuple[list[PreparedLog], list[Finding], dict[str, float]]:
     """Find unknown torque constants and delays of commands, and compute the torques with them.
+
+    Both are found only in the prepared logs; delays also apply to the logs that no fit may see.
 
     Returns
     -------
     logs, findings, gain_errors
-        Logs of measured torques are returned unchanged. Gain errors are relative standard errors [1] by joint.
+        All logs, the unseen ones last; those of measured torques are unchanged. Gain errors are relative standard
+        errors [1] by joint.
 
     Raises
     ------
     LogError
         If gravity does not determine the torque per ampere of a joint.
     """
-    if not prepared:
-        return [], [], {}
     logs, findings, gain_errors = torques_of_currents(prepared, robot, settings)
-    logs, of_commands = with_found_delays(logs, robot, settings)
+    logs, of_commands = with_found_delays(logs, robot, settings, unseen)
     return logs, [*findings, *of_commands], gain_errors
