@@ -192,41 +192,9 @@ def fit_whole_log(
         Is told the share that is done [1].
     """
     speed = np.maximum(top_speed, 1e-9)
-    basis = make_basis(law, speed)
-
-    @lru_cache(maxsize=1)
-    def segments(delay: float, count: int) -> list[WeakEquations]:
-        late = equations.delayed(delay)
-        return [late[place] for place in pilot_places(late.feet, count)]
-
-    size = max(PILOT_SEGMENTS, 240 // len(speed))  # few joints need more segments, and take less time
-
-    def start(robust: bool, delay: float = 0.0) -> tuple[Laws, Terms, Pilot]:
-        resting = rest * law.jumps
-        pilot = fit_pilot(segments, size, equations.corrections, basis, speed, resting, priors, robust, delay)
-        return _with_terms(pilot, law, basis, speed, priors)
-
-    laws, terms, pilot = start(robust=True)
-    tried: list[tuple[float, float]] = []
-    robust = True
-    while True:  # once more where the whole log contradicts the pilot: its variances, or its delay
-        columns = Columns(basis, terms)
-        read = _read(equations.delayed(pilot.delay), pilot, columns, progress)
-        folds, known, sample = read.folds, total(read.folds), total(read.folds[: read.sampled])
-        fit = _first_fit(known, laws, pilot)
-        if robust and fit.chi_square > WRONG * known.count:
-            robust, tried = False, []
-            laws, terms, pilot = start(robust)
-            continue
-        own = fit.layout.places("delays")[:1]
-        error = np.sqrt(fit.covariance[own, own].sum() * overdispersion(known, fit)) * priors.torque_delay
-        tried.append((pilot.delay, _delay(fit)))
-        if not pilot.delay and len(tried) == 1 and abs(_delay(fit)) > 3 * priors.torque_delay:  # less may be presliding
-            laws, terms, pilot = start(robust, _delay(fit))
-            continue
-        if not pilot.delay or len(tried) > ROUNDS or abs(_delay(fit)) < max(LINEAR, 3 * error):
-            break
-        pilot = pilot.later(secant_step(tried))
+    read = _read_with_pilot(equations, law, speed, rest * law.jumps, priors, progress)
+    pilot, terms, columns, fit = read.pilot, read.terms, read.columns, read.fit
+    folds, known, sample = read.folds, total(read.folds), total(read.folds[: read.sampled])
     root_turns = pilot.components.root_turns
 
     def effects(fit: Fit) -> Array:
@@ -287,8 +255,12 @@ def fit_whole_log(
 
 @dataclass(frozen=True, eq=False)
 class _Read:
-    """Statistics of one log: folds, some of them `sampled`, and the held-out segments."""
+    """Pilot and laws, statistics of a log by folds, some of them `sampled`, held-out segments, and the first fit."""
 
+    pilot: Pilot
+    terms: Terms
+    columns: Columns
+    fit: Fit
     folds: list[Statistics]
     sampled: int
     held: list[Statistics]
@@ -297,8 +269,58 @@ class _Read:
     segments: int
 
 
-def _read(late: EquationSequence, pilot: Pilot, columns: Columns, progress: Callable[[float], None]) -> _Read:
-    """Compute the statistics of a log: some segments, in `FOLDS`, and the held-out ones."""
+def _read_with_pilot(
+    equations: EquationSequence,
+    law: FrictionLaw,
+    speed: Array,
+    rest: Array,
+    priors: Priors,
+    progress: Callable[[float], None],
+) -> _Read:
+    """Fit the pilot and read the log, once more where the whole log contradicts the pilot's variances or its delay."""
+    basis = make_basis(law, speed)
+
+    @lru_cache(maxsize=1)
+    def segments(delay: float, count: int) -> list[WeakEquations]:
+        late = equations.delayed(delay)
+        return [late[place] for place in pilot_places(late.feet, count)]
+
+    size = max(PILOT_SEGMENTS, 240 // len(speed))  # few joints need more segments, and take less time
+
+    def start(robust: bool, delay: float = 0.0) -> tuple[Laws, Terms, Pilot]:
+        pilot = fit_pilot(segments, size, equations.corrections, basis, speed, rest, priors, robust, delay)
+        return _with_terms(pilot, law, basis, speed, priors)
+
+    robust, tried = True, list[tuple[float, float]]()
+    laws, terms, pilot = start(robust)
+    while True:
+        read = _read(equations.delayed(pilot.delay), pilot, basis, terms, laws, progress)
+        known, late = total(read.folds), _delay(read.fit)
+        if robust and read.fit.chi_square > WRONG * known.count:
+            robust, tried = False, []
+            laws, terms, pilot = start(robust)
+            continue
+        own = read.fit.layout.places("delays")[:1]
+        error = np.sqrt(read.fit.covariance[own, own].sum() * overdispersion(known, read.fit)) * priors.torque_delay
+        tried.append((pilot.delay, late))
+        if not pilot.delay and len(tried) == 1 and abs(late) > 3 * priors.torque_delay:  # less may be presliding
+            laws, terms, pilot = start(robust, late)
+        elif not pilot.delay or len(tried) > ROUNDS or abs(late) < max(LINEAR, 3 * error):
+            return read
+        else:
+            pilot = pilot.later(secant_step(tried))
+
+
+def _read(
+    late: EquationSequence,
+    pilot: Pilot,
+    basis: Basis,
+    terms: Terms,
+    laws: Laws,
+    progress: Callable[[float], None],
+) -> _Read:
+    """Compute the statistics of a log, of some segments in `FOLDS` and the held-out ones, and fit the laws to them."""
+    columns = Columns(basis, terms)
     held_out = pilot_places(late.feet)[: len(late) // 4]
     equations = np.mean([each.part.residual.size for each in pilot.groups])  # of a segment
     needed = (friction_error(pilot, columns) / ENOUGH) ** 2 * sum(each.count for each in pilot.groups) / equations
@@ -312,6 +334,10 @@ def _read(late: EquationSequence, pilot: Pilot, columns: Columns, progress: Call
         late, folds, sampled, columns, pilot.prediction, lambda share: progress(0.2 + 0.6 * share)
     )
     return _Read(
+        pilot=pilot,
+        terms=terms,
+        columns=columns,
+        fit=_first_fit(total(found[:count]), laws, pilot),
         folds=found[:count],
         sampled=sampled,
         held=found[count:],
