@@ -44,7 +44,7 @@ def covered(found: Result, drives: dict, name: str) -> list[bool]:
     ],
     ids=["arm", "late arm", "dataset", "quadruped"],
 )
-def test_friction_of_late_commands_is_not_taken_for_viscous(write, log, delay, options, tmp_path: Path) -> None:
+def test_the_delay_of_commands_is_not_taken_for_viscous_friction(write, log, delay, options, tmp_path: Path) -> None:
     drives = write(tmp_path, **options)
     found = identify(tmp_path / log, tmp_path / "robot.toml")
     assert found.corrections is not None

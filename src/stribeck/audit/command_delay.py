@@ -1,7 +1,8 @@
 """Time from the stamp of a command until it acts, found by simulating each joint from its command.
 
-A delay of commands acts like viscous friction, kp times delay times velocity. In the equation of motion they differ by
-so little that encoder noise decides. A simulation has no such noise. While a joint moves, its motion follows from
+A delay of commands acts like viscous friction, kp times delay times velocity. In the equation of motion both are so
+similar that the noise of the accelerations decides between them. A simulation needs no measured accelerations of the
+joint. While a joint moves, its motion follows from
 
     (M(t) + A) a = clip(command(t - delay) - kp q - kd v) - c(t) - b v - F sign(v) - o
 
@@ -123,7 +124,7 @@ def command_delays(prepared: PreparedLog, robot: Robot, settings: Settings) -> t
     found, variance = value[own], error[own] ** 2 + SPREAD**2
     middle = float(np.median(found))
     between = max((1.48 * float(np.median(np.abs(found - middle)))) ** 2 - float(np.median(variance)), SPREAD**2)
-    weights = 1 / (variance + between + (found - middle) ** 2)  # robust against joints that the model describes badly
+    weights = 1 / (variance + between + (found - middle) ** 2)  # outliers are joints with a wrong model
     mean, share = np.average(found, weights=weights), between / (between + variance)
     delay, spread = np.full(size, mean), np.full(size, 1 / weights.sum() + between)
     delay[own] += share * (found - mean)
@@ -237,4 +238,4 @@ def _fit(pieces: Pieces, robot: Robot, limits: Array) -> tuple[Array, Array]:
     inverse = np.linalg.pinv(information)
     scatter *= (number / np.maximum(number - 5, 0.5))[:, None, None]
     error = scale[0] * np.sqrt(np.einsum("nij,njk,nki->ni", inverse, scatter, inverse)[:, 0])
-    return kept[0] - 0.5 * STEP, np.where(active, UNKNOWN, error)
+    return np.maximum(kept[0] - 0.5 * STEP, EARLIEST), np.where(active, UNKNOWN, error)

@@ -13,7 +13,7 @@ STEP = 5e-4
 
 @dataclass(frozen=True, eq=False)
 class Pieces:
-    """B pieces of a log, T samples or fewer each, in which a joint moves.
+    """B pieces of a log in which a joint moves, with up to T samples each.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Pieces:
 def linearize(pieces: Pieces, values: Array, scale: Array, kp: Array, kd: Array, limits: Array) -> tuple[Array, Array]:
     """Compute residuals [rad], shape (T, B), and slopes by each parameter over its scale, shape (5, T, B).
 
-    The initial state of each piece is fitted, too: both are orthogonal to its effect.
+    The initial state of each piece is fitted, too: residuals and slopes are orthogonal to its effect.
     """
     small = 1e-3
     changes = np.concatenate([np.zeros((1, 7)), small * np.eye(7)])  # of five parameters, position and velocity
@@ -68,9 +68,9 @@ def linearize(pieces: Pieces, values: Array, scale: Array, kp: Array, kd: Array,
 
 
 def simulate(pieces: Pieces, parameters: Array, starts: Array, kp: Array, kd: Array, limits: Array) -> Array:
-    """Simulate all pieces with P sets of parameters, shape (P, 5, B), and starts, (P, 2, B); positions (P, T, B).
+    """Simulate all pieces with P sets of parameters, shape (P, 5, B), and initial states, shape (P, 2, B).
 
-    The implicit Euler method is stable whatever the friction.
+    The implicit Euler method is stable for any friction. The positions [rad] have shape (P, T, B).
     """
     delay, rotor, viscous, coulomb, offset = parameters.transpose(1, 0, 2)
     position, velocity = starts.transpose(1, 0, 2).copy()

@@ -60,7 +60,7 @@ from stribeck.whole_log.uncertainty.reml import random_effect_covariance
 from stribeck.whole_log.weak_equations import WeakEquations
 
 WRONG = 50.0
-"""Chi^2 per equation [1] above which the pilot is wrong: its half of few segments was too small. It fits all, then."""
+"""Chi^2 per equation [1] above which the pilot is repeated without setting segments aside."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
