@@ -25,7 +25,7 @@ NARROW = {
     "report": {"errors", "base", "friction", "friction_torque", "result"},
 }
 """Rooms that may import only these."""
-ENTRANCE = {"stribeck.cli.app", "stribeck.__main__"}
+ENTRANCE = {"stribeck.cli.simulation", "stribeck.__main__"}
 
 
 def modules(package: str = "stribeck") -> dict[str, Path]:

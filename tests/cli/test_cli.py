@@ -25,7 +25,8 @@ from typer.testing import CliRunner
 
 from stribeck import Robot, identify
 from stribeck.cli import main
-from stribeck.cli.app import FORMATS, LAW_NAMES, METHOD_NAMES, app
+from stribeck.cli.app import app
+from stribeck.cli.options import FORMATS, LAW_NAMES, METHOD_NAMES
 from stribeck.errors import SettingsError
 from stribeck.exporters import TARGETS
 from stribeck.friction import AUTO, LAWS, LAWS_WITH_STATE

@@ -23,7 +23,7 @@ from tests.log.readers.formats import WRITERS, arrays_of, messages_of, synthetic
 
 import stribeck
 import stribeck_simulation
-from stribeck.cli.app import FORMATS
+from stribeck.cli.options import FORMATS
 from stribeck.friction import get_law
 from stribeck.log.readers import read_log
 from stribeck.log.writers import write_log

@@ -118,7 +118,7 @@ def test_nothing_asks_which_method_ran() -> None:
     own = {f"methods/{name.replace('-', '_')}.py": 1 for name in NAMES if name != "observer"}
     own["methods/direct/method.py"] = own.pop("methods/direct.py")
     own["methods/curve_fit.py"] += 1  # the observer is a curve fit of another friction torque
-    assert named == own | {"settings.py": 1, "cli/app.py": len(NAMES)}
+    assert named == own | {"settings.py": 1, "cli/options.py": len(NAMES)}
 
 
 def test_a_comparison_with_the_method_is_nowhere() -> None:

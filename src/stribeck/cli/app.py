@@ -6,29 +6,19 @@ Slow imports stand inside the commands, so that `--help` and `--version` respond
 from __future__ import annotations
 
 import sys
-import tomllib
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import replace
+from collections.abc import Callable
 from functools import partial
-from importlib.util import find_spec
 from io import TextIOWrapper
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-from typer.core import TyperCommand
 
 from stribeck.base.outputs import check_name, check_outputs, staged_folder
-from stribeck.cli import console
+from stribeck.cli import console, options
+from stribeck.cli.simulation import demo, simulate
+from stribeck.cli.values import REPORT, RESULT, TABLE, files_of, part_of, result_file, split_names, with_settings
 from stribeck.errors import SettingsError, StribeckError, findings_kept
-
-if TYPE_CHECKING:
-    from stribeck.log import RobotLog
-    from stribeck.result import Result
-    from stribeck.robot import Robot
-    from stribeck.settings import Settings
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -36,69 +26,10 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
+command = partial(app.command, cls=options.Command)
 
-
-class Command(TyperCommand):
-    """A command whose help shows `LOG...` instead of `{LOG}...`, and no Python types."""
-
-    def collect_usage_pieces(self, ctx: Any) -> list[str]:
-        """List the parts of the usage line without braces."""
-        return [piece.replace("{", "").replace("}", "") for piece in super().collect_usage_pieces(ctx)]
-
-    def format_options(self, ctx: Any, formatter: Any) -> None:
-        """Write the tables of arguments and options."""
-        for title, kind in (("Arguments", "argument"), ("Options", "option")):
-            parameters = [each for each in self.get_params(ctx) if each.param_type_name == kind]
-            records = [record for each in parameters if (record := each.get_help_record(ctx))]
-            if records:
-                with formatter.section(title):
-                    formatter.write_dl([(name.partition(" <")[0], text) for name, text in records])
-
-
-command = partial(app.command, cls=Command)
-
-FORMATS_READ = "Log: npz, h5, mat, csv, parquet, mcap or bag file, or a folder (rosbag2, LeRobot)."
-Logs = Annotated[list[Path], typer.Argument(metavar="LOG", help=FORMATS_READ)]
-LogFile = Annotated[Path, typer.Argument(metavar="LOG", help=FORMATS_READ)]
-ResultFile = Annotated[Path, typer.Argument(metavar="RESULT", help="A result.json written by `stribeck identify`.")]
-PageOption = Annotated[
-    Path | None, typer.Option("--output", "-o", metavar="FILE", help="Also write the result as an HTML page.")
-]
-RobotOption = Annotated[Path, typer.Option("--robot", "-r", metavar="FILE", help="Robot file (robot.toml).")]
-QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="Print only errors (and JSON with --json).")]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print the result as JSON on stdout.")]
-SetOption = Annotated[
-    list[str],
-    typer.Option("--set", metavar="KEY=VALUE", help="Override a setting of [identify], e.g. --set filter.window=31."),
-]
-LAW_NAMES = ("coulomb-viscous", "stribeck", "stribeck-exponent", "asymmetric", "lugre", "auto")
-METHOD_NAMES = ("whole-log", "curve-fit", "observer", "ground-reaction", "direct")
-FORMATS = ("mjcf", "urdf", "drake", "c", "python", "yaml", "table", "isaaclab", "pinocchio")
-ForceOption = Annotated[bool, typer.Option("--force", help="Continue although the audit found a fatal error.")]
-FromOption = Annotated[
-    float | None, typer.Option("--from", metavar="SECONDS", help="Start of the used part of each log.")
-]
-ToOption = Annotated[float | None, typer.Option("--to", metavar="SECONDS", help="End of the used part of each log.")]
-OverwriteOption = Annotated[bool, typer.Option("--overwrite", help="Overwrite existing outputs.")]
-LawOption = Annotated[
-    str | None,
-    typer.Option(
-        metavar="NAME",
-        help=f"Friction law: {', '.join(LAW_NAMES)}.  [default: auto, or as in the robot file]",
-        autocompletion=lambda: LAW_NAMES,
-    ),
-]
-MethodOption = Annotated[
-    str | None,
-    typer.Option(
-        metavar="NAME",
-        help=f"Estimation method: {', '.join(METHOD_NAMES)}.  [default: whole-log, or as in the robot file]",
-        autocompletion=lambda: METHOD_NAMES,
-    ),
-]
 PLAN, TRAJECTORY = "plan.json", "trajectory.csv"
 REPLAY, REPLAY_PAGE = "replay.json", "replay.html"
-RESULT, REPORT, TABLE = "result.json", "report.html", "friction_torque.parquet"
 
 
 def _print_version(asked: bool) -> None:
@@ -125,11 +56,9 @@ def stribeck(
 def init(
     model: Annotated[str, typer.Argument(metavar="MODEL", help="URDF or MJCF file, or package:NAME.")],
     log: Annotated[Path | None, typer.Argument(metavar="LOG", help="A log of the robot.")] = None,
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Robot file to write.")] = Path(
-        "robot.toml"
-    ),
-    overwrite: OverwriteOption = False,
-    quiet: QuietOption = False,
+    output: Annotated[Path, options.output("FILE", "Robot file to write.")] = Path("robot.toml"),
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Write a robot file for a model, with settings for a log.
 
@@ -140,7 +69,7 @@ def init(
     from stribeck.robot import model_path
 
     check_outputs([output], [model_path(model, Path()), *([log] if log else [])], overwrite)
-    with progress_bar(quiet) as progress:
+    with console.progress_bar(quiet) as progress:
         progress("comparing model and log", 0.1)
         found = draft_robot_file(model, log, output)
     with whole_or_not_at_all(output) as staging:
@@ -153,15 +82,15 @@ def init(
 
 @command()
 def inspect(
-    log: LogFile,
-    robot: RobotOption,
-    output: PageOption = None,
-    settings: SetOption = [],  # noqa: B006
-    start: FromOption = None,
-    stop: ToOption = None,
-    json: JsonOption = False,
-    overwrite: OverwriteOption = False,
-    quiet: QuietOption = False,
+    log: options.LogFile,
+    robot: options.RobotFile,
+    output: options.Page = None,
+    settings: options.Set = [],  # noqa: B006
+    start: options.From = None,
+    stop: options.To = None,
+    json: options.Json = False,
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Check a log: rate, gaps, channels, ranges, signs, delays."""
     from stribeck.audit.inspection import inspect_log
@@ -169,10 +98,10 @@ def inspect(
     from stribeck.robot import Robot
 
     machine = Robot.from_file(robot)
-    check_outputs([output] if output else [], [log, *_files_of(robot)], overwrite)
-    with progress_bar(quiet) as progress:
+    check_outputs([output] if output else [], [log, *files_of(robot)], overwrite)
+    with console.progress_bar(quiet) as progress:
         progress("inspecting", 0.1)
-        found = inspect_log(_part(log, machine, start, stop), machine, with_settings(machine.settings, {}, settings))
+        found = inspect_log(part_of(log, machine, start, stop), machine, with_settings(machine.settings, {}, settings))
     if output is not None:
         write_inspection(found, output)
     _show(found, console.print_inspection, [output] if output else [], json=json, quiet=quiet)
@@ -180,21 +109,19 @@ def inspect(
 
 @command()
 def identify(
-    logs: Logs,
-    robot: RobotOption,
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Folder for the outputs.")],
-    law: LawOption = None,
-    method: MethodOption = None,
-    settings: SetOption = [],  # noqa: B006
-    validate: Annotated[
-        list[Path], typer.Option("--validate", metavar="LOG", help="Log for validation, not used for the fit.")
-    ] = [],  # noqa: B006
-    start: FromOption = None,
-    stop: ToOption = None,
-    force: ForceOption = False,
-    json: JsonOption = False,
-    overwrite: OverwriteOption = False,
-    quiet: QuietOption = False,
+    logs: options.Logs,
+    robot: options.RobotFile,
+    output: Annotated[Path, options.output("FOLDER", "Folder for the outputs.")],
+    law: options.Law = None,
+    method: options.Method = None,
+    settings: options.Set = [],  # noqa: B006
+    validate: options.Validation = [],  # noqa: B006
+    start: options.From = None,
+    stop: options.To = None,
+    force: options.Force = False,
+    json: options.Json = False,
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Identify the friction of every joint from logs.
 
@@ -206,9 +133,9 @@ def identify(
 
     machine = Robot.from_file(robot)
     chosen = with_settings(machine.settings, {"law": law, "method": method}, settings)
-    check_outputs([output / name for name in (RESULT, REPORT, TABLE)], [*logs, *validate, *_files_of(robot)], overwrite)
-    with staged_folder(output) as staging, progress_bar(quiet) as progress:
-        parts = [_part(log, machine, start, stop) for log in logs]
+    check_outputs([output / name for name in (RESULT, REPORT, TABLE)], [*logs, *validate, *files_of(robot)], overwrite)
+    with staged_folder(output) as staging, console.progress_bar(quiet) as progress:
+        parts = [part_of(log, machine, start, stop) for log in logs]
         result = run(parts, machine, chosen, table=staging / TABLE, validate=validate, force=force, progress=progress)
         progress("writing the report", 0.9)
         (staging / RESULT).write_text(result.to_json(), encoding="utf-8")
@@ -218,34 +145,18 @@ def identify(
 
 @command()
 def export(
-    result: ResultFile,
-    robot: RobotOption,
-    to: Annotated[
-        str, typer.Option(metavar="FORMAT", help=f"Format: {', '.join(FORMATS)}.", autocompletion=lambda: FORMATS)
-    ],
-    output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="PATH", help="File to write, or folder for --samples.")
-    ],
-    samples: Annotated[
-        int | None, typer.Option(metavar="N", help="Draw N models from the uncertainty of the result.")
-    ] = None,
-    ranges: Annotated[bool, typer.Option("--ranges", help="Write 95 % ranges for domain randomization.")] = False,
-    joints: Annotated[
-        str | None, typer.Option(metavar="NAMES", help="Comma-separated joints to export.  [default: all]")
-    ] = None,
-    include_weak: Annotated[bool, typer.Option("--include-weak", help="Also export friction that is weak.")] = False,
-    strict: Annotated[
-        bool, typer.Option("--strict", help="Fail if the format cannot represent all of the friction.")
-    ] = False,
-    friction: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FORM",
-            help="Friction model. mjcf: plain or lugre  [default: the closer fit]; yaml: all or plain  [default: all].",
-        ),
-    ] = None,
-    overwrite: OverwriteOption = False,
-    quiet: QuietOption = False,
+    result: options.ResultFile,
+    robot: options.RobotFile,
+    to: options.Format,
+    output: Annotated[Path, options.output("PATH", "File to write, or folder for --samples.")],
+    samples: options.Samples = None,
+    ranges: options.Ranges = False,
+    joints: options.Exported = None,
+    include_weak: options.Weak = False,
+    strict: options.Strict = False,
+    friction: options.Form = None,
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Export a result to a simulator, a model file or code."""
     from stribeck.exporters import export as write_model
@@ -253,9 +164,9 @@ def export(
     from stribeck.result import read_result
     from stribeck.robot import Robot
 
-    found = read_result(_result_file(result))
+    found = read_result(result_file(result))
     machine = Robot.from_file(robot)
-    chosen: dict[str, Any] = {"joints": _names(joints), "include_weak": include_weak}
+    chosen: dict[str, Any] = {"joints": split_names(joints), "include_weak": include_weak}
     if ranges and (samples is not None or strict or friction is not None):
         raise SettingsError("--ranges takes neither --samples, --strict nor --friction; leave them out")
     if samples is not None:
@@ -266,7 +177,7 @@ def export(
         if not quiet:
             console.print_paths(paths)
         return
-    check_outputs([output], [_result_file(result), *_files_of(robot)], overwrite)
+    check_outputs([output], [result_file(result), *files_of(robot)], overwrite)
     with findings_kept([*machine.warnings, *found.warnings]):
         if ranges:
             lines = export_ranges(found, machine, output, to, **chosen)
@@ -283,13 +194,11 @@ def compare(
         list[Path],
         typer.Argument(metavar="RESULT", help="Two results, older first; or one, to compare left and right."),
     ],
-    names: Annotated[
-        str | None, typer.Option(metavar="A,B", help="Labels of the results.  [default: log file names]")
-    ] = None,
-    output: PageOption = None,
-    json: JsonOption = False,
-    overwrite: OverwriteOption = False,
-    quiet: QuietOption = False,
+    names: options.Labels = None,
+    output: options.Page = None,
+    json: options.Json = False,
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Compare two results, or left and right joints of one."""
     from stribeck.report.comparison import write_comparison
@@ -297,9 +206,9 @@ def compare(
     from stribeck.result.compare import compare as compare_two
     from stribeck.result.compare import compare_sides
 
-    files = [_result_file(path) for path in results]
+    files = [result_file(path) for path in results]
     check_outputs([output] if output else [], files, overwrite)
-    labels = _names(names)
+    labels = split_names(names)
     if len(files) > 2:
         raise SettingsError(f"compare: {len(files)} results were given; expected two, or one to compare left and right")
     if labels and len(files) == 1:
@@ -317,32 +226,25 @@ def compare(
 
 @command()
 def plan(
-    result: ResultFile,
-    robot: RobotOption,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Folder for plan.json and trajectory.csv.")
-    ] = None,
-    joints: Annotated[
-        str | None, typer.Option(metavar="NAMES", help="Comma-separated joints.  [default: all weak or not excited]")
-    ] = None,
-    held: Annotated[
-        str | None,
-        typer.Option(metavar="AXIS", help="Base axis that points up: x, -x, y, ...; if a floating base is held."),
-    ] = None,
+    result: options.ResultFile,
+    robot: options.RobotFile,
+    output: Annotated[Path | None, options.output("FOLDER", "Folder for plan.json and trajectory.csv.")] = None,
+    joints: options.Planned = None,
+    held: options.Held = None,
     duration: Annotated[float, typer.Option(metavar="SECONDS", help="Duration of the trajectory.")] = 60.0,
-    json: JsonOption = False,
-    overwrite: OverwriteOption = False,
-    quiet: QuietOption = False,
+    json: options.Json = False,
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Plan the motion that weak joints need, with trajectory."""
     from stribeck.plan.plan import plan as run
     from stribeck.robot import Robot
 
-    file = _result_file(result)
+    file = result_file(result)
     outputs = [output / name for name in (PLAN, TRAJECTORY)] if output else []
-    machine, asked = Robot.from_file(robot), _names(joints)
-    check_outputs(outputs, [file, *_files_of(robot)], overwrite)
-    with progress_bar(quiet) as progress:
+    machine, asked = Robot.from_file(robot), split_names(joints)
+    check_outputs(outputs, [file, *files_of(robot)], overwrite)
+    with console.progress_bar(quiet) as progress:
         found = run(file, machine, joints=asked, held=held, duration=duration if output else None, progress=progress)
     if output is not None:
         with staged_folder(output) as staging:
@@ -354,19 +256,17 @@ def plan(
 
 @command()
 def replay(
-    log: LogFile,
-    robot: RobotOption,
+    log: options.LogFile,
+    robot: options.RobotFile,
     model: Annotated[Path, typer.Option("--model", "-m", metavar="FILE", help="URDF or MJCF with friction to test.")],
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="Folder for replay.json and replay.html.")
-    ] = None,
-    settings: SetOption = [],  # noqa: B006
-    start: FromOption = None,
-    stop: ToOption = None,
-    force: ForceOption = False,
-    json: JsonOption = False,
-    overwrite: OverwriteOption = False,
-    quiet: QuietOption = False,
+    output: Annotated[Path | None, options.output("FOLDER", "Folder for replay.json and replay.html.")] = None,
+    settings: options.Set = [],  # noqa: B006
+    start: options.From = None,
+    stop: options.To = None,
+    force: options.Force = False,
+    json: options.Json = False,
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Test a model on a log: torques and short simulations.
 
@@ -379,9 +279,9 @@ def replay(
     machine = Robot.from_file(robot)
     chosen = with_settings(machine.settings, {}, settings)
     outputs = [output / name for name in (REPLAY, REPLAY_PAGE)] if output else []
-    check_outputs(outputs, [log, model, *_files_of(robot)], overwrite)
-    with progress_bar(quiet) as progress:
-        part = _part(log, machine, start, stop)
+    check_outputs(outputs, [log, model, *files_of(robot)], overwrite)
+    with console.progress_bar(quiet) as progress:
+        part = part_of(log, machine, start, stop)
         found = run(part, machine, model, chosen, force=force, progress=progress)
     if output is not None:
         with staged_folder(output) as staging:
@@ -392,22 +292,22 @@ def replay(
 
 @command()
 def convert(
-    log: LogFile,
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="File to write: .npz or .parquet.")],
+    log: options.LogFile,
+    output: Annotated[Path, options.output("FILE", "File to write: .npz or .parquet.")],
     robot: Annotated[
         Path | None,
         typer.Option("--robot", "-r", metavar="FILE", help="Robot file with joint order, units and signs."),
     ] = None,
-    overwrite: OverwriteOption = False,
-    quiet: QuietOption = False,
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
 ) -> None:
     """Convert a log to standard channel names and SI units."""
     from stribeck.log.readers import read_log
     from stribeck.log.writers import write_log
     from stribeck.robot import Robot
 
-    check_outputs([output], [log, *(_files_of(robot) if robot else [])], overwrite)
-    with progress_bar(quiet) as progress:
+    check_outputs([output], [log, *(files_of(robot) if robot else [])], overwrite)
+    with console.progress_bar(quiet) as progress:
         progress("reading", 0.1)
         found = read_log(log, Robot.from_file(robot) if robot else None)
         progress("writing", 0.6)
@@ -419,61 +319,8 @@ def convert(
     console.print_paths([output])
 
 
-@command()
-def simulate(
-    scenario: Annotated[
-        Path, typer.Argument(metavar="SCENARIO", help="Scenario file: robot, motion, sensors and friction.")
-    ],
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Log to write (.npz).")],
-    overwrite: OverwriteOption = False,
-    quiet: QuietOption = False,
-) -> None:
-    """Simulate a robot: write a log and its ground truth."""
-    _require_simulation()
-    from stribeck_simulation.files import truth_file, write_simulated
-    from stribeck_simulation.run import run_scenario
-    from stribeck_simulation.scenario import read_scenario
-
-    if output.suffix != ".npz":
-        raise SettingsError(f"--output {output}: the suffix is '{output.suffix}'; simulated logs are written as .npz")
-    chosen = read_scenario(scenario)
-    check_outputs([output, truth_file(output)], [scenario, scenario.parent / chosen.robot], overwrite)
-    with progress_bar(quiet) as progress:
-        found = run_scenario(chosen, scenario.parent, lambda share: progress(f"simulating {scenario.stem}", share))
-    truth = write_simulated(found.log, found.truth, output)
-    if not quiet:
-        console.print_paths([output, truth, Path(found.robot.path)])
-
-
-@command()
-def demo(
-    output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="FOLDER", help="Folder for the log and the results.")
-    ] = Path("demo"),
-    overwrite: OverwriteOption = False,
-    quiet: QuietOption = False,
-) -> None:
-    """Identify a simulated walking humanoid, compare with truth."""
-    _require_simulation()
-    from stribeck.pipeline import identify as run
-    from stribeck.report import write_report
-    from stribeck.robot import Robot
-    from stribeck_simulation.demo import FILES, make_demo, truth_reference
-    from stribeck_simulation.pictures.section import walk_section
-
-    check_outputs([output / name for name in (*FILES, RESULT, REPORT, TABLE)], [], overwrite)
-    with staged_folder(output) as staging, progress_bar(quiet) as progress:
-        example = make_demo(staging, lambda share: progress("simulating a walk", share))
-        machine = Robot.from_file(example.robot_file)
-        result = run([example.log], machine, table=staging / TABLE, progress=progress)
-        result = _moved(result, str(staging), str(output))
-        progress("writing the report", 0.9)
-        (staging / RESULT).write_text(result.to_json(), encoding="utf-8")
-        truth = truth_reference(result, example.law, example.parameters)
-        write_report(result, staging / REPORT, reference=truth, further=[walk_section(example.walk)])
-    if not quiet:
-        console.print_truth(result, example.parameters)
-        console.print_paths([output / name for name in (example.log.name, RESULT, TABLE, REPORT)])
+command()(simulate)
+command()(demo)
 
 
 @command()
@@ -495,100 +342,6 @@ def _show(found: Any, show: Callable[[Any], None], paths: list[Path], *, json: b
     elif not quiet:
         show(found)
         console.print_paths(paths)
-
-
-def _names(text: str | None) -> list[str] | None:
-    """Split the names of a list `a,b,c`."""
-    return None if text is None else [name.strip() for name in text.split(",")]
-
-
-def _require_simulation() -> None:
-    """Raise SettingsError if the packages of the extra `simulation` are not installed."""
-    missing = [name for name in ("mujoco", "daqp") if find_spec(name) is None]
-    if missing:
-        raise SettingsError(f"simulation needs {' and '.join(missing)}: pip install 'stribeck[simulation]'")
-
-
-def _moved(result: Result, staging: str, output: str) -> Result:
-    """Replace the staging folder by the output folder in the paths of a result with one log."""
-    assert isinstance(result.log.path, str)
-    assert result.evidence is not None
-    provenance = [(label, text.replace(staging, output)) for label, text in result.evidence.provenance]
-    return replace(
-        result,
-        log=replace(result.log, path=result.log.path.replace(staging, output)),
-        evidence=replace(result.evidence, provenance=provenance),
-    )
-
-
-def _part(path: Path, robot: Robot, start: float | None, stop: float | None) -> RobotLog | Path:
-    """Read the part of a log between `start` and `stop` [s after its start]; without limits, return its path."""
-    if start is None and stop is None:
-        return path
-    low, high = start or 0.0, float("inf") if stop is None else stop
-    if not 0 <= low < high:
-        raise SettingsError(f"--from is {low:g} s and --to is {high:g} s; expected 0 <= --from < --to")
-    from stribeck.log.readers import read_log
-
-    return read_log(path, robot).between(start, stop)
-
-
-def with_settings(settings: Settings, options: dict[str, str | None], assignments: list[str]) -> Settings:
-    """Override settings by options of the command line and by `key.key=value` assignments (TOML values).
-
-    Raises
-    ------
-    SettingsError
-        If an assignment is malformed, or a key or value is not valid.
-    """
-    from pydantic import ValidationError
-
-    from stribeck.settings import Settings, describe, parse_toml
-
-    document: dict[str, Any] = settings.model_dump(exclude_unset=True)
-    document.update({key: value for key, value in options.items() if value is not None})
-    for assignment in assignments:
-        key, equals, text = assignment.partition("=")
-        if not equals:
-            raise SettingsError(f"--set {assignment}: expected KEY=VALUE, e.g. filter.window=31")
-        try:
-            value = parse_toml(f"value = {text}")["value"]
-        except tomllib.TOMLDecodeError:
-            value = text
-        except ValueError as error:
-            raise SettingsError(f"--set {key}: {error}; expected a value of [identify]") from error
-        place = document
-        *tables, last = key.strip().split(".")
-        for table in tables:
-            place = place.setdefault(table, {})
-            if not isinstance(place, dict):
-                raise SettingsError(f"--set {assignment}: '{table}' is not a table of settings")
-        place[last] = value
-    try:
-        return Settings.model_validate(document)
-    except ValidationError as error:
-        raise SettingsError(f"settings: {describe(error, Settings)}") from error
-
-
-def _files_of(robot: Path) -> list[Path]:
-    """List the robot file and its model file."""
-    from stribeck.robot import model_path, read_robot_file
-
-    return [robot, model_path(read_robot_file(robot).robot.model, robot.parent)]
-
-
-def _result_file(path: Path) -> Path:
-    return path / RESULT if path.is_dir() else path
-
-
-@contextmanager
-def progress_bar(quiet: bool) -> Iterator[Any]:
-    """Draw a progress bar on stderr if it is a terminal, and not `quiet`; give its callback `(stage, fraction)`."""
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
-    hidden = quiet or not console.ERRORS.is_terminal
-    with Progress(*columns, console=console.ERRORS, transient=True, disable=hidden) as progress:
-        task = progress.add_task("starting", total=1.0)
-        yield lambda stage, share: progress.update(task, description=stage, completed=share)
 
 
 def run() -> None:

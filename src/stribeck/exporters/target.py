@@ -52,7 +52,7 @@ class Target:
     """A target of `stribeck export --to`.
 
     To add one: write a function that returns the file's text, add its `Target` to `TARGETS` in `exporters/targets.py`
-    and its name to `FORMATS` in `cli/app.py`, and its row to the table in docs/export.md.
+    and its name to `FORMATS` in `cli/options.py`, and its row to the table in docs/export.md.
 
     Attributes
     ----------
