@@ -1,18 +1,18 @@
-"""How far identified friction is from the ground truth: curve fit and whole log side by side.
+"""Compare the accuracy of the curve fit and of the whole log on simulated walks.
 
     python -m studies.accuracy --save studies/accuracy.json
 
 Three humanoids walk about 45 s straight on, 45 s to the left and 45 s to the right, simulated in MuJoCo with the
-friction of Table 6.2 of the paper in their legs, with sensors without errors. Then white noise is added (A: encoders
-2e-5 rad, torque sensors 0.1 N m; B: 1e-4 rad, 0.3 N m), and the estimators are given a model whose principal moments
-are off by up to 20 %, centres of mass by 5 to 10 mm and masses by up to 5 %, or torque gains off by 1 % and encoder
-zeros by 2 mrad. In some cases all parameters of all joints are drawn, 30 % from those of the table, for every seed; or
-only the first third of every walk is used, 45 s in all. Two of the robots also take walks of 15 s that nothing was
-tuned on, with the errors of `studies.harder_cases`. The IMU's orientation and the contacts are exact elsewhere;
+friction of Table 6.2 of the paper in their legs and with perfect sensors. Then white noise is added (A: encoders
+2e-5 rad, torque sensors 0.1 N m; B: 1e-4 rad, 0.3 N m). The estimators get a model whose principal moments are off by
+up to 20 %, centres of mass by 5 to 10 mm and masses by up to 5 %, or torque gains off by 1 % and encoder zeros by
+2 mrad. In some cases every seed draws all parameters of all joints with a spread of 30 % around the table, or uses only
+the first third of every walk, 45 s in total. Two of the robots also take walks of 15 s that no constant was tuned on,
+with the errors of `studies.harder_cases`. In all other cases the IMU's orientation and the contacts are exact. The
 wrenches of the feet are not logged.
 
-Measured on the leg joints that get numbers: relative error of Coulomb friction; distance of the friction curves without
-the offset, root mean square over the middle 98 % of a joint's velocities, relative to the Coulomb friction; errors of
+The figures cover the leg joints that get numbers: relative error of Coulomb friction; root mean square distance of the
+friction curves without offset over the middle 98 % of a joint's velocities, relative to the Coulomb friction; errors of
 viscous friction and offset; coverage of the 95 % intervals; and the share of weak parameters.
 """
 
@@ -36,7 +36,7 @@ from studies.harder_cases import CONDITIONS, as_seen, other_walks
 from studies.markdown import markdown_table
 
 SEEDS = 10
-"""Number of seeds per case; half as many for harder ones, one where nothing is drawn."""
+"""Number of seeds per case; harder cases use half as many, cases without random numbers one."""
 SPEEDS = 401
 """Number of velocities at which curves are compared."""
 METHODS = CURVE_FIT, DEFAULT, WHOLE_LOG, TRUSTED = (
@@ -51,7 +51,7 @@ SETTINGS = {
     WHOLE_LOG: Settings(law=LAW),
     TRUSTED: Settings(law=LAW, corrections="none"),
 }
-"""The same in all cases, as nobody knows beforehand whether model or sensors are wrong."""
+"""Settings per method. All cases share them, because users do not know whether their model or sensors are wrong."""
 HARDER_ROBOTS = ("TORO-like", "G1")
 ALL_CASES: dict[str, Case] = {**CASES, **CONDITIONS}
 
@@ -70,7 +70,7 @@ def runs() -> Iterator[Row]:
 
 @lru_cache(maxsize=1)
 def walks_of(robot: str, harder: bool) -> list[Simulated]:
-    """Simulate the walks of the accuracy cases, or those of the harder conditions, of one robot."""
+    """Simulate one robot's walks for the accuracy cases or for the harder conditions."""
     return other_walks(robot) if harder else exact_walks(robot)
 
 
@@ -90,17 +90,17 @@ def measure(robot: str, case: str, seed: int, method: Callable[[list[RobotLog], 
 
 
 def usual_speeds(robot: Robot, walks: list[RobotLog]) -> dict[str, Array]:
-    """Spread velocities evenly over the middle 98 % of those of each joint [rad/s]."""
+    """Compute evenly spaced velocities over the middle 98 % of each joint's velocity range [rad/s]."""
     velocity = np.concatenate([np.gradient(log.position, log.time, axis=0) for log in walks])
     low, high = np.percentile(velocity, [1, 99], axis=0)
     return {joint: np.linspace(low[k], high[k], SPEEDS) for k, joint in enumerate(robot.joint_names)}
 
 
 def compared(result: Result, truth: dict[str, dict[str, float]], speeds: dict[str, Array]) -> Row:
-    """Compare a result with the ground truth; lists have an element per leg joint that got numbers.
+    """Compare a result with the ground truth; lists have one element per leg joint that got numbers.
 
-    `relative` and `shape` are the errors of Coulomb friction and of the curve [1], `error` and `standard_error` those
-    of each parameter in its unit, `held` whether the 95 % interval covers the true value.
+    `relative` and `shape` are the relative errors of Coulomb friction and of the curve [1]. `error` and
+    `standard_error` refer to each parameter in its unit. `held` is true if the 95 % interval covers the true value.
     """
     law, joints = get_law(LAW), [joint for joint in truth if result.joints[joint].parameters]
     pairs = {
@@ -143,7 +143,7 @@ MEASURES: dict[str, Callable[[Row], Array]] = {
 
 
 def coverage(rows: Iterable[Row]) -> float:
-    """Compute the share of 95 % intervals that cover the true value, of all parameters that are not weak [1]."""
+    """Compute the share of 95 % intervals that cover the true value [1], among parameters that are not weak."""
     pairs = [pair for row in rows for name in NAMES for pair in zip(row["held"][name], row["weak"][name], strict=True)]
     held = [each for each, weak in pairs if not weak]
     return float(np.mean(held)) if held else np.nan
@@ -152,7 +152,7 @@ def coverage(rows: Iterable[Row]) -> float:
 def summary(rows: list[Row]) -> dict[str, float]:
     """Average over joints and seeds.
 
-    "worst_joint" is of the joint that is worst on average over the seeds, "worst" the mean of the worst of each seed.
+    "worst_joint" is the mean over the seeds for the worst joint. "worst" is the mean of each seed's largest error.
     """
     found = {"joints": float(np.mean([len(row["joints"]) for row in rows]))}
     for name, measure in MEASURES.items():

@@ -1,4 +1,4 @@
-"""What the accuracy study lets walk, and what it then makes wrong: three humanoids, three walks each, eleven cases."""
+"""Robots, walks and errors of the accuracy study: three humanoids, three walks each, eleven cases."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -20,7 +20,7 @@ LAW = "stribeck"
 NAMES = tuple(parameter.name for parameter in get_law(LAW).parameters)
 
 COMMON = {"viscous": 0.2, "stribeck_gain": 0.2, "stribeck_velocity": 0.2, "slope": 40.0}
-"""Of the friction in every leg joint."""
+"""Friction parameters that all leg joints share."""
 
 LEVELS = {
     "hip roll": 1.0,
@@ -33,15 +33,15 @@ LEVELS = {
 """Coulomb friction and offset [N m], Table 6.2 of the paper."""
 
 SECONDS = 44.0
-"""That the steps of a walk take."""
+"""Duration of the steps of one walk [s]."""
 
 DOUBLE_SUPPORT = 0.2
-"""Of each of them [s]."""
+"""Duration of the double support in each step [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Walked:
-    """A robot of `WALKERS`: patterns of its leg joints, walks by name, and Coulomb friction and offset [N m]."""
+    """One robot of `WALKERS`: patterns of its leg joints, walks by name, Coulomb friction and offset [N m]."""
 
     walker: str
     legs: Mapping[str, str]
@@ -50,13 +50,13 @@ class Walked:
 
 
 def _ways(forward: StepsTable, sideways: StepsTable) -> dict[str, StepsTable]:
-    """Return walks straight on, to the left and to the right."""
+    """Arrange steps as three walks: straight on, to the left and to the right."""
     right = sideways.model_copy(update={"sideways": -sideways.sideways})
     return {"straight": forward, "left": sideways, "right": right}
 
 
 def _steps(single_support: float = 0.8, **kind: float) -> StepsTable:
-    """Return so many steps as fit into a walk."""
+    """Compute how many steps fit into one walk, and describe them."""
     count = round(SECONDS / (single_support + DOUBLE_SUPPORT))
     return StepsTable(count=count, single_support=single_support, double_support=DOUBLE_SUPPORT, **kind)
 
@@ -86,17 +86,17 @@ ROBOTS = {
         levels=LEVELS | {"hip roll": 0.5, "hip pitch": 0.375, "hip yaw": 0.375, "knee": 0.5},
     ),
 }
-"""The G1 weighs half of the others, has half of the friction in hips and knees, and steps faster. No joint reaches a
-stop.
+"""Walking robots by name. The G1 weighs half as much as the others, has half of their friction in hips and knees, and
+steps faster. No joint reaches a mechanical stop.
 """
 
 
 @dataclass(frozen=True)
 class Case:
-    """What is wrong, beside nothing: noise [rad], [N m], the model, the sensors' calibration.
+    """Errors of one case: encoder noise [rad], torque noise [N m], a wrong model, wrong sensor calibration.
 
-    In harder cases all six parameters of every joint are off those of the walk by factors of their own, whose
-    logarithms have the standard deviation `differing`; or only a `share` of every walk is there.
+    Harder cases scale all six friction parameters of every joint by random factors, whose logarithms have the standard
+    deviation `differing`, or keep only a `share` of every walk.
     """
 
     encoder: float = 0.0
@@ -128,12 +128,12 @@ CASES = {
 
 
 def exact_walks(name: str) -> list[Simulated]:
-    """Return the walks of a robot as sensors without errors see them."""
+    """Simulate the walks of a robot with perfect sensors."""
     return kept_walks_of(name, ROBOTS[name])
 
 
 def kept_walks_of(name: str, walked: Walked, pushes: Mapping[str, list[PushTable]] | None = None) -> list[Simulated]:
-    """Return walks, some of them pushed, that are kept by a name of the robot's."""
+    """Load or simulate the walks of a robot, optionally with pushes, and keep them under the robot's name."""
     robot_file = FOLDER / f"{name}.toml"
     robot_file.parent.mkdir(parents=True, exist_ok=True)
     robot_file.write_text(WALKERS[walked.walker].robot_file, encoding="utf-8")
@@ -146,7 +146,7 @@ def kept_walks_of(name: str, walked: Walked, pushes: Mapping[str, list[PushTable
 
 
 def walk_scenario(walked: Walked, steps: StepsTable, robot_file: str) -> Scenario:
-    """Return the scenario of one walk."""
+    """Build the scenario of one walk."""
     walker = WALKERS[walked.walker]
     levels = {pattern: walked.levels[kind] for kind, pattern in walked.legs.items()}
     return Scenario(
@@ -165,9 +165,9 @@ def walk_scenario(walked: Walked, steps: StepsTable, robot_file: str) -> Scenari
 
 
 def as_walked(walks: list[Simulated], case: Case, seed: int) -> list[Simulated]:
-    """Return walks, by sensors without errors, with the friction of a case's joints and as long as it says.
+    """Change walks with perfect sensors to the friction and the duration of a case.
 
-    The truth beside a share of a walk is that of all of it.
+    The ground truth of a shortened walk still refers to the entire walk.
     """
     if case.differing:
         generator = np.random.default_rng([seed, 3])
@@ -178,7 +178,7 @@ def as_walked(walks: list[Simulated], case: Case, seed: int) -> list[Simulated]:
 
 
 def with_factors(walk: Simulated, factors: Array) -> Simulated:
-    """Return a walk whose parameters are larger by factors, shape (joints, p); motors take what more friction does."""
+    """Multiply the friction parameters by factors, shape (joints, p); the motor torques change by as much."""
     velocity = np.gradient(walk.log.position, walk.log.time, axis=0)
     torque, parameters = walk.log.torque.copy(), {}
     for (joint, known), each in zip(walk.truth.parameters.items(), factors, strict=True):
@@ -192,7 +192,7 @@ def with_factors(walk: Simulated, factors: Array) -> Simulated:
 
 
 def wrong_model(robot: Robot, seed: int) -> Robot:
-    """Return the robot as the estimators believe it to be; its bodies can exist."""
+    """Perturb the model that the estimators get; its bodies remain physically possible."""
     generator = np.random.default_rng([seed, 1])
     model = pin.Model(robot.tree.model)
     for joint in range(1, model.njoints):
@@ -209,10 +209,10 @@ def wrong_model(robot: Robot, seed: int) -> Robot:
 
 
 def measured(log: RobotLog, case: Case, seed: int, number: int) -> RobotLog:
-    """Return a walk as the sensors of a case see it; calibration errors are the same in all walks.
+    """Add the sensor errors of a case to a walk; calibration errors are the same in all walks.
 
-    Feet say whether they stand, but their wrenches, which here are exact, are left out: with them inertias are found
-    that are not to be had from encoders and torque sensors alone.
+    The log contains contact flags but no foot wrenches. The simulated wrenches are exact, and would identify inertias
+    that encoders and torque sensors cannot.
     """
     log = replace(log, foot_wrench=None)
     log = with_noise(log, position=case.encoder, torque=case.torque, seed=10 * seed + number)

@@ -1,10 +1,10 @@
-"""Whether intervals hold across logs: how often two logs of a real robot disagree about friction that both identify.
+"""Check intervals across logs: how often two logs of a real robot disagree about friction that both identify.
 
     STRIBECK_REAL_LOGS=DATA_FOLDER python -m studies.across_logs --save studies/across_logs.json
 
-Every log by itself, or the halves of the only one, is identified with default settings. For every two logs, the 95 %
-intervals of what both identify are compared: of each parameter, and of a joint's curve at the slowest and at the
-fastest speed that both have, where one disjoint interval is enough.
+Each log is identified with default settings; a robot's only log is split into halves. For each pair of logs, the study
+compares the 95 % intervals of every parameter that both identify, and of each joint's curve at the lowest and at the
+highest speed that both contain. A curve disagrees if one of its two intervals is disjoint.
 """
 
 from itertools import combinations

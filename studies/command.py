@@ -1,8 +1,8 @@
-"""The command line that all studies share: make the runs that are missing, save them as JSON, print the tables.
+"""The command line that all studies share: compute missing runs, save them as JSON, print the tables.
 
-A study is a list of runs, each named by a few keys; a function of these keys that computes the rest of the row; and a
-function that makes Markdown tables from all rows. Runs that the file contains already are not repeated: move the file
-away when the estimator has changed.
+A study consists of a list of runs, each identified by a few keys; a function that computes the row of a run from its
+keys; and a function that formats all rows as Markdown tables. Runs that are already in the file are not repeated: move
+the file away after a change of the estimator.
 """
 
 import argparse
@@ -57,7 +57,7 @@ def command(
 
 
 def read_rows(path: Path) -> list[Row]:
-    """Read the rows of a study, none if there is no such file."""
+    """Read the rows of a study; an empty list if the file does not exist."""
     rows: list[Row] = json.loads(path.read_text(encoding="utf-8"))["rows"] if path.exists() else []
     return rows
 
@@ -74,7 +74,7 @@ def rounded(value: float, digits: int = 3) -> float:
 
 @cache
 def real_robot(name: str) -> Path:
-    """Convert the published logs of a real robot; the folder has robot.toml, curve-fit.toml, the model and log*.npz."""
+    """Convert a real robot's published logs to a folder with robot.toml, curve-fit.toml, the model and log*.npz."""
     data = os.environ.get("STRIBECK_REAL_LOGS")
     if not data:
         sys.exit("the published logs of real robots are not part of this repository: set STRIBECK_REAL_LOGS to them")

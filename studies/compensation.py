@@ -1,17 +1,17 @@
-"""What friction compensation does in closed loop, with the friction that an arm's own noisy log shows.
+"""Measure friction compensation in closed loop, with friction identified from the arm's own noisy log.
 
     python -m studies.compensation --save studies/compensation.json
 
-An arm of six joints moves as its log needs it, with noise in encoders and torque sensors; its friction is identified by
-default, exported as a C header, compiled, and compensated in the loop at 1 kHz:
+An arm with six joints makes an excitation motion with noisy encoders and torque sensors. Its friction is identified
+with default settings, exported as a C header, compiled, and compensated in a loop at 1 kHz:
 
 - tracking: slow sines through reversals, by computed torque;
 - guiding: gravity is compensated, and a hand drags the arm along slow sines by a spring;
-- rest: the arm is to stand still, from a start off its aim.
+- rest: the arm starts away from its target and should stand still.
 
-Velocities are differences of noisy positions, low-passed. The same with no compensation, with the true friction, with
-half as much again (what overestimated friction does), and with the wrong sign; and, without a log, by what a momentum
-observer sees in the loop, at three bandwidths, which takes a hand for friction.
+Velocities are low-pass filtered differences of noisy positions. For comparison, the loop runs without compensation,
+with the true friction, with one and a half times the true friction (overestimation), and with the wrong sign. Without
+a log, a momentum observer compensates at three bandwidths; it cannot distinguish a hand from friction.
 """
 
 import ctypes
@@ -43,20 +43,20 @@ from studies.markdown import markdown_table
 
 LAW = "stribeck"
 COULOMB = (4.0, 4.0, 3.0, 1.2, 1.0, 0.6)
-"""Of the joints [N m], a twentieth to a thirtieth of what they can do, as harmonic drives have it."""
+"""Coulomb friction of the joints [N m]: 1/30 to 1/20 of their torque limits, typical of harmonic drives."""
 
 OTHERS = {"stribeck_gain": 0.3, "stribeck_velocity": 0.1, "slope": 60.0, "offset": 0.0}
 VISCOUS = 0.3
-"""Viscous friction over Coulomb friction [s/rad]."""
+"""Viscous friction divided by Coulomb friction [s/rad]."""
 
 ENCODER, TORQUE = 2e-5, 0.05
-"""Noise of the log and of the loop [rad], [N m]."""
+"""Noise of encoders [rad] and torque sensors [N m], in the log and in the loop."""
 
 RATE, SECONDS, SETTLED = 1000.0, 12.0, 2.0
-"""Of the loop [Hz], of a run [s], and how long it takes to settle [s]."""
+"""Loop rate [Hz], duration of a run [s], and settling time that is not measured [s]."""
 
 SIZE, SLOWEST = 0.35, 0.08
-"""Of the sines [rad], and the lowest of their frequencies [Hz]."""
+"""Amplitude of the sines [rad], and their lowest frequency [Hz]."""
 
 STIFF, HAND = 30.0, 30.0
 """Natural frequency of the controller, and of a joint on the hand's spring [rad/s]."""
@@ -119,7 +119,7 @@ def compiled(
     period: float = 1 / RATE,
     settings: Mapping[str, float] = SETTINGS,
 ) -> ByLaw:
-    """Return the compensation by the exported header, compiled, every `period` [s]."""
+    """Compile the exported header as a compensation that runs every `period` [s]."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder)
         export(result, robot, path / "friction.h", "c", include_weak=True)
@@ -148,7 +148,7 @@ def compiled(
 
 
 def observed(robot: Robot, bandwidth: float) -> Compensation:
-    """Return the compensation by a momentum observer, with the gain of the header's."""
+    """Build the compensation by a momentum observer, with the same gain as the header's compensation."""
     observer = MomentumObserver(robot, 1 / RATE, bandwidth)
 
     def compensate(position: Array, measured: Array, desired: Array, torque: Array) -> Array:  # noqa: ARG001
@@ -208,7 +208,7 @@ def run(task: str, compensation: str) -> Row:
 
 
 def _made(kind: str, robot: Robot) -> Compensation | None:
-    """Make a compensation with a state of its own."""
+    """Build a new compensation, which has its own state; None for no compensation."""
     if kind == "none":
         return None
     if kind in OBSERVED:

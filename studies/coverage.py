@@ -1,13 +1,13 @@
-"""Coverage of the 95 % intervals: noisy positions and torques in, parameters out, many times over.
+"""Measure how often the 95 % intervals of parameters cover the truth over many noisy logs.
 
     python -m studies.coverage --save studies/coverage.json
 
-For each robot exact logs of random motions are made, each is given noise several times over, and friction is identified
-by the curve fit as a user would: differentiated by the filter that `auto` chooses, without exact velocities. Counted
-over all joints that get numbers, per parameter.
+For each robot, noise is added several times to exact logs of random motions. The curve fit identifies friction as users
+would run it: it differentiates positions with the filter that `auto` chooses. Coverage is counted per parameter over
+all joints that get numbers.
 
-The whole log is tested on a minute of an arm's motion, whose sensors are noisy; in one case every stretch of 1.6 s has
-an offset of its own in every joint, 0.2 N m, which no sensor's noise explains.
+The whole log is tested on one minute of an arm's motion with noisy sensors. In one case the offset of every joint
+changes at random every 1.6 s (standard deviation 0.2 N m), which no sensor noise explains.
 """
 
 import tempfile
@@ -46,7 +46,7 @@ LEGS = ("FL", "FR", "RL", "RR")
 
 @dataclass(frozen=True)
 class Case:
-    """A robot file's text, how the robot moves, and the size of offsets that change every 1.6 s [N m]."""
+    """Text of the robot file, motion of the robot, and size of the offsets that change every 1.6 s [N m]."""
 
     robot_file: str
     posture: dict[str, float] = field(default_factory=dict)
@@ -127,7 +127,7 @@ def run(case: str, repetitions: int) -> Row:
 
 
 def tables(rows: list[Row]) -> list[str]:
-    """Format the tables of robots, and of an arm with steps that agree or disagree."""
+    """Format the tables of robots, and of an arm with constant or changing offsets."""
     robots, steps = [], []
     for row in rows:
         shares = {name: 100 * each["coverage"] for name, each in row["parameters"].items()}

@@ -35,7 +35,7 @@ class ConstrainedSample:
     constraint_inertia
         `A = J_c M^-1 J_c^T` of (5.8), shape (m, m).
     friction_response
-        `J_c M^-1 S_tc^T`, shape (m, k): what a friction torque does to the constraints.
+        `J_c M^-1 S_tc^T`, shape (m, k): effect of a friction torque on the constraints.
     """
 
     mobility: Array
@@ -51,13 +51,13 @@ def constrained_sample(robot: Robot, feet: tuple[str, ...], state: State, torque
     Parameters
     ----------
     robot
-        With a floating base.
+        Robot with a floating base.
     feet
         Standing contacts.
     state, torque
         Motion and joint torque, shape (T, n). Without an orientation the first foot is flat.
     k
-        Which sample.
+        Index of the sample.
     """
     columns = robot.tree.columns
     motion = _equation_of_motion(robot, feet, state, torque, k)
@@ -93,7 +93,7 @@ class _Motion(NamedTuple):
 
 @cache
 def _workspace(tree: RootedModel) -> tuple[pin.Model, pin.Data]:
-    """Return a copy of the model without gravity, which enters in root link coordinates, and its working memory."""
+    """Copy the model without gravity, which enters in root link coordinates, and allocate its working memory."""
     model = pin.Model(tree.model)
     model.gravity.linear = np.zeros(3)
     return model, model.createData()
@@ -124,7 +124,7 @@ def _equation_of_motion(robot: Robot, feet: tuple[str, ...], state: State, torqu
 
 
 def _base_rates(jacobian: Array, state: State, k: int, columns: NDArray[np.int64]) -> Array:
-    """Return the root link's velocity for feet that do not move; where they let it turn, the orientation says how."""
+    """Compute the root link's velocity for feet at rest; the orientation determines rotations that feet leave free."""
     feet_rates = jacobian[:, 6:] @ state.velocity[k, columns]
     rates = np.linalg.lstsq(jacobian[:, :6], -feet_rates, rcond=None)[0]
     if state.orientation is not None and np.linalg.matrix_rank(jacobian[:, :6], tol=1e-9) < 6:
@@ -134,7 +134,7 @@ def _base_rates(jacobian: Array, state: State, k: int, columns: NDArray[np.int64
 
 
 def _gravity(robot: Robot, feet: tuple[str, ...], state: State, k: int) -> Array:
-    """Return gravity in root link coordinates [m/s^2], shape (3,)."""
+    """Compute gravity in root link coordinates [m/s^2], shape (3,)."""
     if state.orientation is not None:
         return np.asarray(gravity_in_root_link(state.orientation.quaternion[k : k + 1], robot.gravity)[0])
     rotation, _ = robot.foot_pose(feet[0], state.position[k : k + 1])
@@ -144,7 +144,7 @@ def _gravity(robot: Robot, feet: tuple[str, ...], state: State, k: int) -> Array
 def _contact_jacobian(
     robot: Robot, feet: tuple[str, ...], model: pin.Model, data: pin.Data, configuration: Array
 ) -> Array:
-    """Return J of (5.4b), shape (m, 6 + n), each foot's rows in its own frame."""
+    """Compute J of (5.4b), shape (m, 6 + n); each foot's rows refer to the frame of the foot."""
     pin.computeJointJacobians(model, data, configuration)
     pin.updateFramePlacements(model, data)
     rows = []
@@ -158,7 +158,7 @@ def _contact_jacobian(
 def _contact_drift(
     robot: Robot, feet: tuple[str, ...], model: pin.Model, data: pin.Data, configuration: Array, rates: Array
 ) -> Array:
-    """Return J' v, shape (m,)."""
+    """Compute J' v, shape (m,)."""
     pin.forwardKinematics(model, data, configuration, rates, np.zeros(model.nv))
     rows = []
     for foot in feet:
@@ -178,7 +178,7 @@ def minimum_norm_friction_torque(
     weight: float | Array = 1.0,
     penalty: float | Array = 1e-8,
 ) -> Array:
-    """Return the friction torque that (6.1) picks where the contacts leave it open, as in double support.
+    """Compute the friction torque that (6.1) picks where contacts leave it undetermined, as in double support.
 
         min over R of  1/2 (Da - M_mod^-1 R)^T W (Da - M_mod^-1 R) + 1/2 R^T lambda R
 
@@ -187,11 +187,11 @@ def minimum_norm_friction_torque(
     Parameters
     ----------
     robot, feet, state, torque
-        As for `constrained_sample`.
+        See `constrained_sample`.
     weight
-        Diagonal of W [(rad/s^2)^-2], a number or one per torque-controlled joint.
+        Diagonal of W [(rad/s^2)^-2], one number or one per torque-controlled joint.
     penalty
-        Diagonal of lambda [(N m)^-2], likewise.
+        Diagonal of lambda [(N m)^-2], one number or one per torque-controlled joint.
 
     Returns
     -------
@@ -211,7 +211,7 @@ def minimum_norm_friction_torque(
 
 
 def dense_friction_torque(robot: Robot, feet: tuple[str, ...], state: State, torque: Array) -> tuple[Array, Array]:
-    """Return the friction torque (5.13) of the torque-controlled joints and the wrenches on the standing feet.
+    """Compute the friction torque (5.13) of the torque-controlled joints and the wrenches on the standing feet.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Semantic faults of a log: what each does to the log and its robot, and the checks that name it."""
+"""Semantic faults of a log: the change of the log and its robot, and the checks that should report it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -19,7 +19,7 @@ Change = Callable[[RobotLog, Robot], tuple[RobotLog, Robot]]
 
 @dataclass(frozen=True)
 class Fault:
-    """What it does to a log and its robot, and the checks that name it; words name it where a log is refused."""
+    """Change of a log and its robot, the checks that report it, and words of the error if the log is refused."""
 
     apply: Change
     checks: tuple[str, ...]
@@ -28,7 +28,7 @@ class Fault:
 
 
 def _column(robot: Robot, nth: int = 0) -> int:
-    """Choose a joint that carries much: of an arm the second, of a leg the knee."""
+    """Choose a joint with a high load: the second joint of an arm, the knee of a leg."""
     knees = [k for k, name in enumerate(robot.joint_names) if "knee" in name]
     return (knees or [1, 2])[nth]
 
@@ -187,4 +187,4 @@ FAULTS = {
     "a contact stuck off": Fault(_stuck(False), ("contact-stuck",), of=WALK),
     "the robot falls": Fault(_falls, ("base-falls",), of=WALK),
 }
-"""By name; every log with one of them can still be read."""
+"""Faults by name; every log with one of them can still be read."""

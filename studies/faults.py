@@ -1,13 +1,13 @@
-"""Whether the audit names what is wrong with a log: semantic faults, one at a time, and logs without any.
+"""Measure which semantic faults of a log the audit reports, one at a time, and its false alarms on clean logs.
 
     python -m studies.faults --save studies/faults.json
 
-Every fault is put into the log of an arm and into that of a humanoid's walk, where it applies, with sensor noise and a
-wrong model. The arm is a Panda in random motion, the walk a G1's, turning; thresholds were chosen on other logs: other
-arms, straight, sideways and diagonal walks, and real robots. Wrong units are also put into logs in which no gain can be
-found: of a turntable, which carries nothing and whose gear rubs, and of a quadruped that stands on all feet. The table
-has what the audit reports, and whether a fault that it does not name made a method call a joint's friction identified
-at a wrong value without any warning. Clean logs, whole and in windows of 1, 2 and 10 s, should have no finding.
+Every fault is put into the log of an arm and into a humanoid's walk, if it applies there, with sensor noise and a wrong
+model. The arm is a Panda in random motion; the humanoid is a G1 that turns. Thresholds were chosen on other logs: other
+arms, straight, sideways and diagonal walks, and real robots. Wrong units are also put into two logs in which no torque
+gain can be identified: a turntable with high friction and no load, and a quadruped that stands on all feet. The table
+contains the audit's reports, and whether an unreported fault led to a wrong friction that a method called identified
+without any warning. Clean logs, whole and in windows of 1, 2 and 10 s, should have no finding.
 """
 
 from collections.abc import Iterator
@@ -35,9 +35,9 @@ from studies.walking_cases import EXAMPLES
 SECONDS = 20.0
 """Duration of a log that faults are put into [s]."""
 WINDOWS = {10.0: 3, 2.0: 8, 1.0: 12}
-"""Length of a window of a clean log [s] -> how many, evenly over it."""
+"""Number of windows, spread evenly over a clean log, by window length [s]."""
 WRONG, SMALL = 0.25, 0.1
-"""Error of a Coulomb friction from which a value is wrong: relative [1], and absolute [N m]."""
+"""Errors above which Coulomb friction counts as wrong: relative [1] and absolute [N m]."""
 CLEAN = "none"
 HEAD = ("fault", "log", "found", "named")
 CLEAN_HEAD = ("clean log", "whole", *(f"{seconds:g} s" for seconds in WINDOWS))
@@ -45,7 +45,7 @@ CLEAN_HEAD = ("clean log", "whole", *(f"{seconds:g} s" for seconds in WINDOWS))
 
 @dataclass(frozen=True, eq=False)
 class CleanLog:
-    """A robot as it is believed to be, its log without faults, and the true Coulomb friction by joint [N m]."""
+    """Robot as described by its (wrong) model, its log without faults, and true Coulomb friction by joint [N m]."""
 
     robot: Robot
     log: RobotLog
@@ -72,7 +72,7 @@ def arm() -> CleanLog:
 
 
 def turntable() -> CleanLog:
-    """Make the log of a single vertical axis, whose friction is far larger than what accelerates it."""
+    """Make the log of a single vertical axis, whose friction is far larger than its inertial torque."""
     return _moved(Robot.from_model(_written("turntable.urdf", TURNTABLE), base="fixed"), 31, 3.0, 1.0, "stand")
 
 
@@ -90,7 +90,7 @@ def _moved(robot: Robot, seed: int, coulomb: float, viscous: float, gait: Gait) 
 
 
 def humanoid() -> CleanLog:
-    """Make the log of a walk that nothing was tuned on."""
+    """Make the log of a walk that no constant was tuned on."""
     walk = other_walks("G1")[2]
     rows = slice(min(len(walk.log.time), round(SECONDS * len(walk.log.time) / np.ptp(walk.log.time))))
     coulomb = {name: values["coulomb"] for name, values in walk.truth.parameters.items()}
@@ -101,7 +101,7 @@ LOGS = {"arm": cache(arm), "humanoid": cache(humanoid), "turntable": cache(turnt
 
 
 def checks_of(log: RobotLog, robot: Robot) -> tuple[list[str], str]:
-    """List the checks that found something, and why the log was refused, if it was."""
+    """List the checks with findings, and the error if the log was refused."""
     try:
         return [f.check for f in audit(prepare(log, robot, robot.settings), robot, robot.settings)], ""
     except LogError as error:
@@ -122,7 +122,7 @@ def run(log: str, fault: str) -> Row:
 
 
 def wrong_unwarned(log: RobotLog, robot: Robot, coulomb: dict[str, float]) -> list[str]:
-    """List the joints called identified at a wrong Coulomb friction, if there is no warning at all."""
+    """List the joints whose verdict is identified but whose Coulomb friction is wrong; empty after any warning."""
     try:
         result = identify(log, robot, Settings(method="curve-fit"), force=True)
     except NothingIdentifiedError:
@@ -138,14 +138,14 @@ def wrong_unwarned(log: RobotLog, robot: Robot, coulomb: dict[str, float]) -> li
 
 
 def windows(log: RobotLog, seconds: float, count: int) -> Iterator[RobotLog]:
-    """Yield parts of a log of so many seconds, evenly over it."""
+    """Yield `count` windows of a log, evenly spaced."""
     length = round(seconds * (len(log.time) - 1) / (log.time[-1] - log.time[0]))
     for start in np.linspace(0, len(log.time) - length, count).astype(int).tolist():
         yield log.take(slice(start, start + length))
 
 
 def windows_with_findings(given: CleanLog) -> dict[str, list[int]]:
-    """Count the windows of a log that have a finding, and all of them, by their length."""
+    """Count windows with a finding, and all windows, by length."""
     found = {"whole": [int(bool(checks_of(given.log, given.robot)[0])), 1]}
     for seconds, count in WINDOWS.items():
         each = [bool(checks_of(part, given.robot)[0]) for part in windows(given.log, seconds, count)]

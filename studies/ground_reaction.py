@@ -1,11 +1,11 @@
-"""What measured foot wrenches are worth: friction from ground reactions beside the curve fit and the whole log.
+"""Compare friction from measured foot wrenches with the curve fit and the whole log.
 
     python -m studies.ground_reaction --save studies/ground_reaction.json
 
 The TORO-like humanoid of the accuracy study walks straight on, to the left and to the right, 138 s in all, in MuJoCo;
-its feet's wrenches are logged. White noise is added, and in the last case the wrench sensors have zeros of 10 N and
-1 N m and gains off by 3 %, standard deviations. All six parameters of the law are free. Errors are those of the 12 leg
-joints: of Coulomb friction, relative, mean and worst; of viscous friction and offset the mean.
+the wrenches of its feet are logged. White noise is added. In the last case the wrench sensors also have random zeros
+(standard deviation 10 N and 1 N m) and gains (3 %). All six parameters of the law are free. The table lists mean and
+worst relative error of Coulomb friction, and mean errors of viscous friction and offset, over the 12 leg joints.
 """
 
 from dataclasses import dataclass, replace
@@ -24,7 +24,11 @@ from studies.markdown import markdown_table
 
 @dataclass(frozen=True)
 class Case:
-    """Standard deviations of white noise [rad], [N m], [N], [N m]; of zeros [N], [N m], and of gains [1]."""
+    """Standard deviations of sensor errors.
+
+    White noise of encoders [rad], torques [N m], foot forces [N] and foot moments [N m]; zeros [N], [N m] and gains [1]
+    of the wrench sensors.
+    """
 
     encoder: float = 0.0
     torque: float = 0.0
@@ -45,7 +49,7 @@ HEAD = ("case", "method", "joints", "Coulomb %, mean / worst", "viscous", "offse
 
 
 def measured(log: RobotLog, case: Case, number: int) -> RobotLog:
-    """Add a case's errors to a walk; those of the feet are the same in all walks."""
+    """Add the errors of a case to a walk; the zeros and gains of the feet are the same in all walks."""
     assert log.foot_wrench is not None
     if case == Case():
         return log

@@ -1,8 +1,7 @@
-"""Harder conditions than the accuracy study's: sensors and models wrong in ways that the estimator does not know of.
+"""Conditions harder than the accuracy study's: sensor and model errors that the estimator does not model.
 
-All are made from walks that sensors without errors saw, as in `studies.accuracy_cases`; most are changes to the log
-alone. The walks are ones that nothing was tuned on: diagonal, backwards, turning and pushed steps of other lengths and
-durations.
+All are made from walks with perfect sensors, as in `studies.accuracy_cases`; most change only the log. No constant was
+tuned on these walks: diagonal, backwards, turning and pushed steps with other lengths and durations.
 """
 
 from dataclasses import dataclass, replace
@@ -21,49 +20,49 @@ from stribeck_simulation.scenario import PushTable, StepsTable
 from studies.accuracy_cases import NAMES, ROBOTS, Case, as_walked, kept_walks_of, measured, with_factors, wrong_model
 
 CORNER = 10.0
-"""Frequency [Hz] that coloured noise reaches to."""
+"""Bandwidth of coloured noise [Hz]."""
 PERIODS = 18
-"""Of a torque ripple, a turn [1]: a motor with six slots, three times as many poles."""
+"""Periods of the torque ripple per turn [1]: a motor with six slots and 18 poles."""
 LEVER = 0.1
-"""Of a payload, ahead of the centre of the heaviest body [m]."""
+"""Distance of the payload in front of the heaviest body's center [m]."""
 ROTOR = 0.05
-"""Inertia of every rotor, seen from the joint, where there are any [kg m^2]."""
+"""Rotor inertia of every joint, reflected to the joint side [kg m^2], in cases with rotors."""
 SPIKES = 0.5, 20.0
-"""How often a joint's torque has one [1/s], and how high it is [N m]."""
+"""Rate of spikes in a joint's torque [1/s], and their height [N m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Harder(Case):
-    """What is wrong beside a case's errors.
+    """Errors in addition to the errors of `Case`.
 
     Attributes
     ----------
     bits
-        Of an encoder, a turn [1]; 0 if it is not quantised.
+        Encoder bits per turn [1]; 0 without quantization.
     coloured
         Standard deviation of torque noise below `CORNER` [N m].
     ripple
-        Torque that comes and goes over position, over the joint's Coulomb friction [1].
+        Amplitude of a torque that is periodic in position, relative to the joint's Coulomb friction [1].
     gains
         Standard deviation of the torque sensors' gains [1].
     torque_delay, contact_delay
-        Of torques and of contacts [s].
+        Delays of torques and of contacts [s].
     tilt
-        Of the IMU against the base [deg].
+        Angle between the IMU and the base [deg].
     payload
-        That the model lacks [kg].
+        Mass that is missing in the model [kg].
     decades
-        Over how many the frictions of joints are spread [1].
+        Decades over which the friction of different joints is spread [1].
     every
-        One of how many samples is logged [1].
+        Decimation factor of the log [1].
     standing
-        Before the walk [s].
+        Duration of standing before the walk [s].
     spikes
         Whether torques have spikes.
     rotors
-        How wrong rotor inertias are, at most [1].
+        Maximum relative error of rotor inertias [1].
     pushed
-        Whether there is a walk that is pushed.
+        Whether one walk is pushed.
     """
 
     bits: int = 0
@@ -107,7 +106,7 @@ CONDITIONS: dict[str, Harder] = {
         wrong_model=True, bits=16, coloured=0.1, ripple=0.05, gains=0.01, torque_delay=0.001, tilt=0.5, rotors=0.1
     ),
 }
-"""All with the noise of A: 2e-5 rad and 0.1 N m."""
+"""Conditions by name. All include the noise of case A: 2e-5 rad and 0.1 N m."""
 
 
 def _short(single_support: float, double_support: float, **kind: float) -> StepsTable:
@@ -116,7 +115,7 @@ def _short(single_support: float, double_support: float, **kind: float) -> Steps
 
 
 def other_walks(name: str) -> list[Simulated]:
-    """Return four walks of about 15 s of a robot of the accuracy study, as sensors without errors see them."""
+    """Simulate four walks of about 15 s, of one robot of the accuracy study, with perfect sensors."""
     size, width = (0.6, 0.14) if name == "G1" else (1.0, 0.18)
     ways = {
         "diagonal": _short(0.7, 0.2, forward=0.18 * size, sideways=0.12 * size, width=width),
@@ -130,11 +129,11 @@ def other_walks(name: str) -> list[Simulated]:
 
 
 PUSHED = (4.0, 1), (8.0, -1), (11.0, 1)
-"""When a walk is pushed [s], and to which side."""
+"""Time [s] and direction of each push."""
 
 
 def as_seen(walks: list[Simulated], case: Case, seed: int) -> tuple[list[Simulated], Robot, list[RobotLog]]:
-    """Return walks with a case's friction, the robot as the estimators believe it to be, and what its sensors log."""
+    """Apply a case: walks with its friction, the robot model that the estimators get, and the measured logs."""
     if isinstance(case, Harder):
         walks = walks if case.pushed else walks[:-1]
         walks = [_spread_out(walk, case.decades, seed) if case.decades else walk for walk in walks]
@@ -150,7 +149,7 @@ def as_seen(walks: list[Simulated], case: Case, seed: int) -> tuple[list[Simulat
 
 
 def _spread_out(walk: Simulated, decades: float, seed: int) -> Simulated:
-    """Return a walk whose joints' frictions, all of a joint's alike, are spread over so many decades."""
+    """Scale the friction of each joint by a random factor; the factors spread over so many decades."""
     factors = np.ones((len(walk.truth.parameters), len(NAMES)))
     shuffled = np.random.default_rng([seed, 4]).permutation(len(factors)) / (len(factors) - 1) - 0.5
     scaled = [NAMES.index(name) for name in ("viscous", "coulomb", "offset")]
@@ -159,13 +158,13 @@ def _spread_out(walk: Simulated, decades: float, seed: int) -> Simulated:
 
 
 def _with_rotors(walk: Simulated) -> Simulated:
-    """Return a walk whose motors have moved rotors as well, of which the simulated robot has none."""
+    """Add the torques that accelerate rotors to a walk that was simulated without rotors."""
     acceleration = np.gradient(np.gradient(walk.log.position, walk.log.time, axis=0), walk.log.time, axis=0)
     return replace(walk, log=replace(walk.log, torque=walk.log.torque + ROTOR * acceleration))
 
 
 def _other_rotors(robot: Robot, most: float, seed: int) -> Robot:
-    """Return the robot with rotors that are as large as the walks', but for an error; its torques are the motors'."""
+    """Give the robot rotors with an error relative to the walks' rotors; its torques are measured at the motors."""
     model = pin.Model(robot.tree.model)
     factors = 1 + most * np.random.default_rng([seed, 5]).uniform(-1, 1, len(robot.joint_names))
     model.armature[-len(factors) :] = ROTOR * factors
@@ -173,7 +172,7 @@ def _other_rotors(robot: Robot, most: float, seed: int) -> Robot:
 
 
 def _without_payload(robot: Robot, mass: float) -> Robot:
-    """Return the robot without a point mass, which its heaviest body is given as to have: it may exist without."""
+    """Subtract a point mass from the heaviest body: the walking robot carries it, the estimators' model does not."""
     model = pin.Model(robot.tree.model)
     joint = max(range(1, model.njoints), key=lambda k: float(model.inertias[k].mass))
     body = model.inertias[joint]
@@ -184,7 +183,7 @@ def _without_payload(robot: Robot, mass: float) -> Robot:
 
 
 def _logged(walk: Simulated, case: Harder, seed: int, number: int) -> RobotLog:
-    """Return a walk as the sensors of a case see it; what is fixed to the robot is the same in all walks."""
+    """Add the sensor errors of a case to a walk; errors that belong to the robot are the same in all walks."""
     log, names = walk.log, walk.log.joint_names
     fixed, drawn = np.random.default_rng([seed, 6]), np.random.default_rng([seed, 7, number])
     log = _stood(log, case.standing)
@@ -216,7 +215,7 @@ def _logged(walk: Simulated, case: Harder, seed: int, number: int) -> RobotLog:
 
 
 def _stood(log: RobotLog, seconds: float) -> RobotLog:
-    """Return a log that begins with its first sample for so long."""
+    """Repeat the first sample of a log for so many seconds before the log starts."""
     period = float(np.median(np.diff(log.time)))
     count = round(seconds / period)
     whole = log.take(np.concatenate([np.zeros(count, dtype=np.int64), np.arange(len(log.time))]))
@@ -224,13 +223,13 @@ def _stood(log: RobotLog, seconds: float) -> RobotLog:
 
 
 def _earlier(log: RobotLog, late: float) -> NDArray[np.int64]:
-    """Return the rows that a sensor shows which is so late [s]."""
+    """Compute the row that a delayed sensor shows at each sample; `late` is the delay [s]."""
     rows = np.arange(len(log.time))
     return np.maximum(rows - round(late / float(np.median(np.diff(log.time)))), 0)
 
 
 def _coloured(generator: np.random.Generator, shape: tuple[int, ...], deviation: float, period: float) -> Array:
-    """Return first-order Gauss-Markov noise, shape (T, n)."""
+    """Draw first-order Gauss-Markov noise, shape (T, n)."""
     memory = np.exp(-2 * np.pi * CORNER * period)
     white = generator.standard_normal(shape)
     return np.asarray(deviation * lfilter([np.sqrt(1 - memory**2)], [1.0, -memory], white, axis=0))

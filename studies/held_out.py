@@ -1,15 +1,15 @@
-"""Held-out torque error on logs of real robots: no friction, the curve fit and the whole log, side by side.
+"""Compare the held-out torque error on logs of real robots: no friction, curve fit and whole log.
 
     STRIBECK_REAL_LOGS=DATA_FOLDER python -m studies.held_out --save studies/held_out.json
 
-Each part of a robot's logs is held out in turn, every method is fitted to all others, and all are measured alike on
-what they have not seen:
+Each part of a robot's logs is held out in turn. Every method is fitted to the other parts, and its error on the
+held-out part is
 
     W[torque - inverse dynamics(q, v, a; the method's own model) - friction(v, a)]
 
-root mean square, joint by joint, while the joint moves; the torque is that which comes later by the delay that the
-method found, if it looks for one. W and the motion's filter are the same for all methods. What a
-method declines to say of a joint is no error of any method.
+as a root mean square per joint while the joint moves. If a method estimates a torque delay, the torque is shifted by
+it. The filter W and the filter of the motion are the same for all methods. If a method gives no friction for a joint,
+the joint counts as no error.
 """
 
 from collections.abc import Mapping, Sequence
@@ -33,17 +33,17 @@ from studies.command import Row, command, real_robot, rounded
 from studies.markdown import markdown_table
 
 BANDS = {"tx40": 20.0, "kinova-gen3": 10.0, "go2": 12.0, "double-pendulum": 6.0}
-"""Frequency [Hz] up to which torques are compared: what the motion of the robot reaches to."""
+"""Frequency up to which torques are compared [Hz]: the bandwidth of the robot's motion."""
 WIDER = 2.0
-"""Cutoff of the motion's filter over that of the torque's [1]."""
+"""Cutoff of the motion's filter divided by the cutoff of the torque's filter [1]."""
 ORDER = 4
-"""Of both Butterworth filters, which run forwards and backwards."""
+"""Order of both Butterworth filters, which run forwards and backwards."""
 PARTS = 4
-"""Of a robot's only log [1]; several logs are held out one by one."""
+"""Number of parts of a robot's only log; several logs are held out one by one."""
 REST = 0.01
 """Share of a joint's top speed below which it is at rest [1]."""
 ENDS = 0.25
-"""Left out at the ends of a part, where its filters swing in [s]."""
+"""Duration excluded at both ends of a part, where its filters settle [s]."""
 METHODS: dict[str, dict[str, object]] = {
     "whole-log, model trusted": {"law": "coulomb-viscous", "corrections": "none"},
     "whole-log": {"law": "coulomb-viscous"},
@@ -54,7 +54,7 @@ METHODS: dict[str, dict[str, object]] = {
 
 
 def parts_of(logs: Sequence[RobotLog]) -> list[RobotLog]:
-    """Return the parts that are held out one by one: logs, or stretches of the only one."""
+    """Split logs into the parts that are held out one by one: the logs, or segments of the only log."""
     if len(logs) > 1:
         return list(logs)
     edges = np.linspace(0, len(logs[0].time), PARTS + 1).astype(int)
@@ -62,7 +62,7 @@ def parts_of(logs: Sequence[RobotLog]) -> list[RobotLog]:
 
 
 def corrected(robot: Robot, result: Result) -> Robot:
-    """Return the robot with the inertias that a result found."""
+    """Replace a robot's inertias by the inertias of a result."""
     model = pin.Model(robot.tree.model)
     for name, body in (result.corrections.bodies if result.corrections else {}).items():
         model.inertias[model.getJointId(name)] = _inertia(body)
@@ -77,7 +77,7 @@ def _inertia(body: BodyCorrection) -> pin.Inertia:
 
 
 def missing_rotor(robot: Robot, joint: JointResult, column: int) -> float:
-    """Return the rotor inertia that was found beyond the model's [kg m^2]."""
+    """Return the estimated rotor inertia minus the model's [kg m^2]."""
     found = joint.parameters.get("armature")
     return found.value - float(robot.armature[column]) if found else 0.0
 
@@ -91,10 +91,10 @@ def predicted_torque(
     lowpass: Array | None = None,
     period: float | None = None,
 ) -> tuple[Array, NDArray[np.bool_]]:
-    """Return the torques that a motion needs by a result [N m], shape (T, n), and of which joints it says friction.
+    """Predict a motion's torques from a result [N m], shape (T, n), and list the joints that have friction, shape (n,).
 
-    Those of the model alone if there is no result. The load that friction grows with is that behind a lowpass, given as
-    second-order sections. Friction builds up after reversals if the motion is one in time, of a period [s].
+    Without a result, the model determines the torques. A lowpass, given as second-order sections, filters the load that
+    friction depends on. With a sampling period [s], friction builds up after reversals.
     """
     believed = corrected(robot, result) if result else robot
     needed = rooted_inverse_dynamics(believed.tree, position, velocity, acceleration, None)[1]
@@ -118,7 +118,7 @@ def predicted_torque(
 
 
 def torque_errors(part: RobotLog, robot: Robot, result: Result | None, band: float, slowest: Array) -> Array:
-    """Return what is left of the torques of a part [N m], shape (T, n); NaN at rest and where nothing is said."""
+    """Compute the unexplained torques of a part [N m], shape (T, n); NaN at rest and for joints without friction."""
     log, sampling = regularise(part, robot.log_table)
     late = result.corrections.torque_delay if result and result.corrections else None
     torque = linear(log.time + late[0], log.time, log.torque) if late else log.torque
@@ -136,12 +136,12 @@ def torque_errors(part: RobotLog, robot: Robot, result: Result | None, band: flo
 
 
 def held_out(folder: Path, band: float, methods: Mapping[str, Mapping[str, object]] = METHODS) -> dict[str, Array]:
-    """Return the held-out torque errors of all methods, root mean square [N m], by joint, shape (n,).
+    """Compute the root mean square of the held-out torque errors of all methods per joint [N m], shape (n,).
 
     Parameters
     ----------
     folder
-        With robot.toml, curve-fit.toml and the logs.
+        Folder with robot.toml, curve-fit.toml and the logs.
     band
         Frequency up to which torques are compared [Hz].
     methods
@@ -166,7 +166,7 @@ def held_out(folder: Path, band: float, methods: Mapping[str, Mapping[str, objec
 
 
 def slowest_speeds(parts: Sequence[RobotLog]) -> Array:
-    """Return the speed of each joint below which it is at rest [rad/s], shape (n,)."""
+    """Compute the speed below which each joint is at rest [rad/s], shape (n,)."""
     speeds = np.concatenate([np.gradient(part.position, part.time, axis=0) for part in parts])
     return np.asarray(REST * np.percentile(np.abs(speeds), 99, axis=0))
 

@@ -1,4 +1,4 @@
-"""Walks that are simulated once, and kept under build/ until their scenario, their robot or the simulator changes."""
+"""Cache of simulated walks under build/, valid until the scenario, the robot or the simulator changes."""
 
 import hashlib
 from functools import cache
@@ -19,16 +19,16 @@ SOURCES = ("stribeck_simulation", "stribeck/friction", "stribeck/robot/robot.py"
 
 
 def kept_walk(label: str, scenario: Scenario, folder: Path = Path()) -> Simulated:
-    """Return the walk of a scenario, simulated if it is not at hand; an outdated one of the same label goes.
+    """Load the walk of a scenario, or simulate it and replace an outdated walk with the same label.
 
     Parameters
     ----------
     label
-        What its file is called.
+        Name of its file.
     scenario
-        Says all about it.
+        Scenario that defines the walk completely.
     folder
-        That a robot file's path is relative to.
+        Folder that the robot file's path is relative to.
     """
     file = MODELS / PACKAGED[scenario.robot] if scenario.robot in PACKAGED else folder / scenario.robot
     path = FOLDER / f"{label}.{_digest(scenario, file)}.npz"
@@ -43,8 +43,8 @@ def kept_walk(label: str, scenario: Scenario, folder: Path = Path()) -> Simulate
 
 
 def _digest(scenario: Scenario, robot_file: Path) -> str:
-    """Return a short hash of all that a simulated log follows from."""
-    there = str(Path(stribeck.__file__).parent)  # where the package lies does not matter
+    """Compute a short hash of all inputs of a simulated log."""
+    there = str(Path(stribeck.__file__).parent)  # the package's location does not matter
     parts = [scenario.model_dump_json(), robot_file.read_text(encoding="utf-8").replace(there, "")]
     text = "\n".join([*parts, version("mujoco"), version("pin"), _source_digest()])
     return hashlib.sha256(text.encode()).hexdigest()[:12]

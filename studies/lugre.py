@@ -1,15 +1,15 @@
-"""What the law "lugre" finds of bristles that are known.
+"""Measure how well the law "lugre" identifies known bristles.
 
     python -m studies.lugre --save studies/lugre.json
 
-Levers on drives, side by side on a bench, swing about a horizontal axis under computed torque, without knowledge of
-their friction but for its level: friction acts on the motion, and what the filter does to it is not known to the fit.
-Each friction has `DRIVES` levers, whose aims, sums of sines, are drawn independently. A humanoid then walks by a
-prescribed motion, with bristles in its legs. Encoder noise is 2e-5 rad, torque noise 0.05 N m; Coulomb friction
-1.2 N m, viscous friction 0.3 N m s/rad, Stribeck gain 0.3 at 0.15 rad/s, offset 0.2 N m.
+Levers on drives swing about horizontal axes on a bench under computed torque, which compensates only their Coulomb
+friction: friction acts on the motion, and the fit does not know the filter's effect on friction. `DRIVES` levers have
+the same friction and follow independent sums of sines. In addition, a humanoid with bristles in its legs walks along a
+prescribed motion. Encoder noise is 2e-5 rad, torque noise 0.05 N m; Coulomb friction 1.2 N m, viscous friction
+0.3 N m s/rad, Stribeck gain 0.3 at 0.15 rad/s, offset 0.2 N m.
 
-Over the joints that have a fit, of the travel Fc / sigma0, of the damping sigma1 and of the parameters of steady
-sliding: how many are identified, their median error, and how many of their 95 % intervals cover the true value; and the
+The table contains, for the travel Fc / sigma0, the damping sigma1 and the parameters of steady sliding: the number of
+identified joints, the median error, and the number of 95 % intervals that cover the true value. It also contains the
 median held-out residual with other laws.
 """
 
@@ -35,7 +35,7 @@ from studies.markdown import markdown_table
 SEED, DRIVES, SECONDS = 20261123, 5, 20.0
 STEADY = {"viscous": 0.3, "coulomb": 1.2, "stribeck_gain": 0.3, "stribeck_velocity": 0.15, "offset": 0.2}
 RATE, FINE = 1000.0, 5
-"""Rate of the log [Hz], and steps of the simulation in its period [1]."""
+"""Rate of the log [Hz], and simulation steps per sample [1]."""
 MASS, ARM, INERTIA = 1.0, 0.1, 0.03
 """Lever: mass [kg], length [m], moment of inertia about its axis [kg m^2]."""
 STIFF = 20.0
@@ -54,7 +54,7 @@ HEAD = ("friction", "travel", "damping", "steady sliding", "held out [N m]: lugr
 
 
 def bench(count: int, folder: Path) -> Robot:
-    """Make a robot of that many levers on one frame."""
+    """Make a robot with `count` levers on one frame."""
     link = '<link name="lever{0}"><inertial><origin xyz="{1} 0 0"/><mass value="{2}"/><inertia ixx="0.01" ixy="0" '
     link += 'ixz="0" iyy="{3}" iyz="0" izz="0.02"/></inertial></link><joint name="drive{0}" type="continuous">'
     link += '<parent link="frame"/><child link="lever{0}"/><axis xyz="0 1 0"/></joint>'
@@ -65,14 +65,14 @@ def bench(count: int, folder: Path) -> Robot:
 
 
 def friction_of(names: Sequence[str]) -> FrictionTruth:
-    """Give `DRIVES` levers in turn friction of each kind."""
+    """Assign each kind of friction to `DRIVES` levers."""
     bristles = {names[DRIVES * k + j]: own for k, own in enumerate(BRISTLES.values()) for j in range(DRIVES)}
     sharp = {name: {**STEADY, "exponent": 2.0} for name in names if name not in bristles}
     return FrictionTruth(len(names), [LuGre(names, bristles), LawFriction(names, get_law("stribeck-exponent"), sharp)])
 
 
 def swung(robot: Robot) -> RobotLog:
-    """Simulate the noisy log of the levers, which follow sines under computed torque."""
+    """Simulate the noisy log of levers that follow sines under computed torque."""
     generator, count = np.random.default_rng(SEED), len(robot.joint_names)
     time, step = np.arange(round(SECONDS * RATE * FINE)) / (RATE * FINE), 1 / (RATE * FINE)
     omega = 2 * np.pi * generator.uniform(0.1, 0.8, (5, 1, count))
@@ -128,7 +128,7 @@ def identified(walk: bool) -> dict[str, Result]:
 
 
 def run(friction: str) -> Row:
-    """Count how many parameters are identified, compare them with the ground truth, and laws on held-out blocks."""
+    """Count identified parameters, compare them with the ground truth, and compare laws on held-out blocks."""
     results = identified(friction == WALK)
     names = list(results["lugre"].joints)
     if friction != WALK:

@@ -1,4 +1,4 @@
-"""Markdown made of numbers."""
+"""Markdown tables and numbers."""
 
 import re
 from collections.abc import Iterable, Sequence

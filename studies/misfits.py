@@ -1,11 +1,11 @@
-"""What is reported after the fit: each finding on logs that have its cause, and on logs that have another one.
+"""Measure the findings after the fit: how often each is reported on logs with its cause and with other causes.
 
     python -m studies.misfits --save studies/misfits.json
 
-Walks of 32 s of a humanoid like TORO, on which the thresholds were chosen, and of the G1 and motions of 20 s of an arm,
-on which they were not, are identified by default. Causes are those of `studies.harder_cases`, friction that no law of
-velocity describes, and sensors that err in some joints only. Friction that is added is computed along the motion:
-motors provide what it takes.
+The logs are walks of 32 s of a TORO-like humanoid and of a G1, and 20 s of an arm's motion, identified with default
+settings. Thresholds were chosen on the TORO-like humanoid only. The causes are the conditions of
+`studies.harder_cases`, friction that no function of velocity describes, and sensor errors in some joints only. Added
+friction is computed along the given motion and added to the motor torques.
 """
 
 from collections.abc import Callable, Collection, Iterator
@@ -43,9 +43,9 @@ CAUSES: dict[str, tuple[str, ...]] = {
     "much-set-aside": ("pushed", "presliding"),
     "heterogeneity": ("pushed", "several"),
 }
-"""Causes of which each check is right to report."""
+"""Causes that justify each check's finding."""
 MISSES = {"torque-delay": ("one torque 5 ms late",), "friction-delay": ("torques 2 ms late", "all torques 4 ms late")}
-"""Cases that have a cause but belong to another check: they count neither way."""
+"""Cases with a cause that another check reports; excluded from both counts."""
 FRICTION = {
     "viscous": 0.3,
     "coulomb": 1.2,
@@ -56,7 +56,7 @@ FRICTION = {
 }
 """Friction of all joints of the arm."""
 Change = Callable[[RobotLog, Array, Array], Array]
-"""Torque that a cause adds to a log, given each joint's Coulomb friction and load [N m], shape (T, n); none without."""
+"""Function that computes the torque a cause adds to a log from each joint's Coulomb friction and load [N m], (T, n)."""
 
 
 def _sign(log: RobotLog) -> Array:
@@ -73,7 +73,7 @@ def load(log: RobotLog, _: Array, carried: Array) -> Array:
 
 
 def drift(log: RobotLog, coulomb: Array, _: Array) -> Array:
-    """Let Coulomb friction lose 40 % in the course of the log."""
+    """Reduce Coulomb friction by 40 % during the log."""
     share = (log.time - log.time[0]) / (log.time[-1] - log.time[0])
     return np.asarray(-0.4 * share[:, None] * coulomb * _sign(log))
 
@@ -83,13 +83,13 @@ def presliding(log: RobotLog, coulomb: Array, _: Array) -> Array:
     sign = _sign(log)
     kept = np.exp(-np.abs(np.diff(log.position, axis=0, prepend=log.position[:1])) / 0.006)
     z = np.zeros_like(sign)
-    for k in range(1, len(z)):  # a state: one sample after the other
+    for k in range(1, len(z)):  # the state depends on the previous sample
         z[k] = sign[k] + (z[k - 1] - sign[k]) * kept[k]
     return np.asarray(coulomb * (z - sign))
 
 
 def play(log: RobotLog, _: Array, carried: Array) -> Array:
-    """Keep the link's torque from the motor for 20 ms after it has changed its sign."""
+    """Remove the link's torque from the motor for 20 ms after its sign changes, as backlash does."""
     changed = np.diff(np.sign(carried), axis=0, prepend=np.sign(carried[:1])) != 0
     span = _samples(log, 0.02)
     crossing = np.apply_along_axis(np.convolve, 0, changed.astype(float), np.ones(span))[: len(log.time)] > 0
@@ -98,7 +98,7 @@ def play(log: RobotLog, _: Array, carried: Array) -> Array:
 
 
 def ripple(periods: float) -> Change:
-    """Make a torque that comes and goes over position, so often per turn."""
+    """Make a torque that is periodic in position, with so many periods per turn."""
     return lambda log, coulomb, _: 0.3 * coulomb * np.sin(periods * log.position + np.arange(len(coulomb)))
 
 
@@ -118,7 +118,7 @@ IN_SOME: dict[str, tuple[str, Change]] = {
     "one torque 5 ms late": ("delay", late),
     "wrong sign": ("sign", lambda log, _, __: -2 * log.torque),
 }
-"""By name: the cause, and what it adds to the torques of some joints."""
+"""Causes in some joints only, by case: the cause, and the torque that it adds to these joints."""
 ENTIRE = {
     **dict.fromkeys(("A", "B", "A, joints differ"), ""),
     "A, wrong model and calibration": "model",
@@ -135,7 +135,7 @@ ENTIRE = {
     "pushed": "pushed",
     "several at once": "several",
 }
-"""Cases of the walks -> their cause."""
+"""Causes in the entire robot, by case of the walks."""
 ON_THE_ARM = {
     **dict.fromkeys(("A", "B"), ""),
     **dict.fromkeys(IN_SOME, ""),
@@ -144,7 +144,7 @@ ON_THE_ARM = {
     "1 kg not in the model": "payload",
 }
 Logs = tuple[str, tuple[str, ...], Robot, list[RobotLog]]
-"""Cause, the joints that have it (none if all have it), the robot as it is believed to be, and its logs."""
+"""Cause, the joints that have it (empty if all have it), the robot model that the estimator gets, and its logs."""
 
 
 def added(log: RobotLog, change: Change, friction: dict[str, float], carried: Array) -> RobotLog:
@@ -217,7 +217,7 @@ def run(robot: str, case: str, seed: int) -> Row:
 
 
 def rates(rows: Collection[Row], check: str) -> tuple[int, int, int, int]:
-    """Count the logs with its cause that a check reports, all of these, and the same without its cause."""
+    """Count, for logs with a check's cause and for logs without it, the logs that the check reports and all logs."""
     counted = [row for row in rows if row["case"] not in MISSES.get(check, ())]
     having, others = ([r for r in counted if (r["cause"] in CAUSES[check]) == kind] for kind in (True, False))
     hit, false = (sum(check in row["findings"] for row in each) for each in (having, others))
@@ -231,7 +231,7 @@ def tables(rows: list[Row]) -> list[str]:
         line = [f"`{check}`"]
         for robots in (CHOSEN_ON, SHOWN_ON):
             hit, having, false, others = rates([row for row in rows if row["robot"] in robots], check)
-            shown = having and check != UNCLEAR  # where only a kind is named, that is better
+            shown = having and check != UNCLEAR  # a finding that names the cause is better than an unclear one
             line += [f"{hit} of {having}" if shown else "–", f"{false} of {others}"]
         cells.append(line)
     return [markdown_table(("check", *2 * ("with its cause", "without")), cells)]

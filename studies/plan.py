@@ -1,21 +1,21 @@
-"""Whether a planned motion reaches the intervals that its plan promises.
+"""Compare the intervals that a planned motion obtains with the intervals that its plan predicts.
 
     python -m studies.plan --save studies/plan.json
 
-Robots whose base is fixed, or hangs, move little and slowly for 20 s, every third joint not at all, with noise of 2e-5
-rad and 1 N m. From what the estimator finds then a trajectory of 60 s is planned for joints that are weak or not
-excited. The robot follows it exactly, torques are those of inverse dynamics with the true friction, and noise is drawn
-anew for every seed. From the log of that plan it is planned once more, for the same joints. All that estimator and plan
-know is a wrong model, as in `studies.accuracy`.
+Robots with a fixed or hanging base first move little and slowly for 20 s, every third joint not at all, with noise of
+2e-5 rad and 1 N m. From this result, a trajectory of 60 s is planned for joints that are weak or not excited. The robot
+follows it exactly, with torques from inverse dynamics plus the true friction, and noise drawn for every seed. The log
+of this plan leads to a second plan for the same joints. Estimator and plan use a wrong model, as in
+`studies.accuracy`.
 
-Robots that walk do so for 30 s at half of their pace, with noise of 2e-5 rad and so much in their torques that many
-joints are weak. The plan says what the same walk would bring if it lasted longer, and what at twice the pace in the
-same time. Both walks are made, exactly and with noise of their own, and identified.
+Walking robots walk 30 s at half their pace, with noise of 2e-5 rad and so much torque noise that many joints are weak.
+The plan predicts the intervals of a longer walk and of a walk at twice the pace with the same duration. Both walks are
+simulated exactly, get independent noise, and are identified.
 
-Measured per joint: half of the 95 % interval that is obtained over the promised one, of the friction curve at the same
-three speeds, and of planned joints of the parameters too. The law is named: Coulomb and viscous friction, which need no
-guess, or the smooth Stribeck law, whose shape is guessed for joints that did not move. Coverage is of the true
-parameters by the obtained intervals.
+The study measures, per joint, the half width of the obtained 95 % interval divided by the predicted one: of the
+friction curve at the same three speeds, and of the parameters of planned joints. The law is given: Coulomb and viscous
+friction, which need no guess, or the smooth Stribeck law, whose shape is guessed for joints that did not move. Coverage
+is the share of true parameters within the obtained intervals.
 """
 
 import tempfile
@@ -54,9 +54,9 @@ ROBOTS: dict[str, tuple[Path, dict[str, Any]]] = {
     ),
     "quadruped, hung": (MODELS / "quadruped.urdf", {}),
 }
-"""Model, and keys of [robot]."""
+"""Robots with a fixed or hanging base: model, and keys of [robot]."""
 WALKERS = {"TORO-like": ("toro.toml", "toro", 6.0), "quadruped": ("quadruped.toml", "quadruped", 3.0)}
-"""Robot file, posture, and noise of the torques [N m]."""
+"""Walking robots: robot file, posture, and torque noise [N m]."""
 MEANS = {
     "viscous": 0.3,
     "coulomb": 0.8,
@@ -65,7 +65,7 @@ MEANS = {
     "offset": 0.3,
     "slope": 40.0,
 }
-"""Means of the parameters; those of each joint are drawn up to 30 % away."""
+"""Means of the parameters; each joint's parameters are drawn within 30 % of them."""
 SEEDS = 2
 """Number of times that noise is drawn for a plan."""
 ENCODER, TORQUE, RATE = 2e-5, 1.0, 1000.0
@@ -95,7 +95,7 @@ def friction_of(robot: Robot, law: str) -> dict[str, dict[str, float]]:
 
 
 def poor_motion(robot: Robot, time: Array) -> Array:
-    """Swing each joint a little and slowly, every third one not at all; return a trajectory of shape (3, T, n)."""
+    """Make a small and slow motion, every third joint at rest, as a trajectory of shape (3, T, n)."""
     joints = len(robot.joint_names)
     low, high = robot.position_limits
     centre = np.where(np.isfinite(low + high), (low + high) / 2, 0.0)
@@ -123,13 +123,13 @@ def log_of(robot: Robot, motion: Array, law: str, seed: int) -> RobotLog:
 
 
 def run(robot: str, law: str, **number: int) -> Row:
-    """Compare obtained with promised intervals: of one of two plans in turn, or of one walk."""
+    """Compare obtained with predicted intervals of two consecutive plans or of one walk."""
     return walked(robot, number["walk"]) if "walk" in number else two_plans(robot, law)[number["plan"] - 1]
 
 
 @cache
 def two_plans(name: str, law: str) -> list[Row]:
-    """Compare intervals after a plan from the poor log, and after one from the log of that plan."""
+    """Compare the intervals after a plan from the poor log and after a second plan from the first plan's log."""
     true = robot_of(name)
     known, joints, rounds = wrong_model(true, 0), None, []
     log = log_of(true, poor_motion(true, np.arange(20 * round(RATE)) / RATE), law, 0)
@@ -151,7 +151,7 @@ def two_plans(name: str, law: str) -> list[Row]:
 def planned_after(
     log: RobotLog, robot: Robot, law: str, joints: list[str] | None, duration: float | None = None
 ) -> tuple[Result, Plan]:
-    """Identify friction from a log, and plan from the result, for some joints or for all that have friction."""
+    """Identify friction from a log, and plan from the result for the given joints or for all joints with friction."""
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
         found = identify(log, robot, law=law, table=place / "friction_torque.parquet")
@@ -166,7 +166,7 @@ def _with_friction(found: Result) -> list[str]:
 
 
 def compared(planned: Plan, obtained: Result, friction: Mapping[str, Mapping[str, float]]) -> Row:
-    """Divide the obtained by the promised half widths of each joint, and check which true values are covered."""
+    """Divide each joint's obtained by its predicted half widths, and check which true values are covered."""
     assert planned.trajectory is not None
     found: Row = {}
     for joint, promise in planned.trajectory.promise.items():
@@ -202,7 +202,7 @@ def walk_log(name: str, seconds: float, pace: float, path: int, noise: int) -> t
 
 
 def walked(name: str, seed: int) -> Row:
-    """Compare obtained with promised intervals of a walk that is longer, and of one that is faster."""
+    """Compare obtained with predicted intervals of a longer and of a faster walk."""
     robot, log = walk_log(name, WALK, 0.5, seed, 10 * seed)
     known = wrong_model(robot, 0)
     found, planned = planned_after(log, known, LINEAR, None)
@@ -231,7 +231,7 @@ def walked(name: str, seed: int) -> Row:
 
 
 def ratios(joint: JointResult, speeds: Sequence[float], promised: Array) -> list[float]:
-    """Divide half of the 95 % interval of Coulomb + viscous friction at three speeds by the promised ones."""
+    """Divide the half width of Coulomb + viscous friction at three speeds by the predicted half widths."""
     assert joint.correlation is not None
     names = list(joint.parameters)
     own = [names.index(name) for name in ("coulomb", "viscous")]
@@ -244,7 +244,7 @@ def ratios(joint: JointResult, speeds: Sequence[float], promised: Array) -> list
 
 
 def tables(rows: list[Row]) -> list[str]:
-    """Format the tables of planned trajectories, and walks."""
+    """Format the tables of planned trajectories and of walks."""
     planned = []
     for row in (row for row in rows if "plan" in row):
         joints = [joint for each in row["runs"] for joint in each.values()]

@@ -1,11 +1,11 @@
-"""Every command on every published log of real robots, as a user would type them, in one table.
+"""Run every command on every published log of real robots, as a user would, and print one table.
 
     STRIBECK_REAL_LOGS=DATA_FOLDER python -m studies.real
 
-Each log by itself, and a robot's logs together, go through `inspect`, `convert`, `init`, `identify` with its robot
-file's settings and with every method, law and correction, `export`, `compare` and `plan`. A refusal in one sentence
-(exit code 2 or 3) is an answer; anything else that is not success, and any traceback, is a failure, and this ends with
-exit code 1.
+Each log individually, and all logs of a robot together, go through `inspect`, `convert`, `init`, `identify` with the
+robot file's settings and with every method, law and correction, `export`, `compare` and `plan`. A refusal in one
+sentence (exit codes 2 and 3) is accepted. Any other nonzero exit code and any traceback is a failure; this command then
+ends with exit code 1.
 """
 
 import argparse
@@ -39,13 +39,13 @@ ANSWERS = (0, 2, 3)
 """Exit codes that a user can act on."""
 CORRECTIONS = ("none", "inertia", "calibration")
 THIN = ("double-pendulum", "so101", "cassie-landings", "icub-walk")
-"""Robots whose first log goes through a few commands in seconds."""
+"""Robots whose first log passes a few commands within seconds."""
 FORMATS = {".urdf": "urdf", ".xml": "mjcf"}
 
 
 @dataclass(frozen=True)
 class Ran:
-    """A command that has run: on which log, what it ended with, and what was found."""
+    """A completed command: its log, exit code, duration, messages and result file."""
 
     log: str
     command: str
@@ -56,13 +56,13 @@ class Ran:
 
     @property
     def failed(self) -> bool:
-        """Whether a user could not act on how it ended."""
+        """Whether the command ended without a success or a refusal in one sentence."""
         return self.code not in ANSWERS or "Traceback" in self.said
 
     def cells(self) -> list[str]:
-        """Make the row of the table: of a result its verdicts, of a refusal its sentence."""
-        said = self.said.strip().split("stribeck: ")[-1]  # the sentence; notes stand before it
-        said = " ".join(re.sub(r"/\S*/", "", said).split())[:110].replace("|", "/")  # files by their names only
+        """Format the row of the table: the verdicts of a result, or the sentence of a refusal."""
+        said = self.said.strip().split("stribeck: ")[-1]  # the sentence comes after the notes
+        said = " ".join(re.sub(r"/\S*/", "", said).split())[:110].replace("|", "/")  # file names without folders
         counts: Counter[str] = Counter()
         if self.result and not self.code:
             joints = json.loads(self.result.read_text(encoding="utf-8"))["joints"].values()
@@ -72,7 +72,7 @@ class Ran:
 
 
 def run(log: str, words: Sequence[str], shown: str, result: Path | None = None) -> Ran:
-    """Run a command line in this process, all but the start of the interpreter as a user does."""
+    """Run a command line in this process, without starting another interpreter."""
     start, said = time.monotonic(), io.StringIO()
     with redirect_stdout(io.StringIO()), redirect_stderr(said), patch.object(sys, "argv", ["stribeck", *words]):
         try:
@@ -87,7 +87,7 @@ def run(log: str, words: Sequence[str], shown: str, result: Path | None = None) 
 
 
 def log_sets(folder: Path) -> dict[str, list[Path]]:
-    """Return a robot's logs: each by itself, and all together."""
+    """List a robot's logs: each log individually, and all together."""
     logs = sorted(folder.glob("log*.npz"))
     alone = {f"{folder.name} {log.stem}": [log] for log in logs}
     return alone if len(logs) == 1 else {f"{folder.name} all": logs, **alone}
@@ -109,18 +109,18 @@ def choices(law: str) -> Iterator[dict[str, str]]:
 
 
 def chain(name: str, logs: Sequence[Path], scratch: Path, law: str | None, only: Sequence[str] = ()) -> list[Ran]:
-    """Run `identify`, then `export` and `compare` on what it finds, for the ways to fit one law; None is the default.
+    """Run `identify`, `export` and `compare` for every method and correction that can fit one law.
 
     Parameters
     ----------
     name, logs
-        How the logs are called, and their paths.
+        Label of the logs, and their paths.
     scratch
-        Where to write.
+        Folder for outputs.
     law
         Name of a law, or None for the robot file's own settings.
     only
-        Corrections to try; all where it is empty.
+        Corrections to try; all if empty.
     """
     robot = logs[0].parent / "robot.toml"
     model = model_of(robot)
@@ -162,7 +162,7 @@ def looked_at(name: str, log: Path, scratch: Path) -> list[Ran]:
 
 
 def model_of(robot: Path) -> Path:
-    """Return the model beside a robot file."""
+    """Find the model next to a robot file."""
     return next(path for path in sorted(robot.parent.iterdir()) if path.suffix in FORMATS)
 
 
@@ -170,7 +170,7 @@ def all_runs(data: Path, scratch: Path, only: str | None, thin: bool) -> Iterato
     """Convert the logs, run the commands on a few workers, and yield them robot by robot."""
     script = runpy.run_path(str(EXAMPLES / "convert.py"))
     robots = [robot for robot in script["CONVERTERS"] if only in (None, robot) and (not thin or robot in THIN)]
-    # a fork of a process with threads, as that of the tests is, may wait for a lock for ever
+    # a forked process with threads, such as the tests' process, may wait for a lock forever
     with ProcessPoolExecutor(WORKERS, mp_context=get_context("spawn")) as pool:
         jobs = []
         for robot in robots:
@@ -179,7 +179,7 @@ def all_runs(data: Path, scratch: Path, only: str | None, thin: bool) -> Iterato
                 if len(logs) == 1:
                     jobs.append(pool.submit(looked_at, name, logs[0], scratch / "looked-at"))
                 if robot == "cassie-landings" and len(logs) == 1 and not thin:
-                    continue  # fifty milliseconds: to be looked at, and fitted together
+                    continue  # logs of fifty milliseconds are inspected, and fitted only together
                 for law in (None, "coulomb-viscous") if thin else (None, *LAWS, *LAWS_WITH_STATE, AUTO):
                     jobs.append(pool.submit(chain, name, logs, scratch / "found", law, ("inertia",) if thin else ()))
         for job in jobs:

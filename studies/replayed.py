@@ -1,9 +1,9 @@
-"""How much better the exported models explain logs of real robots that they were not identified from.
+"""Measure how much better exported models explain unseen logs of real robots.
 
     STRIBECK_REAL_LOGS=DATA_FOLDER python -m studies.replayed --save studies/replayed.json
 
-Friction and corrections are identified from a robot's first log, or from the first half of its only one, and exported
-as MJCF, which has a place for rotors; another log, or the other half, is replayed.
+Friction and corrections are identified from a robot's first log, or from the first half of its only log, and exported
+as MJCF, which can store rotor inertias. Another log, or the other half, is replayed.
 """
 
 from functools import cache
@@ -22,7 +22,7 @@ RUNS = (
     ("double-pendulum", "log_2"),
     *(("kinova-gen3", f"log_{k}") for k in (2, 3, 4, 5)),
 )
-"""Robots, and what is replayed."""
+"""Robots, and the log or half of a log that is replayed."""
 SHOWN = 1
 """Index of the horizon in the table."""
 MODELS = ("as given", "own friction", "exported")
@@ -50,7 +50,7 @@ def exported(robot: str, source: str) -> tuple[Robot, Path]:
 
 
 def run(robot: str, replayed: str) -> Row:
-    """Replay a log with the model as given, with its own friction, and as exported; medians over the joints."""
+    """Replay a log with the published model, with its own friction, and as exported; take medians over joints."""
     source = "first half" if replayed == "second half" else "log_1"
     machine, model = exported(robot, source)
     errors = {}

@@ -1,4 +1,4 @@
-"""Summarizes the saved studies for docs/accuracy.md: one table and one figure per question.
+"""Summarize the saved studies for docs/accuracy.md: one table and one figure per question.
 
 python -m studies.summary        writes the tables into the page, and the figures
 """

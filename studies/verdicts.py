@@ -1,13 +1,13 @@
-"""Whether verdicts show what is wrong, on straight walks whose friction is known.
+"""Measure whether verdicts mark wrong values as weak, on straight walks with known friction.
 
     python -m studies.verdicts --save studies/verdicts.json
 
-The straight walks of `studies.accuracy`, about 45 s each, with its noise and wrong models: too little for some of the
-six parameters of some joints. What is over 25 % wrong, a parameter or a joint's friction curve, should be called weak
-(recall), what is within 10 % should not (false alarms). Errors of offsets are relative to the Coulomb friction where
-that is larger, as their verdicts are; the error of a curve is the root mean square over its three speeds, as its width
-is. The table has the verdicts as they are, and half widths of the 95 % interval, relative to the value, from which all
-could be called weak; `WIDEST` in `judgement/curve.py` was chosen from it.
+The logs are the straight walks of `studies.accuracy`, about 45 s each, with its noise and wrong models. They are too
+short for some of the six parameters of some joints. A parameter or curve with an error above 25 % should be weak
+(recall), and should not be weak with an error below 10 % (false alarms). Errors of offsets are relative to the Coulomb
+friction if it is larger than the offset, as in their verdicts. The error of a curve, like its width, is the root mean
+square over its three speeds. The table contains today's verdicts, and alternative limits of the relative half width of
+the 95 % interval; `WIDEST` in `judgement/curve.py` was chosen from it.
 """
 
 from collections.abc import Iterable, Iterator
@@ -25,7 +25,7 @@ from studies.command import Row, command, rounded
 from studies.markdown import markdown_table
 
 WRONG, RIGHT = 0.25, 0.10
-"""Relative errors [1] from which something should be called weak, and up to which it should not."""
+"""Relative errors [1] above which a value should be weak, and below which it should not."""
 WIDTHS = (0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5)
 NOISY = ("A", "B", "A, wrong model", "B, wrong model")
 METHODS = {"whole-log": Settings(law=LAW, corrections="inertia"), "curve-fit": Settings(law=LAW, method="curve-fit")}
@@ -35,7 +35,7 @@ HEAD = ("of", "method", "weak from", "over 25 % wrong", "flagged", "within 10 %"
 
 
 def run(robot: str, case: str, method: str, seed: int) -> Row:
-    """Judge every parameter that gets a number, and every curve: relative error, relative half width, whether weak."""
+    """Judge every parameter that has a number, and every curve: relative error, relative half width, whether weak."""
     walk = walks_of(robot, False)[0]
     believed = wrong_model(walk.robot, seed) if CASES[case].wrong_model else walk.robot
     result = identify([measured(walk.log, CASES[case], seed, 0)], believed, METHODS[method])
@@ -48,7 +48,7 @@ def run(robot: str, case: str, method: str, seed: int) -> Row:
 
 
 def _of_joint(joint: JointResult, known: dict[str, float]) -> Iterator[tuple[str, float, float, bool]]:
-    """Yield name, error, half width and whether it is weak, of each parameter and of the curve."""
+    """Yield the name, error, half width and weakness of each parameter and of the curve."""
     for name in NAMES if len(joint.parameters) >= len(NAMES) else ():
         estimate = joint.parameters[name]
         value, true = abs(estimate.value), abs(known[name])
@@ -66,14 +66,14 @@ def _of_joint(joint: JointResult, known: dict[str, float]) -> Iterator[tuple[str
 
 
 def flagged(judged: Iterable[Row], width: float | None = None) -> tuple[int, int, int, int]:
-    """Count how many are wrong, how many of them weak, how many right, how many of them weak."""
+    """Count wrong values, weak values among them, right values, and weak values among them."""
     weak = [(each["error"], each["weak"] if width is None else each["width"] > width) for each in judged]
     wrong, right = [w for error, w in weak if error > WRONG], [w for error, w in weak if error < RIGHT]
     return len(wrong), sum(wrong), len(right), sum(right)
 
 
 def tables(rows: list[Row]) -> list[str]:
-    """Format the table: parameters and curves, each method, as verdicts are, then by width."""
+    """Format the table of parameters and curves per method: today's verdicts, then alternative widths."""
     cells = []
     for kind, method in product(("parameters", "curves"), METHODS):
         judged = [each for row in rows if row["method"] == method for each in row["judged"]]

@@ -1,9 +1,8 @@
-"""How well simulated humanoids walk: falls, tilt, slip and error of the DCM, case by case.
+"""Measure how well simulated humanoids walk: falls, tilt, slip and error of the DCM per case.
 
     python -m studies.walking --save studies/walking.json
 
-Every run walks on the estimated state, with friction in all leg joints. Tilt, slip and error are true ones, which the
-controller does not know.
+The controller uses the estimated state; all leg joints have friction. Tilt, slip and error refer to the true state.
 """
 
 from time import process_time
@@ -29,9 +28,9 @@ from studies.markdown import markdown_table
 from studies.walking_cases import CASES, WALKERS, Case, robot_of
 
 EVERY = 10
-"""Number of samples from one look at the robot to the next."""
+"""Number of samples between two evaluations of the robot's state."""
 SMOOTHED = 31
-"""Number of samples over which a velocity is computed, as encoders are noisy."""
+"""Number of samples over which a velocity is averaged, because encoders are noisy."""
 COMMON = {"viscous": 0.2, "stribeck_gain": 0.2, "stribeck_velocity": 0.2, "slope": 40.0}
 """Friction parameters that all leg joints share."""
 HEAD = ("walk", "steps", "time [s]", "falls", "tilt [deg]", "slip [mm]", "DCM [mm]", "speed")
@@ -43,7 +42,7 @@ def run(case: str, seed: int) -> Row:
 
 
 def walk_once(case: Case, seed: int, physics_step: float = PHYSICS_STEP) -> Row:
-    """Simulate one walk, and measure it; a fall has zeros."""
+    """Simulate and measure one walk; all measures of a fall are zero."""
     robot, walker = robot_of(case.robot), WALKERS[case.robot]
     conditions = Conditions(
         friction=leg_friction(robot, truth_of(case.robot, robot)),
@@ -91,12 +90,12 @@ def _tree_joints(robot: Robot) -> tuple[str, ...]:
 
 
 class Course(NamedTuple):
-    """How a walk went; errors are relative to the foot that stands alone."""
+    """Measures of one walk; errors are relative to the foot in single support."""
 
-    tilt: float  # largest of the base [deg]
-    slip: float  # largest of a standing foot [mm]
-    error: float  # largest of the DCM [mm]
-    com: float  # root mean square of the centre of mass, horizontally [mm]
+    tilt: float  # largest tilt of the base [deg]
+    slip: float  # largest slip of a standing foot [mm]
+    error: float  # largest error of the DCM [mm]
+    com: float  # root mean square of the horizontal error of the center of mass [mm]
 
 
 def how_it_went(name: str, robot: Robot, walk: Walk) -> Course:

@@ -1,4 +1,4 @@
-"""What the walking study lets walk: three humanoids, and the walks that they are put through."""
+"""Cases of the walking study: three humanoids and their walks."""
 
 import sysconfig
 import tempfile
@@ -16,12 +16,12 @@ from stribeck_simulation.walking.simulate import Push
 EXAMPLES = Path(sysconfig.get_path("purelib")) / "cmeel.prefix/share/example-robot-data/robots"
 SIDES = ("left", "right")
 PUSH, PUSHED_FOR = 200.0, 0.1
-"""[N], [s]: more than the standing foot alone can bear."""
+"""Force [N] and duration [s] of a push that the standing foot cannot balance without a step."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Walker:
-    """A robot file's text; Coulomb friction and offset [N m] by patterns of joints; posture [rad]; soles of meshes."""
+    """Text of the robot file, Coulomb friction and offset [N m] by joint pattern, posture [rad], soles of meshes."""
 
     robot_file: str
     friction: Mapping[str, float]
@@ -31,7 +31,7 @@ class Walker:
 
 @dataclass(frozen=True, kw_only=True)
 class Case:
-    """A walk, and what makes it hard; every seed is a run of its own."""
+    """One walk and its difficulties; each seed is a separate run."""
 
     walk: Sequence[Steps]
     robot: str = "TORO-like"
@@ -94,19 +94,19 @@ def _there_and_back(
 
 
 def _usual(single_support: float = 0.8) -> list[Steps]:
-    """Return 20 steps straight and 10 to each side."""
+    """Describe 20 steps straight and 10 to each side."""
     straight = Steps(count=20, forward=0.3, single_support=single_support)
     return [straight, *_there_and_back(10, 0.25, 0.16, single_support)]
 
 
 def _all_ways(forward: float, sideways: float, width: float | None = None) -> list[Steps]:
-    """Return steps straight, to each side, and turning to each side."""
+    """Describe steps straight, to each side, and turning to each side."""
     turning = [Steps(count=6, forward=forward / 2, turn=way, width=width) for way in (0.2, -0.2)]
     return [Steps(count=10, forward=forward, width=width), *_there_and_back(6, sideways, width), *turning]
 
 
 def _pushed(x: float, y: float) -> Case:
-    """Return a straight walk that is pushed early in its fourth swing and, of the other foot, its seventh."""
+    """Describe a straight walk with pushes early in its fourth and seventh swing, one per foot."""
     pushes = [Push(start, PUSHED_FOR, (PUSH * x, PUSH * y, 0.0)) for start in (4.0, 7.0)]
     return Case(walk=[Steps(count=10, forward=0.3)], pushes=pushes)
 

@@ -1,12 +1,12 @@
-"""What friction compensation does for humanoids that walk, with the friction that their own noisy walks show.
+"""Measure friction compensation of walking humanoids, with friction identified from their own noisy walks.
 
     python -m studies.walking_compensation --save studies/walking_compensation.json
 
-Each robot walks six steps on its estimated state, with friction in all leg joints as in `studies.walking`; the friction
-is identified from that walk's log, by default, exported as a C header, compiled, and compensated in the loop at 500 Hz,
-by the velocities that the plan wants. Then friction is made larger: without compensation, with the friction identified
-at that size, and with the true one. Where the robot falls without compensation, the walk that friction is identified
-from is compensated by what was identified at the size before.
+Each robot walks six steps on its estimated state, with friction in all leg joints as in `studies.walking`. The friction
+is identified from this walk's log with default settings, exported as a C header, compiled, and compensated in the loop
+at 500 Hz at the planned velocities. The study then increases friction, and compares walks without compensation, with
+the friction identified at this level, and with the true friction. If the robot falls without compensation, friction is
+identified from a walk that is compensated by the friction identified at the previous level.
 """
 
 from collections.abc import Callable
@@ -34,15 +34,15 @@ STEPS = {
     "TALOS": Steps(count=6, forward=0.3),
     "G1": Steps(count=6, forward=0.2, width=0.16),
 }
-"""All with bent knees: the TORO-like robot's rear knee snaps through at steps of 0.3 m, which friction brakes."""
+"""Steps with bent knees: at 0.3 m, the rear knee of the TORO-like robot snaps through, and friction brakes it."""
 FACTORS = (1.0, 2.0, 4.0, 8.0, 16.0)
-"""Friction relative to that of `WALKERS` [1]."""
+"""Friction levels relative to `WALKERS` [1]."""
 KINDS = ("none", "identified", "true")
 MEASURES = {"error": "DCM [mm]", "com": "centre of mass [mm]", "foot": "swing foot [mm]"}
 PERIOD = 2e-3
 """Period of the controller [s]."""
 WALKING_SETTINGS = SETTINGS | {"near": 2.0}
-"""The desired velocity counts at nearly all speeds: that was best in walks sideways, which are not judged here."""
+"""Compensation settings that use the desired velocity at nearly all speeds, chosen on sideways walks."""
 
 
 def walked(name: str, factor: float, result: Result | None) -> Walk | None:
@@ -74,7 +74,7 @@ def in_the_tree(result: Result, robot: Robot) -> Callable[[Array, Array], Array]
 
 @cache
 def identified(name: str, factor: float) -> tuple[Walk | None, Result]:
-    """Identify friction of some size; the walk without compensation comes with it."""
+    """Simulate a walk at a friction level, and identify its friction; the walk is None if the robot fell."""
     bare = walked(name, factor, None)
     before = FACTORS[FACTORS.index(factor) - 1]
     shown = bare or walked(name, factor, identified(name, before)[1])
@@ -82,7 +82,7 @@ def identified(name: str, factor: float) -> tuple[Walk | None, Result]:
 
 
 def run(robot: str, friction: float) -> Row:
-    """Measure the walks with friction of some size, with each kind of compensation; None is a fall."""
+    """Measure the walks at a friction level with each kind of compensation; None for a fall."""
     machine, (bare, result) = robot_of(robot), identified(robot, friction)
     true = with_truth(result, truth_of(robot, machine, friction))
     walks = {

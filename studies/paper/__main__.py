@@ -1,4 +1,4 @@
-"""Runs the studies: writes numbers to JSON and figures to SVG, fills docs/paper.md, and prints all numbers."""
+"""Run the studies: write numbers to JSON and figures to SVG, fill docs/paper.md, and print all numbers."""
 
 import argparse
 import os
@@ -22,7 +22,7 @@ def main(words: list[str]) -> None:
     if unknown := [name for name in arguments.names if name not in studies]:
         parser.error(f"there is no study '{unknown[0]}'; there are {', '.join(studies)}")
     chosen = arguments.names or list(studies)
-    os.environ["OMP_NUM_THREADS"] = "1"  # the two processes are the parallelism
+    os.environ["OMP_NUM_THREADS"] = "1"  # two processes already use both cores
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
         do_all(pool, make_walk, dict.fromkeys(walk for name in chosen for walk in studies[name].WALKS), arguments.quick)
         do_all(pool, run_study, chosen, arguments.quick)
@@ -32,7 +32,7 @@ def main(words: list[str]) -> None:
 
 
 def do_all(pool: ProcessPoolExecutor, task: Callable[[str, bool], None], names: Iterable[str], quick: bool) -> None:
-    """Run a task for every name, two at a time, and print when each is done; the first error ends it all."""
+    """Run a task for every name, two at a time, and print when each is done; the first error stops all tasks."""
     begun = time.perf_counter()
     futures = {pool.submit(task, name, quick): name for name in names}
     for future in as_completed(futures):

@@ -1,4 +1,4 @@
-"""The model's acceleration (5.10), what the measured torque would do without friction, beside the measured one."""
+"""Model acceleration (5.10), which the measured torque causes without friction, versus measured acceleration."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from studies.paper.estimate import Differences, Estimate, estimate
 from studies.paper.swing import JOINTS, SIDE, SUPPORT, swinging
 
 TRIMMED = SupportSettings(trim_start=0.1, trim_end=0.1)
-"""Keeps the paper's window of 151 samples off the impacts."""
+"""Trimming that excludes impacts from the paper's window of 151 samples."""
 UNFILTERED = Settings(filter=Differences(scheme="central"), support=TRIMMED, filter_torque=False)
 AS_PAPER = Settings(filter=FilterSettings(kind="savitzky-golay", window=151), support=TRIMMED, filter_torque=False)
-"""The acceleration is filtered and the torque is not."""
+"""Settings of the paper: a filtered acceleration and an unfiltered torque."""
 
 
 def model_acceleration(walk: Simulated, found: Estimate) -> Array:
-    """Return the model's acceleration of the swinging right leg's joints [rad/s^2], shape (N, 6).
+    """Compute the model's acceleration of the swinging right leg's joints [rad/s^2], shape (N, 6).
 
-    `a_est = a_msr + M_mod^-1 R` over all torque-controlled joints, (5.13) solved for it. The measured acceleration
-    cancels: R has it, times M_mod, with the other sign.
+    (5.13) gives `a_est = a_msr + M_mod^-1 R` over all torque-controlled joints. The measured acceleration cancels,
+    because R contains -M_mod a_msr.
     """
     samples, rows = found.samples, found.standing_on(SUPPORT)
     here = np.searchsorted(walk.log.time, samples.time[rows] - samples.period / 2)
@@ -38,14 +38,14 @@ def model_acceleration(walk: Simulated, found: Estimate) -> Array:
 
 
 def calibrated(walk: Simulated) -> Simulated:
-    """Return the walk with the friction's offset, which dissipates nothing, taken out of its torque and its truth."""
+    """Subtract the friction's offset, which dissipates nothing, from a walk's torque and ground truth."""
     offset = np.array([walk.truth.parameters.get(name, {}).get("offset", 0.0) for name in walk.log.joint_names])
     log = replace(walk.log, torque=walk.log.torque - offset)
     return replace(walk, log=log, truth=replace(walk.truth, friction_torque=walk.truth.friction_torque - offset))
 
 
 class Motion(NamedTuple):
-    """A joint of the right leg, over some of its swings or all, shape (N,) each."""
+    """Motion of one joint of the right leg during swings, shape (N,) each."""
 
     time: Array  # [s]
     velocity: Array  # [rad/s]
@@ -53,7 +53,7 @@ class Motion(NamedTuple):
     model: Array  # acceleration [rad/s^2]
 
     def last_swing(self) -> Motion:
-        """Return the last swing alone, its time from 0."""
+        """Select the last swing; its time starts at 0."""
         breaks = np.flatnonzero(np.diff(self.time) > 1.5 * np.min(np.diff(self.time))) + 1
         first = breaks[-1] if len(breaks) else 0
         time, *others = (each[first:] for each in self)
@@ -61,7 +61,7 @@ class Motion(NamedTuple):
 
 
 def motions(walk: Simulated, settings: Settings) -> dict[str, Motion]:
-    """Return the motion of each joint of the right leg over all its swings."""
+    """Compute the motion of each joint of the right leg over all its swings."""
     found = estimate(walk, settings)
     model = model_acceleration(walk, found)
     joints = {joint: swinging(found, joint) for joint in JOINTS}

@@ -1,4 +1,4 @@
-"""Chapter 3: every friction law, and what smoothing the sign costs near standstill."""
+"""Chapter 3: all friction laws, and errors near standstill of a smoothed sign."""
 
 from collections.abc import Callable
 
@@ -13,21 +13,21 @@ from studies.paper.study import Numbers
 
 WALKS = ()
 SLOPES = (10.0, 20.0, 40.0, 100.0, 300.0, 1000.0)
-"""[s/rad]"""
+"""Slopes of the smooth law [s/rad]."""
 TOLERANCE = 0.05
-"""Of Coulomb friction: where the smooth law is further than this from the jump, it is called wrong [1]."""
+"""Tolerated difference between the smooth law and the jump, relative to Coulomb friction [1]."""
 LOAD = 0.5
-"""Torque on a joint at rest, as a share of its Coulomb friction [1]: a jump would hold it."""
+"""Torque on a joint at rest relative to its Coulomb friction [1]; a law with a jump keeps the joint at rest."""
 RAMPS = (0.1, 1.0, 10.0)
 """Accelerations from rest [rad/s^2]."""
 
 
 def smoothing(slope: float) -> dict[str, float]:
-    """Return what a slope [s/rad] makes of the jump, viscous friction left out.
+    """Compare the law of a slope [s/rad] with the law that jumps, both without viscous friction.
 
-    `band` is the speed below which the smooth law is more than `TOLERANCE` of Fc off the jump [rad/s], `kept` the
-    share of the Stribeck excess S Fc that is left of the peak, at the speed `peak_velocity` [rad/s], and `creep` the
-    speed of a joint under `LOAD`, which ought to hold it [rad/s].
+    Below the speed `band` [rad/s], the smooth law deviates from the jump by more than `TOLERANCE` times Fc. `kept` is
+    the share of the Stribeck excess S Fc that remains at the smooth law's peak, at the speed `peak_velocity` [rad/s].
+    `creep` is the speed [rad/s] of a joint under `LOAD`, which should be at rest.
     """
 
     def smooth(v: float) -> float:

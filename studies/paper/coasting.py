@@ -1,9 +1,9 @@
-"""A joint that friction alone brings to rest, in steps of fixed length.
+"""Simulation of a joint that coasts to rest by friction, with a fixed step.
 
-Near standstill the law (3.5) is a damper of k = a Fc (1 + S) + Fv. With x = k h / I, an explicit step of length h
-multiplies a small velocity by 1 - x: beyond x = 1 it turns the joint round, and beyond 2 it makes it faster, until tanh
-bends. The joint then never rests, and its friction torque has another sign every step. A step with the friction of its
-middle, which is yet to be found, multiplies by (1 - x / 2) / (1 + x / 2), which is never larger than 1.
+Near standstill the law (3.5) is a damper with k = a Fc (1 + S) + Fv. With x = k h / I, an explicit step of length h
+multiplies a small velocity by 1 - x. If x > 1, the step reverses the joint; if x > 2, it also accelerates the joint
+until tanh saturates. The joint then never rests, and its friction torque changes sign every step. An implicit midpoint
+step multiplies the velocity by (1 - x / 2) / (1 + x / 2), whose magnitude never exceeds 1.
 """
 
 import numpy as np
@@ -15,27 +15,27 @@ from stribeck_simulation.rigid.constrained import ITERATIONS
 from studies.paper.laws import KNEE, STATIC
 
 STEP = 1e-3
-"""The paper's [s]."""
+"""Step of the paper [s]."""
 
 
 def stiffness(slope: float) -> float:
-    """Return the damping of the knee's law at standstill, k [N m s/rad]."""
+    """Compute the damping of the knee's law at standstill, k [N m s/rad]."""
     return slope * STATIC + KNEE["viscous"]
 
 
 def coast(inertia: float, slope: float, *, implicit: bool, start: float, duration: float, step: float = STEP) -> Array:
-    """Return the velocities [rad/s] of a joint that friction alone brings to rest, one a step, its start first.
+    """Simulate a joint that coasts to rest by friction; return its velocity at every step, starting at `start` [rad/s].
 
     Parameters
     ----------
     inertia
-        [kg m^2]
+        Inertia of the joint [kg m^2].
     slope
-        Of the law, a [s/rad]; infinite for the law that jumps (3.3).
+        Slope a of the law [s/rad]; infinite for the law that jumps (3.3).
     implicit
-        Whether friction is that of the step's middle, as in the simulators of this package, or of its beginning.
+        Whether friction is evaluated at the middle of the step, as in this package's simulators, or at its start.
     start, duration, step
-        [rad/s], [s], [s]
+        Initial velocity [rad/s], duration [s], step [s].
     """
     law = get_law("stribeck" if np.isfinite(slope) else "stribeck-exponent")
     named = KNEE | ({"slope": slope} if np.isfinite(slope) else {"exponent": 2.0})
@@ -58,11 +58,11 @@ def coast(inertia: float, slope: float, *, implicit: bool, start: float, duratio
 
 
 def chatter(velocity: Array, samples: int = 50) -> float:
-    """Return the amplitude [rad/s] with which the last samples go to and fro; 0 for a joint that rests or crawls."""
+    """Compute the amplitude of alternating velocities in the last samples [rad/s]; 0 if the joint rests or creeps."""
     swing = float(np.abs(np.diff(velocity[-samples:])).max()) / 2
     return swing if np.any(velocity[-samples:-1] * velocity[1 - samples :] < 0) and swing > 1e-6 else 0.0
 
 
 def least_inertia(slope: float, step: float = STEP) -> float:
-    """Return the inertia [kg m^2] below which an explicit step chatters."""
+    """Compute the inertia [kg m^2] below which an explicit step chatters."""
     return stiffness(slope) * step / 2

@@ -1,7 +1,7 @@
-"""Fig. 6.4 and 6.5: the contact simulator. Friction in the right knee alone, then in all leg joints.
+"""Fig. 6.4 and 6.5: the contact simulator with friction only in the right knee, then in all leg joints.
 
-The standing leg is as sensitive as its inertia; what that costs depends on what is wrong with the log. So the same walk
-is also read with one thing wrong at a time.
+Errors of a standing leg grow with its effective inertia. Their size depends on the error in the log, therefore the same
+walk is also estimated with one sensor error at a time.
 """
 
 from dataclasses import replace
@@ -24,7 +24,7 @@ from studies.paper.walks import get_walk
 
 WALKS = ("right-knee-contact", "legs-contact")
 SWINGS, STANDS = "left_foot", "right_foot"
-"""Support on which the right leg swings, and stands."""
+"""Support while the right leg swings, and while it stands."""
 SETTINGS = Settings(standing_legs=True)
 SENSORS = {
     "tilt": ("orientation_bias", "orientation_noise"),
@@ -32,10 +32,10 @@ SENSORS = {
     "torque sensors": ("torque_noise", "torque_offset", "torque_drift"),
     "time stamps": ("jitter",),
 }
-"""What realistic sensors get wrong, by case."""
+"""Errors of realistic sensors, by case."""
 SEEDS = (1, 2, 3, 4)
 NEAR = ("0 to 0.02", "0.02 to 0.05", "0.05 to 0.10", "0.10 and more")
-"""Times after lift-off or before touch-down [s]; the next one begins where one ends."""
+"""Bins of the time after lift-off or before touch-down [s]."""
 EDGES = (0.0, 0.02, 0.05, 0.10, np.inf)
 
 
@@ -56,26 +56,26 @@ def run(quick: bool) -> Numbers:
 
 
 def _late(log: RobotLog) -> RobotLog:
-    """Return the log with its torque a sample late."""
+    """Delay the torque of a log by one sample."""
     return replace(log, torque=np.concatenate([log.torque[:1], log.torque[:-1]]))
 
 
 def _sensed(log: RobotLog, errors: tuple[str, ...], seed: int) -> RobotLog:
-    """Return the log as sensors give it that have these errors of realistic ones, and no others."""
+    """Add the named errors of realistic sensors to a log."""
     realistic = get_profile("realistic")
     profile = SensorProfile(**{error: getattr(realistic, error) for error in errors})
     return measure(log, sensors_for(log, profile, seed))
 
 
 def _cases(log: RobotLog, quick: bool) -> dict[str, list[RobotLog]]:
-    """Return the log with one thing wrong at a time; what is drawn by lot is drawn several times."""
+    """Make logs with one error at a time; random errors are drawn with several seeds."""
     seeds = SEEDS[:1] if quick else SEEDS
     sensed = {case: [_sensed(log, errors, seed) for seed in seeds] for case, errors in SENSORS.items()}
     return {"as simulated": [log], "torque a sample late": [_late(log)], **sensed}
 
 
 def _errors(found: Estimate, joint: str) -> dict[str, float]:
-    """Return RMS friction and error of a joint of the right leg, while it swings and stands [N m]."""
+    """Compute RMS friction and error of a joint of the right leg during swing and stance [N m]."""
     column, swing, stance = found.column(f"right_{joint}"), found.standing_on(SWINGS), found.standing_on(STANDS)
     return {
         "friction": rms(found.truth[swing, column]),
@@ -85,12 +85,12 @@ def _errors(found: Estimate, joint: str) -> dict[str, float]:
 
 
 def _mean(rows: list[dict[str, float]]) -> dict[str, float]:
-    """Return the root mean square of each number over several runs."""
+    """Compute the root mean square of each number over several runs."""
     return {key: rms(np.array([row[key] for row in rows])) for key in rows[0]}
 
 
 def _by_distance(walk: Simulated) -> dict[str, dict[str, float]]:
-    """Return the RMS error of the swinging leg's joints by the time after lift-off and before touch-down [N m]."""
+    """Compute the RMS error of the swinging leg's joints by time after lift-off and before touch-down [N m]."""
     found = estimate(walk, SETTINGS.model_copy(update={"support": UNTRIMMED}))
     after, before = np.full((2, len(found.error)), np.inf)
     swing = np.zeros(found.error.shape, dtype=bool)
@@ -110,7 +110,7 @@ def _by_distance(walk: Simulated) -> dict[str, dict[str, float]]:
 
 
 def _distances(time: Array, rows: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """Return the time since the first and till the last sample of the stretch that each of these samples is in [s]."""
+    """Compute, for each selected sample, the time since the start and until the end of its swing [s]."""
     stretch = np.cumsum(np.diff(rows.astype(int), prepend=0) > 0)[rows]
     here = time[rows]
     firsts = np.array([here[stretch == k][0] for k in np.unique(stretch)])
@@ -119,7 +119,7 @@ def _distances(time: Array, rows: NDArray[np.bool_]) -> tuple[Array, Array]:
 
 
 def texts(numbers: Numbers) -> dict[str, str]:
-    """Return errors by case, by joint, and by the distance from lift-off and touch-down."""
+    """Format errors by case, by joint, and by the time from lift-off and touch-down."""
     keys = ("friction", "swing", "stance")
     cases, joints = (
         [

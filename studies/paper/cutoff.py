@@ -1,4 +1,4 @@
-"""Which cutoff the friction of the swinging leg asks for: the paper's 10 Hz, what `auto` takes, and others."""
+"""Compare cutoffs for the friction of the swinging leg: the paper's 10 Hz, the choice of `auto`, and others."""
 
 from dataclasses import replace
 
@@ -20,11 +20,11 @@ from studies.paper.walks import get_walk
 
 WALKS = ("legs-contact", "harsh")
 CUTOFFS = (5, 10, 20, 30, 45, 65, 90)
-"""Of the Savitzky-Golay filter of order 4 [Hz]."""
+"""Cutoffs of a Savitzky-Golay filter of order 4 [Hz]."""
 PAPER = 10
 SEED = 1
 ENOUGH = 4000
-"""Samples that a fit gets."""
+"""Maximum number of samples in a fit."""
 
 
 def run(quick: bool) -> Numbers:
@@ -45,7 +45,7 @@ def run(quick: bool) -> Numbers:
 
 
 def _curve_errors(walk: Simulated, kind: FilterSettings) -> dict[str, float]:
-    """Return the RMS difference of fitted and true law, offset left out, as a share of Fc, joint by joint."""
+    """Compute the RMS difference between fitted and true law without offset per joint, relative to Fc [1]."""
     law, settings = get_law("stribeck"), Settings(filter=kind)
     samples = estimate(walk, settings).samples
     errors = {}
@@ -65,7 +65,7 @@ def _over_joints(errors: dict[str, float]) -> float:
 
 
 def texts(numbers: Numbers) -> dict[str, str]:
-    """Return the errors by cutoff, and joint by joint."""
+    """Format the errors by cutoff and by joint."""
     cutoffs, curves, auto = numbers["cutoffs"], numbers["curves"], numbers["auto"]
     rows = [(f"{f} Hz", *(f"{100 * each[k]:.2g} %" for each in curves.values())) for k, f in enumerate(cutoffs)]
     rows.append(("auto", *(f"{100 * each:.2g} %" for each in auto.values())))

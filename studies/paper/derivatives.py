@@ -1,6 +1,7 @@
-"""Fig. 6.2 and 6.3: accelerations by backward and by central differences, and what a delay of a sample costs.
+"""Fig. 6.2 and 6.3: accelerations by backward and by central differences, and the error from a delay of one sample.
 
-Friction in the right knee alone, five steps in the ideal simulators; nothing is noisy, so all error is the scheme's.
+The ideal simulators walk five steps with friction only in the right knee. Without noise, the difference scheme causes
+all errors.
 """
 
 from dataclasses import replace
@@ -21,7 +22,7 @@ WALKS = ("right-knee-literal", "right-knee-ideal")
 NAMES = {"right-knee-literal": "Euler forward", "right-knee-ideal": "positions by the new velocity"}
 KNEE = "right_knee"
 SWINGS, STANDS = "left_foot", "right_foot"
-"""Support on which the right leg swings, and stands."""
+"""Support while the right leg swings, and while it stands."""
 SCHEMES = {
     "exact": EXACT,
     "central": Differences(scheme="central"),
@@ -29,11 +30,11 @@ SCHEMES = {
     "backward, compensated": Differences(scheme="backward, compensated"),
 }
 DELAYS = (0, 1, 2, 3)
-"""Of all other signals against the backward difference [samples]."""
+"""Delays of all other signals relative to the backward difference [samples]."""
 EULER = 2
-"""Delay of the backward difference where positions move by the old velocity [samples]."""
+"""Delay of the backward difference if the simulator integrates positions by forward Euler [samples]."""
 QUOTED = (("central", "stance"), ("backward", "stance"), ("backward", "swing"))
-"""Errors that pages quote in their sentences."""
+"""Errors quoted in sentences."""
 
 
 def run(quick: bool) -> Numbers:
@@ -53,7 +54,7 @@ def _estimate(walk: Simulated, scheme: FilterSettings) -> Estimate:
 
 
 def _errors(found: Estimate) -> dict[str, float]:
-    """Return the RMS error of the right knee while its leg swings and stands, and of all joints [N m]."""
+    """Compute the RMS error of the right knee during swing and stance, and of all joints [N m]."""
     knee = found.column(KNEE)
     return {
         "swing": rms(found.error[found.standing_on(SWINGS), knee]),
@@ -63,7 +64,7 @@ def _errors(found: Estimate) -> dict[str, float]:
 
 
 def _delayed(walk: Simulated, delay: int) -> Simulated:
-    """Return the walk with its acceleration a backward difference, and every other signal this many samples late."""
+    """Replace a walk's acceleration by a backward difference, and delay all other signals by `delay` samples."""
     log = walk.log
     period = float(log.time[1] - log.time[0])
     rows = np.arange(max(DELAYS), len(log.time))
@@ -73,12 +74,12 @@ def _delayed(walk: Simulated, delay: int) -> Simulated:
 
 
 def _backward(position: Array, period: float) -> Array:
-    """Return the second derivative by (6.3) twice, of the same shape; its first two rows are zero."""
+    """Apply (6.3) twice for a second derivative of the same shape; its first two rows are zero."""
     return np.concatenate([np.zeros((2, position.shape[1])), np.diff(position, n=2, axis=0)]) / period**2
 
 
 def texts(numbers: Numbers) -> dict[str, str]:
-    """Return the errors by scheme and by delay."""
+    """Format the errors by scheme and by delay."""
     literal, ideal = (numbers["schemes"][walk] for walk in WALKS)
     rows = [
         (scheme, *(f"{each[scheme][phase]:.2g}" for each in (literal, ideal) for phase in ("swing", "stance")))

@@ -1,8 +1,9 @@
-"""Fig. 6.1: friction in the right knee alone, five steps in the ideal simulator, exact accelerations.
+"""Fig. 6.1: friction only in the right knee, five steps in the ideal simulator, exact accelerations.
 
 On one foot (5.13) gives every joint's friction exactly. On two feet M_mod^-1 is singular, and (6.1) picks one of the
-many frictions that explain the same accelerations. Its weights say which one, so they are varied. In the paper's own
-simulator feet stay as they land; in ours they are turned level within 0.3 s, and so do not stand quite still.
+many frictions that explain the same accelerations. The choice depends on the weights, which are varied here. In the
+paper's simulator feet keep their orientation after landing. In our simulator they rotate until they are level within
+0.3 s, and are therefore not quite at rest.
 """
 
 from dataclasses import replace
@@ -25,7 +26,7 @@ NAMES = {"right-knee-literal": "feet stay as they land", "right-knee-ideal": "fe
 KNEE = "right_knee"
 BOTH = "left_foot+right_foot"
 STRIDE = 20
-"""One of this many samples on two feet is solved with every weighting."""
+"""Stride between the double-support samples that are solved with every weighting."""
 
 
 def run(quick: bool) -> Numbers:
@@ -38,7 +39,7 @@ def run(quick: bool) -> Numbers:
 
 
 def _estimate(walk: Simulated) -> Estimate:
-    """Return the friction torque of all samples, by (6.1) for joints of standing legs on two feet."""
+    """Estimate the friction torque of all samples; in double support, (6.1) gives the joints of standing legs."""
     found = estimate(walk, Settings(filter=EXACT, standing_legs=True))
     both, robot, log = np.flatnonzero(found.standing_on(BOTH)), walk.robot, walk.log
     rows = np.searchsorted(log.time, found.samples.time[both] - found.samples.period / 2)
@@ -50,7 +51,7 @@ def _estimate(walk: Simulated) -> Estimate:
 
 
 def _by_phase(found: Estimate) -> dict[str, dict[str, float]]:
-    """Return how far the estimate is off on one foot and on two [N m]."""
+    """Compute the error of the estimate in single and in double support [N m]."""
     both, knee = found.standing_on(BOTH), found.column(KNEE)
     others = np.arange(found.truth.shape[1]) != knee
     return {
@@ -66,7 +67,7 @@ def _by_phase(found: Estimate) -> dict[str, dict[str, float]]:
 
 
 def _weightings(robot: Robot) -> dict[str, dict[str, float | Array]]:
-    """Return W and lambda of (6.1), by what they stand for."""
+    """Choose W and lambda of (6.1), by the meaning of the weighting."""
     joints = np.array(robot.joint_names)[robot.torque_controlled]
     left, right = np.char.startswith(joints, "left"), np.char.startswith(joints, "right")
     knees = np.char.endswith(joints, "knee")
@@ -82,7 +83,7 @@ def _weightings(robot: Robot) -> dict[str, dict[str, float | Array]]:
 
 
 def _vary_weights(walk: Simulated) -> dict[str, dict[str, float]]:
-    """Return how far (6.1) is off on two feet, and how much acceleration it leaves unexplained, by its weights."""
+    """Compute the error and the unexplained acceleration of (6.1) in double support, by its weights."""
     log, robot = walk.log, walk.robot
     assert log.contact is not None
     rows = np.flatnonzero(log.contact.all(axis=1))[::STRIDE]
@@ -106,7 +107,7 @@ def _vary_weights(walk: Simulated) -> dict[str, dict[str, float]]:
 
 
 def _state(walk: Simulated, rows: NDArray[np.int64]) -> State:
-    """Return the exact motion at some rows of the log."""
+    """Select the exact motion at some rows of the log."""
     log, truth = walk.log, walk.truth
     assert log.velocity is not None
     assert log.acceleration is not None
@@ -119,7 +120,7 @@ def _state(walk: Simulated, rows: NDArray[np.int64]) -> State:
 
 
 def texts(numbers: Numbers) -> dict[str, str]:
-    """Return the errors by phase and by weighting."""
+    """Format the errors by phase and by weighting."""
     keys = ("knee_friction_rms", "knee_error_rms", "other_error_rms", "largest_error")
     phases = [
         (NAMES[walk], phase, row["samples"], *(f"{row[key]:.2g}" for key in keys))

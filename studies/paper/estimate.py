@@ -1,4 +1,4 @@
-"""The friction torque of a simulated walk, sample by sample, beside its truth."""
+"""Estimated and true friction torque of a simulated walk, sample by sample."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -20,15 +20,15 @@ from stribeck.settings import FilterSettings, SupportSettings
 from stribeck_simulation.run import Simulated
 
 UNTRIMMED = SupportSettings(trim_start=0.0, trim_end=0.0)
-"""Of the ideal simulator, whose feet touch down without a blow."""
+"""Support settings for the ideal simulator, whose feet touch down without an impact."""
 EXACT = FilterSettings(kind="log")
-"""Velocity and acceleration as an ideal log has them, nothing differentiated."""
+"""Filter settings that take velocity and acceleration from an ideal log."""
 
 
 class Differences(FilterSettings):
-    """Finite differences (6.2), (6.3) over five samples in place of a filter.
+    """Finite differences (6.2), (6.3) over five samples instead of a filter.
 
-    The delay of backward differences is left in, as a real-time system must, or compensated (6.1.2).
+    The delay of backward differences remains, as in a real-time system, or is compensated (6.1.2).
     """
 
     kind: Literal["auto", "savitzky-golay", "butterworth", "log"] = "savitzky-golay"
@@ -47,10 +47,10 @@ class Differences(FilterSettings):
 def backward_kernels(period: float, compensate_delay: bool) -> Array:
     """Compute the kernels of position, velocity and acceleration, shape (3, 5), by (6.3) once and twice.
 
-    A backward difference is the velocity of half a period ago, and the backward difference of that is the acceleration
-    of a whole period ago. Uncompensated, both are taken for those of now. Compensated, all signals belong to one sample
-    (6.1.2): the acceleration is shifted by a period, and the velocity is the mean of the two differences that lie half
-    a period before and after.
+    A backward difference estimates the velocity half a period earlier, and its backward difference the acceleration one
+    period earlier. Without compensation, both are used as current values. With compensation, all signals refer to the
+    same sample (6.1.2): the acceleration is shifted by one period, and the velocity is the mean of the differences half
+    a period before and after the sample.
     """
     present = np.array([0.0, 0.0, 1.0, 0.0, 0.0])
     if compensate_delay:
@@ -64,28 +64,28 @@ def backward_kernels(period: float, compensate_delay: bool) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """Estimated friction torque, and the truth at the same samples and joints, shape (N, n) [N m]."""
+    """Estimated friction torque, and the ground truth at the same samples and joints, shape (N, n) [N m]."""
 
     samples: FrictionSamples
     truth: Array
 
     @property
     def error(self) -> Array:
-        """Estimate less truth [N m], shape (N, n); NaN where there is no estimate."""
+        """Estimate minus ground truth [N m], shape (N, n); NaN without an estimate."""
         return np.asarray(self.samples.friction_torque - self.truth)
 
     def column(self, joint: str) -> int:
-        """Return the column of a joint."""
+        """Find the column of a joint."""
         return self.samples.joint_names.index(joint)
 
     def standing_on(self, feet: str) -> NDArray[np.bool_]:
-        """Return the samples whose support has this name, e.g. "left_foot" or "left_foot+right_foot", shape (N,)."""
+        """Select the samples with this support, e.g. "left_foot" or "left_foot+right_foot", shape (N,)."""
         names = self.samples.support_names
         return np.asarray(self.samples.support == (names.index(feet) if feet in names else -1))
 
 
 def estimate(walk: Simulated, settings: Settings) -> Estimate:
-    """Return the friction torque of every sample that the settings do not trim, and the truth."""
+    """Estimate the friction torque of every sample that the settings do not trim; add the ground truth."""
     prepared = prepare(walk.log, walk.robot, settings)
     settings, _ = with_filter(prepared, walk.robot, settings)
     scheme = settings.filter
@@ -97,5 +97,5 @@ def estimate(walk: Simulated, settings: Settings) -> Estimate:
 
 
 def rms(values: Array) -> float:
-    """Return the root mean square of the values that are known."""
+    """Compute the root mean square of all values except NaN."""
     return float(np.sqrt(np.nanmean(values**2)))

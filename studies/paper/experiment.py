@@ -1,6 +1,7 @@
-"""Fig. 7.7 and 7.8: the paper's experiment, whose data are not public, from a simulated walk with bad sensors.
+"""Fig. 7.7 and 7.8: the paper's experiment, whose data are not public, repeated on a simulated walk with bad sensors.
 
-Forty steps with sensors of the profile `harsh`, read with the exact model and with models whose every body is wrong.
+Friction of forty steps with sensors of the profile `harsh` is estimated with the exact model, and with models in which
+every body has errors.
 """
 
 from dataclasses import replace
@@ -21,14 +22,14 @@ from studies.paper.walks import get_walk
 
 WALKS = ("harsh", "legs-contact")
 SEEDS = (1, 2, 3, 4)
-"""Of models that are wrong in every body in another way."""
+"""Seeds of models with errors in every body."""
 SETTINGS = Settings(
     filter=FilterSettings(kind="savitzky-golay", window=151),  # the paper's
     averaged_law=True,  # the torque goes through it, too
     support=SupportSettings(trim_start=0.1, trim_end=0.1),
 )
 ENOUGH = 4000
-"""Samples that a fit gets."""
+"""Maximum number of samples in a fit."""
 KEYS = ("feeding", "feeding_levelled", "split")
 
 
@@ -50,7 +51,7 @@ def run(quick: bool) -> Numbers:
 
 
 def _measures(found: Estimate, joint: str) -> dict[str, float]:
-    """Return shares with positive power, with and without the fitted offset [1], and the error's split [N m]."""
+    """Compute shares with positive power, with and without the fitted offset [1], and the error's split [N m]."""
     curve, law = swinging(found, joint), get_law("stribeck")
     problem = joint_problem(found.samples, f"{SIDE}_{joint}", law, SETTINGS)
     fit = fit_joint(problem.take(slice(None, None, -(-len(problem.velocity) // ENOUGH))))
@@ -67,13 +68,13 @@ def _mean(rows: list[dict[str, float]]) -> dict[str, float]:
 
 
 def _between_sides(found: Estimate, joint: str) -> float:
-    """Return how much more friction torque is found on the right than on the left than has acted, in the mean [N m]."""
+    """Compute the difference between the mean errors of the right and the left joint [N m]."""
     right, left = (swinging(found, joint, side) for side in (SIDE, OTHER_SIDE))
     return abs(float(np.mean(right.torque - right.truth) - np.mean(left.torque - left.truth)))
 
 
 def texts(numbers: Numbers) -> dict[str, str]:
-    """Return shares and splits by log, model and joint."""
+    """Format shares and splits by log, model and joint."""
     cases = [(name, model) for name in ("legs-contact", "harsh") for model in ("exact", "drawn")]
     label = {"legs-contact": "exact log", "harsh": "harsh log", "exact": "exact model", "drawn": "inexact model"}
     head = ("joint", *(f"{label[name]}, {label[model]}" for name, model in cases))

@@ -1,4 +1,4 @@
-"""Sections 3.3 and 6.1: what an integration with fixed steps makes of the smooth law, of a joint and of a robot."""
+"""Sections 3.3 and 6.1: integration of the smooth law with fixed steps, for one joint and for a robot."""
 
 from functools import partial
 
@@ -17,20 +17,20 @@ from studies.paper.walks import SCENARIOS
 WALKS = ()
 STANCE = "left_foot"
 INERTIAS = {"foot": 0.01, "forearm": 0.1, "shank": 0.5}
-"""What a TORO-like humanoid's ankle pitch, elbow and knee move, swinging [kg m^2]."""
+"""Inertia moved by the ankle pitch, elbow and knee of a TORO-like humanoid's swinging limbs [kg m^2]."""
 SLOPES = {"10": 10.0, "20": 20.0, "40": 40.0, "100": 100.0, "300": 300.0, "1000": 1000.0, "the jump": np.inf}
-"""[s/rad]"""
+"""Slopes of the law [s/rad]."""
 START = 0.5
-"""Velocity from which they do [rad/s]."""
+"""Velocity from which joints coast [rad/s]."""
 
 
 def integration(inertia: float, slope: float) -> dict[str, float]:
-    """Return with what amplitude of velocity [rad/s] a joint ends that friction should bring to rest.
+    """Compute the final velocity amplitude [rad/s] of a coasting joint, which should be at rest.
 
     Parameters
     ----------
     inertia, slope
-        [kg m^2], [s/rad]
+        Inertia of the joint [kg m^2], slope of the law [s/rad].
     """
     duration = START * inertia / KNEE["coulomb"] + 0.5
     run_down = partial(coast, inertia, slope, start=START, duration=duration)
@@ -38,7 +38,7 @@ def integration(inertia: float, slope: float) -> dict[str, float]:
 
 
 def accuracy(inertia: float) -> dict[str, float]:
-    """Return how far steps of 1 ms are from steps of 10 us on the way to rest [rad/s, rms], at the paper's slope."""
+    """Compute the RMS difference between steps of 1 ms and of 10 us while coasting [rad/s], at the paper's slope."""
     run_down = partial(coast, inertia, SLOPE, start=START, duration=START * inertia / KNEE["coulomb"])
     fine = run_down(implicit=False, step=STEP / 100)[::100]
     ways = {"explicit": False, "implicit": True}
@@ -46,10 +46,10 @@ def accuracy(inertia: float) -> dict[str, float]:
 
 
 def robot_gain() -> dict[str, object]:
-    """Return how an explicit step treats the friction of Table 6.1 in a TORO-like humanoid on its left foot.
+    """Compute the gains of an explicit step for a TORO-like humanoid on its left foot with the friction of Table 6.1.
 
-    `largest` is the largest eigenvalue of h M_mod^-1 k [1], beyond 2 the explicit step chatters; `joint` has the most
-    part in its motion; `alone` is h k / I of each joint, I its effective inertia with all others free.
+    `largest` is the largest eigenvalue of h M_mod^-1 k [1]; above 2 the explicit step chatters. `joint` has the largest
+    component of its eigenvector. `alone` is h k / I of each joint, with the effective inertia I if all others are free.
     """
     robot = Robot.from_file(ROBOT_FILE)
     names = robot.joint_names

@@ -1,4 +1,4 @@
-"""Figures for print and screen: one style, a light and a dark file each, the same bytes every time."""
+"""Figures for print and screen: one style, a light and a dark file each, reproducible to the byte."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -13,9 +13,9 @@ from studies.paper.study import ROOT
 
 FOLDER = ROOT / "docs" / "assets" / "paper"
 SIZE = (6.5, 2.8)
-"""Of a figure that does not set its own [inch]; the width is a printed page's."""
+"""Default size of a figure [inch]; as wide as the text on a printed page."""
 LARGEST = 200_000
-"""Size that no file may have [bytes]."""
+"""Maximum file size of a figure [bytes]."""
 
 _THEMES = {
     "light": {
@@ -51,7 +51,7 @@ _STYLE: dict[str, Any] = {
 
 
 def ink() -> str:
-    """Return the colour of text, for curves that are the truth."""
+    """Return the color of text, which the ground truth is drawn in."""
     return str(mpl.rcParams["text.color"])
 
 

@@ -1,8 +1,7 @@
-"""Fig. 7.2: what a filter makes of the right knee's friction, by Savitzky-Golay and by Butterworth.
+"""Fig. 7.2: effect of Savitzky-Golay and Butterworth filters on the right knee's friction.
 
-The log of the contact simulator is exact, so that all error is the filter's. As in the paper the acceleration is
-filtered and the torque is not, and 0.1 s are left out at both ends of a swing, which keeps the widest window off the
-impacts.
+The log of the contact simulator is exact, therefore the filter causes all errors. As in the paper, the acceleration is
+filtered and the torque is not. To keep impacts out of the widest window, 0.1 s are excluded at both ends of a swing.
 """
 
 import numpy as np
@@ -23,12 +22,12 @@ from studies.paper.walks import get_walk
 WALKS = ("right-knee-contact",)
 KNEE = "right_knee"
 RATE = 1000.0
-"""Of the log [Hz]."""
+"""Rate of the log [Hz]."""
 WINDOWS = (11, 31, 51, 101, 151)
-"""Of the Savitzky-Golay filters [samples]; the paper has 151 in its Fig. 7.3 and 7.4."""
+"""Windows of the Savitzky-Golay filters [samples]; the paper uses 151 in its Fig. 7.3 and 7.4."""
 BUTTERWORTH_ORDER = 6
 SLOW, FAST = 0.6, 1.2
-"""The Stribeck part of the curve lies below three times the Stribeck velocity, its straight part above six [rad/s]."""
+"""Upper end of the curve's Stribeck part, and lower end of its straight part: 3 and 6 Stribeck velocities [rad/s]."""
 SUPPORT = SupportSettings(trim_start=0.1, trim_end=0.1)
 
 
@@ -37,7 +36,7 @@ def run(quick: bool) -> Numbers:
     equal = savgol_cutoff(WINDOWS[-1], 4, RATE)
     kinds = {str(window): FilterSettings(kind="savitzky-golay", window=window) for window in WINDOWS}
     kinds["Butterworth"] = _butterworth(equal)
-    # the paper's 10 Hz is that of one pass, where both passes together have -6 dB
+    # the paper's 10 Hz is the cutoff of one pass; both passes together have -6 dB there
     kinds["Butterworth, 10 Hz a pass"] = _butterworth(10 * (np.sqrt(2) - 1) ** (1 / (2 * BUTTERWORTH_ORDER)))
     found = {name: _estimate(walk, kind) for name, kind in kinds.items()}
     both = {name: _estimate(walk, kinds[name], filter_torque=True) for name in ("31", "151")}
@@ -63,21 +62,21 @@ def _estimate(
 
 
 def _errors(found: Estimate) -> dict[str, float]:
-    """Return the RMS error of the swinging knee in the Stribeck part of its curve and in the straight part [N m]."""
+    """Compute the RMS error of the swinging knee in the Stribeck part and in the straight part of its curve [N m]."""
     knee = swinging(found, "knee")
     speed, error = np.abs(knee.velocity), knee.torque - knee.truth
     return {"slow": rms(error[speed < SLOW]), "fast": rms(error[speed > FAST])}
 
 
 def _fit(found: Estimate, averaged_law: bool = False) -> dict[str, float]:
-    """Return the parameters that are fitted to the filtered curve."""
+    """Fit the law's parameters to the filtered curve."""
     law, settings = get_law("stribeck"), Settings(averaged_law=averaged_law)
     fit = fit_joint(joint_problem(found.samples, KNEE, law, settings))
     return dict(zip(fit.names, map(float, fit.values), strict=True))
 
 
 def texts(numbers: Numbers) -> dict[str, str]:
-    """Return errors and fitted parameters, a row a filter, and those that sentences quote."""
+    """Format errors and fitted parameters, one row per filter, and the numbers that sentences quote."""
     columns = {
         "slow": f"error below {SLOW} rad/s [N m]",
         "fast": f"above {FAST} rad/s [N m]",

@@ -1,4 +1,4 @@
-"""Parameters of the leg joints of a simulated walk beside their truth, and the paper's beside its own."""
+"""Identified parameters of the leg joints of a simulated walk, and the paper's tables."""
 
 import tomllib
 from pathlib import Path
@@ -15,7 +15,7 @@ from studies.paper.study import Numbers
 
 PAPER = Path(__file__).with_name("tables.toml")
 PARAMETERS = ("viscous", "coulomb", "stribeck_gain", "stribeck_velocity", "offset", "slope")
-"""In the paper's order."""
+"""Parameters of the law, in the order of the paper."""
 JOINTS = tuple(
     f"{side}_{joint}"
     for side in ("right", "left")
@@ -24,15 +24,16 @@ JOINTS = tuple(
 
 
 def read_paper() -> dict[str, dict[str, Numbers]]:
-    """Return the paper's tables: walk -> joint -> "found" and "error" [%] of the six parameters."""
+    """Read the paper's tables: walk -> joint -> "found" and "error" [%] of the six parameters."""
     return tomllib.loads(PAPER.read_text(encoding="utf-8"))
 
 
 def identified(walk: Simulated, settings: Settings, log: RobotLog | None = None) -> dict[str, Numbers]:
-    """Return what `identify` finds in a walk, or in another log of it, for each leg joint.
+    """Identify each leg joint's friction from a walk, or from another log of the same walk.
 
-    Its verdict and reason, its top speed [rad/s], and by parameter, in the paper's order: value, half the width of the
-    95 % interval, error [%], whether the interval covers the true value, whether it is weak; NaN where there is none.
+    The row of a joint contains verdict, reason, top speed [rad/s], and per parameter, in the order of the paper: value,
+    half width of the 95 % interval, error [%], whether the interval covers the true value, and whether the parameter is
+    weak. Missing numbers are NaN.
     """
     result = identify(log or walk.log, walk.robot, settings, law="stribeck", method="curve-fit")
     assert result.evidence is not None
@@ -63,6 +64,6 @@ def _numbers(joint: JointResult, name: str, truth: float) -> tuple[float, ...]:
 
 
 def mean_and_worst(rows: dict[str, Numbers]) -> dict[str, Array]:
-    """Return the mean and the largest size of the error of each parameter over the joints [%]."""
+    """Compute the mean and the largest absolute error of each parameter over the joints [%]."""
     sizes = np.abs(np.array([row["error"] for row in rows.values()]))
     return {"mean": np.nanmean(sizes, axis=0), "worst": np.nanmax(sizes, axis=0)}

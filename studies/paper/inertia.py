@@ -1,7 +1,7 @@
-"""Fig. 7.5 and 7.6: what wrong inertias of the bodies make of the friction curves, and displaced masses, too.
+"""Fig. 7.5 and 7.6: effect of wrong inertias and of displaced masses on the friction curves.
 
-The log is exact, and all of it is read with another model. Friction torque is linear in masses, moments and displaced
-masses: twice the error of the model is twice the error of the friction, and errors add up.
+The exact log is estimated with a wrong model. Friction torque is linear in masses, moments and displaced masses: twice
+the error of the model causes twice the error of the friction, and errors add up.
 """
 
 from dataclasses import replace
@@ -23,11 +23,11 @@ from studies.paper.walks import get_walk
 
 WALKS = ("legs-contact",)
 SETTINGS = Settings(filter=FilterSettings(kind="savitzky-golay", window=11))
-"""The log has no noise."""
+"""Settings for a log without noise."""
 SHARE = 0.1
-"""By which inertias are too large."""
+"""Relative error of the inertias [1]."""
 OFFSET = 0.01
-"""By which centres of mass are displaced [m]."""
+"""Displacement of the centers of mass [m]."""
 CHANGES: dict[str, Change] = {
     "inertias": scaled(1 + SHARE, 1 + SHARE),
     "masses": scaled(mass=1 + SHARE),
@@ -63,7 +63,7 @@ def _estimate(walk: Simulated, change: Change) -> Estimate:
 
 
 def _change(right: Estimate, wrong: Estimate, joint: str) -> dict[str, float]:
-    """Return what a wrong model does to a joint's curve [N m], and how much of it an offset could be [1]."""
+    """Compute the error of a joint's curve from a wrong model [N m], and the share that an offset explains [1]."""
     curve = swinging(right, joint)
     error = swinging(wrong, joint).torque - curve.torque
     shift = float(error.mean())
@@ -76,7 +76,7 @@ def _change(right: Estimate, wrong: Estimate, joint: str) -> dict[str, float]:
 
 
 def _fit(found: Estimate) -> dict[str, dict[str, float]]:
-    """Return the parameters that are fitted to the right leg's joints."""
+    """Fit the parameters of the right leg's joints."""
     law, result = get_law("stribeck"), {}
     for joint in JOINTS:
         fit = fit_joint(joint_problem(found.samples, f"{SIDE}_{joint}", law, SETTINGS))
@@ -86,7 +86,7 @@ def _fit(found: Estimate) -> dict[str, dict[str, float]]:
 
 
 def texts(numbers: Numbers) -> dict[str, str]:
-    """Return shift and split by joint and change, the fits, and what sentences quote."""
+    """Format shift and split by joint and change, the fits, and the numbers that sentences quote."""
     joints, fits = numbers["joints"], numbers["fits"]
     head = ("joint", *LABELS.values())
     tables = {

@@ -1,6 +1,6 @@
-"""Robots whose model is wrong, in the ways that section 7.2 of the paper tries, and one more: a displaced mass.
+"""Robots with wrong models: the errors of section 7.2 of the paper, and displaced masses.
 
-The log stays as it is; only the estimator believes in another robot.
+The log does not change; only the estimator uses the wrong model.
 """
 
 from collections.abc import Callable
@@ -13,21 +13,21 @@ from stribeck import Robot
 from stribeck.base.typing import Array
 
 Change = Callable[[pin.Inertia], pin.Inertia]
-"""What is done to a body's inertia."""
+"""Function that changes a body's inertia."""
 ROOT = "pelvis"
-"""Name that the root's body gets; every other one has that of the joint that moves it."""
+"""Name of the root's body; all other bodies are named after the joint that moves them."""
 
 
 def body_names(robot: Robot) -> tuple[str, ...]:
-    """Return the names of a floating robot's bodies, in the order of its model."""
+    """List the names of a floating robot's bodies, in the order of its model."""
     return (ROOT, *map(str, list(robot.tree.model.names)[2:]))
 
 
 def scaled(mass: float = 1.0, moments: float = 1.0) -> Change:
-    """Return what scales the eigenvalues of a body's 6x6 inertia matrix: those of mass, those of moment, or both.
+    """Make a change that scales a body's mass and principal moments, eigenvalues of its 6x6 inertia matrix.
 
-    The matrix is that about the centre of mass. About any other point translation and rotation share eigenvectors, and
-    a matrix with scaled eigenvalues is no rigid body's.
+    The matrix refers to the center of mass. About any other point, translation and rotation share eigenvectors, and a
+    matrix with scaled eigenvalues belongs to no rigid body.
     """
 
     def change(inertia: pin.Inertia) -> pin.Inertia:
@@ -40,12 +40,12 @@ def scaled(mass: float = 1.0, moments: float = 1.0) -> Change:
 
 
 def displaced(offset: Array) -> Change:
-    """Return what moves a body's centre of mass by an offset [m] in the body's frame, shape (3,)."""
+    """Make a change that moves a body's center of mass by an offset [m] in the body's frame, shape (3,)."""
     return lambda inertia: pin.Inertia(inertia.mass, inertia.lever + offset, inertia.inertia)
 
 
 def with_bodies(robot: Robot, change: Change, bodies: tuple[str, ...] | None = None) -> Robot:
-    """Return the robot with some of its bodies changed, or with all."""
+    """Change the inertia of the named bodies, or of all bodies."""
     model = pin.Model(robot.tree.model)
     for k, name in enumerate(body_names(robot), start=1):
         if bodies is None or name in bodies:
@@ -54,16 +54,16 @@ def with_bodies(robot: Robot, change: Change, bodies: tuple[str, ...] | None = N
 
 
 def drawn(seed: int, mass: float = 0.05, moments: float = 0.2, offset: float = 0.01) -> Change:
-    """Return what is wrong with each body in its own way, all drawn from a seed, evenly between plus and minus.
+    """Make a change that draws different errors for every body, uniformly within the given limits.
 
     Parameters
     ----------
     seed
-        Of the errors.
+        Seed of the errors.
     mass, moments
-        Largest share by which masses and principal moments are off.
+        Largest relative error of masses and of principal moments [1].
     offset
-        Largest displacement of a centre of mass along each axis [m].
+        Largest displacement of a center of mass along each axis [m].
     """
     generator = np.random.default_rng(seed)
 

@@ -1,10 +1,10 @@
-"""Fig. 6.5 as a number: how much of one joint's friction is found in another.
+"""Fig. 6.5 as a number: the share of one joint's friction that appears in another joint.
 
-Friction is in all leg joints. What is found in each joint of the swinging leg is fitted by the truth of all six,
+All leg joints have friction. The estimate of each joint of the swinging leg is fitted by the truth of all six joints,
 
     found_i = sum_j G_ij truth_j + constant,
 
-so that G is the unit matrix if joints do not interfere.
+therefore G is the identity matrix if joints do not interfere.
 """
 
 import numpy as np
@@ -19,7 +19,7 @@ from studies.paper.walks import get_walk
 
 WALKS = ("legs-contact",)
 SWINGS = {"left": "right_foot", "right": "left_foot"}
-"""Side -> the foot that stands while its leg swings."""
+"""Standing foot while the leg of a side swings."""
 
 
 def run(quick: bool) -> Numbers:
@@ -35,7 +35,7 @@ def run(quick: bool) -> Numbers:
     truth, torque = np.concatenate(truths), np.concatenate(torques)
     gain = np.linalg.lstsq(truth, torque, rcond=None)[0].T
     size = truth.std(axis=0)
-    share = gain * size / size[:, None]  # of joint j in joint i, by how much their friction varies
+    share = gain * size / size[:, None]  # friction variation from joint j in joint i, relative to joint i's
     crossing = np.abs(share - np.diag(np.diag(share)))
     worst = np.unravel_index(np.argmax(crossing), crossing.shape)
     return {
@@ -50,7 +50,7 @@ def run(quick: bool) -> Numbers:
 
 
 def texts(numbers: Numbers) -> dict[str, str]:
-    """Return the matrix of shares, and its worst values."""
+    """Format the matrix of shares and its worst values."""
     rows = [
         (joint.replace("_", " "), *(f"{100 * value:.2f} %" for value in row.values()))
         for joint, row in numbers["share"].items()

@@ -1,4 +1,4 @@
-"""The two kinds of work, in a module that other processes can import: make a walk, run a study."""
+"""Tasks that worker processes import: make a walk, run a study."""
 
 import json
 
@@ -10,7 +10,7 @@ QUICK = ROOT / "build" / "quick"
 
 
 def run_study(name: str, quick: bool) -> None:
-    """Run a study and write its numbers and figures; those of a quick run stay under build/."""
+    """Run a study and write its numbers and figures; a quick run writes to build/."""
     study = find_studies()[name]
     numbers = plain(study.run(quick))
     path = (QUICK if quick else NUMBERS) / f"{name}.json"
@@ -21,5 +21,5 @@ def run_study(name: str, quick: bool) -> None:
 
 
 def make_walk(name: str, quick: bool) -> None:
-    """Simulate a walk if it is not at hand."""
+    """Simulate a walk that is not yet available."""
     walks.get_walk(name, quick)

@@ -1,4 +1,4 @@
-"""Draws the laws of Chapter 3."""
+"""Drawings of the laws of Chapter 3."""
 
 from functools import cache
 
@@ -13,17 +13,17 @@ from studies.paper.laws import SLOPE, STATIC, STEP, curve, lugre, speeds
 
 VELOCITY, TORQUE = "velocity [rad/s]", "friction torque [N m]"
 POINTS = 400
-"""Of a curve of LuGre."""
+"""Number of points of a LuGre curve."""
 
 
 @cache
 def turns(amplitude: float, rate: float, count: float) -> tuple[Array, Array, Array]:
-    """Return position [rad], velocity [rad/s] and LuGre's torque [N m] of a joint whose velocity is a sine.
+    """Compute position [rad], velocity [rad/s] and LuGre torque [N m] of a joint with a sinusoidal velocity.
 
     Parameters
     ----------
     amplitude, rate, count
-        Of the velocity [rad/s], turns a second [Hz], turns [1].
+        Velocity amplitude [rad/s], frequency [Hz], number of periods [1].
     """
     phase = 2 * np.pi * rate * np.arange(0.0, count / rate, STEP)
     velocity = amplitude * np.sin(phase)
@@ -33,7 +33,7 @@ def turns(amplitude: float, rate: float, count: float) -> tuple[Array, Array, Ar
 
 
 def draw_law(axes: Axes, law: str, label: str = "", style: str = "C0-", **changes: float) -> None:
-    """Draw a law with the knee's parameters, some of them changed; those that jump have a gap at standstill."""
+    """Draw a law with the knee's parameters and some changes; laws with a jump have a gap at standstill."""
     x = speeds()
     y = curve(law, x, **changes)
     if LAWS[law].jumps:
@@ -82,7 +82,7 @@ LAW_FIGURES = {
     "stribeck-exponent": stribeck_exponent,
     "asymmetric": asymmetric,
 }
-"""By the law's name."""
+"""Drawing functions by the name of the law."""
 
 
 def overview(figure: Figure) -> None:
@@ -108,9 +108,9 @@ def overview(figure: Figure) -> None:
 
 
 def lugre_loops(figure: Figure) -> None:
-    """Draw presliding over position, and hysteresis over velocity."""
+    """Draw presliding versus position, and hysteresis versus velocity."""
     left, right = figure.subplots(1, 2, sharey=True)
-    for turn in (0.04, 0.006):  # [rad]
+    for turn in (0.04, 0.006):  # amplitude of the motion [rad]
         position, _, torque = turns(amplitude=np.pi * turn, rate=1.0, count=3.0)
         left.plot(1e3 * position, torque)
     left.set(xlabel="position [mrad]", ylabel=TORQUE, title="back and forth by 40 and 6 mrad")

@@ -1,4 +1,4 @@
-"""Writes the table of statements into docs/paper.md and prints all numbers of the studies.
+"""Write the table of statements into docs/paper.md, and print all numbers of the studies.
 
 `statements.toml` lists the claims of the paper in their order: place, claim, the study that tests the claim, outcome
 and finding, where `{study.text}` stands for a text of a study.

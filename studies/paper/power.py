@@ -1,7 +1,7 @@
-"""Fig. 7.4: acceleration difference against velocity, and friction that feeds energy in.
+"""Fig. 7.4: acceleration difference versus velocity, and friction with positive power.
 
-Friction is in all leg joints; its offset, which is no friction, is taken out of the log as a calibration would. 0.1 s
-are left out at both ends of a swing, which keeps the paper's window of 151 samples off the impacts.
+All leg joints have friction. Its offset dissipates nothing and is removed from the log, as by a calibration. To keep
+impacts out of the paper's window of 151 samples, 0.1 s are excluded at both ends of a swing.
 """
 
 from dataclasses import replace
@@ -30,9 +30,9 @@ FILTERS = {
     "window 151, torque too": AS_PAPER.model_copy(update={"averaged_law": True}),
 }
 MODELS = {"exact": "exact", "+10 %": "inertias +10 %", "-10 %": "inertias -10 %", "drawn": "drawn"}
-"""Keys of the numbers, and how the table calls them."""
+"""Labels in the table, by key of the numbers."""
 SEEDS = range(1, 9)
-"""Of models that are wrong in every body in another way."""
+"""Seeds of models with errors in every body."""
 
 
 def run(quick: bool) -> Numbers:
@@ -53,14 +53,14 @@ def run(quick: bool) -> Numbers:
 
 
 def _torque(walk: Simulated, settings: Settings) -> dict[str, float]:
-    """Return the share of samples in which the friction torque that is found feeds energy in, joint by joint."""
+    """Compute the share of samples in which the estimated friction torque has positive power, per joint."""
     found = estimate(walk, settings)
     joints = {joint: swinging(found, joint) for joint in JOINTS}
     return {joint: feeding(each.velocity, each.torque) for joint, each in joints.items()}
 
 
 def _difference(joints: dict[str, Motion]) -> dict[str, float]:
-    """Return the share in which acceleration difference and velocity have the same sign, joint by joint."""
+    """Compute the share of samples in which acceleration difference and velocity have the same sign, per joint."""
     return {joint: feeding(each.velocity, each.model - each.measured) for joint, each in joints.items()}
 
 
@@ -69,7 +69,7 @@ def _mean(rows: list[dict[str, float]]) -> dict[str, float]:
 
 
 def texts(numbers: Numbers) -> dict[str, str]:
-    """Return the shares of samples with positive power, joint by joint, by model and filter."""
+    """Format the shares of samples with positive power, per joint, by model and filter."""
     torque, difference = numbers["torque"], numbers["difference"]
     shown = [(m, f) for m in MODELS for f in FILTERS if f != "window 31"]
     rows = [

@@ -1,6 +1,7 @@
-"""Section 5.3 and 6.1.2: M_mod is invertible on one foot and not on two, and why a standing leg is so sensitive.
+"""Section 5.3 and 6.1.2: M_mod is invertible on one foot but not on two, and standing legs amplify errors.
 
-The diagonal of M_mod is what a joint's torque has to accelerate: a swinging leg, or the whole robot on a standing one.
+The diagonal of M_mod is the inertia that a joint's torque accelerates: of a swinging leg, or of the whole robot if the
+leg stands.
 """
 
 from dataclasses import dataclass
@@ -23,11 +24,11 @@ from studies.paper.walks import get_walk
 WALKS = ("right-knee-ideal",)
 SIDES = ("left", "right")
 STRIDE = 25
-"""One of this many samples has its matrices worked out."""
+"""Stride between the samples whose matrices are computed."""
 SINGULAR = 1e-9
 """Singular values below this share of the largest count as zero."""
 ERRORS = {"acceleration": "δa", "own": "diagonal × δa", "whole": "M_mod δa", "error": "error"}
-"""Keys of the numbers, and how the table calls them."""
+"""Labels in the table, by key of the numbers."""
 BACKWARD = Differences(scheme="backward")
 
 
@@ -49,13 +50,13 @@ def run(quick: bool) -> Numbers:
 
 @dataclass(frozen=True, eq=False)
 class _Leg:
-    """A joint of a leg that stands or swings, over the samples of both sides: shape (N,) each."""
+    """Errors of one joint while its leg stands or swings, over the samples of both sides, shape (N,) each."""
 
     inertia: Array  # diagonal of M_mod [kg m^2]
     acceleration: Array  # error of the backward difference [rad/s^2]
-    own: Array  # what this makes of the joint's friction, by the diagonal alone [N m]
-    whole: Array  # by the joint's whole row of M_mod [N m]
-    error: Array  # error of the friction that is found [N m]
+    own: Array  # friction error predicted from this by the diagonal of M_mod [N m]
+    whole: Array  # friction error predicted by the joint's entire row of M_mod [N m]
+    error: Array  # error of the estimated friction [N m]
 
     def numbers(self) -> dict[str, float]:
         return {"inertia": float(np.mean(self.inertia))} | {
@@ -64,7 +65,7 @@ class _Leg:
 
 
 def _legs(walk: Simulated) -> dict[tuple[str, str], _Leg]:
-    """Return what becomes of the error of backward differences, by joint and by what its leg does."""
+    """Compute the friction errors from backward differences, by joint and phase of its leg."""
     exact, late = (estimate(walk, Settings(filter=each, standing_legs=True)) for each in (EXACT, BACKWARD))
     _, ours, theirs = np.intersect1d(exact.samples.time, late.samples.time, return_indices=True)
     ours, theirs = ours[::STRIDE], theirs[::STRIDE]
@@ -86,13 +87,13 @@ def _legs(walk: Simulated) -> dict[tuple[str, str], _Leg]:
 
 
 def _controlled(walk: Simulated, matrix: Array) -> Array:
-    """Return the rows and columns of the torque-controlled joints of matrices, shape (T, k, k)."""
+    """Select the rows and columns of the torque-controlled joints from matrices, shape (T, k, k)."""
     known = walk.robot.torque_controlled
     return np.asarray(matrix[:, known[:, None], known])
 
 
 def _ranks(walk: Simulated) -> dict[str, dict[str, float]]:
-    """Return the ranks of M_mod^-1 and the conditions of A and M_mod^-1, by the number of standing feet."""
+    """Compute the ranks of M_mod^-1 and the condition numbers of A and M_mod^-1, by the number of standing feet."""
     log = walk.log
     assert log.contact is not None
     assert log.velocity is not None
@@ -118,7 +119,7 @@ def _ranks(walk: Simulated) -> dict[str, dict[str, float]]:
 
 
 def texts(numbers: Numbers) -> dict[str, str]:
-    """Return inertias and errors joint by joint, and the ranks."""
+    """Format inertias and errors per joint, and the ranks."""
     inertias, errors = [], []
     for joint, row in numbers["joints"].items():
         name, phases = joint.replace("_", " "), (row["stance"], row["swing"])

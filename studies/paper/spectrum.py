@@ -1,6 +1,6 @@
-"""Fig. 7.1: spectra of the model's acceleration of knee and hip pitch, and the cutoff that `auto` takes from them.
+"""Fig. 7.1: spectra of the model's acceleration of knee and hip pitch, and the cutoff that `auto` chooses.
 
-The measured acceleration, beside it, is the second difference of the position, which no filter has touched.
+For comparison, the measured acceleration is the second difference of the unfiltered position.
 """
 
 from dataclasses import replace
@@ -29,18 +29,18 @@ from studies.paper.walks import get_walk
 WALKS = ("legs-contact", "harsh")
 SHOWN = ("knee", "hip_pitch")
 PAPER = 10.0
-"""Cutoff that the paper takes [Hz]."""
+"""Cutoff of the paper [Hz]."""
 NOISE = (200.0, 450.0)
-"""Where a spectrum holds noise alone [Hz]."""
+"""Band in which a spectrum contains only noise [Hz]."""
 UNFILTERED = Settings(filter=FilterSettings(kind="savitzky-golay", window=7))
-"""The model's acceleration needs a velocity, but no acceleration."""
+"""Settings with a short filter: the model's acceleration depends on velocity, but not on measured acceleration."""
 BINS = np.geomspace(1.2, 500.0, 61)
-"""Edges over which a density is averaged [Hz]."""
+"""Edges of the bins over which densities are averaged [Hz]."""
 SEED = 1
 
 
 class Spectra(NamedTuple):
-    """Densities of the acceleration of the swinging leg's joints [(rad/s^2)^2/Hz], shape (F, 6)."""
+    """Spectral densities of the acceleration of the swinging leg's joints [(rad/s^2)^2/Hz], shape (F, 6)."""
 
     frequency: Array  # [Hz], shape (F,)
     model: Array
@@ -60,7 +60,7 @@ def run(quick: bool) -> Numbers:
 
 
 def _spectra(walk: Simulated) -> Spectra:
-    """Return the spectra over the right leg's swings, a Hann window a swing, averaged."""
+    """Average the spectra of the right leg's swings, with one Hann window per swing."""
     found = estimate(walk, UNFILTERED)
     model = model_acceleration(walk, found)
     time, rate = swinging(found, "knee").time, 1 / found.samples.period
@@ -81,7 +81,7 @@ def _spectra(walk: Simulated) -> Spectra:
 
 
 def _cutoff(walk: Simulated) -> dict[str, float]:
-    """Return what `auto` takes: a window [samples] and its cutoff [Hz]."""
+    """Compute the window [samples] and the cutoff [Hz] that `auto` chooses."""
     prepared = prepare(walk.log, walk.robot, Settings())
     settings, _ = with_filter(prepared, walk.robot, Settings())
     chosen = settings.filter.cutoff
@@ -91,20 +91,20 @@ def _cutoff(walk: Simulated) -> dict[str, float]:
 
 
 def _noisier(spectra: Spectra) -> dict[str, float]:
-    """Return by how much the measured acceleration is noisier than the model's, joint by joint, as amplitudes."""
+    """Compute the noise amplitude of the measured acceleration divided by the model's, per joint."""
     band = (spectra.frequency > NOISE[0]) & (spectra.frequency < NOISE[1])
     ratios = np.sqrt(spectra.measured[band].mean(axis=0) / spectra.model[band].mean(axis=0))
     return dict(zip(JOINTS, ratios.tolist(), strict=True))
 
 
 def _beyond(spectra: Spectra) -> dict[str, float]:
-    """Return the share of the power of each joint's acceleration beyond the paper's 10 Hz."""
+    """Compute the share of power above the paper's 10 Hz in each joint's acceleration."""
     shares = spectra.model[spectra.frequency > PAPER].sum(axis=0) / spectra.model.sum(axis=0)
     return dict(zip(JOINTS, shares.tolist(), strict=True))
 
 
 def texts(numbers: Numbers) -> dict[str, str]:
-    """Return cutoffs, what lies beyond 10 Hz, and how noisy measured accelerations are."""
+    """Format cutoffs, power above 10 Hz, and noise of measured accelerations."""
     logs, beyond = numbers["logs"], numbers["beyond"]
     noisier = {name: logs[name]["noisier"] for name in ("realistic", "harsh")}
     rows = [

@@ -1,4 +1,4 @@
-"""Where a study's numbers are, and which studies there are."""
+"""Files with the studies' numbers, and the list of studies."""
 
 import importlib
 from collections.abc import Mapping
@@ -12,20 +12,20 @@ ROOT = Path(__file__).parents[2]
 NUMBERS = Path(__file__).parent / "numbers"
 """Folder of the numbers of each study, `<study>.json`."""
 DIGITS = 4
-"""Significant digits that are kept: enough to quote, few enough to be the same on other machines."""
+"""Significant digits that are stored: enough to quote, few enough to be equal on other machines."""
 
 Numbers = Mapping[str, Any]
-"""As in a JSON file: numbers, texts, lists and mappings of them."""
+"""Content of a JSON file: numbers, texts, lists and mappings."""
 
 
 def find_studies() -> dict[str, ModuleType]:
-    """Import the modules of this package that have a `run`, by name."""
+    """Import all modules of this package with a function `run`, by name."""
     names = sorted(path.stem for path in NUMBERS.glob("*.json"))
     return {name: importlib.import_module(f"studies.paper.{name}") for name in names}
 
 
 def plain(value: Any) -> Any:
-    """Convert numbers to those of JSON, rounded to `DIGITS` significant digits."""
+    """Convert numbers to JSON types, rounded to `DIGITS` significant digits."""
     if isinstance(value, Mapping):
         return {str(key): plain(each) for key, each in value.items()}
     if isinstance(value, list | tuple | np.ndarray):

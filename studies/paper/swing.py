@@ -1,4 +1,4 @@
-"""The joints of a swinging leg, the right one as in the paper, and what else than parameters a friction curve has."""
+"""Samples of the joints of a swinging leg, the right leg as in the paper, and measures of a friction curve."""
 
 from __future__ import annotations
 
@@ -13,30 +13,30 @@ from studies.paper.estimate import Estimate
 JOINTS = ("hip_roll", "hip_pitch", "hip_yaw", "knee", "ankle_roll", "ankle_pitch")
 SIDE = "right"
 SUPPORT = "left_foot"
-"""On which the right leg swings."""
+"""Support while the right leg swings."""
 OTHER_SIDE, OTHER_SUPPORT = "left", "right_foot"
 BINS = 30
-"""Of velocity, in which rising and falling branch are compared."""
+"""Number of velocity bins in which rising and falling branch are compared."""
 FEWEST = 5
-"""Samples that a branch needs in a bin."""
+"""Minimum number of samples of a branch in a bin."""
 
 
 class Swing(NamedTuple):
-    """A joint's samples, shape (N,) each."""
+    """Samples of one joint, shape (N,) each."""
 
     time: Array  # [s]
     velocity: Array  # [rad/s]
     acceleration: Array  # [rad/s^2]
-    torque: Array  # friction torque that is found [N m]
-    truth: Array  # and that has acted [N m]
+    torque: Array  # estimated friction torque [N m]
+    truth: Array  # true friction torque [N m]
 
     def thinned(self, stride: int) -> Swing:
-        """Return one of this many samples."""
+        """Select every `stride`-th sample."""
         return Swing(*(each[::stride] for each in self))
 
 
 def swinging(found: Estimate, joint: str, side: str = SIDE) -> Swing:
-    """Return a joint of the right leg, or of the left, while it swings."""
+    """Select the samples of a joint while its leg swings."""
     rows = found.standing_on(SUPPORT if side == SIDE else OTHER_SUPPORT)
     column, samples = found.column(f"{side}_{joint}"), found.samples
     return Swing(
@@ -49,9 +49,9 @@ def swinging(found: Estimate, joint: str, side: str = SIDE) -> Swing:
 
 
 def split(velocity: Array, acceleration: Array, torque: Array) -> float:
-    """Return how far the branches of rising and falling velocity are apart [N m].
+    """Compute the distance between the branches of rising and falling velocity [N m].
 
-    It is the RMS, over bins of velocity that both branches pass, of the difference of their mean torques.
+    It is the RMS difference of the branches' mean torques over velocity bins that both branches pass.
     """
     edges = np.linspace(velocity.min(), velocity.max(), BINS + 1)
     place = np.clip(np.digitize(velocity, edges) - 1, 0, BINS - 1)
@@ -67,5 +67,5 @@ def split(velocity: Array, acceleration: Array, torque: Array) -> float:
 
 
 def feeding(velocity: Array, torque: Array) -> float:
-    """Return the share of samples in which a friction torque feeds energy in, against (7.9)."""
+    """Compute the share of samples in which a friction torque has positive power, contrary to (7.9)."""
     return positive_power_fraction(velocity, torque)

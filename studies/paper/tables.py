@@ -1,8 +1,8 @@
 """Tables 6.1 and 6.2: all parameters of all leg joints, walking straight, and straight and sideways.
 
-The paper's logs have no noise, and neither have these; what noise costs is seen in the same walk as noisy sensors give
-it. Fits heed outliers less (`loss`) and average the law as the filter averages the acceleration (`averaged_law`): what
-each of the two is worth is shown too, and how it depends on the filter's window.
+As in the paper, the logs have no noise; for comparison, the same walk is also identified from noisy sensors. The study
+also shows the effect of the filter's window and of two settings: a robust `loss`, and `averaged_law`, which averages
+the law as the filter averages the acceleration.
 """
 
 from collections.abc import Callable, Iterable
@@ -34,16 +34,16 @@ FITS = {
 SENSORS = ("calibrated", "realistic")
 SEED = 1
 QUICK_STRIDE = 4
-"""One of how many samples the quick variant has."""
+"""Stride of the samples in the quick variant."""
 WINDOWS = (9, 15, 21, 31)
-"""Of the filter [samples, 1 ms each]; `auto` takes the shortest where there is no noise."""
+"""Windows of the filter [samples of 1 ms]; without noise, `auto` chooses the shortest."""
 UNITS = ("N m s/rad", "N m", "1", "rad/s", "N m", "s/rad")
 SYMBOLS = ("Fv", "Fc", "S", "vs", "offset", "a")
 TITLES = ("viscous", "Coulomb", "Stribeck gain", "Stribeck velocity", "offset", "slope")
 TURNING = ("right_hip_pitch", "right_knee", "left_hip_pitch", "left_knee")
-"""Joints that turn back quickly."""
+"""Joints with fast reversals."""
 BENT = (2, 3, 5)
-"""Parameters that reversals bend."""
+"""Indices of the parameters that the filter distorts at reversals."""
 
 
 def run(quick: bool) -> Numbers:
@@ -52,7 +52,7 @@ def run(quick: bool) -> Numbers:
         both = replace(both, log=both.log.take(slice(None, None, QUICK_STRIDE)))
     settings = {name: _short(each, quick) for name, each in FITS.items()}
     fits = {name: identified(both, each) for name, each in settings.items()}
-    # two steps straight hold no joint's friction
+    # two straight steps determine no joint's friction
     ahead = fits if quick else {name: identified(get_walk("straight"), each) for name, each in settings.items()}
     found = {"straight": ahead["both"], "straight-and-sideways": fits["both"]}
     logs = {name: measure(both.log, sensors_for(both.log, get_profile(name), SEED)) for name in SENSORS}
@@ -80,12 +80,12 @@ def drawings(numbers: Numbers) -> dict[str, Callable[[Figure], None]]:
 
 
 def _short(settings: Settings, quick: bool) -> Settings:
-    """Return settings that a few steps suffice for, if it shall be quick: a step is several blocks."""
+    """Shorten the blocks for the quick variant, so that a few steps are sufficient."""
     return settings.model_copy(update={"block": 0.1}) if quick else settings
 
 
 def _noisy(rows: dict[str, Numbers]) -> Numbers:
-    """Return errors, of how many joints all parameters are identified, and the coverage of the intervals."""
+    """Compute errors, the number of joints with all parameters identified, and the coverage of the intervals."""
     return {
         **mean_and_worst(rows),
         "identified": sum(not np.any(row["weak"]) for row in rows.values()),
@@ -98,12 +98,12 @@ def _windowed(settings: Settings, window: int) -> Settings:
 
 
 def _bent(rows: dict[str, Numbers]) -> list[float]:
-    """Return the mean errors of the parameters that reversals bend [%]."""
+    """Compute the mean errors of the parameters that the filter distorts at reversals [%]."""
     return [float(error) for error in mean_and_worst(rows)["mean"][list(BENT)]]
 
 
 def _draw_errors(figure: Figure, numbers: Numbers) -> None:
-    """Draw the error of each parameter in each joint of Table 6.2, the paper's and ours with its interval."""
+    """Draw the error of each parameter of each joint in Table 6.2: the paper's, and ours with its interval."""
     figure.set_size_inches(figures.SIZE[0], 4.4)
     panels = figure.subplots(2, 3, sharex=True).ravel()
     paper, found = read_paper()["straight-and-sideways"], numbers["found"]["straight-and-sideways"]
@@ -125,7 +125,7 @@ def _draw_errors(figure: Figure, numbers: Numbers) -> None:
 
 
 def texts(numbers: Numbers) -> dict[str, str]:
-    """Return both tables, their means and worst errors, and the figures that the statements quote."""
+    """Format both tables, their means and worst errors, and the figures that the statements quote."""
     paper = read_paper()
     fits, noisy, straight = numbers["fits"], numbers["noisy"], numbers["found"]["straight"]
     weak = [joint for joint, row in straight.items() if np.any(row["weak"])]
@@ -171,7 +171,7 @@ def _errors(values: Iterable[float]) -> str:
 
 
 def _table(paper: Numbers, found: Numbers) -> str:
-    """Return one of the paper's tables: two rows a joint, the paper's and ours."""
+    """Format one of the paper's tables with two rows per joint: the paper's and ours."""
     head = ("joint", "", *(f"{symbol} [{unit}]" for symbol, unit in zip(SYMBOLS, UNITS, strict=True)))
     rows: list[tuple[str, ...]] = []
     for joint, row in found.items():
@@ -198,7 +198,7 @@ def _reason(joint: str, row: Numbers, paper: Numbers) -> tuple[str, ...]:
 
 
 def _two(value: float) -> str:
-    """Return a number with two digits at least."""
+    """Format a number with two significant digits, from 100 on without decimals."""
     return f"{value:.2g}" if value < 100 else f"{value:,.0f}"
 
 

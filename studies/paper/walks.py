@@ -1,7 +1,4 @@
-"""The walks that the studies of the paper share.
-
-They are the scenarios of examples/scenarios, and what the paper does with them.
-"""
+"""Walks that the studies of the paper share: the scenarios of examples/scenarios, and the paper's variants."""
 
 from stribeck_simulation.run import Simulated
 from stribeck_simulation.scenario import Scenario, read_scenario
@@ -9,15 +6,15 @@ from studies.kept_walks import kept_walk
 from studies.paper.study import ROOT
 
 QUICK_STEPS = 2
-"""Of each kind, in the quick variant of a walk."""
+"""Number of steps of each kind in the quick variant of a walk."""
 QUICK_STAND = 0.1
-"""How long the robot stands before each kind of steps, and after them, in the quick variant [s]."""
+"""Duration of standing before and after each kind of steps in the quick variant [s]."""
 QUICK_PHYSICS = 0.0005
-"""Step of the contact simulator in the quick variant [s], twice the usual one."""
+"""Step of the contact simulator in the quick variant [s], twice the default."""
 
 
 def _scenario(name: str, **changes: object) -> Scenario:
-    """Return an example's scenario, some of its keys changed."""
+    """Read an example's scenario, and change some of its keys."""
     found = read_scenario(ROOT / "examples" / "scenarios" / f"{name}.toml")
     return found.model_copy(update=changes)
 
@@ -36,11 +33,11 @@ def _scenarios() -> dict[str, Scenario]:
 
 
 SCENARIOS = _scenarios()
-"""By name."""
+"""Scenarios of the walks, by name."""
 
 
 def get_walk(name: str, quick: bool = False) -> Simulated:
-    """Return a walk by name, simulated if it is not at hand; a quick one has only a few steps."""
+    """Load or simulate a walk by name; a quick walk has only a few steps."""
     scenario = SCENARIOS[name]
     if quick:
         change = {"count": QUICK_STEPS, "stand": QUICK_STAND}
