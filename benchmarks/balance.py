@@ -1,9 +1,9 @@
-"""The balance program of a walking robot, solved by daqp as the controller calls it and by qpsolvers' solvers.
+"""Compare solvers for the balance program of a walking robot: daqp as in the controller, and qpsolvers' solvers.
 
     python -m benchmarks.balance
 
-Every solver that qpsolvers finds takes part (`pip install quadprog` for one more). TORO on one foot, the
-whole program of one control period; times are medians, ratios are to the controller's own call.
+Every solver that qpsolvers finds is timed (`pip install quadprog` adds one more). The program is the complete program
+of one control period for TORO on one foot. Times are medians; ratios are relative to the controller's call.
 """
 
 import time
@@ -24,7 +24,7 @@ from stribeck_simulation.walking.start import start_standing
 
 
 def one_foot() -> Program:
-    """Return the program of TORO standing on its left foot, with random wishes."""
+    """Build the program of TORO standing on its left foot, with random desired accelerations."""
     robot = Robot.from_file(ROBOT_FILE)
     soles = compile_body(robot).soles
     dynamics = Dynamics(robot, soles)
@@ -44,7 +44,7 @@ def one_foot() -> Program:
 
 
 def median(call: Callable[[], object], times: int) -> float:
-    """Return the median time of a call [s]."""
+    """Measure the median time of a call [s]."""
     taken = []
     for _ in range(times):
         begin = time.perf_counter()

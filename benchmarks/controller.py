@@ -1,4 +1,4 @@
-"""The friction of one joint by the exported C header: time of a call, over that of the C library's tanh and exp.
+"""Time the exported C header's friction of one joint, relative to one tanh and one exp of the C library.
 
 python -m benchmarks.controller
 """

@@ -1,9 +1,9 @@
-"""The friction torque of a long log against the floor and against what a user would write instead.
+"""Time the friction torque of a long log, against a lower bound and against loops that users might write instead.
 
     python -m benchmarks.friction_torque
 
-The floor is one `rneaInParallel` over the same samples: no inverse dynamics can be cheaper. Per-sample loops are timed
-on fewer samples, and all times are per sample of one run on one machine.
+The lower bound is one `rneaInParallel` over the same samples. Per-sample loops are timed on fewer samples. All times
+are per sample, from one run on one machine.
 """
 
 import tempfile
@@ -59,7 +59,7 @@ def main() -> None:
 
 
 def interleaved(jobs: list[Callable[[], None]], repetitions: int, samples: int) -> list[float]:
-    """Return the median time of each job per sample [us], the jobs taking turns so that both meet the same noise."""
+    """Measure the median time of each job per sample [us]; jobs take turns, so that noise affects them equally."""
     times = np.empty((repetitions, len(jobs)))
     for job in jobs:
         job()
@@ -72,12 +72,12 @@ def interleaved(jobs: list[Callable[[], None]], repetitions: int, samples: int) 
 
 
 def best(job: Callable[[], None], repetitions: int, samples: int) -> float:
-    """Return the median time per sample [us]."""
+    """Measure the median time per sample [us]."""
     return interleaved([job], repetitions, samples)[0]
 
 
 def floor_of(robot: Robot, samples: int) -> Callable[[], None]:
-    """Return one batched inverse dynamics call over ready-made arrays."""
+    """Prepare one batched inverse dynamics call over existing arrays."""
     model = robot.rooted_at(FEET[0]).model
     generator = np.random.default_rng(0)
     configuration = np.zeros((samples, model.nq))
@@ -90,7 +90,7 @@ def floor_of(robot: Robot, samples: int) -> Callable[[], None]:
 
 
 def from_motion(robot: Robot, log: RobotLog) -> None:
-    """Work out the friction torque of a known motion, chunk by chunk, all samples on one foot."""
+    """Compute the friction torque of a known motion in chunks, with all samples on one foot."""
     assert log.position is not None
     for start in range(0, len(log.time), 16_384):
         rows = slice(start, start + 16_384)
@@ -105,14 +105,14 @@ def from_motion(robot: Robot, log: RobotLog) -> None:
 
 
 def from_positions(robot: Robot, log: RobotLog) -> None:
-    """Do what `identify` does: find the support, differentiate, friction torque."""
+    """Repeat the steps of `identify`: find the support, differentiate, compute friction torque."""
     settings = Settings(filter=FilterSettings(kind="savitzky-golay", window=31))
     for _ in torque_chunks(prepare(log, robot, settings), robot, settings):
         pass
 
 
 def pinocchio_loop(robot: Robot, log: RobotLog) -> None:
-    """Do what a user would who knows about re-rooting: a Python loop over `pin.rnea`."""
+    """Compute the friction torque by a Python loop over `pin.rnea` on the re-rooted model."""
     rooted = robot.rooted_at(FEET[0])
     model, data = rooted.model, rooted.model.createData()
     configuration, velocity, acceleration = pin.neutral(model), np.zeros(model.nv), np.zeros(model.nv)
@@ -126,7 +126,7 @@ def pinocchio_loop(robot: Robot, log: RobotLog) -> None:
 
 
 def dense_loop(robot: Robot, log: RobotLog) -> None:
-    """Do what the paper says, sample by sample."""
+    """Solve the paper's dense equations sample by sample."""
     rows = slice(0, LOOP_SAMPLES)
     state = State(log.position[rows], log.position[rows], log.position[rows])
     with one_blas_thread():

@@ -1,4 +1,4 @@
-"""A long log of a 30-joint humanoid that steps from foot to foot, made fast: for speed, not for truth."""
+"""A long log of a 30-joint humanoid that steps from foot to foot, for measurements of speed, not of accuracy."""
 
 import sysconfig
 from pathlib import Path
@@ -14,7 +14,7 @@ from stribeck.robot import Robot
 
 FEET = ("left_foot", "right_foot")
 STEP = 0.8
-"""[s] that each foot stands."""
+"""Duration of each foot's stance [s]."""
 ROBOT_FILE = """
 [robot]
 model = "{model}"
@@ -30,7 +30,7 @@ frame = "right_sole_link"
 
 
 def talos(folder: Path) -> Robot:
-    """Return TALOS with 30 moving joints; its robot file goes to `folder`."""
+    """Read TALOS with 30 moving joints, and write its robot file to `folder`."""
     robots = Path(sysconfig.get_paths()["purelib"]) / "cmeel.prefix/share/example-robot-data/robots"
     path = folder / "robot.toml"
     path.write_text(ROBOT_FILE.format(model=robots / "talos_data/robots/talos_reduced.urdf"))
@@ -38,7 +38,7 @@ def talos(folder: Path) -> Robot:
 
 
 def stepping_log(robot: Robot, samples: int, rate: float = 1000.0, seed: int = 0) -> RobotLog:
-    """Return a log whose torques are those of the rooted tree plus friction; the feet change without double support."""
+    """Make a log with torques from rooted inverse dynamics plus friction; steps have no double support."""
     generator = np.random.default_rng(seed)
     joints = len(robot.joint_names)
     time = np.arange(samples) / rate

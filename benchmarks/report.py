@@ -1,4 +1,4 @@
-"""Prints a benchmark's figures, saves them, and compares them with saved ones."""
+"""Print a benchmark's figures, save them, and compare them with saved figures."""
 
 import argparse
 import json
@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def arguments(description: str, samples: int) -> argparse.Namespace:
-    """Return the options that every benchmark takes."""
+    """Parse the options that all benchmarks share."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--samples", type=int, default=samples, help=f"length of the log, {samples} by default")
     parser.add_argument("--save", type=Path, metavar="FILE", help="save the figures as JSON")
@@ -15,7 +15,7 @@ def arguments(description: str, samples: int) -> argparse.Namespace:
 
 
 def report(figures: dict[str, float], save: Path | None, compare: Path | None) -> None:
-    """Print a line a figure, with the ratio to a saved one if there is one."""
+    """Print one line per figure, with its ratio to the saved figure if available."""
     before = json.loads(compare.read_text()) if compare else {}
     for name, value in figures.items():
         ratio = f"   was {before[name]:.4g}, now {value / before[name]:.2f} of it" if name in before else ""

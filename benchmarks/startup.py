@@ -1,8 +1,6 @@
-"""How long the command line takes to answer at all: processor time from start to end.
+"""Measure the startup of the command line: processor time from start to end, medians of several runs.
 
-    python -m benchmarks.startup
-
-Medians of several runs.
+python -m benchmarks.startup
 """
 
 import os
@@ -21,7 +19,7 @@ STARTS = {
 
 
 def processor_time(command: list[str]) -> float:
-    """Return the user and system time of a process and its own [s]."""
+    """Measure user and system time of a process and its children [s]."""
     before = os.times()
     subprocess.run([sys.executable, *command], check=True, stdout=subprocess.DEVNULL)
     after = os.times()

@@ -1,9 +1,9 @@
-"""The contact simulator's walk on one core: how much faster than real time, and the floor that the physics set.
+"""Compare the contact simulator's speed on one core with real time and with MuJoCo's share of the time.
 
     python -m benchmarks.walking
 
-TORO walks with friction in all leg joints, `realistic` sensors and an estimated state, at 0.25 ms a physics step. The
-floor is the time of MuJoCo's own steps, measured in the same run.
+TORO walks with friction in all leg joints, `realistic` sensors and an estimated state, with physics steps of 0.25 ms.
+The lower bound is the time in MuJoCo's steps, measured in the same run.
 """
 
 import time
@@ -22,7 +22,7 @@ SCENARIO = Path(__file__).parents[1] / "examples/scenarios/straight-and-sideways
 
 
 class Stopwatch:
-    """A function, and the time that was spent in it [s]."""
+    """Wrapper of a function that adds up the time of its calls [s]."""
 
     def __init__(self, function: Callable[..., Any]):
         self.function, self.spent = function, 0.0

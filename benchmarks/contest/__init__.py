@@ -1,1 +1,1 @@
-"""The public benchmark: logs whose friction is known, methods that find it, and one table of how well."""
+"""The public benchmark: logs with known friction, methods that identify it, and a table of their errors."""

@@ -5,7 +5,7 @@
     python -m benchmarks.contest table benchmarks/contest/scores.json          all tables
     python -m benchmarks.contest picture benchmarks/contest/scores.json docs/assets/benchmark.svg
 
-A method of your own: `python -m benchmarks.contest run FOLDER --entry "mine=python my_method.py"`.
+To run your own method: `python -m benchmarks.contest run FOLDER --entry "mine=python my_method.py"`.
 """
 
 import argparse
@@ -28,7 +28,7 @@ from stribeck.errors import StribeckError
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line, and return the exit code."""
+    """Run the command line; return its exit code."""
     parser = argparse.ArgumentParser(
         prog="benchmarks.contest", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

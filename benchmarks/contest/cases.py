@@ -1,4 +1,4 @@
-"""Robots that walk or move, and what is wrong in each condition; everything follows from one seed."""
+"""Robots of the benchmark, their motions, and the errors of each condition; one seed determines all logs."""
 
 from dataclasses import dataclass, replace
 
@@ -10,27 +10,27 @@ from stribeck_simulation.sensors.profiles import PROFILES, SensorProfile
 
 SEED = 20261
 RATE = 1000.0
-"""Of the simulation [Hz]."""
+"""Rate of the simulation [Hz]."""
 EVERY = 2
-"""One of how many of its samples is published [1]."""
+"""Stride of the published samples [1]."""
 SECONDS = 15.0
-"""Of the robots whose motion is prescribed."""
+"""Duration of prescribed motions [s]."""
 SLOPE = 100.0
-"""Friction turns round as tanh(100 v) does, v in [rad/s]."""
+"""Slope a of simulated Coulomb friction, tanh(a v) [s/rad]."""
 SPREAD = 0.3
-"""Standard deviation of the logarithms of Coulomb and viscous friction about the table's [1]."""
+"""Standard deviation of the logarithms of Coulomb and viscous friction [1]."""
 VISCOUS = 0.2
-"""[N m s/rad]"""
+"""Median of viscous friction [N m s/rad]."""
 COULOMB = 0.5
-"""Of joints whose motion is prescribed [N m]."""
+"""Median of Coulomb friction in joints with a prescribed motion [N m]."""
 LOAD_SHARE = 0.05
-"""Of the torque that a gear loses [1]."""
+"""Share of the torque that is lost in a gear [1]."""
 BRISTLES = {"bristle_stiffness": 300.0, "bristle_damping": 2.0, "stribeck_gain": 0.2, "stribeck_velocity": 0.2}
-"""[N m/rad], [N m s/rad], [1], [rad/s]: friction of 0.75 N m comes within some 3 mrad."""
+"""LuGre parameters [N m/rad], [N m s/rad], [1], [rad/s]: friction of 0.75 N m builds up within about 3 mrad."""
 
 
 def _steps(single_support: float = 0.8, **sizes: float) -> list[StepsTable]:
-    """Return seven steps straight on and four to each side."""
+    """Describe seven steps straight on and four to each side."""
     common = {"single_support": single_support, "double_support": DOUBLE_SUPPORT}
     forward, sideways = sizes["forward"], sizes["sideways"]
     straight = StepsTable(count=7, forward=forward, **common)
@@ -45,7 +45,7 @@ WALKS = {
     "TALOS": _steps(forward=0.3, sideways=0.2, width=0.17),
     "G1": _steps(0.6, forward=0.2, sideways=0.1, width=0.12),
 }
-"""Of the humanoids of studies/accuracy_cases.py, with Coulomb friction of the joints and sizes of steps from there."""
+"""Walks of the humanoids in studies/accuracy_cases.py, with the same Coulomb friction and sizes of steps."""
 PRESCRIBED: dict[str, Gait] = {"quadruped": "trot", "arm": "stand"}
 """Robots whose motion is prescribed, and the gait of those with feet."""
 WRENCHES = ("TORO-like", "TALOS")
@@ -53,32 +53,32 @@ WRENCHES = ("TORO-like", "TALOS")
 COMMANDED = ("hobby-arm", "clamped-quadruped")
 """Robots whose logs have position commands instead of torques; MuJoCo simulates them."""
 LATENCIES = {"5ms": 0.005, "20ms": 0.02}
-"""Conditions of these robots: time from a command's stamp until the drive acts on it [s]."""
+"""Conditions of robots with position commands: delay between a command's stamp and the drive's reaction [s]."""
 COMMANDED_SECONDS = 30.0
-"""Duration of their logs [s]."""
+"""Duration of logs with position commands [s]."""
 ROBOTS = (*WALKS, *PRESCRIBED, *COMMANDED)
 
 
 @dataclass(frozen=True)
 class Condition:
-    """What is wrong, or not as usual.
+    """Errors of a benchmark case.
 
     Attributes
     ----------
     says
-        For people.
+        Description in words.
     sensors
-        Their errors.
+        Sensor errors.
     wrong_model
-        Whether masses are off by up to 5 %, centres of mass by 5 to 10 mm, principal moments by up to 20 %.
+        Whether masses are off by up to 5 %, centers of mass by 5 to 10 mm, and principal moments by up to 20 %.
     gains
         Standard deviation of the torque sensors' gains [1].
     late
-        How late torques are [s].
+        Delay of torques [s].
     load
-        Share of its torque that a joint loses beside Coulomb friction [1].
+        Share of the torque that a joint loses in addition to Coulomb friction [1].
     bristles
-        Whether friction is LuGre's.
+        Whether friction follows the LuGre model.
     """
 
     says: str
@@ -101,4 +101,4 @@ CONDITIONS = {
     "load": Condition("friction grows with the load, 5 % of it", load=LOAD_SHARE),
     "LuGre": Condition("LuGre friction, with Stribeck effect and presliding", bristles=True),
 }
-"""Encoders of 20 bits with 1e-5 rad of noise and torque sensors with 0.1 N m in all but the first two."""
+"""Conditions by name. All but the first two have 20-bit encoders with 1e-5 rad of noise, and 0.1 N m torque noise."""

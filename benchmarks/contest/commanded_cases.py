@@ -10,7 +10,7 @@ from benchmarks.contest.cases import COMMANDED_SECONDS, LATENCIES
 from benchmarks.contest.schema import CASE, TRUTH, Asked, Case, KnownFriction, Truth, write
 
 POINTS = 61
-"""Velocities of a curve [1], over the middle 98 % of the joint's velocities."""
+"""Number of velocities of a curve, over the middle 98 % of the joint's velocities."""
 
 
 def publish_commanded(name: str, folder: Path, seed: int) -> None:

@@ -1,11 +1,9 @@
-"""Makes the logs with known friction: one motion a robot, and everything that is wrong put on afterwards.
+"""Make the logs with known friction: one motion per robot, to which the errors of each condition are added.
 
-A motion is prescribed, or walked in MuJoCo; more or other friction is what the motors have to give on top of it, so
-that motion, contacts and all equations of motion stay what they are:
+A motion is prescribed or a walk simulated in MuJoCo. Motors compensate friction, therefore motion, contacts and
+equations of motion are the same for any kind of friction R:
 
     torque = torque of the motion without friction + R
-
-for friction of any kind R.
 """
 
 from collections.abc import Callable
@@ -54,9 +52,9 @@ from stribeck_simulation.run import PACKAGED, POSTURES, Simulated, run_scenario
 from stribeck_simulation.sensors.measure import measure, sensors_for
 
 POINTS = 61
-"""Velocities that a curve is asked at [1]: an odd number of them, over the middle 98 % of the joint's own."""
+"""Number of velocities of a curve (odd), over the middle 98 % of the joint's velocities."""
 GRAVITY = np.array([0.0, 0.0, -9.81])
-"""[m/s^2]"""
+"""Gravity [m/s^2]."""
 
 Parameters = dict[str, dict[str, float]]
 
@@ -64,7 +62,7 @@ Parameters = dict[str, dict[str, float]]
 def make(
     folder: Path, robots: tuple[str, ...], seconds: float = SECONDS, progress: Callable[[str], None] = print
 ) -> None:
-    """Write cases and truth of these robots, and the checksums of all that is in the folder."""
+    """Write cases and ground truth of the named robots, and the checksums of all files in the folder."""
     for name in robots:
         if name in COMMANDED:
             publish_commanded(name, folder, SEED)
@@ -78,7 +76,7 @@ def make(
 
 
 def robot_file(name: str, folder: Path) -> Path:
-    """Return the robot file that a motion is made with."""
+    """Write the robot file that a motion is made with."""
     if name in PRESCRIBED:
         return MODELS / PACKAGED[name]
     path = folder / "robots" / f"{name}.toml"
@@ -88,10 +86,10 @@ def robot_file(name: str, folder: Path) -> Path:
 
 
 def motion(name: str, folder: Path, seconds: float) -> Simulated:
-    """Return a robot's motion without any friction in its torques, and with the friction's parameters as its truth.
+    """Simulate a robot's motion, with friction parameters as its truth but without friction in its torques.
 
-    In a walk the friction of the table acts, so that feet and base move as they do with friction, and is taken out of
-    the torques afterwards.
+    Walks are simulated with friction, so that feet and base move realistically. The friction is then subtracted from
+    the torques.
     """
     path = robot_file(name, folder)
     if name in WALKS:
@@ -125,14 +123,14 @@ def motion(name: str, folder: Path, seconds: float) -> Simulated:
 
 
 def _with_imu(log: RobotLog, velocity: Array, acceleration: Array) -> RobotLog:
-    """Return the log with what an IMU at the root of a tree measures, whose orientation the log has."""
+    """Add the angular velocity and acceleration of an IMU at the root to a log that contains its orientation."""
     turn = Rotation.from_quat(np.asarray(log.base_orientation))
     linear = acceleration[:, :3] + np.cross(velocity[:, 3:], velocity[:, :3]) - turn.inv().apply(GRAVITY)
     return replace(log, angular_velocity=velocity[:, 3:], linear_acceleration=linear)
 
 
 def drawn(levels: dict[str, float]) -> Parameters:
-    """Return Coulomb and viscous friction and offset of every joint, drawn about a level [N m]."""
+    """Draw Coulomb friction, viscous friction and offset of every joint around a level [N m]."""
     generator, found = np.random.default_rng([SEED, 100]), {}
     for joint, level in levels.items():
         coulomb, viscous = np.exp(SPREAD * generator.standard_normal(2)) * [level, VISCOUS]
@@ -142,7 +140,7 @@ def drawn(levels: dict[str, float]) -> Parameters:
 
 
 def friction(condition: Condition, parameters: Parameters, log: RobotLog) -> Array:
-    """Return the friction torque R of a motion whose log has none [N m], shape (T, n)."""
+    """Compute the friction torque R for the log of a motion without friction [N m], shape (T, n)."""
     velocity = np.gradient(log.position, log.time, axis=0)
     found = np.zeros_like(velocity)
     if condition.bristles:
@@ -152,21 +150,22 @@ def friction(condition: Condition, parameters: Parameters, log: RobotLog) -> Arr
         v = velocity[:, column]
         found[:, column] = values["coulomb"] * np.tanh(SLOPE * v) + values["viscous"] * v + values["offset"]
         carried, share = log.torque[:, column] + found[:, column], condition.load * np.tanh(SLOPE * v)
-        found[:, column] += share * np.abs(carried) / (1 - share * np.sign(carried))  # of the whole torque, its own too
+        # the share refers to the total torque, which includes this friction
+        found[:, column] += share * np.abs(carried) / (1 - share * np.sign(carried))
     return found
 
 
 def _bristles(parameters: Parameters, log: RobotLog, velocity: Array) -> Array:
     bristles = LuGre(log.joint_names, {joint: {**BRISTLES, **values} for joint, values in parameters.items()})
     truth, found = FrictionTruth(len(log.joint_names), [bristles]), np.empty_like(velocity)
-    for k, v in enumerate(velocity):  # every state follows from the one before
+    for k, v in enumerate(velocity):  # the state depends on the previous sample
         truth.before(Instant(float(log.time[k]), 1 / RATE, log.position[k], v, log.torque[k]))
         found[k] = truth.after(v)
     return found
 
 
 def known(condition: Condition, values: dict[str, float], asked: Asked) -> KnownFriction:
-    """Return the truth of a joint; of LuGre friction the curve is that of steady sliding."""
+    """Compute the ground truth of a joint; the curve of LuGre friction is its steady sliding friction."""
     v = np.array(asked.velocity)
     level = values["coulomb"] + condition.load * asked.load
     if condition.bristles:
@@ -178,7 +177,7 @@ def known(condition: Condition, values: dict[str, float], asked: Asked) -> Known
 
 
 def seen(log: RobotLog, condition: Condition, seeds: np.random.SeedSequence) -> RobotLog:
-    """Return an exact log as the sensors of a condition give it, and as often as it is published."""
+    """Add the sensor errors of a condition to an exact log, and reduce it to the published samples."""
     gains, noise = seeds.spawn(2)
     late = np.maximum(np.arange(len(log.time)) - round(condition.late * RATE), 0)
     factors = 1 + condition.gains * np.random.default_rng(gains).standard_normal(len(log.joint_names))
@@ -189,7 +188,7 @@ def seen(log: RobotLog, condition: Condition, seeds: np.random.SeedSequence) -> 
 
 
 def publish(name: str, moved: Simulated, label: str, folder: Path, seeds: np.random.SeedSequence) -> None:
-    """Write a case and its truth."""
+    """Write a case and its ground truth."""
     condition, parameters, robot = CONDITIONS[label], moved.truth.parameters, moved.robot
     case_folder, truth_folder = (folder / part / name / label for part in ("cases", "truth"))
     case_folder.mkdir(parents=True, exist_ok=True)
@@ -219,7 +218,7 @@ def publish(name: str, moved: Simulated, label: str, folder: Path, seeds: np.ran
 
 
 def asked_joints(log: RobotLog, joints: tuple[str, ...]) -> dict[str, Asked]:
-    """Return the velocities that the curves of joints are asked at, and the mean size of their torques."""
+    """Choose the velocities of the joints' curves, and compute the mean absolute torque as their load."""
     found = {}
     for joint in joints:
         column = log.joint_names.index(joint)
@@ -231,7 +230,7 @@ def asked_joints(log: RobotLog, joints: tuple[str, ...]) -> dict[str, Asked]:
 
 
 def publish_robot(robot: Robot, folder: Path) -> str:
-    """Write the robot file of a case, which says nothing of settings or channels, and return its model's name."""
+    """Write the robot file of a case, without settings and channels; return its model's name."""
     document = parse_toml(Path(robot.path).read_text(encoding="utf-8"))
     table, model = document["robot"], Path(robot.model_path)
     table["model"] = f"model{model.suffix}"

@@ -1,4 +1,4 @@
-"""A model file as drawings give it: without meshes, and with inertias that are wrong where a case says so."""
+"""Published model files: without meshes, and with wrong inertias in some cases."""
 
 from pathlib import Path
 from xml.etree import ElementTree
@@ -10,15 +10,15 @@ from stribeck.base.typing import Array
 MASS = 0.05
 """Largest error of a mass [1]."""
 SHIFT = (0.005, 0.010)
-"""How far a centre of mass is off, from and to [m]."""
+"""Smallest and largest error of a center of mass [m]."""
 MOMENT = 0.2
 """Largest error of a principal moment of inertia [1]."""
 TENSOR = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-"""Of a URDF, row by row of the upper triangle."""
+"""Attributes of an inertia tensor in a URDF: the upper triangle, row by row."""
 
 
 def publish_model(source: Path, target: Path, generator: np.random.Generator | None) -> None:
-    """Write a model without what only looks; with wrong inertias, that can exist, if there is a generator."""
+    """Write a model without visual elements; a generator draws wrong but physically possible inertias."""
     tree = ElementTree.parse(source)
     for link in tree.iter("link"):
         for looks in [*link.findall("visual"), *link.findall("collision")]:
@@ -62,7 +62,7 @@ def _wrong_tensor(element: ElementTree.Element, generator: np.random.Generator) 
 
 
 def _wrong_moments(moments: Array, generator: np.random.Generator) -> Array:
-    """Return principal moments that a body can have, shape (3,); those of a body that cannot exist stay as they are."""
+    """Draw wrong but possible principal moments, shape (3,); impossible input moments are returned unchanged."""
     wrong = moments * generator.uniform(1 - MOMENT, 1 + MOMENT, 3)
     tries = 0
     while 2 * wrong.max() > wrong.sum():

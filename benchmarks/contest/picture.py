@@ -1,4 +1,4 @@
-"""Draws the errors of the friction curves per method and condition for docs/accuracy.md.
+"""Draw the errors of the friction curves per method and condition for docs/accuracy.md.
 
 python -m benchmarks.contest picture benchmarks/contest/scores.json docs/assets/benchmark.svg
 """
@@ -25,7 +25,7 @@ COLOURS = dict(
     )
 )
 LEAST, MOST = 1e-4, 3.0
-"""Ends of the axis [1]; what is beyond stands at its end."""
+"""Limits of the axis [1]; values outside are drawn at the limits."""
 ROW = 0.34
 """Height of a row [inch]."""
 
@@ -76,7 +76,7 @@ def draw(scores: Sequence[Score], path: Path) -> None:
 
 
 def _rows(scores: Sequence[Score], group: str) -> list[tuple[str, dict[str, float]]]:
-    """Return contestants and the median errors that they have, by condition."""
+    """Compute the median errors of each contestant, by condition."""
     found = []
     for name in names(scores):
         own = [each for each in scores if each.contestant == name and each.robot in GROUPS[group]]

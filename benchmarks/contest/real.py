@@ -1,8 +1,7 @@
-"""Logs of real robots, whose friction nobody knows: torque that was held out takes the place of the truth.
+"""Cases from logs of real robots, with held-out torques instead of the unknown true friction.
 
-The logs are published ones that are no part of this repository; `STRIBECK_REAL_LOGS` names their folder. Of several
-logs the last is held out, of the only one its third quarter. The motion of what is held out is given to all contestants
-filtered alike: they say which torques it needs.
+The logs are published elsewhere; `STRIBECK_REAL_LOGS` names their folder. The last of several logs is held out, or the
+third quarter of an only log. All contestants get the filtered motion of the held-out part, and predict its torques.
 """
 
 import runpy
@@ -26,15 +25,15 @@ from stribeck.log.writers import write_log
 
 CONDITION = "held-out"
 HELD_OUT = 2
-"""Which quarter of the only log is held out, counted from 0: the last of one robot is at rest."""
+"""Index of the held-out quarter of an only log, from 0; one robot is at rest in its last quarter."""
 SHORTEST = 1.0
-"""Segment between gaps that is given to contestants [s]."""
+"""Minimum duration of a segment between gaps [s]; shorter segments are excluded."""
 NO_LOGS = "no logs of real robots: set STRIBECK_REAL_LOGS to their folder"
 ROOT = Path(__file__).parents[2]
 
 
 def make_real(folder: Path, data: Path, progress: Callable[[str], None] = print) -> None:
-    """Write the cases of real robots, and the checksums of all that is in the folder."""
+    """Write the cases of real robots, and the checksums of all files in the folder."""
     convert = runpy.run_path(str(ROOT / "examples/real_robots/convert.py"))["convert"]
     with tempfile.TemporaryDirectory() as scratch:
         for name, band in BANDS.items():
@@ -44,7 +43,7 @@ def make_real(folder: Path, data: Path, progress: Callable[[str], None] = print)
 
 
 def publish_real(name: str, converted: Path, band: float, folder: Path) -> None:
-    """Write the case of a real robot, whose logs and robot file are in a folder."""
+    """Write the case of a real robot from a folder with its logs and robot file."""
     case_folder, truth_folder = (folder / part / name / CONDITION for part in ("cases", "truth"))
     case_folder.mkdir(parents=True, exist_ok=True)
     truth_folder.mkdir(parents=True, exist_ok=True)
@@ -79,14 +78,14 @@ def publish_real(name: str, converted: Path, band: float, folder: Path) -> None:
 
 
 def evenly(log: RobotLog, robot: Robot) -> list[RobotLog]:
-    """Return the parts of a log between gaps, each on an even clock."""
+    """Split a log at gaps into parts with a constant sampling period."""
     even, sampling = regularise(log, robot.log_table)
     parts = [even.take(rows) for rows in sampling.segments]
     return [replace(part, notes=()) for part in parts if np.ptp(part.time) >= SHORTEST]
 
 
 def apart(parts: Sequence[RobotLog]) -> tuple[list[RobotLog], RobotLog]:
-    """Return the logs that contestants see, and the one that is held out."""
+    """Split the parts into the contestants' logs and the held-out log."""
     if len(parts) > 1:
         return list(parts[:-1]), parts[-1]
     edges = np.linspace(0, len(parts[0].time), PARTS + 1).astype(int)

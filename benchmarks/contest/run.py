@@ -1,4 +1,4 @@
-"""Runs contestants on cases, each in a process of its own, and scores what they answer."""
+"""Run contestants on cases, each in a separate process, and score their answers."""
 
 import json
 import os
@@ -19,22 +19,22 @@ from stribeck.methods import METHODS
 ROOT = Path(__file__).parents[2]
 ENVIRONMENTS = ROOT / "benchmarks/contest/environments"
 INSTALLED = ROOT / "build" / "contest"
-"""Where the environments of others are installed."""
+"""Folder of the environments for other packages."""
 LONGEST = 900.0
-"""After which a run is stopped [s]."""
+"""Time limit of a run [s]."""
 OTHERS = {"FIGAROH": "figaroh", "mujoco.sysid": "mujoco_sysid", "CMA-ES": "cma_es"}
-"""Name -> file of pinned versions in environments/, and `contestants/with_<name>.py`."""
+"""Other packages: name -> stem of environments/<stem>.txt and contestants/with_<stem>.py."""
 BLANKS = {
     "BAM": "identifies one actuator on a pendulum bench, from the set points of its servo: it takes neither the model "
     "of a robot nor its torques, and is not on the package index"
 }
-"""Contestants that cannot take part, and why."""
+"""Packages that cannot take part, with the reason."""
 
 Command = Sequence[str]
 
 
 def contestants() -> dict[str, Command | str]:
-    """Return the command of every contestant, or why it cannot take part."""
+    """List the command of every contestant, or the reason why it cannot take part."""
     own = {
         name: [sys.executable, "-m", "benchmarks.contest.contestants.stribeck_method", name] for name in sorted(METHODS)
     }
@@ -49,7 +49,7 @@ def contestants() -> dict[str, Command | str]:
 
 
 def install() -> None:
-    """Install the environments of others; one that cannot be had is left out, with what pip says."""
+    """Install the environments of other packages; if pip fails, print its error and skip the environment."""
     for name, label in OTHERS.items():
         folder = INSTALLED / label
         if (folder / "bin" / "python").exists():
@@ -65,7 +65,7 @@ def install() -> None:
 
 
 def run(contestant: str, command: Command | str, folder: Path, case: str) -> Score:
-    """Return the score of a contestant on a case of a benchmark's folder, as `robot/condition`."""
+    """Run a contestant on one case, named `robot/condition`, of a benchmark's folder, and score its answer."""
     case_folder, truth_folder = folder / "cases" / case, folder / "truth" / case
     asked = read(Case, case_folder / CASE)
     nothing = Score(contestant=contestant, robot=asked.robot, condition=asked.condition, asked=len(asked.joints))
@@ -84,7 +84,7 @@ def run(contestant: str, command: Command | str, folder: Path, case: str) -> Sco
 
 
 def timed(command: Command) -> tuple[str, float, float]:
-    """Return why a program failed, or nothing; its processor time [s] and peak memory [MB], of all its threads."""
+    """Run a program; return its error (empty if none), processor time [s] and peak memory [MB] of all threads."""
     one = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
     paths = os.pathsep.join([str(ROOT), str(ROOT / "src")])
     with tempfile.TemporaryFile() as said:
@@ -93,7 +93,7 @@ def timed(command: Command) -> tuple[str, float, float]:
         )
         begin = time.monotonic()
         while True:
-            ended, status, used = os.wait4(process.pid, os.WNOHANG)  # the memory of this process alone
+            ended, status, used = os.wait4(process.pid, os.WNOHANG)  # includes the memory of this process only
             if ended:
                 break
             if time.monotonic() - begin > LONGEST:
@@ -109,7 +109,7 @@ def timed(command: Command) -> tuple[str, float, float]:
 
 
 def chosen(names: Sequence[str] | None, entries: Mapping[str, str]) -> dict[str, Command | str]:
-    """Return the contestants of these names, all of them if there are none, and entries as `name: command`."""
+    """Select contestants by name (default: all), and add entries as `name: command`."""
     known = contestants() | {name: shlex.split(command) for name, command in entries.items()}
     if unknown := [name for name in names or () if name not in known]:
         raise SettingsError(f"contestant '{unknown[0]}' is not known; expected one of {', '.join(known)}")
@@ -117,12 +117,12 @@ def chosen(names: Sequence[str] | None, entries: Mapping[str, str]) -> dict[str,
 
 
 def read_scores(path: Path) -> list[Score]:
-    """Return saved scores; none if there is no such file."""
+    """Read saved scores; an empty list if the file does not exist."""
     return [Score(**each) for each in json.loads(path.read_text(encoding="utf-8"))["scores"]] if path.exists() else []
 
 
 def write_scores(scores: Sequence[Score], path: Path, sums: str) -> None:
-    """Write scores, one a line, with the digest of the benchmark's checksums."""
+    """Write scores, one per line, with the digest of the benchmark's checksums."""
     lines = [json.dumps(each.model_dump(exclude_defaults=True)) for each in scores]
     with whole_or_not_at_all(path) as temporary:
         head = f'{{\n"checksums": {json.dumps(sums)},\n"scores": [\n'

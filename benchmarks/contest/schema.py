@@ -1,10 +1,10 @@
-"""The files of the benchmark: what a contestant is given, what it answers, and the truth that it does not see.
+"""Files of the benchmark: input and answer of a contestant, and the hidden ground truth.
 
     cases/<robot>/<condition>/   case.json, robot.toml, the model, the logs, and predict.npz of real robots
     truth/<robot>/<condition>/   truth.json, and torque.npz of real robots
-    SHA256SUMS                   of all of them, as `sha256sum --check` reads it
+    SHA256SUMS                   checksums of all files for `sha256sum --check`
 
-Logs are NumPy arrays (npz) in the names, units and orders of docs/logs.md.
+Logs are NumPy arrays (npz) with the names, units and orders of docs/logs.md.
 """
 
 import hashlib
@@ -30,23 +30,23 @@ Need = Literal["contact flags", "foot wrenches", "IMU", "fixed base", "velocitie
 
 
 class Table(BaseModel):
-    """Unknown keys and wrong types are errors."""
+    """Base class of the files' tables, which rejects unknown keys and wrong types."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class Asked(Table):
-    """A joint whose friction is asked for: at these velocities [rad/s], under this load [N m]."""
+    """Query for one joint: velocities of its friction curve [rad/s], and its load [N m]."""
 
     velocity: list[Finite]
     load: NonNegative
 
 
 class Case(Table):
-    """What a contestant is told beside the logs, the robot file and the model.
+    """Input of a contestant in addition to the logs, the robot file and the model.
 
-    `band` is the frequency up to which predicted torques are compared [Hz], `predict` the log whose torques are to be
-    predicted; both are None where the friction itself is known.
+    `band` is the frequency up to which predicted torques are compared [Hz], `predict` the file of the motion whose
+    torques are to be predicted. Both are None if the friction is known.
     """
 
     benchmark: Literal[1] = 1
@@ -62,7 +62,7 @@ class Case(Table):
 
 
 class KnownFriction(Table):
-    """The friction of one joint: parameters [N m], [N m s/rad], and R(v) without the offset at the velocities asked."""
+    """True friction of one joint: parameters [N m], [N m s/rad], and R(v) without offset at the queried velocities."""
 
     coulomb: Positive
     viscous: Positive
@@ -71,7 +71,7 @@ class KnownFriction(Table):
 
 
 class Truth(Table):
-    """What is known of a case; `joints` is empty where the torque that was held out takes the place of the truth."""
+    """Ground truth of a case; `joints` is empty if held-out torques replace the truth."""
 
     benchmark: Literal[1] = 1
     says: str
@@ -79,7 +79,7 @@ class Truth(Table):
 
 
 class Estimate(Table):
-    """A number that was found; `good` unless the method itself says that it is not to be relied on."""
+    """Estimated number; `good` is false if the method itself marks the number as unreliable."""
 
     value: Finite
     standard_error: NonNegative | None = None
@@ -88,9 +88,10 @@ class Estimate(Table):
 
 
 class JointAnswer(Table):
-    """What was found of one joint; whatever is left out is a blank, never a zero.
+    """Answer for one joint; missing numbers count as blank, not as zero.
 
-    `curve` is R(v) without the offset [N m] at the velocities asked; without it, Coulomb and viscous friction say it.
+    `curve` is R(v) without offset [N m] at the queried velocities. If it is missing, Coulomb and viscous friction
+    determine the curve.
     """
 
     coulomb: Estimate | None = None
@@ -100,7 +101,7 @@ class JointAnswer(Table):
 
 
 class Answer(Table):
-    """What a contestant writes; `blank` is why there is nothing, or why some joints are missing."""
+    """Answer of a contestant; `blank` is the reason for a missing answer or for missing joints."""
 
     benchmark: Literal[1] = 1
     method: str
@@ -114,12 +115,12 @@ Content = TypeVar("Content", bound=Table)
 
 
 def read(kind: type[Content], path: Path) -> Content:
-    """Return the content of a file of the benchmark.
+    """Read a file of the benchmark.
 
     Raises
     ------
     SettingsError
-        If it is missing or not what it should be; the sentence says where and what would be valid.
+        If the file is missing or invalid; the message names the place and valid values.
     """
     try:
         return kind.model_validate_json(read_text(path, f"{path.name} of the benchmark", SettingsError))
@@ -128,17 +129,18 @@ def read(kind: type[Content], path: Path) -> Content:
 
 
 def write(content: Table, path: Path) -> None:
-    """Write a file of the benchmark, whole or not at all."""
+    """Write a file of the benchmark, completely or not at all."""
     with whole_or_not_at_all(path) as temporary:
         temporary.write_text(content.model_dump_json(indent=1, exclude_none=True) + "\n", encoding="utf-8")
 
 
 def check_answer(answer: Answer, case: Case, path: Path) -> None:
-    """Refuse an answer to what was not asked.
+    """Check that an answer contains only queried joints and curves of the right length.
 
     Raises
     ------
     SettingsError
+        If it contains others.
     """
     for joint, found in answer.joints.items():
         if joint not in case.joints:
@@ -151,18 +153,18 @@ def check_answer(answer: Answer, case: Case, path: Path) -> None:
 
 
 def checksums(folder: Path) -> str:
-    """Return the lines of SHA256SUMS for all files of a benchmark."""
+    """Compute the lines of SHA256SUMS for all files of a benchmark."""
     files = sorted(path for part in ("cases", "truth") for path in (folder / part).rglob("*") if path.is_file())
     return "".join(f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.relative_to(folder)}\n" for path in files)
 
 
 def cases_of(folder: Path) -> list[str]:
-    """Return the cases of a benchmark, as `robot/condition`.
+    """List the cases of a benchmark as `robot/condition`.
 
     Raises
     ------
     SettingsError
-        If there is none.
+        If the folder contains no cases.
     """
     found = [str(path.parent.relative_to(folder / "cases")) for path in sorted((folder / "cases").glob(f"*/*/{CASE}"))]
     if not found:

@@ -1,4 +1,4 @@
-"""How far an answer is from the truth, joint by joint."""
+"""Scores of answers: errors relative to the ground truth, per joint."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -30,48 +30,48 @@ from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
 
 FAR = 0.25
-"""Relative error of Coulomb or viscous friction beyond which a number that is called good is a confident error [1]."""
+"""Relative error of Coulomb or viscous friction above which a number marked as good is a confident error [1]."""
 ERRORS = 3.0
-"""Standard errors beyond which it is one too [1]."""
+"""Error, in standard errors, above which a number marked as good is a confident error [1]."""
 NORMAL = 1.959964
-"""Half of a 95 % interval over a standard error [1]."""
+"""Half width of a 95 % interval in standard errors [1]."""
 REST = 0.01
 """Share of a joint's top speed below which it is at rest [1]."""
 ENDS = 0.25
-"""Left out at the ends of a log, where filters swing in [s]."""
+"""Duration excluded at both ends of a log, where filters settle [s]."""
 DIGITS = 4
 
 Rounded = Annotated[float, Field(allow_inf_nan=False)]
 
 
 class Score(Table):
-    """What an answer is worth; a joint that is left out was not answered.
+    """Score of an answer; joints without an answer are missing.
 
     Attributes
     ----------
     contestant, robot, condition
-        Who, and of which case.
+        Name of the contestant, robot and condition of the case.
     asked
-        How many joints' friction.
+        Number of queried joints.
     error
-        Found less true, by parameter and joint [N m], [N m s/rad].
+        Estimate minus truth, by parameter and joint [N m], [N m s/rad].
     relative
-        Size of the relative error of Coulomb and viscous friction, likewise [1].
+        Absolute relative error of Coulomb and viscous friction, by parameter and joint [1].
     curve
-        Root mean square of the difference of both curves over that of the true one, by joint [1].
+        RMS difference between estimated and true curve, divided by the RMS of the true curve, by joint [1].
     covered
-        Whether 95 % intervals cover the truth, by parameter and joint; only where there is an interval.
+        Whether the 95 % interval covers the truth, by parameter and joint; only for numbers with an interval.
     far, beyond
-        Numbers called good that are more than `FAR` off, and more than `ERRORS` standard errors.
+        Count of good numbers with a relative error above `FAR`, or an error above `ERRORS` standard errors.
     good, with_errors
-        How many numbers are called good, and how many of these have a standard error [1].
+        Count of good numbers, and of good numbers with a standard error.
     held_out
-        Root mean square of the torque not explained, over that of the torque that the model without friction leaves, by
-        joint [1]; of real robots.
+        RMS of the unexplained torque, divided by the torque that the model without friction leaves unexplained, by
+        joint [1]; only for real robots.
     seconds, memory
-        Processor time of a second of log [1], and peak memory [MB]; of the whole process.
+        Processor time of the whole process per second of log [1], and its peak memory [MB].
     blank
-        Why there is nothing, or less.
+        Reason for a missing or incomplete answer.
     """
 
     contestant: str
@@ -95,12 +95,12 @@ class Score(Table):
 
 
 def score(contestant: str, case_folder: Path, truth_folder: Path, answered: Path) -> Score:
-    """Return the score of what a contestant left in a folder.
+    """Score the answer that a contestant wrote to a folder.
 
     Raises
     ------
     SettingsError
-        If the answer is not what the contract says.
+        If the answer violates the schema.
     """
     case, truth = read(Case, case_folder / CASE), read(Truth, truth_folder / TRUTH)
     answer = read(Answer, answered / ANSWER)
@@ -124,7 +124,7 @@ def score(contestant: str, case_folder: Path, truth_folder: Path, answered: Path
 def against_truth(
     case: Case, truth: Mapping[str, KnownFriction], answered: Mapping[str, JointAnswer]
 ) -> dict[str, object]:
-    """Return what a score says of the joints that were answered and whose friction is known."""
+    """Compute the score's fields for answered joints with known friction."""
     error: dict[str, dict[str, float]] = {name: {} for name in PARAMETERS}
     relative: dict[str, dict[str, float]] = {name: {} for name in PARAMETERS[:2]}
     covered: dict[str, dict[str, bool]] = {name: {} for name in PARAMETERS}
@@ -165,7 +165,7 @@ def against_truth(
 
 
 def curve_of(found: JointAnswer, velocity: Array) -> Array | None:
-    """Return R(v) without the offset as an answer says it [N m], or None if it does not."""
+    """Compute R(v) without offset from an answer [N m]; None if the answer does not determine it."""
     if found.curve is not None:
         return np.array(found.curve)
     if found.coulomb is None or found.viscous is None:
@@ -181,20 +181,20 @@ def _interval(estimate: Estimate) -> tuple[float, float] | None:
 
 
 def torque_left(case: Case, motion: Path, truth: Path, predicted: Path) -> dict[str, float]:
-    """Return the torque that a prediction does not explain over that which the rigid model does not, by joint [1].
+    """Divide the torque unexplained by a prediction by the torque unexplained by the rigid model, per joint [1].
 
-    Both at frequencies up to the case's band, while the joint moves.
+    Both are compared up to the case's frequency band, while the joint moves.
 
     Raises
     ------
     SettingsError
-        If the prediction has another shape than the log.
+        If the shapes of prediction and log differ.
     """
     with np.load(motion) as log, np.load(truth) as known, np.load(predicted) as found:
         velocity, names = log["velocity"], [str(name) for name in log["joint_names"]]
         torque, rigid, said = known["torque"], known["rigid"], found["torque"]
     if said.shape != torque.shape:
-        raise SettingsError(f"{predicted}: torque has shape {said.shape}; expected {torque.shape}, that of {motion}")
+        raise SettingsError(f"{predicted}: torque has shape {said.shape}; expected {torque.shape}, as in {motion}")
     assert case.band is not None
     lowpass = butter(4, 2 * case.band / case.rate, output="sos")
     cut = round(ENDS * case.rate)

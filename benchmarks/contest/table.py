@@ -1,4 +1,4 @@
-"""Formats saved scores as tables; docs/accuracy.md shows two of them."""
+"""Format saved scores as tables; docs/accuracy.md shows two of them."""
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 
@@ -8,7 +8,7 @@ from benchmarks.contest.cases import COMMANDED, CONDITIONS, LATENCIES, PRESCRIBE
 from benchmarks.contest.score import Score
 
 GROUPS = {"walks": tuple(WALKS), **{name: (name,) for name in (*PRESCRIBED, *COMMANDED)}}
-"""Robots that stand in one row."""
+"""Robots that share one row of a table."""
 HEAD = (
     "| logs | contestant | joints answered | Coulomb error, median (90 %) | viscous error, median (90 %) | "
     "offset error [N m], median (90 %) | curve error, median (90 %) | coverage | "
@@ -19,13 +19,13 @@ BLANK = "–"
 
 
 def lines(scores: Sequence[Score]) -> list[str]:
-    """Return all tables in Markdown, with a blank line between."""
+    """Format all tables in Markdown, separated by blank lines."""
     tables = [by_condition(scores, CONDITIONS), by_condition(scores, LATENCIES), real_table(scores), blanks(scores)]
     return ["\n".join(main_table(scores)), *(line for table in tables for line in ("", *table))]
 
 
 def main_table(scores: Sequence[Score]) -> list[str]:
-    """Return the table of all contestants that answered anything, over all conditions."""
+    """Format the table of all contestants with answers, over all conditions."""
     rows = [HEAD]
     for group, robots in GROUPS.items():
         for name in names(scores):
@@ -64,7 +64,7 @@ def _row(group: str, name: str, own: Sequence[Score]) -> str:
 
 
 def by_condition(scores: Sequence[Score], conditions: Collection[str]) -> list[str]:
-    """Write the median error of the curve for each of these conditions."""
+    """Format the median error of the curve for each of the conditions."""
     rows = [
         f"| logs | contestant | {' | '.join(conditions)} |",
         f"| --- | --- |{' ---: |' * len(conditions)}",
@@ -79,13 +79,13 @@ def by_condition(scores: Sequence[Score], conditions: Collection[str]) -> list[s
 
 
 def median_curve(own: Iterable[Score], condition: str) -> float | None:
-    """Return the median error of the curves of a condition [1], None where nothing was answered."""
+    """Compute the median error of the curves in a condition [1]; None without an answer."""
     values = [value for each in own if each.condition == condition for value in each.curve.values()]
     return float(np.median(values)) if values else None
 
 
 def real_table(scores: Sequence[Score]) -> list[str]:
-    """Return the torque held out that is not explained, over that without friction: geometric means over the joints."""
+    """Format the held-out torque error relative to the model without friction, as geometric means over the joints."""
     robots = list(dict.fromkeys(each.robot for each in scores if each.held_out))
     rows = [f"| contestant | {' | '.join(robots)} |", f"| --- |{' ---: |' * len(robots)}"] if robots else []
     for name in names(scores):
@@ -100,7 +100,7 @@ def real_table(scores: Sequence[Score]) -> list[str]:
 
 
 def blanks(scores: Sequence[Score]) -> list[str]:
-    """Return why there are blanks: a reason, and the cases that have it; a robot's name stands for all of its."""
+    """List the reasons for blanks with their cases; a robot's name represents all its cases."""
     found: dict[tuple[str, str], list[Score]] = {}
     for each in scores:
         if each.blank:
@@ -119,7 +119,7 @@ def _cases(own: Sequence[Score], scores: Sequence[Score]) -> str:
 
 
 def _conditions(scores: Sequence[Score]) -> dict[str, list[str]]:
-    """Return the conditions of each robot."""
+    """List the conditions of each robot."""
     found: dict[str, list[str]] = {}
     for each in scores:
         if each.condition not in found.setdefault(each.robot, []):
@@ -128,12 +128,12 @@ def _conditions(scores: Sequence[Score]) -> dict[str, list[str]]:
 
 
 def names(scores: Sequence[Score]) -> list[str]:
-    """Return the contestants, in the order of the file."""
+    """List the contestants in the order of the file."""
     return list(dict.fromkeys(each.contestant for each in scores))
 
 
 def spread(own: Sequence[Score], values: Callable[[Score], Iterable[float]], text: Callable[[float], str]) -> str:
-    """Return the median and the 90th percentile of some values over all joints and cases."""
+    """Format the median and the 90th percentile of values over all joints and cases."""
     found = [float(value) for each in own for value in values(each)]
     if not found:
         return BLANK

@@ -1,7 +1,7 @@
-"""Turns the published data of real robots into logs, models and robot files that stribeck reads.
+"""Convert the published data of real robots to logs, models and robot files for stribeck.
 
 `python examples/real_robots/convert.py DATA_FOLDER OUT_FOLDER` writes OUT_FOLDER/<robot>/: robot.toml, the model, and
-the logs. Only what a robot file cannot say is done here: gears, a torque that was never recorded, faults of a model.
+the logs. The script does only conversions that a robot file cannot express: gears, missing torques, faults of a model.
 """
 
 import csv
@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 
 HERE = Path(__file__).parent
 FEEDBACK_STIFFNESS, FEEDBACK_DAMPING = 20.0, 1.5
-"""Gains of the Go2's joint controllers while it was recorded [N m/rad], [N m s/rad]."""
+"""Gains of the Go2's joint controllers during the recording [N m/rad], [N m s/rad]."""
 
 _PAIRS = ("hip_roll", "hip_yaw", "hip_pitch", "knee", "knee_joint", "ankle_joint")
 CASSIE_STATE = (
@@ -26,11 +26,11 @@ CASSIE_STATE = (
     *(f"{joint}_{side}" for joint in _PAIRS for side in ("left", "right")),
     *(f"{joint}_{side}" for side in ("left", "right") for joint in ("ankle_spring_joint", "toe")),
 )
-"""The positions of a Cassie log, column by column; velocities follow."""
+"""Columns of a Cassie log with positions; columns of velocities follow."""
 CASSIE_MOTORS = tuple(
     f"{joint}_{side}" for joint in ("hip_roll", "hip_yaw", "hip_pitch", "knee", "toe") for side in ("left", "right")
 )
-"""The torques of a Cassie log, column by column."""
+"""Columns of a Cassie log with torques."""
 SO101_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper")
 _ARM = ("shoulder_pitch", "shoulder_roll", "shoulder_yaw", "elbow")
 _LEG = ("hip_pitch", "hip_roll", "hip_yaw", "knee", "ankle_pitch", "ankle_roll")
@@ -39,11 +39,11 @@ ICUB_JOINTS = (
     *(f"{side}_{joint}" for side in ("l", "r") for joint in _ARM),
     *(f"{side}_{joint}" for side in ("l", "r") for joint in _LEG),
 )
-"""The joints of the iCub's log, row by row."""
+"""Rows of the iCub's log, one per joint."""
 
 
 def tx40(data: Path, out: Path) -> None:
-    """Staubli TX40: motor side to joint side; motor 6 turns with joint 5 as well, and so drives both."""
+    """Staubli TX40: convert from motor side to joint side; motor 6 drives joint 5 as well as joint 6."""
     shutil.copyfile(data / "tx40_mdh_modified.urdf", out / "tx40.urdf")
     raw = np.load(data / "tx40_motor_side.npz")
     gear = np.diag([32.0, 32.0, 45.0, -48.0, 45.0, 32.0])
@@ -59,7 +59,7 @@ def tx40(data: Path, out: Path) -> None:
 
 
 def kinova_gen3(data: Path, out: Path) -> None:
-    """Kinova Gen3: a file a channel, without headers, to an array a channel."""
+    """Kinova Gen3: convert one file per channel, without headers, to one array per channel."""
     shutil.copyfile(data / "kinova.urdf", out / "kinova.urdf")
     files = {"time": "t", "position": "q", "velocity": "q_d", "acceleration": "q_dd", "torque": "tau"}
     for number in range(1, 6):
@@ -68,7 +68,7 @@ def kinova_gen3(data: Path, out: Path) -> None:
 
 
 def go2(data: Path, out: Path) -> None:
-    """Unitree Go2: the torque that its joint controllers commanded, from the position and the desired position."""
+    """Unitree Go2: compute the torques commanded by its joint controllers from actual and desired positions."""
     shutil.copyfile(data / "go2.xml", out / "go2.xml")
     raw = {name: array.astype(float) for name, array in np.load(data / "go2_traj_0.npz").items()}
     velocity = np.gradient(raw["dof_pos"], raw["time"], axis=0)
@@ -82,10 +82,10 @@ def go2(data: Path, out: Path) -> None:
 
 
 def double_pendulum(data: Path, out: Path) -> None:
-    """Double pendulum: the logs as they are; in the model two faults are mended.
+    """Double pendulum: copy the logs, and fix two faults of the model.
 
-    Its base is fixed to a link 'world' that it does not declare, and the inertias of its links are those about the
-    joints, where a URDF wants those about the centre of mass (smaller by m r^2).
+    Its base is fixed to an undeclared link 'world'. The inertias of its links refer to the joints, but a URDF requires
+    inertias about the center of mass (smaller by m r^2).
     """
     for number, path in enumerate(sorted(data.glob("*_trajectory.npz")), start=1):
         shutil.copyfile(path, out / f"log_{number}.npz")
@@ -103,7 +103,7 @@ def double_pendulum(data: Path, out: Path) -> None:
 
 
 def cassie_landings(data: Path, out: Path) -> None:
-    """Cassie: columns by name; only ten of the sixteen joints have a motor, the others get no torque."""
+    """Cassie: select columns by name; only ten of the sixteen joints have a motor and a torque."""
     shutil.copyfile(HERE.parent / "robots" / "cassie" / "cassie.urdf", out / "cassie.urdf")
     joints = CASSIE_STATE[7:]
     torque_columns = [joints.index(name) for name in CASSIE_MOTORS]
@@ -122,7 +122,7 @@ def cassie_landings(data: Path, out: Path) -> None:
 
 
 def so101(data: Path, out: Path) -> None:
-    """SO-101: a cell of its CSV holds a list, as text; the torque is a magnitude, whose sign nobody recorded."""
+    """SO-101: parse lists in the cells of its CSV; its torque is a magnitude without a sign."""
     shutil.copyfile(data / "so101.urdf", out / "so101.urdf")
     for path in sorted(data.glob("*.csv")):
         with path.open(encoding="utf-8", newline="") as file:
@@ -136,7 +136,7 @@ def so101(data: Path, out: Path) -> None:
 
 
 def icub_walk(data: Path, out: Path) -> None:
-    """iCub: rows to columns, angles of the base to a quaternion; its torques were not recorded."""
+    """iCub: convert rows to columns, and base angles to a quaternion; its torques were not recorded."""
     shutil.copyfile(data / "model.urdf", out / "icub.urdf")
     with h5py.File(data / "walking.mat") as raw:
         rows = {name: np.asarray(raw[name]) for name in raw if not name.startswith("#")}
@@ -169,9 +169,9 @@ CONVERTERS: dict[str, Callable[[Path, Path], None]] = {
 
 
 def convert(robot: str, data: Path, out: Path) -> Path:
-    """Write the robot file, model and logs of one robot below `out`, and return their folder.
+    """Write the robot file, model and logs of one robot below `out`; return their folder.
 
-    The settings of `curve-fit.toml`, where there is one, become a second robot file.
+    If `curve-fit.toml` exists, its settings become a second robot file.
     """
     folder = out / robot
     folder.mkdir(parents=True, exist_ok=True)

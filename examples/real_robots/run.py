@@ -1,7 +1,7 @@
-"""Identifies the joint friction of real robots from their published logs, and prints it beside the published figures.
+"""Identify joint friction of real robots from their published logs, and compare it with the published figures.
 
-`python examples/real_robots/run.py DATA_FOLDER` prints the tables of results.md: the default result, and the
-curve fit with the settings of the robot's curve-fit.toml.
+`python examples/real_robots/run.py DATA_FOLDER` prints the tables of results.md: the result with default settings, and
+the curve fit with the settings in the robot's curve-fit.toml.
 """
 
 import sys
@@ -18,7 +18,7 @@ from stribeck.result import Result
 from stribeck.settings import FilterSettings
 
 Published = Mapping[str, Sequence[float]]
-"""Parameters by name, a value a joint."""
+"""Parameters by name, one value per joint."""
 
 TX40: Published = {  # TX40_config.yaml: fs, fv, Ia of joints 1 to 6
     "coulomb": (7.14, 8.26, 6.34, 2.48, 3.03, 0.282),
@@ -35,17 +35,17 @@ CASSIE_TOE, CASSIE_HEEL = np.array([-0.0457, 0.112, 0.0]), np.array([0.088, 0.0,
 """Ends of Cassie's sole in its foot frame [m]."""
 PARAMETERS = ("coulomb", "viscous", "armature", "offset")
 AS_PUBLISHED = {"rest": 0.0, "holdout": 10_000, "fit_armature": True}
-"""How the Kinova's figures were found: from every sample, those at rest too, and with the rotor inertia."""
+"""Settings that reproduce the published Kinova fit: all samples, including rest, and the rotor inertia."""
 
 
 def kinova_published(data: Path) -> Published:
-    """Return the published friction of the Kinova's seven joints."""
+    """Read the published friction of the Kinova's seven joints."""
     values = np.loadtxt(data / "kinova-gen3" / "friction_parameters_solution_5.csv").reshape(4, 7)
     return {name: row.tolist() for name, row in zip(PARAMETERS, values, strict=True)}
 
 
 def found(result: Result, name: str) -> list[float]:
-    """Return a parameter of every joint: NaN where the log does not show it, 0 where it is no part of the fit."""
+    """List a parameter of every joint: NaN for joints without a result, 0 for parameters outside the fit."""
     return [
         joint.parameters[name].value if name in joint.parameters else 0.0 if joint.parameters else np.nan
         for joint in result.joints.values()
@@ -53,7 +53,7 @@ def found(result: Result, name: str) -> list[float]:
 
 
 def by_default(result: Result, published: Published | None) -> str:
-    """Return what is found without any setting, and the published friction at the same speed."""
+    """Format the result of default settings, and the published friction at the same speed."""
     joints, rows = result.all_friction, list(result.all_friction)
     middle = [joint.curve[1] if joint.curve else None for joint in joints.values()]
     checks = [joint.validation for joint in joints.values()]
@@ -76,8 +76,8 @@ def by_default(result: Result, published: Published | None) -> str:
 
 
 def unexplained(log: Path, robot: Robot, parameters: Published) -> list[float]:
-    """Return the rms torque [N m] of every joint that parameters leave unexplained in a log's moving samples."""
-    settings = robot.settings.model_copy(update={"fit_armature": False})  # leaves the rotors' torque in the samples
+    """Compute the RMS torque [N m] of every joint that parameters do not explain in a log's moving samples."""
+    settings = robot.settings.model_copy(update={"fit_armature": False})  # samples then include the rotors' torque
     samples = identify(log, robot, settings).evidence.samples
     speed = np.abs(samples.velocity)
     predicted = parameters["coulomb"] * np.sign(samples.velocity) + parameters["viscous"] * samples.velocity
@@ -88,7 +88,7 @@ def unexplained(log: Path, robot: Robot, parameters: Published) -> list[float]:
 
 
 def unseen(logs: Sequence[Path], robot: Robot, published: Published) -> tuple[list[float], list[float]]:
-    """Return the rms torque [N m] left in each log by the fit to the other logs, and by the published figures."""
+    """Compute the unexplained RMS torque [N m] of each log: by the fit to the other logs, and by published figures."""
     ours, theirs = [], []
     for log in logs:
         others = identify([other for other in logs if other != log], robot)
@@ -99,24 +99,24 @@ def unseen(logs: Sequence[Path], robot: Robot, published: Published) -> tuple[li
 
 
 def table(columns: Mapping[str, Sequence[str]]) -> str:
-    """Return a Markdown table from its columns, the first of them text."""
+    """Format columns, the first of them text, as a Markdown table."""
     lines = [list(columns), ["---", *["---:"] * (len(columns) - 1)], *zip(*columns.values(), strict=True)]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
 
 
 def numbers(values: Sequence[float], digits: int = 3) -> list[str]:
-    """Return numbers as text, a dash for NaN."""
+    """Format numbers; a dash for NaN."""
     return ["–" if np.isnan(value) else f"{value:.{digits}f}" for value in values]
 
 
 def estimates(result: Result, name: str, digits: int = 3) -> list[str]:
-    """Return a parameter of every joint with its standard error, a dash where the log does not show it."""
+    """Format a parameter of every joint with its standard error; a dash for joints without a result."""
     pairs = [joint.parameters.get(name) for joint in result.joints.values()]
     return [f"{pair.value:.{digits}f} ± {pair.standard_error:.{digits}f}" if pair else "–" for pair in pairs]
 
 
-def tx40(logs: Sequence[Path], robot: Robot, data: Path) -> str:  # noqa: ARG001 - the figures stand above
-    """Return found and published figures of every joint, and by how much they differ."""
+def tx40(logs: Sequence[Path], robot: Robot, data: Path) -> str:  # noqa: ARG001 - the figures are constants
+    """Format identified and published figures of every joint, and their differences."""
     result = identify(logs, robot)
     columns = {"joint": list(result.joints)}
     for title, name, digits in (
@@ -137,7 +137,7 @@ def tx40(logs: Sequence[Path], robot: Robot, data: Path) -> str:  # noqa: ARG001
 
 
 def kinova(logs: Sequence[Path], robot: Robot, data: Path) -> str:
-    """Return found and published figures, those found in the published way, and residuals on unseen logs."""
+    """Format identified and published figures, a fit with the published settings, and residuals on unseen logs."""
     result, published = identify(logs, robot), kinova_published(data)
     their_way = identify(logs[-1], robot, robot.settings.model_copy(update=AS_PUBLISHED))
     ours, theirs = unseen(logs, robot, published)
@@ -157,7 +157,7 @@ def kinova(logs: Sequence[Path], robot: Robot, data: Path) -> str:
 
 
 def go2(logs: Sequence[Path], robot: Robot, data: Path) -> str:  # noqa: ARG001 - nothing is published
-    """Return Coulomb friction, viscous friction, rotor inertia and held-out residual of every joint."""
+    """Format Coulomb friction, viscous friction, rotor inertia and held-out residual of every joint."""
     result = identify(logs, robot)
     validations = [joint.validation for joint in result.joints.values()]
     return table(
@@ -172,8 +172,8 @@ def go2(logs: Sequence[Path], robot: Robot, data: Path) -> str:  # noqa: ARG001 
     )
 
 
-def double_pendulum(logs: Sequence[Path], robot: Robot, data: Path) -> str:  # noqa: ARG001 - the figures stand above
-    """Return found and published figures, those of each log alone, and residuals on the other log."""
+def double_pendulum(logs: Sequence[Path], robot: Robot, data: Path) -> str:  # noqa: ARG001 - the figures are constants
+    """Format identified and published figures, figures of each log individually, and residuals on the other log."""
     result = identify(logs, robot)
     ours, theirs = unseen(logs, robot, DOUBLE_PENDULUM)
     return table(
@@ -194,7 +194,7 @@ def double_pendulum(logs: Sequence[Path], robot: Robot, data: Path) -> str:  # n
 
 
 def cassie(logs: Sequence[Path], robot: Robot, data: Path) -> str:  # noqa: ARG001 - nothing is published
-    """Return how level the soles are at the end of each landing: angles, orders, signs and offsets meet there."""
+    """Format the median slope of the soles after landings, which tests angles, joint orders, signs and offsets."""
     slopes = []
     for path in logs:
         log = read_log(path, robot)
@@ -211,11 +211,11 @@ SECTIONS: dict[str, Callable[[Sequence[Path], Robot, Path], str]] = {
     "go2": go2,
     "double-pendulum": double_pendulum,
 }
-"""Of the curve fit, whose settings stand in each robot's curve-fit.toml."""
+"""Functions that format the curve fit with the settings of each robot's curve-fit.toml."""
 
 
 def shown(name: str, data: Path, scratch: Path) -> str:
-    """Return the tables of a robot: by default, and by the curve fit."""
+    """Format the tables of a robot: default settings and curve fit."""
     known: dict[str, Published] = {
         "tx40": {name: values[:4] for name, values in TX40.items()},  # joints 5 and 6 share a motor
         "kinova-gen3": kinova_published(data),

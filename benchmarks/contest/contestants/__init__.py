@@ -1,1 +1,1 @@
-"""Programs that take the folder of a case and write their answer: the methods that are compared."""
+"""Contestants: programs that read the folder of a case and write an answer."""

@@ -1,4 +1,4 @@
-"""Torques of logs that have position commands instead."""
+"""Torques for logs with position commands instead of torques."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,9 +1,10 @@
-"""What a user would write instead: inverse dynamics, a lowpass, and least squares joint by joint.
+"""Baseline that users could write: inverse dynamics, a lowpass, and least squares per joint.
 
     python -m benchmarks.contest.contestants.least_squares CASE OUT
 
-Positions, torques and the IMU are filtered, velocities and accelerations are central differences. Of a robot that
-walks, the IMU says how the base moves, and a joint counts while no foot beyond it stands. Nothing of stribeck is used.
+Positions, torques and the IMU are filtered; velocities and accelerations are central differences. For walking robots,
+the IMU gives the motion of the base, and a joint's samples count while no foot of its limb stands. The program uses no
+code of stribeck.
 """
 
 import json
@@ -20,20 +21,20 @@ from scipy.signal import butter, sosfiltfilt
 from benchmarks.contest.contestants.command import torque_of
 
 CUTOFF = 20.0
-"""Of all filters, unless the case says how far its torques reach [Hz]."""
+"""Cutoff of all filters [Hz], unless the case contains the band of its torques."""
 MOVES = 0.02
 """Share of a joint's top speed below which it is at rest [1]."""
 ENDS = 0.25
-"""Left out at both ends of a log, where filters swing in [s]."""
+"""Duration excluded at both ends of a log, where filters settle [s]."""
 AROUND = 0.1
-"""Left out before and after a foot stands [s]."""
+"""Duration excluded before and after a foot stands [s]."""
 LEAST = 100
-"""Samples that a joint needs [1]."""
+"""Minimum number of samples of a joint."""
 NAMES = ("coulomb", "viscous", "offset")
 
 
 def load_model(folder: Path) -> tuple[Any, dict[str, Any]]:
-    """Return Pinocchio's model of a case and its robot file; a floating base feels gravity through its IMU alone."""
+    """Read Pinocchio's model, without gravity if the base floats (its IMU measures gravity), and the robot file."""
     table = tomllib.loads((folder / "robot.toml").read_text(encoding="utf-8"))
     robot, path = table["robot"], str(folder / table["robot"]["model"])
     floating = robot.get("base", "floating") == "floating"
@@ -49,7 +50,7 @@ def load_model(folder: Path) -> tuple[Any, dict[str, Any]]:
 
 
 def rigid_torque(model: Any, names: list[str], q: Any, v: Any, a: Any, base: Any = None) -> Any:
-    """Return torques without friction [N m], shape (T, n); of a base, angular velocity and acceleration (T, 9)."""
+    """Compute torques without friction [N m], shape (T, n); `base` has angular velocity and acceleration, (T, 9)."""
     data, free = model.createData(), base is not None
     joints = [model.joints[model.getJointId(name)] for name in names]
     columns, places = [joint.idx_v for joint in joints], [joint.idx_q for joint in joints]
@@ -64,7 +65,7 @@ def rigid_torque(model: Any, names: list[str], q: Any, v: Any, a: Any, base: Any
 
 
 def in_the_air(model: Any, table: dict[str, Any], names: list[str], log: Any, period: float) -> Any:
-    """Return when each joint has no standing foot beyond it, shape (T, n)."""
+    """Select the samples in which no foot of a joint's limb stands, shape (T, n)."""
     free = np.ones(log["position"].shape, dtype=bool)
     for foot, contact in table.get("contacts", {}).items():
         column = list(log["foot_names"]).index(foot)
@@ -78,7 +79,7 @@ def in_the_air(model: Any, table: dict[str, Any], names: list[str], log: Any, pe
 
 
 def equations(model: Any, table: dict[str, Any], log: Any, cutoff: float) -> tuple[Any, Any, Any, Any]:
-    """Return friction torque, velocity, acceleration and which samples count, of one log, shape (T, n) each."""
+    """Compute friction torque, velocity, acceleration and the mask of valid samples of one log, shape (T, n) each."""
     names, time = [str(name) for name in log["joint_names"]], log["time"]
     period = float(np.median(np.diff(time)))
     lowpass = butter(4, 2 * cutoff * period, output="sos")

@@ -1,4 +1,4 @@
-"""A method of stribeck, with no setting but its name.
+"""One method of stribeck with default settings.
 
 python -m benchmarks.contest.contestants.stribeck_method METHOD CASE OUT
 """
@@ -37,11 +37,11 @@ NEEDS: Mapping[str, list[Need]] = {
     "whole-log": ["contact flags", "IMU"],
     "ground-reaction": ["contact flags", "foot wrenches"],
 }
-"""Of a robot that walks; contacts follow from wrenches or kinematics where there are no flags."""
+"""Required channels of a walking robot, by method; wrenches or kinematics replace missing contact flags."""
 
 
 def answer(method: str, folder: Path, out: Path) -> Answer:
-    """Return what a method finds of a case; predicted torques are written to `out`."""
+    """Run a method on a case, and write predicted torques to `out`."""
     case, robot = read(Case, folder / CASE), Robot.from_file(folder / "robot.toml")
     needs = NEEDS.get(method, []) if robot.base == "floating" else []
     try:
@@ -57,7 +57,7 @@ def answer(method: str, folder: Path, out: Path) -> Answer:
 
 
 def of_joint(found: JointResult, velocity: Array) -> JointAnswer | None:
-    """Return a joint's answer; friction that was found to be none is zero, and meant."""
+    """Convert a joint's result to an answer; the verdict "no friction" becomes a deliberate zero."""
     if not found.parameters and found.verdict != "no friction":
         return None
     given = {name: estimate(found.parameters[name]) for name in PARAMETERS if name in found.parameters}
@@ -68,7 +68,7 @@ def of_joint(found: JointResult, velocity: Array) -> JointAnswer | None:
 
 
 def estimate(found: ParameterEstimate) -> Estimate:
-    """Return a parameter; weak ones are not to be relied on."""
+    """Convert a parameter; weak parameters are not marked as good."""
     low, high = found.interval_95
     return Estimate(
         value=found.value,
@@ -79,7 +79,7 @@ def estimate(found: ParameterEstimate) -> Estimate:
 
 
 def predicted(path: Path, robot: Robot, result: Result) -> Array:
-    """Return the torques that a log would have [N m], shape (T, n), by the model and friction found."""
+    """Predict the torques of a motion with the identified model and friction [N m], shape (T, n)."""
     with np.load(path) as file:
         motion = {name: file[name] for name in ("time", "position", "velocity", "acceleration")}
     period = float(np.median(np.diff(motion["time"])))

@@ -2,8 +2,8 @@
 
     python benchmarks/contest/contestants/with_cma_es.py CASE OUT
 
-Needs cma and mujoco[sysid]. A rollout of the first seconds of the log follows its position commands through the drives'
-gains, which the robot file has, and the sum of squared position errors is minimized.
+Requires cma and mujoco[sysid]. A rollout of the log's first seconds follows its position commands with the drive gains
+in the robot file. The sum of squared position errors is minimized.
 """
 
 import json
@@ -22,11 +22,11 @@ from mujoco import rollout
 from benchmarks.contest.contestants.with_mujoco_sysid import load_spec
 
 SECONDS = 10.0
-"""Part of the log [s]."""
+"""Duration of the used part of the log [s]."""
 STEP = 0.0025
 """Time step of the rollouts [s]."""
 FINE = 10
-"""Parts of a step [1]: a drive gets the mean of the commands that act during the step."""
+"""Number of parts per step, over which the commands of a drive are averaged."""
 BOUNDS = {"armature": (0.0, 0.1), "damping": (0.0, 2.0), "frictionloss": (0.0, 1.0), "bias": (-0.1, 0.1)}
 """Bounds per joint [kg m²], [N m s/rad], [N m], [rad]."""
 BEGIN = 0.1, 0.25, 0.1, 0.5
@@ -48,7 +48,8 @@ class Rollouts:
         self.period = float(np.median(np.diff(log["time"])))
         rows = round(SECONDS / self.period)
         self.position, self.command = log["position"][:rows], log["desired_position"][:rows]
-        self.columns = [model.joint(str(name)).dofadr[0] for name in log["joint_names"]]  # of positions too
+        # the base is fixed, so velocities and positions have the same columns
+        self.columns = [model.joint(str(name)).dofadr[0] for name in log["joint_names"]]
         self.low, self.high = np.repeat(np.array(list(BOUNDS.values())), len(self.columns), axis=0).T
 
     def values(self, place: Any) -> tuple[Any, float]:
@@ -61,7 +62,7 @@ class Rollouts:
         self.model.dof_armature[self.columns], self.model.dof_frictionloss[self.columns] = armature, friction
         self.model.dof_damping[self.columns] = damping.reshape(self.model.dof_damping[self.columns].shape)
         start = np.zeros(mujoco.mj_stateSize(self.model, mujoco.mjtState.mjSTATE_FULLPHYSICS))
-        start[1 + np.array(self.columns)] = self.position[0] - bias  # after the time, and at rest
+        start[1 + np.array(self.columns)] = self.position[0] - bias  # the state starts with the time; velocities are 0
         steps = round((len(self.command) - 1) * self.period / STEP)
         row = np.floor((np.arange(steps * FINE) / FINE * STEP - delay) / self.period + 1e-6).astype(int)
         control = self.command[np.clip(row, 0, None)].reshape(steps, FINE, -1).mean(axis=1)

@@ -2,9 +2,9 @@
 
     python benchmarks/contest/contestants/with_figaroh.py CASE OUT
 
-Needs figaroh and the root of the repository in PYTHONPATH. Used as its authors' example of the Staubli TX40 does:
-`BaseIdentification` with its own filter, decimation and QR decomposition, `solve(decimate=True)`, intervals from its
-standard deviations.
+Requires figaroh and the root of the repository in PYTHONPATH. The program follows the authors' example of the Staubli
+TX40: `BaseIdentification` with its filter, decimation and QR decomposition, `solve(decimate=True)`, and intervals from
+its standard deviations.
 """
 
 import json
@@ -23,23 +23,23 @@ from figaroh.tools.regressor import build_regressor_basic, build_regressor_reduc
 from benchmarks.contest.contestants.command import torque_of
 
 CUTOFF = 20.0
-"""Of its lowpass [Hz]; that of the TX40 is the example's."""
+"""Cutoff of FIGAROH's lowpass [Hz]; the TX40 has the cutoff of FIGAROH's example."""
 EXAMPLE = {"tx40": 100.0}
 MEDIAN = 1
-"""Of its median filter [samples]; its usual one of five flattens every turning point of a log of 500 Hz."""
+"""Window of FIGAROH's median filter [samples]; its default of 5 flattens all reversals in a log of 500 Hz."""
 ENDS = 0.25
-"""Left out at both ends of a log, where filters swing in [s]."""
+"""Duration excluded at both ends of a log, where filters settle [s]."""
 DECIMATED = 50.0
-"""Rate that is left at least [Hz]; its usual factor of 10 suits the 5 kHz of its example."""
+"""Minimum rate after decimation [Hz]; FIGAROH's default factor of 10 suits the 5 kHz of its example."""
 FACTOR = 10
 NAMES = {"coulomb": "fs", "viscous": "fv", "offset": "off"}
 
 
 class Identification(BaseIdentification):
-    """FIGAROH's base class, given one log after another that are fitted together."""
+    """FIGAROH's identification, fitted to several logs together."""
 
     def __init__(self, robot: Any, config_file: str, joints: list[str], logs: list[Any]) -> None:
-        """Say which joints the logs have, as the example does."""
+        """Set the joints of the logs, as in the example."""
         super().__init__(robot, config_file)
         self.logs = logs
         numbers = [robot.model.getJointId(joint) for joint in joints]
@@ -54,12 +54,12 @@ class Identification(BaseIdentification):
         }
 
     def load_trajectory_data(self, data_source: str | None = None) -> dict[str, Any]:
-        """Return the first log; FIGAROH differentiates."""
+        """Return the first log without derivatives; FIGAROH differentiates."""
         del data_source
         return dict(self.logs[0])
 
     def process_kinematics_data(self, filter_config: Any = None) -> None:
-        """Filter and differentiate log by log, and leave out their ends, as the example does."""
+        """Filter and differentiate each log, and remove its ends, as in the example."""
         parts = []
         for log in self.logs:
             self.raw_data = log
@@ -70,12 +70,12 @@ class Identification(BaseIdentification):
         self.processed_data = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
     def process_torque_data(self, **_: Any) -> Any:
-        """Return the torques of the samples that were kept."""
+        """Return the torques of the remaining samples."""
         return self.processed_data["torques"]
 
 
 def configuration(joints: list[str], rate: float, cutoff: float, median: int, rotors: bool) -> dict[str, Any]:
-    """Return FIGAROH's configuration, in its unified format."""
+    """Write FIGAROH's configuration in its unified format."""
     zeros = [0.0] * len(joints)
     return {
         "robot": {
@@ -116,7 +116,7 @@ def answer(folder: Path, out: Path) -> dict[str, Any]:
     if case["base"] == "floating":
         return said | {"blank": "its regressor of joint torques knows no ground reactions: a robot has to be fixed"}
     if not table["model"].endswith(".urdf"):
-        return said | {"blank": "it reads URDF alone, and the published model is MJCF"}
+        return said | {"blank": "it reads only URDF, and the published model is MJCF"}
     robot = load_robot(str(folder / table["model"]), package_dirs=str(folder))
     joints = [str(name) for name in np.load(folder / case["logs"][0])["joint_names"]]
     rotors = table.get("torque_source", "link_side_sensor") != "link_side_sensor"
@@ -150,7 +150,7 @@ def answer(folder: Path, out: Path) -> dict[str, Any]:
 
 
 def of_joint(joint: str, values: dict[str, float], errors: dict[str, float]) -> dict[str, Any]:
-    """Return a joint's parameters; those that FIGAROH finds in a sum with others alone are left out."""
+    """Select a joint's parameters; skip parameters that FIGAROH identifies only in a sum with others."""
     found = {}
     for name, short in NAMES.items():
         label = f"{short}_{joint}"
@@ -160,7 +160,7 @@ def of_joint(joint: str, values: dict[str, float], errors: dict[str, float]) -> 
 
 
 def predict(found: Any, log: Any, order: list[int], out: Path) -> None:
-    """Write the torques that the identified base parameters give a motion."""
+    """Write a motion's torques predicted from the identified base parameters."""
     motion = [log[name][:, order] for name in ("position", "velocity", "acceleration")]
     regressor = build_regressor_basic(found.robot, *motion, found.identif_config)
     reduced = build_regressor_reduced(regressor, found._idx_eliminated)

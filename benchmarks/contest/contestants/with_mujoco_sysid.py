@@ -2,11 +2,11 @@
 
     python benchmarks/contest/contestants/with_mujoco_sysid.py CASE OUT
 
-Needs mujoco[sysid] alone. Used as its integration test identifies an arm: parameters with a modifier each, sensors
-of position and velocity, `build_residual_fn`, `optimize(optimizer="mujoco")`, and `calculate_intervals`. Its rollouts
-begin anew every half second: over a whole log an arm that nobody controls falls. Logs of position commands drive
-position actuators with the gains of the robot file, and the delay of the drives is one more parameter, by
-`SignalTransform.delay`: rollouts that are controlled last 20 s.
+Requires only mujoco[sysid]. The program follows its integration test, which identifies an arm: one modifier per
+parameter, sensors of position and velocity, `build_residual_fn`, `optimize(optimizer="mujoco")`, and
+`calculate_intervals`. Rollouts restart every half second, because an arm without a controller falls during a whole log.
+Logs of position commands drive position actuators with the gains of the robot file; these controlled rollouts last
+20 s, and the delay of the drives is another parameter (`SignalTransform.delay`).
 """
 
 import json
@@ -22,36 +22,36 @@ from mujoco import sysid
 from scipy.signal import butter, sosfiltfilt
 
 CUTOFF = 20.0
-"""Of the positions that rollouts begin with [Hz]."""
+"""Cutoff for the initial positions of rollouts [Hz]."""
 WINDOW = 0.5
-"""[s]"""
+"""Duration of a rollout [s]."""
 ENDS = 0.25
-"""Left out at both ends of a log, where filters swing in [s]."""
+"""Duration excluded at both ends of a log, where filters settle [s]."""
 LONGEST = 20.0
-"""Of all windows together, which are spread evenly over the logs [s]."""
+"""Total duration of all rollouts, which are spread evenly over the logs [s]."""
 START, MOST = 0.5, 60.0
-"""Friction loss [N m] and damping [N m s/rad] to begin with, and bound."""
+"""Initial value and upper bound of friction loss [N m] and damping [N m s/rad]."""
 OFFSET = 20.0
-"""Largest offset of a motor [N m], which starts at none."""
+"""Largest offset of a motor [N m]; the initial offset is zero."""
 CONTROLLED = 20.0
-"""Window of logs with position commands [s]."""
+"""Duration of a rollout with position commands [s]."""
 STEP = 0.001
-"""Time step of their rollouts [s]."""
+"""Time step of rollouts with position commands [s]."""
 STIFF = [0.005, 1.0], [0.99, 0.999, 0.001, 0.5, 2.0]
-"""solref and solimp of their friction: with MuJoCo's own, joints creep, and errors of position grow fivefold."""
+"""solref and solimp of friction: with MuJoCo's defaults, joints creep and position errors are five times larger."""
 DELAY = 0.01, 0.1
-"""Delay of the drives, likewise [s]."""
+"""Initial value and upper bound of the drives' delay [s]."""
 ROTOR = 0.01, 2.0
-"""Rotor inertia likewise [kg m^2]."""
+"""Initial value and upper bound of rotor inertia [kg m^2]."""
 LEAST_MASS, LEAST_INERTIA = 1e-4, 1e-6
-"""Of bodies for which a model has less, which MuJoCo refuses [kg], [kg m^2]."""
+"""Minimum mass [kg] and inertia [kg m^2] of a body; MuJoCo rejects smaller values."""
 ITERATIONS = 20
-"""At most: it has converged after ten on an arm, and goes on for three times as many by its own tolerance."""
+"""Maximum number of iterations: an arm converges after ten, but the default tolerance requires three times as many."""
 NAMES = {"coulomb": "frictionloss", "viscous": "damping", "offset": "offset"}
 
 
 def load_spec(folder: Path, table: dict[str, Any], joints: list[str], rate: float) -> Any:
-    """Return the model with a motor, a position and a velocity sensor at every joint."""
+    """Load the model with a motor, a position sensor and a velocity sensor at every joint."""
     spec = mujoco.MjSpec.from_file(str(folder / table["model"]))
     spec.option.timestep = STEP if "kp" in table else 1 / max(rate, 500.0)
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
@@ -71,7 +71,7 @@ def load_spec(folder: Path, table: dict[str, Any], joints: list[str], rate: floa
             spec.joint(joint).solref_friction, spec.joint(joint).solimp_friction = STIFF
         else:
             motor.set_to_motor()
-        motor.biastype = mujoco.mjtBias.mjBIAS_AFFINE  # whose constant is less the offset
+        motor.biastype = mujoco.mjtBias.mjBIAS_AFFINE  # its constant is minus the offset
         spec.add_sensor(
             name=f"{joint}_position",
             type=mujoco.mjtSensor.mjSENS_JOINTPOS,
@@ -89,7 +89,7 @@ def load_spec(folder: Path, table: dict[str, Any], joints: list[str], rate: floa
 
 
 def sequences(spec: Any, logs: list[Any], joints: list[str]) -> Any:
-    """Return windows of logs as mujoco.sysid reads them."""
+    """Cut logs into windows for mujoco.sysid."""
     model = spec.compile()
     starts, controls, sensors = [], [], []
     places = [model.joint(joint).qposadr[0] for joint in joints]
@@ -106,7 +106,7 @@ def sequences(spec: Any, logs: list[Any], joints: list[str]) -> Any:
             q, v = np.zeros(model.nq), np.zeros(model.nv)
             q[places], v[columns] = position[begin], velocity[begin]
             starts.append(sysid.create_initial_state(model, q, v, np.zeros(model.na)))
-            if "desired_position" in log:  # held until the next one
+            if "desired_position" in log:  # a command is held until the next command
                 steps = np.arange(round(time[-1] / STEP) + 1) * STEP
                 last = np.clip(np.floor(steps / period + 1e-6).astype(int), 0, length)
                 controls.append(sysid.TimeSeries(steps, log["desired_position"][rows][last]))
@@ -149,7 +149,7 @@ def answer(folder: Path, out: Path) -> dict[str, Any]:
             "blank": "its rollouts begin with the whole state: the log of a walk has no position and velocity of the "
             "base, and the model no ground"
         }
-    if "couplings" in table:  # whatever the rotor inertias that it begins with and their bounds
+    if "couplings" in table:  # independent of initial values and bounds of rotor inertias
         return said | {
             "blank": "its parameters belong to single joints, and a motor turns two of this robot's, one with a link "
             "without inertia: its rollouts diverge"
@@ -188,7 +188,7 @@ def _estimate(value: float, half: float) -> dict[str, Any]:
 
 
 def predict(spec: Any, found: Any, log: Any, joints: list[str], out: Path) -> None:
-    """Write the torques that the identified model needs for a motion."""
+    """Write a motion's torques predicted by the identified model."""
     model = sysid.apply_param_modifiers_spec(found, spec).compile()
     data = mujoco.MjData(model)
     places = [model.joint(joint).qposadr[0] for joint in joints]
