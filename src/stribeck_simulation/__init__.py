@@ -1,1 +1,1 @@
-"""Makes logs of simulated robots, and their truth."""
+"""Simulated robots: logs and their ground truth."""

@@ -22,7 +22,7 @@ from stribeck_simulation.run import run_scenario
 from stribeck_simulation.scenario import read_scenario
 
 NEAR = (1e-4, 0.1)
-"""From where to where these lie, as shares of the largest speed."""
+"""Range of the additional velocities near rest, relative to the largest speed [1]."""
 
 
 def truth_reference(result: Result, law: FrictionLaw, parameters: Parameters) -> Reference:
@@ -46,11 +46,9 @@ def truth_reference(result: Result, law: FrictionLaw, parameters: Parameters) ->
 
 
 def _velocities(low: float, high: float) -> Array:
-    """Compute velocities from low to high, dense about zero [rad/s]."""
+    """Compute the velocities of a truth curve from low to high, denser near zero [rad/s]."""
     reach = max(abs(low), abs(high))
-    # of a truth curve on either side of rest, where friction turns
     near = np.geomspace(NEAR[0] * reach, NEAR[1] * reach, 60)
-    # of a truth curve over the whole range of velocities
     velocities = np.concatenate([np.linspace(low, high, 201), -near, near, [0.0]])
     return np.unique(velocities[(velocities >= low) & (velocities <= high)])
 
@@ -82,7 +80,7 @@ def make_demo(folder: Path, progress: Callable[[float], None] = lambda _: None, 
     progress
         Callback `progress(fraction)`.
     scenario
-        Scenario; the packaged humanoid in the contact simulator if None.
+        Scenario file; by default the packaged humanoid in the contact simulator.
     """
     for source, name in ((scenario, "scenario.toml"), (ROBOT_FILE, "robot.toml"), (MODEL_FILE, MODEL_FILE.name)):
         shutil.copyfile(source, folder / name)

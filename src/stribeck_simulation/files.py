@@ -1,4 +1,4 @@
-"""Files of simulated logs, readable without any setting, and of their ground truth."""
+"""Files of simulated logs, which need no settings, and of their ground truth."""
 
 import json
 from dataclasses import fields

@@ -1,4 +1,4 @@
-"""Runs a scenario: a robot, its log as the sensors give it, and the truth."""
+"""Run a scenario: the robot, its measured log, and the ground truth."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -36,7 +36,7 @@ POSTURES: dict[str, Named] = {
         for joint, value in (("hip", 0.0), ("thigh", 0.8), ("knee", -1.6))
     },
 }
-"""How packaged robots stand [rad]."""
+"""Standing postures of packaged robots [rad]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,16 +51,16 @@ class Simulated:
 def run_scenario(
     scenario: Scenario, folder: Path = Path(), progress: Callable[[float], None] = lambda _: None
 ) -> Simulated:
-    """Simulate a scenario; the same one gives the same log, bit for bit.
+    """Simulate a scenario; the result is reproducible, bit for bit.
 
     Parameters
     ----------
     scenario
-        As read from its file.
+        Content of a scenario file.
     folder
-        That a robot file's path is relative to.
+        Folder that the robot file's path is relative to.
     progress
-        Told the share that is done, now and then.
+        Callback `progress(fraction)`.
 
     Raises
     ------
@@ -133,7 +133,7 @@ def law_of(table: FrictionTable) -> FrictionLaw:
     Raises
     ------
     SettingsError
-        If there is none of its name, or it has a state.
+        If the law does not exist or has a state.
     """
     law = get_law(table.law)
     if isinstance(law, LawWithState):
@@ -145,7 +145,7 @@ def law_of(table: FrictionTable) -> FrictionLaw:
 
 
 def believed_model(robot: Robot, error: float, seed: int) -> pin.Model:
-    """Build the robot's model with every body's mass and inertia off by up to a share `error`, drawn once."""
+    """Scale each body's mass and inertia by a random factor within 1 ± `error`, for the controller's model."""
     model = pin.Model(robot.tree.model)
     generator = np.random.default_rng([seed, 1])
     for joint in range(1, model.njoints):
@@ -156,7 +156,7 @@ def believed_model(robot: Robot, error: float, seed: int) -> pin.Model:
 
 
 def _exact(scenario: Scenario, robot: Robot, posture: Named) -> Simulated:
-    """Build an exact log: a prescribed random motion of an arm, a quadruped or a humanoid, nothing simulated."""
+    """Build an exact log from a prescribed random motion of an arm, a quadruped or a humanoid."""
     table = scenario.friction
     if scenario.walk or scenario.push or table.drift or table.lugre or table.backlash or table.load:
         raise SettingsError(
@@ -178,7 +178,7 @@ def _exact(scenario: Scenario, robot: Robot, posture: Named) -> Simulated:
 
 
 def _measured(robot: Robot, log: RobotLog, truth: Truth, scenario: Scenario) -> Simulated:
-    """Build an exact log as the sensors give it; ideal ones leave the exact velocity and acceleration in it."""
+    """Add sensor errors to an exact log; ideal sensors keep its exact velocity and acceleration."""
     truth = replace(truth, foot_wrench=log.foot_wrench)
     if scenario.sensors != "ideal":
         log = measure(log, sensors_for(log, PROFILES[scenario.sensors], scenario.seed))

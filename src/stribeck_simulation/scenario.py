@@ -1,4 +1,4 @@
-"""A scenario file: which robot does what, with which friction and which sensors."""
+"""Scenario files: robot, motion, friction and sensors of a simulation."""
 
 from fnmatch import fnmatch
 from pathlib import Path
@@ -15,11 +15,11 @@ Named = dict[str, Finite]
 Share = Annotated[float, Field(ge=0, lt=1)]
 LONGEST = 1000.0
 """Longest simulation [s]; its log fits into memory."""
-PhysicsStep = Annotated[float, Field(ge=1e-5, le=1e-3)]  # [s]; coarser ones are longer than a period of the log
+PhysicsStep = Annotated[float, Field(ge=1e-5, le=1e-3)]  # [s]; at most one period of the log
 
 
 class StepsTable(Table):
-    """`[[walk]]`: some steps of one kind; see `walking.footsteps.Steps`."""
+    """`[[walk]]`: steps of one kind; see `walking.footsteps.Steps`."""
 
     count: int = Field(ge=0, le=10_000)
     forward: Finite = 0.0  # [m]
@@ -33,7 +33,7 @@ class StepsTable(Table):
 
 
 class PushTable(Table):
-    """`[[push]]`: a force on the base for a time."""
+    """`[[push]]`: a temporary force on the base."""
 
     start: NonNegative  # [s]
     duration: Positive  # [s]
@@ -41,7 +41,7 @@ class PushTable(Table):
 
 
 class SoleTable(Table):
-    """`[soles.<foot>]`: the sole of a foot that is a mesh in the model."""
+    """`[soles.<foot>]`: sole of a foot whose shape in the model is a mesh."""
 
     centre: Annotated[list[Finite], Field(min_length=3, max_length=3)] = [0.0, 0.0, 0.0]  # in the contact frame [m]
     half_length: Positive  # [m]
@@ -56,7 +56,7 @@ class DriftTable(Table):
 
 
 class FrictionTable(Table):
-    """`[friction]`: what is lost between torque sensor and link, by patterns of joint names; later patterns win."""
+    """`[friction]`: friction between torque sensor and link by joint-name pattern; later patterns have priority."""
 
     law: str = "stribeck"
     common: Named = {}  # parameters of every joint that a pattern names
@@ -68,14 +68,14 @@ class FrictionTable(Table):
 
 
 class Scenario(Table):
-    """A whole scenario file."""
+    """Content of a scenario file."""
 
     robot: str = "toro"  # packaged: "toro", "biped", "quadruped", "arm"; else the path of a robot file
     simulator: Literal["mujoco", "constrained", "constrained-paper", "exact"] = "mujoco"
     sensors: Literal["ideal", "calibrated", "realistic", "harsh"] = "ideal"
-    state: Literal["estimated", "true"] = "estimated"  # what the controller knows (mujoco)
+    state: Literal["estimated", "true"] = "estimated"  # input of the controller (mujoco)
     seed: int = Field(default=0, ge=0)
-    model_error: Share = 0.0  # of the masses that the controller believes in (mujoco)
+    model_error: Share = 0.0  # relative error of the masses in the controller's model (mujoco)
     physics_step: PhysicsStep = 0.00025  # [s] (mujoco)
     posture: Named = {}  # joint -> position [rad]
     walk: list[StepsTable] = []
@@ -88,7 +88,7 @@ class Scenario(Table):
 
     @model_validator(mode="after")
     def _ends(self) -> Self:
-        """Refuse a walk that is longer than a simulation may be."""
+        """Reject a walk that is longer than the longest simulation."""
         walked = sum(steps.stand + steps.count * (steps.single_support + steps.double_support) for steps in self.walk)
         if walked > LONGEST:
             raise ValueError(f"[[walk]] takes {walked:.4g} s, expected {LONGEST:g} s at most")
@@ -101,7 +101,7 @@ def read_scenario(path: Path) -> Scenario:
     Raises
     ------
     SettingsError
-        If it is missing, is not TOML, or has a wrong key or value.
+        If the file is missing, is not TOML, or has a wrong key or value.
     """
     text = read_text(path, "a scenario (TOML)", SettingsError)
     try:

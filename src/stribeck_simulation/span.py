@@ -1,11 +1,11 @@
-"""Entries of an array that follow each other, as a slice."""
+"""Slices for consecutive indices."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 
 def span(index: NDArray[np.int64]) -> NDArray[np.int64] | slice:
-    """Convert consecutive indices to a slice, which is several times faster; keep others.
+    """Convert consecutive indices to a slice, which is several times faster; keep all other indices.
 
     Parameters
     ----------

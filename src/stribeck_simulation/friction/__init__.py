@@ -1,4 +1,4 @@
-"""Simulated joint friction: the library's laws, and effects that the estimator does not model."""
+"""Simulated joint friction: laws of the library, and additional effects."""
 
 from stribeck_simulation.friction.backlash import Backlash as Backlash
 from stribeck_simulation.friction.injection import FrictionEffect as FrictionEffect

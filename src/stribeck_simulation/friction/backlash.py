@@ -11,22 +11,22 @@ from stribeck_simulation.friction.parameters import Parameters, parameter_table
 
 
 class Backlash:
-    """A light, damped bar with play: the sensor's torque pushes the bar, the bar pushes the link when play is used up.
+    """A light, damped bar with play: the sensor's torque pushes the bar, which pushes the link at the end of the play.
 
         d y' = tau - T,   T = k dz(y - q),   R = tau - T
 
-    with y the bar's angle, q the joint's, and dz the dead zone of half the play to both sides. While the bar crosses
-    the play nothing reaches the link; then the spring k closes, and R is what the bar's own damping d takes
-    (Nordin and Gutman 2002, "Controlling mechanical systems with backlash: a survey"). The step is implicit: with the
-    play used up, T_next = k (d / h (y - q_next - s) + tau) / (d / h + k), s the side's half play, is linear in the
-    step's velocity.
+    with the bar's angle y, the joint's angle q, and the dead zone dz of half the play on both sides. While the bar
+    crosses the play, no torque reaches the link. In contact, the spring k transmits the torque, and R is the loss in
+    the bar's damping d (Nordin and Gutman 2002, "Controlling mechanical systems with backlash: a survey"). The step is
+    implicit: in contact, T_next = k (d / h (y - q_next - s) + tau) / (d / h + k), with half the play s on this side,
+    is linear in the step's velocity.
 
     Parameters
     ----------
     joint_names
-        The robot's.
+        Joints of the robot.
     parameters
-        By joint and name, see `PARAMETERS`; joints that are left out have no play.
+        Parameters by joint and name, see `PARAMETERS`; other joints have no play.
 
     Raises
     ------
@@ -35,7 +35,7 @@ class Backlash:
     """
 
     PARAMETERS = (
-        Parameter(name="play", symbol="2 b", unit="rad"),  # from side to side
+        Parameter(name="play", symbol="2 b", unit="rad"),  # total, from side to side
         Parameter(name="stiffness", symbol="k", unit="N m/rad", lower=1e-9),
         Parameter(name="damping", symbol="d", unit="N m s/rad", lower=1e-9),
     )
@@ -56,7 +56,7 @@ class Backlash:
             instant.torque[self.columns],
         )
         bar = q.copy() if self._bar is None else self._bar
-        free = bar + h * torque / d  # where the bar gets to if nothing is in its way
+        free = bar + h * torque / d  # next position of the bar without contact
         gap = free - (q + h * v)
         side = np.where(np.abs(gap) > play / 2, np.sign(gap), 0.0)
         closed, ratio = side != 0, k / (d / h + k)

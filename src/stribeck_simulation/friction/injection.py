@@ -1,11 +1,11 @@
-"""How friction enters a simulator: linear in a velocity that each physics step is yet to find.
+"""Interface between friction and a simulator: friction is linear in the unknown velocity of each physics step.
 
     R = D u + c
 
-with u the velocity in the middle of the step, which is what positions before and after it show. Close to standstill
-friction is so steep (tanh(40 v) with 1 N m is a damper of 40 N m s/rad) that a step that adds R(v) as a force chatters
-on light links. Each step therefore takes D as implicit damping, c as an applied torque, and logs the R that has really
-acted, once u is known.
+u is the velocity in the middle of the step, the difference of the positions before and after it. Near standstill,
+friction is steep: tanh(40 v) with 1 N m is a damper of 40 N m s/rad. If a step applied R(v) as an explicit force, light
+links would chatter. Each step therefore uses D as implicit damping and c as an applied torque. When u is known, it logs
+the applied R.
 """
 
 from collections.abc import Sequence
@@ -25,9 +25,9 @@ class Instant(NamedTuple):
     Attributes
     ----------
     time, step
-        [s]
+        Time and length of the step [s].
     position, velocity, torque
-        Values of all joints, shape (n,); velocity is predicted for the middle of the step, torque is the sensors'.
+        Values of all joints, shape (n,): velocity predicted for the middle of the step, and torque at the sensors.
     """
 
     time: float
@@ -40,7 +40,8 @@ class Instant(NamedTuple):
 class FrictionEffect(Protocol):
     """Friction torque between sensor and link at some joints.
 
-    To add one, write a class with these members in a new file. One object serves one run and may keep a state.
+    To add an effect, write a class with these members in a new file. An object is used for one run, and may have a
+    state.
     """
 
     columns: NDArray[np.int64]
@@ -51,24 +52,24 @@ class FrictionEffect(Protocol):
         ...
 
     def advance(self, velocity: Array) -> None:
-        """Take the step's velocity u of these joints, shape (k,)."""
+        """Update the state by the step's velocity u of these joints, shape (k,)."""
         ...
 
 
 class FrictionTruth:
-    """All that resists the joints of one run. Each physics step calls `before`, as often as it likes, then `after`.
+    """Total joint friction of one run. Each physics step calls `before` at least once, then `after`.
 
     Parameters
     ----------
     joints
         Number of joints n.
     effects
-        They add up.
+        Effects, whose torques are added.
 
     Attributes
     ----------
     parameters
-        Of all effects, by joint and name, for the truth beside a log.
+        Parameters of all effects, by joint and name, for the ground truth of a log.
     """
 
     def __init__(self, joints: int, effects: Sequence[FrictionEffect] = ()) -> None:
@@ -81,7 +82,7 @@ class FrictionTruth:
         self._damping, self._offset = np.zeros((2, joints))
 
     def before(self, instant: Instant) -> tuple[Array, Array]:
-        """Compute D [N m s/rad], to be used as implicit damping, and c [N m], to be subtracted, shape (n,) each."""
+        """Compute D [N m s/rad] for implicit damping, and c [N m] to subtract from the torque, shape (n,) each."""
         self._damping, self._offset = np.zeros((2, len(instant.velocity)))
         for effect, columns in zip(self._effects, self._columns, strict=True):
             damping, offset = effect.linearise(instant)
@@ -90,7 +91,7 @@ class FrictionTruth:
         return self._damping, self._offset
 
     def after(self, velocity: Array) -> Array:
-        """Build the friction torque that acted [N m], shape (n,), given the step's velocity u, shape (n,)."""
+        """Compute the applied friction torque [N m], shape (n,), from the step's velocity u, shape (n,)."""
         for effect, columns in zip(self._effects, self._columns, strict=True):
             effect.advance(velocity[columns])
         return self._damping * velocity + self._offset

@@ -1,4 +1,4 @@
-"""Friction by one of the library's laws, and friction that grows with the torque a gear carries."""
+"""Friction according to a law of the library, and friction proportional to the torque in a gear."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from stribeck_simulation.span import span
 
 @dataclass(frozen=True)
 class Drift:
-    """Parameters that go from cold to warm like a body that is heated evenly: 1 + (ratio - 1) (1 - exp(-t / T)).
+    """Warm-up of parameters, like a body with constant heating: 1 + (ratio - 1) (1 - exp(-t / T)).
 
     Viscous friction of a gear falls to about a half between 30 and 80 deg C, Coulomb friction changes little
     (Bittencourt and Gunnarsson 2012, "Static friction in a robot joint", J. Dyn. Sys., Meas., Control 134(5)).
@@ -23,9 +23,9 @@ class Drift:
     Attributes
     ----------
     ratios
-        Warm over cold, by parameter; the others stay.
+        Warm value divided by cold value [1], by parameter; other parameters are constant.
     time_constant
-        T [s].
+        Time constant T [s].
     """
 
     ratios: Mapping[str, float]
@@ -54,25 +54,25 @@ class Drift:
 
 
 SLOWEST = 1e-4
-"""Slower joints have the secant of this velocity [rad/s or m/s]; laws that jump at standstill are steep but finite."""
+"""Smallest velocity for a secant [rad/s or m/s]; it keeps laws with a jump at standstill finite."""
 
 
 class LawFriction:
     """Friction R(v) of a law, by its secant: D = (R(v) - R(0)) / v and c = R(0).
 
-    As R(v) - R(0) dissipates, D is never negative, so a step with implicit damping never adds energy, however steep
-    the law.
+    R(v) - R(0) dissipates energy, therefore D is never negative, and a step with implicit damping adds no energy even
+    if the law is steep.
 
     Parameters
     ----------
     joint_names
-        The robot's.
+        Joints of the robot.
     law
-        Of the library.
+        Law of the library.
     parameters
-        By joint and name; joints that are left out have no friction.
+        Parameters by joint and name; other joints have no friction.
     drift
-        How the parameters change over the run.
+        Change of the parameters during the run.
 
     Raises
     ------
@@ -112,14 +112,14 @@ class Load:
 
         R = eta |tau| tanh(s v)
 
-    Teeth rub the more the harder they are pressed together: a gear loses a share eta of its load in either direction
+    Friction between teeth grows with the force between them: a gear loses a share eta of its load in both directions
     (Hamon, Gautier and Garrec 2010, "Dynamic identification of robots with a dry friction model depending on load and
-    velocity", IROS). The step takes the secant: D = eta |tau| tanh(s v) / v and c = 0, so that no energy is added.
+    velocity", IROS). The step uses the secant, D = eta |tau| tanh(s v) / v and c = 0, and adds no energy.
 
     Parameters
     ----------
     joint_names
-        The robot's.
+        Joints of the robot.
     parameters
         Parameters by joint and name, see `PARAMETERS`; other joints have no such friction.
 
@@ -146,4 +146,4 @@ class Load:
         return level * np.tanh(slope * speed) / speed, np.zeros(len(self.columns))
 
     def advance(self, velocity: Array) -> None:
-        """Do nothing: it has no state."""
+        """Do nothing: the effect has no state."""

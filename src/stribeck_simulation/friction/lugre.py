@@ -16,16 +16,16 @@ class LuGre:
         z' = v - s0 |v| / g(v) z,   g(v) = Fc (1 + S exp(-(v / vs)^2))
         R = s0 z + s1 z' + Fv v + offset
 
-    Sliding steadily, R = Fv v + g(v) sgn(v) + offset: the law "stribeck-exponent" with exponent 2. The step is
-    implicit in bristle deflection z and velocity u: with k = 1 / (1 + h s0 |v| / g), z_next = k (z + h u), so
+    In steady sliding, R = Fv v + g(v) sgn(v) + offset, which is the law "stribeck-exponent" with exponent 2. The step
+    is implicit in bristle deflection z and velocity u: with k = 1 / (1 + h s0 |v| / g), z_next = k (z + h u), therefore
     D = k (s0 h + s1) + Fv and c = k (s0 + s1 / h) z - s1 z / h + offset.
 
     Parameters
     ----------
     joint_names
-        The robot's.
+        Joints of the robot.
     parameters
-        By joint and name, see `PARAMETERS`; joints that are left out have no friction.
+        Parameters by joint and name, see `PARAMETERS`; other joints have no friction.
 
     Raises
     ------

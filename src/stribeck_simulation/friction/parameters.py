@@ -16,7 +16,7 @@ Parameters = Mapping[str, Mapping[str, float]]
 def parameter_table(
     joint_names: Sequence[str], law: str, expected: Sequence[Parameter], parameters: Parameters
 ) -> tuple[NDArray[np.int64], Array]:
-    """Compute the sorted columns of the k joints that have parameters, and their values, shape (p, k), as expected.
+    """Arrange parameters as sorted columns of k joints and values, shape (p, k), in the expected order.
 
     Raises
     ------

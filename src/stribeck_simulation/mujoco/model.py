@@ -1,4 +1,4 @@
-"""The robot as MuJoCo sees it: its own model file, box soles, and hard ground."""
+"""MuJoCo model of a robot: its model file with box soles on hard ground."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,25 +13,25 @@ from stribeck.robot import Robot
 from stribeck_simulation.robots.sole import Sole, sole_under
 
 PHYSICS_STEP = 0.00025
-"""[s]"""
+"""Default step of the physics [s]."""
 SOLE_THICKNESS = 0.02
-"""[m]"""
+"""Thickness of box soles [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A compiled robot on the ground, and where the joints of its rooted tree are in it.
+    """A compiled robot on the ground, and the indices of its rooted tree's joints.
 
     Attributes
     ----------
     model
-        MuJoCo's; the free joint's entries are the first of `qpos` and `qvel`.
+        Model of MuJoCo; `qpos` and `qvel` start with the free joint's entries.
     position_index, velocity_index
         Entries of the tree's joints in `qpos` and `qvel`, in the tree's order, shape (n,).
     torque_limit
-        Largest torque of each joint in the tree's order [N m], infinite where the model states none, shape (n,).
+        Largest torque of each joint in the tree's order [N m], infinite if the model has no limit, shape (n,).
     soles
-        By contact.
+        Soles by contact.
     feet
         MuJoCo body of each contact, shape (feet,).
     contact_poses
@@ -48,12 +48,12 @@ class Body:
 
 
 def compile_body(robot: Robot, soles: Mapping[str, Sole] | None = None, step: float = PHYSICS_STEP) -> Body:
-    """Compile a floating robot with box soles on flat ground, without its other shapes, damping and friction.
+    """Compile a floating robot with box soles on flat ground; remove its other shapes, damping and friction.
 
     Parameters
     ----------
     robot
-        Read from a robot file.
+        Robot from a robot file.
     soles
         Soles of contacts whose foot has no simple shape in the model; they override the model.
     step
@@ -62,7 +62,7 @@ def compile_body(robot: Robot, soles: Mapping[str, Sole] | None = None, step: fl
     Raises
     ------
     SettingsError
-        If the robot's joints are not the model file's, or a foot has no sole.
+        If the joints of robot and model file differ, or a foot has no sole.
     """
     spec = _read(robot)
     _set_physics(spec, step)
@@ -76,21 +76,21 @@ def compile_body(robot: Robot, soles: Mapping[str, Sole] | None = None, step: fl
             known[name] = sole_under(bare, body, rotation, translation, f"{robot.path}: contact '{name}'")
         feet.append(body)
         poses.append((rotation, translation))
-    for geom in spec.geoms:  # they stay: a body's inertia may come from them
+    for geom in spec.geoms:  # shapes remain, because a body's inertia may depend on them
         geom.contype = geom.conaffinity = 0
     for name, body, (rotation, translation) in zip(robot.contacts, feet, poses, strict=True):
         _add_sole(spec, str(bare.body(body).name), known[name], rotation, translation)
     ground = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=(0, 0, 1), contype=2, conaffinity=1)
     _set_contact(ground)
     model = spec.compile()
-    model.dof_frictionloss[:] = model.dof_damping[:] = 0.0  # the only friction is what the simulator adds
+    model.dof_frictionloss[:] = model.dof_damping[:] = 0.0  # the simulator adds all friction
     model.jnt_stiffness[:] = 0.0
     model.dof_armature[velocity_index] = robot.tree.model.armature[6:]
     return Body(model, position_index, velocity_index, limit, known, np.array(feet), poses)
 
 
 def _read(robot: Robot) -> mujoco.MjSpec:
-    """Read the model file; meshes are left out, and a URDF's root gets a free joint before it is fused to the world."""
+    """Read the model file without meshes; a URDF's root gets a free joint before MuJoCo fuses it to the world."""
     spec = mujoco.MjSpec.from_file(robot.model_path)
     spec.compiler.fusestatic = False
     for geom in list(spec.geoms):
@@ -108,7 +108,7 @@ def _set_physics(spec: mujoco.MjSpec, step: float) -> None:
     spec.option.timestep = step
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    spec.option.impratio = 10.0  # `impratio`: keeps standing feet from creeping
+    spec.option.impratio = 10.0  # prevents standing feet from creeping
     spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND  # one robot is one island
 
 
@@ -160,6 +160,6 @@ def _add_sole(spec: mujoco.MjSpec, body: str, sole: Sole, rotation: Array, trans
 def _set_contact(geom: mujoco.MjsGeom) -> None:
     geom.condim, geom.priority = 3, 2
     geom.friction[0] = 0.9
-    # `solref`: time constant [s] and damping ratio of a contact. MuJoCo's own softness lets the stance foot rock
+    # `solref`: time constant [s] and damping ratio of a contact; with MuJoCo's default, the stance foot rocks
     geom.solref[:2] = (0.001, 1.0)
     geom.solimp[:] = (0.99, 0.999, 0.0005, 0.5, 2.0)  # `solimp` of a contact

@@ -1,11 +1,10 @@
-"""The contact simulator: MuJoCo steps a robot on the ground, with friction taken implicitly at every step.
+"""The contact simulator: MuJoCo simulates a robot on the ground, with implicit friction in every step.
 
-Friction follows the velocity in the middle of a physics step, `R = D (v + v_next) / 2 + c`: half of D goes to
-MuJoCo's implicit integrator as a damper, the rest is an applied torque; see `stribeck_simulation.friction`. The secant
-D is taken at the predicted velocity of the middle. `D v_next` with the secant of v would not be R(v) but larger by a
-share of `a dt / v` while a joint speeds up, and smaller while it slows down: seen from outside, a wrong law. Coriolis
-and centrifugal torques use the middle velocity as well: MuJoCo computes them at the start of the step, and this lag
-looks like viscous friction.
+Friction depends on the velocity in the middle of a physics step, `R = D (v + v_next) / 2 + c`. Half of D is a damper in
+MuJoCo's implicit integrator, the rest is an applied torque; see `stribeck_simulation.friction`. D is the secant at the
+predicted middle velocity. With the secant at v, `D v_next` would exceed R(v) by the share `a dt / v` while a joint
+accelerates, and would be too small while it decelerates. Coriolis and centrifugal torques also use the middle velocity:
+MuJoCo computes them at the start of the step, and this lag would look like viscous friction.
 """
 
 from typing import NamedTuple
@@ -20,15 +19,15 @@ from stribeck_simulation.mujoco.model import Body
 from stribeck_simulation.span import span
 
 _POSE = np.array([0, 1, 2, 4, 5, 6, 3])
-"""MuJoCo's free joint has the quaternion as wxyz."""
+"""Indices that convert a free joint's wxyz quaternion in MuJoCo to xyzw."""
 TOUCH = 21
-"""Numbers a foot: moment about the robot's centre of mass, force, the foot's place, that centre, its rotation."""
+"""Values per foot: moment about the robot's center of mass, force, foot position, center of mass, foot rotation."""
 VERTICAL_FORCE = 5
-"""The one of them that is the force upwards."""
+"""Index of the vertical force in these values."""
 
 
 class _Views(NamedTuple):
-    """Parts of MuJoCo's data that change in place; looking them up costs more than using them."""
+    """Views of MuJoCo's data, stored because their lookup is slower than their use."""
 
     position: Array
     velocity: Array
@@ -42,20 +41,20 @@ class _Views(NamedTuple):
 
 
 class Snapshot(NamedTuple):
-    """The true state at one instant; joints in the tree's order.
+    """True state at one instant; joints in the tree's order.
 
-    MuJoCo moves positions by the new velocity, so that they are half a physics step ahead of it. Here they are taken
-    back to the velocity's own instant, in the middle between two steps' accelerations.
+    MuJoCo integrates positions with the new velocity, which makes them half a physics step later than the velocity.
+    Here, positions are shifted back to the instant of the velocity, between the accelerations of two steps.
 
     Attributes
     ----------
     configuration, velocity
-        As Pinocchio has them for the rooted tree: base position, quaternion xyzw, joints; base velocity in the base's
-        own coordinates, linear then angular, joints.
+        State of Pinocchio's rooted tree: base position, quaternion xyzw, joints; linear and angular velocity of the
+        base in base coordinates, joint velocities.
     specific_force
         Specific force of the base over the last period, in the base's coordinates [m/s^2], shape (3,).
     friction_torque
-        R in the last physics step [N m], shape (n,).
+        Friction torque R in the last physics step [N m], shape (n,).
     """
 
     configuration: Array
@@ -65,18 +64,18 @@ class Snapshot(NamedTuple):
 
 
 class MujocoSim:
-    """A robot on the ground: it is given torques for one period after another.
+    """A robot on the ground with constant torques during each period.
 
     Parameters
     ----------
     body
         The compiled robot.
     friction
-        In its joints, in the tree's order.
+        Friction of its joints in the tree's order.
     configuration
-        To start from at rest, as Pinocchio has it for the rooted tree.
+        Initial configuration of Pinocchio's rooted tree, at rest.
     period
-        How long each torque is held [s], a multiple of the physics step.
+        Duration of constant torque [s], a multiple of the physics step.
     """
 
     def __init__(self, body: Body, friction: FrictionTruth, configuration: Array, period: float = 1e-3):
@@ -112,16 +111,16 @@ class MujocoSim:
         Parameters
         ----------
         torque
-            Asked for, shape (n,) [N m]; what exceeds a joint's limit is cut.
+            Desired torques, shape (n,) [N m]; clipped to the joints' limits.
         push
             Force on the base in the world [N], shape (3,).
 
         Returns
         -------
         applied
-            Torques that acted [N m], shape (n,).
+            Applied torques [N m], shape (n,).
         first, last
-            What the ground did to the feet in the first and the last physics step, for `foot_wrenches`.
+            Contact forces on the feet in the first and the last physics step, input of `foot_wrenches`.
         """
         model, data, views = self.body.model, self.data, self._views
         index, limit, step = self._velocities, self.body.torque_limit, float(model.opt.timestep)
@@ -147,7 +146,7 @@ class MujocoSim:
         return applied, first, last
 
     def _step(self, velocity: Array, middle: Array) -> None:
-        """Make a physics step from a velocity, with Coriolis and centrifugal torques of the one in its middle."""
+        """Make a physics step from a velocity, with Coriolis and centrifugal torques at the middle velocity."""
         model, data, views = self.body.model, self.data, self._views
         mujoco.mj_step1(model, data)
         views.velocity[:] = middle
@@ -192,12 +191,12 @@ def foot_wrenches(body: Body, touch: Array) -> Array:
     body
         The robot.
     touch
-        As `MujocoSim.advance` returns it, of one step or many, shape (..., feet, `TOUCH`).
+        Contact forces from `MujocoSim.advance`, of one or many steps, shape (..., feet, `TOUCH`).
 
     Returns
     -------
     wrenches
-        [N], [N m], shape (..., feet, 6).
+        Forces [N] and moments [N m], shape (..., feet, 6).
     """
     rotation = np.array([rotation for rotation, _ in body.contact_poses])
     translation = np.array([translation for _, translation in body.contact_poses])

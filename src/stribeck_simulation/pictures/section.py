@@ -1,4 +1,4 @@
-"""The report's section on a simulated walk: from above, and the robot over one stride."""
+"""The report's section on a simulated walk: a view from above, and poses of one stride."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -12,7 +12,7 @@ from stribeck.result.mirror import mirrored_pairs
 from stribeck_simulation.pictures.walk import Footprint, Pose, WalkPicture
 
 SEEN_FROM = np.deg2rad(25.0)
-"""Angle of the view [rad]: from the right and this much from the front, which keeps left and right limbs apart."""
+"""Angle of the view from the right towards the front [rad], which separates left and right limbs."""
 
 
 def walk_section(picture: WalkPicture) -> Section:
@@ -37,8 +37,7 @@ def side_colours(names: list[str]) -> dict[str, str]:
 def from_above(picture: WalkPicture, colours: Mapping[str, str]) -> Chart:
     """Draw footprints and the path of the center of mass with equal axes; earlier parts are fainter.
 
-    The path is drawn stronger while the poses last. A foot that comes down within 2 mm of an earlier print leaves no
-    other.
+    The path is thicker during the poses. A footprint within 2 mm of an earlier print is not drawn.
     """
     lines: list[dict[str, Any]] = []
     strengths = np.linspace(0.25, 1.0, max(len(picture.footprints), 2))
@@ -48,7 +47,7 @@ def from_above(picture: WalkPicture, colours: Mapping[str, str]) -> Chart:
         x, y = outline(one).T
         lines.append(line(x, y, colours[one.foot], closed=True, fill=0.45 * strength, opacity=strength))
     for rows, strength in zip(np.array_split(np.arange(len(picture.com)), 24), np.linspace(0.2, 0.8, 24), strict=True):
-        if len(rows):  # up to where the next part begins
+        if len(rows):  # up to the start of the next part
             x, y = picture.com[rows[0] : rows[-1] + 2].T
             lines.append(line(x, y, "muted", closed=True, width=0.8, opacity=float(strength)))
     first, last = picture.poses[0].time, picture.poses[-1].time
@@ -83,7 +82,7 @@ def strip(picture: WalkPicture, colours: Mapping[str, str]) -> Chart:
     width = float(room.sum())
     lines = [line([0.0, width], [0.0, 0.0], "muted", closed=True, width=0.8)]
     for view, root in zip(views, (middles - (lows + highs)[:, 0] / 2).tolist(), strict=True):
-        for k in np.argsort(-view[..., 2].mean(axis=1), kind="stable"):  # what is far first
+        for k in np.argsort(-view[..., 2].mean(axis=1), kind="stable"):  # distant lines first
             colour = colours[picture.segment_names[k]]
             lines.append(line(view[k, :, 0] + root, view[k, :, 1], colour, closed=True, width=2.2))
     times = {"at": middles.tolist(), "names": [f"{pose.time:.2f}" for pose in picture.poses]}

@@ -16,7 +16,7 @@ from stribeck.robot.kinematics import frame_pose
 from stribeck_simulation.robots.sole import Sole
 
 POSES = 8
-"""Poses in the strip [1], over one stride."""
+"""Number of poses in the strip, over one stride."""
 NO_SOLE = Sole((0.0, 0.0, 0.0), 0.0, 0.0)
 """Sole of a point foot."""
 
@@ -53,7 +53,7 @@ class Pose:
     Attributes
     ----------
     time
-        [s]
+        Time of the pose [s].
     segments
         Start and end of each line of the stick figure in the world [m], shape (S, 2, 3).
     configuration
@@ -78,11 +78,11 @@ class WalkPicture:
     Attributes
     ----------
     footprints
-        In the order of the touchdowns.
+        Footprints in the order of the touchdowns.
     com_time, com
         Time [s], shape (N,), and center of mass seen from above [m], shape (N, 2).
     poses
-        Of one stride.
+        Poses of one stride.
     segment_names
         Joint or contact to which each line of the stick figure leads, S of them.
     """
@@ -100,13 +100,13 @@ def walk_picture(robot: Robot, log: RobotLog, base_position: Array, soles: Mappi
     Parameters
     ----------
     robot
-        With a floating base.
+        Robot with a floating base.
     log
-        With base orientation and contact, without noise.
+        Log without noise, with base orientation and contacts.
     base_position
         Position of the root link in the world [m], shape (T, 3).
     soles
-        By contact; other contacts are drawn as points.
+        Soles by contact; other contacts are drawn as points.
 
     Raises
     ------
@@ -156,8 +156,7 @@ def stances(time: Array, contact: NDArray[np.bool_]) -> list[tuple[int, int, int
 
     `contact` has shape (T, feet).
 
-    A foot that stands for less than 50 ms has only touched the ground, and one in the air for less than 100 ms has
-    only bounced.
+    A contact of less than 50 ms does not count as a stance, and an interruption of less than 100 ms as a swing.
     """
     found = []
     for foot, flags in enumerate(contact.T):
@@ -170,9 +169,9 @@ def stances(time: Array, contact: NDArray[np.bool_]) -> list[tuple[int, int, int
 
 
 def _pose_rows(found: list[tuple[int, int, int]], base_position: Array) -> NDArray[np.int64]:
-    """Select rows of one stride, between touchdowns of a foot: the longest one, to 0.1 m, nearest to the middle.
+    """Select rows of the longest stride (within 0.1 m) that is nearest to the middle, between touchdowns of a foot.
 
-    A robot that stands is shown over all of the time.
+    If the robot only stands, the poses cover the entire time.
     """
     middle = len(base_position) // 2
     touchdowns = [(start, foot) for start, _, foot in found if start > 0]
@@ -191,7 +190,7 @@ def _pose_rows(found: list[tuple[int, int, int]], base_position: Array) -> NDArr
 
 
 def _configurations(robot: Robot, log: RobotLog, base_position: Array) -> Array:
-    """Compute configurations of the tree, shape (T, 7 + n); the log's orientation may be another frame's."""
+    """Compute configurations of the tree, shape (T, 7 + n); the log's orientation may refer to another frame."""
     assert log.base_orientation is not None
     in_root, _ = frame_pose(robot.tree, robot.tree.model.getFrameId(robot.base_frame), log.position)
     rotation = Rotation.from_quat(log.base_orientation) * Rotation.from_matrix(in_root).inv()
@@ -201,8 +200,8 @@ def _configurations(robot: Robot, log: RobotLog, base_position: Array) -> Array:
 def stick_figure(robot: Robot, data: pin.Data, soles: Mapping[str, Sole]) -> Iterator[tuple[str, Array]]:
     """Yield the lines of a robot after `pin.forwardKinematics`: joint or contact, start and end [m], shape (2, 3).
 
-    Lines lead from joint to joint, to the ends of limbs, which the center of mass of their last body shows, and around
-    soles. Lines shorter than 1 mm are left out.
+    Lines connect joints, lead to the ends of limbs (the center of mass of the last body), and surround soles. Lines
+    shorter than 1 mm are omitted.
     """
     model, origin = robot.tree.model, np.zeros(3)
     lines: list[tuple[str, int, Array, Array]] = []
@@ -215,7 +214,7 @@ def stick_figure(robot: Robot, data: pin.Data, soles: Mapping[str, Sole]) -> Ite
         heel, toe = (frame.placement.act(np.array(sole.centre) + way) for way in (-ahead, ahead))
         lines += [(name, joint, *ends) for ends in ((origin, heel), (heel, toe), (toe, origin))]
     for joint in range(2 if robot.tree.floating else 1, model.njoints):
-        placement = model.jointPlacements[joint]  # a sliding joint's own way is not drawn: lines keep their lengths
+        placement = model.jointPlacements[joint]  # without the travel of a sliding joint: lines keep their lengths
         lines.append((model.names[joint], int(model.parents[joint]), origin, placement.translation))
         if joint not in standing and joint not in set(model.parents):
             lines.append((model.names[joint], joint, origin, 2 * model.inertias[joint].lever))

@@ -1,7 +1,6 @@
-"""Exact logs: a prescribed smooth motion, and the torques that inverse dynamics and a known friction law give it.
+"""Exact logs: a prescribed smooth motion, and its torques from inverse dynamics and a known friction law.
 
-Nothing is integrated and nothing differentiated, so the log is exact to rounding: what an estimator gets wrong on it is
-the estimator's own.
+The log is exact to rounding without integration or differentiation, so all errors are the estimator's errors.
 """
 
 from collections.abc import Mapping
@@ -33,10 +32,10 @@ class Truth:
     parameters
         Parameters of the friction law, by joint and name.
     base_position, base_orientation
-        Position of the root link in the world [m], shape (T, 3), and quaternion xyzw, shape (T, 4); None for a fixed
-        base, like the next two.
+        Position of the root link in the world [m], shape (T, 3), and quaternion xyzw, shape (T, 4). All base channels
+        are None for a fixed base.
     base_velocity, base_acceleration
-        Velocity of the root link in its own coordinates, linear then angular, and its derivative, shape (T, 6).
+        Linear and angular velocity of the root link in root link coordinates, and its derivative, shape (T, 6).
     foot_wrench
         Exact wrench of the ground on each foot, in its contact frame [N], [N m], shape (T, feet, 6); None without feet.
     """
@@ -67,7 +66,7 @@ def exact_log(
     Parameters
     ----------
     robot
-        Fixed, or floating on feet that are each the end of a limb with as many joints as the contact has constraints.
+        Robot with a fixed base, or with feet at the ends of limbs with as many joints as the contact has constraints.
     law
         Friction law.
     parameters
@@ -79,14 +78,14 @@ def exact_log(
     gait
         Gait of a floating robot; ignored for a fixed one. The feet swing and return to the same place.
     posture
-        Joint positions [rad or m] to move about; joints left out keep near zero, off their limits.
+        Joint positions [rad or m] at the center of the motion; other joints stay near zero, away from their limits.
     pace
-        How many times as fast the robot moves along the same path [1]; 1 for a trot, which would tip over otherwise.
+        Speed factor along the same path [1]. Use 1 for a trot; at other speeds, the robot would tip over.
 
     Raises
     ------
     SettingsError
-        If a joint or parameter is unknown or missing, or the robot cannot stand in the posture.
+        If a joint or parameter is unknown or missing, or the posture allows no stance.
     """
     time = np.arange(round(duration * rate)) / rate
     generator = np.random.default_rng(seed)
@@ -135,7 +134,7 @@ def _friction_torque(robot: Robot, law: FrictionLaw, parameters: Parameters, vel
 
 
 def _on_feet(log: RobotLog, path: Array, motion: Motion, joints: Array, base: BodyMotion, wrench: Array) -> RobotLog:
-    """Add the ground reaction to a log: subtract its torques, and add the channels of base and feet."""
+    """Subtract the torques of the ground reaction from a log, and add the channels of base and feet."""
     names = tuple(leg.contact.name for leg in motion.legs)
     share = np.column_stack([load_share(motion.swings, name, path) for name in names])
     standing = ~np.column_stack([in_the_air(motion.swings, name, path) for name in names])

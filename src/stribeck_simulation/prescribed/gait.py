@@ -13,14 +13,14 @@ from stribeck_simulation.prescribed.trajectory import bell, smooth_step
 Gait = Literal["walk", "trot", "stand"]
 
 TROT_SWING_TIME = 0.4
-"""Time that a foot is in the air in each step of a trot, where the robot tips over the other two feet [s]."""
+"""Duration of a swing in a trot [s]; longer swings would tip the robot over the other two feet."""
 STAND_TIME = 0.2
-"""Time between two steps that all feet stand [s]."""
+"""Duration of standing on all feet between two steps [s]."""
 
 
 @dataclass(frozen=True)
 class Swing:
-    """These feet are in the air from `start` to `end` [s]."""
+    """Feet that are in the air from `start` to `end` [s]."""
 
     start: float
     end: float
@@ -35,14 +35,14 @@ def plan_swings(gait: Gait, feet: tuple[str, ...], duration: float) -> tuple[Swi
     Raises
     ------
     SettingsError
-        If a trot is asked of a robot without four feet.
+        If a robot without four feet should trot.
     """
     if gait == "stand":
         return ()
     if gait == "trot" and len(feet) != 4:
         raise SettingsError(f"gait: 'trot' needs four contacts, the robot has {len(feet)}; expected 'walk' or 'stand'")
     groups = [(feet[0], feet[3]), (feet[1], feet[2])] if gait == "trot" else [(foot,) for foot in feet]
-    time = TROT_SWING_TIME if gait == "trot" else 0.9  # time that a foot is in the air in each step [s]
+    time = TROT_SWING_TIME if gait == "trot" else 0.9  # duration of a swing [s]
     swings: list[Swing] = []
     start = STAND_TIME
     while start + time + STAND_TIME <= duration:
@@ -70,7 +70,7 @@ def swing_window(swings: tuple[Swing, ...], foot: str, time: Array) -> Array:
 
 
 def load_share(swings: tuple[Swing, ...], foot: str, time: Array) -> Array:
-    """Compute the load share weight of a foot, shape (T,): 0 in the air, 1 well before and after."""
+    """Compute the weight of a foot in the load distribution, shape (T,): 0 in the air, 1 long before and after."""
     share = np.ones(len(time))
     for swing in swings:
         if foot in swing.feet:

@@ -1,4 +1,4 @@
-"""Ground reactions that carry a floating robot through a prescribed motion, and the joint torques that are left."""
+"""Ground reactions on a floating robot in a prescribed motion, and the remaining joint torques."""
 
 import os
 
@@ -13,14 +13,14 @@ from stribeck_simulation.prescribed.limb import BodyMotion, Leg, end_motion
 
 
 def inverse_dynamics(robot: Robot, joints: Array, base: BodyMotion | None) -> tuple[Array, Array]:
-    """Compute the torques of a motion by one recursion from the root link with gravity in the world frame.
+    """Compute the torques of a motion by one recursion from the root link, with gravity in the world frame.
 
     Returns
     -------
     wrench
-        Force and moment on the root link at its origin, in the world's coordinates, shape (T, 6); zero if fixed.
+        Force and moment on the root link at its origin, in world coordinates, shape (T, 6); zero for a fixed base.
     torque
-        Without friction and ground reactions [N m], shape (T, n).
+        Joint torques without friction and ground reactions [N m], shape (T, n).
     """
     model = pin.Model(robot.tree.model)
     model.gravity.linear = robot.gravity
@@ -60,30 +60,30 @@ def ground_reactions(
     share: Array,
     standing: NDArray[np.bool_],
 ) -> tuple[Array, Array]:
-    """Share the wrench that the base needs among the standing feet, and return what it does to the joints.
+    """Distribute the base's wrench among the standing feet, and compute its effect on the joints.
 
-    Of all ground reactions W that carry the base, `A W = wrench`, the smallest in the norm `W^T D^-1 W`, with D the
-    feet's shares of load: `W = D A^T (A D A^T)^+ wrench`.
+    Of all ground reactions W that carry the base, `A W = wrench`, this is the smallest in the norm `W^T D^-1 W`, where
+    D contains the load weights of the feet: `W = D A^T (A D A^T)^+ wrench`.
 
     Parameters
     ----------
     legs
-        The feet.
+        Legs with feet.
     joints, base
         Motion at T samples.
     wrench
-        On the root link at its origin, in the world's coordinates, shape (T, 6).
+        Required wrench on the root link at its origin, in world coordinates, shape (T, 6).
     share
-        How willingly each foot carries load, shape (T, feet).
+        Load weight of each foot, shape (T, feet).
     standing
-        Which feet stand, shape (T, feet).
+        Mask of standing feet, shape (T, feet).
 
     Returns
     -------
     reactions
         Force and moment of the ground on each foot, in the contact frame, shape (T, feet, 6).
     effect
-        `J^T W` at the joints [N m], shape (T, n).
+        Joint torques `J^T W` [N m], shape (T, n).
     """
     samples = len(wrench)
     ends, jacobians = [], []
@@ -97,12 +97,12 @@ def ground_reactions(
         block[:] = np.eye(6)
         block[:, 3:, :3] = np.cross(arm[:, None, :], np.eye(3)).transpose(0, 2, 1)
         size = leg.contact.size
-        # share of load of a standing foot at the least, so that the feet can always carry the base
+        # standing feet have a minimum weight, so that the feet can always carry the base
         load = np.where(standing[:, k], np.maximum(share[:, k], 1e-6), 0.0)
-        # a moment on a foot is as dear as a force at this lever [m]
+        # a moment costs as much as a force with a lever of 0.1 m
         weights[:, 6 * k : 6 * k + size] = load[:, None] * np.array([1.0] * 3 + [0.1**2] * 3)[:size]
     spread = weights[:, :, None] * maps.transpose(0, 2, 1)
-    # relative size below which a direction counts as one that the standing feet cannot carry
+    # rcond: the standing feet carry no wrench in directions below this relative size
     multipliers = np.linalg.pinv(maps @ spread, rcond=1e-11, hermitian=True) @ wrench[:, :, None]
     carried = (spread @ multipliers)[:, :, 0].reshape(samples, len(legs), 6)
     effect = np.zeros_like(joints[0])

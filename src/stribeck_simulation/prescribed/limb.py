@@ -1,6 +1,6 @@
-"""Kinematics of one limb on a moving base, in the world: motion of its end, and joint motion that keeps its end still.
+"""Kinematics of a limb on a moving base, in the world: motion of its end, and joint motion for a fixed end.
 
-It is independent of `stribeck.robot.kinematics`, so that simulated ground truth does not depend on the tested code.
+The module is independent of `stribeck.robot.kinematics`, so that the ground truth does not depend on the tested code.
 """
 
 from dataclasses import dataclass
@@ -16,19 +16,19 @@ from stribeck.errors import SettingsError
 from stribeck.robot import Contact, Robot
 
 COARSE = 25
-"""Step between the samples that Newton's method solves first; a spline through them starts the others."""
+"""Stride of the samples that Newton's method solves first; a spline through them starts all other samples."""
 
 
 @dataclass(frozen=True, eq=False)
 class BodyMotion:
-    """Motion of a frame in the world, in the world's coordinates.
+    """Motion of a frame in the world, in world coordinates.
 
     Attributes
     ----------
     rotation, position
-        Frame to world, shape (T, 3, 3), and its origin [m], shape (T, 3).
+        Rotation from the frame to the world, shape (T, 3, 3), and its origin [m], shape (T, 3).
     velocity, acceleration
-        Of the origin [m/s], [m/s^2], then angular [rad/s], [rad/s^2], shape (T, 6).
+        Linear velocity and acceleration of the origin, then angular ones, shape (T, 6).
     """
 
     rotation: Array
@@ -50,13 +50,13 @@ class Limb:
     Attributes
     ----------
     placements
-        Of each joint in the one before, and last of the frame in the last joint; one more than joints.
+        Placements of each joint in the previous joint, then of the frame in the last joint: k + 1.
     axes
-        Unit vectors in the joints' own frames, shape (k, 3).
+        Axes as unit vectors in the joints' frames, shape (k, 3).
     prismatic
-        Shape (k,).
+        Whether each joint is prismatic, shape (k,).
     columns
-        The robot's joints, shape (k,).
+        Indices of the joints in the robot, shape (k,).
     """
 
     placements: list[pin.SE3]
@@ -67,7 +67,7 @@ class Limb:
 
 @dataclass(frozen=True, eq=False)
 class Leg:
-    """A contact, the limb to it, and the pose of the foot when it stands: rotation (3, 3) and place (3,) [m]."""
+    """A contact, its limb, and the pose of the standing foot: rotation (3, 3) and position (3,) [m]."""
 
     contact: Contact
     limb: Limb
@@ -94,7 +94,7 @@ def end_motion(limb: Limb, base: BodyMotion, joints: Array) -> tuple[BodyMotion,
     Parameters
     ----------
     limb
-        With k joints.
+        Limb with k joints.
     base
         Motion of the root link at T samples.
     joints
@@ -105,7 +105,7 @@ def end_motion(limb: Limb, base: BodyMotion, joints: Array) -> tuple[BodyMotion,
     end
         Motion of the frame.
     jacobian
-        Of its velocity to the joints' velocities, shape (T, 6, k).
+        Jacobian from joint velocities to its velocity, shape (T, 6, k).
     """
     position, velocity, acceleration = joints
     rotation, origin = base.rotation, base.position
@@ -147,16 +147,16 @@ def place_end(leg: Leg, base: BodyMotion, start: Array) -> Array:
     Parameters
     ----------
     leg
-        With as many joints as the contact has constraints; a surface is placed and turned, a point only placed.
+        Leg with as many joints as the contact has constraints: a pose for a surface, a position for a point.
     base
         Motion of the root link at T samples.
     start
-        Joint positions to start from, shape (k,).
+        Initial joint positions, shape (k,).
 
     Raises
     ------
     SettingsError
-        If the limb does not reach there.
+        If the limb cannot reach the pose.
     """
     position: Array = _start(leg, base, start)
     size = leg.contact.size
@@ -169,9 +169,9 @@ def place_end(leg: Leg, base: BodyMotion, start: Array) -> Array:
         except np.linalg.LinAlgError:
             break
         largest = np.abs(step).max(axis=1, keepdims=True)
-        # Newton steps are cut to this [rad], for starts far from the solution
+        # limit of a Newton step [rad], for initial positions far from the solution
         position = position + step * np.minimum(1.0, 0.3 / np.maximum(largest, 1e-300))
-        if largest.max() < 1e-13:  # Newton ends when no joint moves by more [rad]; it converges quadratically
+        if largest.max() < 1e-13:  # [rad]; Newton's method converges quadratically
             return position
         if not np.abs(position).max() < 100:
             break
@@ -182,9 +182,9 @@ def place_end(leg: Leg, base: BodyMotion, start: Array) -> Array:
 
 
 def _start(leg: Leg, base: BodyMotion, start: Array) -> Array:
-    """Compute joint positions near the solution, shape (T, k): a spline through the solution of every few samples."""
+    """Compute joint positions near the solution, shape (T, k), by a spline through solutions at a stride."""
     samples = len(base.position)
-    if samples < 100 * COARSE:  # fewer samples than this many times `COARSE` are solved at once
+    if samples < 100 * COARSE:  # short motions are solved without a spline
         return np.tile(start, (samples, 1))
     rows = np.append(np.arange(0, samples - 1, COARSE), samples - 1)
     some = BodyMotion(base.rotation[rows], base.position[rows], base.velocity[rows], base.acceleration[rows])
@@ -198,8 +198,8 @@ def _resting(position: Array) -> Array:
 def planted_motion(leg: Leg, base: BodyMotion, start: Array) -> Array:
     """Compute the joint motion that keeps a foot at its standing pose, shape (3, T, k).
 
-    With J the limb's Jacobian, its velocity follows from `J v + (base's share) = 0` and its acceleration from
-    `J a + (base's share) + J' v = 0`. Parameters as for `place_end`.
+    With the limb's Jacobian J, joint velocities v follow from `J v + (velocity due to the base) = 0`, accelerations a
+    from `J a + J' v + (acceleration due to the base) = 0`. For the parameters, see `place_end`.
     """
     joints = _resting(place_end(leg, base, start))
     rows = slice(leg.contact.size)

@@ -1,4 +1,4 @@
-"""The prescribed motion of a simulated robot: its posture, and smooth random motion of base, arms and legs about it."""
+"""Prescribed motion of a simulated robot: smooth random motion of base, arms and legs around a posture."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -31,23 +31,23 @@ _GIMBAL = Limb(
     prismatic=(True, True, True, False, False, False),
     columns=np.arange(6),
 )
-"""Three slides along the world's axes, then yaw, pitch and roll: the base as the end of a limb of the world."""
+"""Limb from the world to the base: three slides along the world's axes, then yaw, pitch and roll."""
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """A prescribed motion of a robot, at any time.
+    """Prescribed motion of a robot as a function of time.
 
     Attributes
     ----------
     free
         Free motion of all joints; swinging legs add it to the planted motion.
     posture
-        Shape (n,).
+        Joint positions at the center of the motion, shape (n,).
     sway
-        Of a floating base, like the next two: position along x, y, z [m], then yaw, pitch and roll [rad].
+        Motion of a floating base: position along x, y, z [m], then yaw, pitch and roll [rad].
     legs, swings
-        Feet that stand, and when they swing.
+        Legs of a floating base, and the swings of their feet.
     """
 
     robot: Robot
@@ -84,16 +84,16 @@ def random_motion(
     Raises
     ------
     SettingsError
-        If the posture is unknown to the robot, or its feet cannot stand.
+        If the robot has no joint of the posture, or its feet cannot stand.
     """
     centre = default_posture(robot, posture)
-    # bound of the speed of a prismatic [m/s] and of a revolute joint [rad/s]; about 0.7 of it is reached
+    # speed limit of prismatic [m/s] and revolute joints [rad/s]; motions reach about 0.7 of it
     speed = np.where(robot.prismatic, 0.7, 2.8)
     if robot.base == "fixed":
         return Motion(robot, random_sines(centre, _room(robot, centre), speed, FREE, generator), centre)
     centre, height, legs = stand(robot, centre)
     free = random_sines(centre.copy(), _room(robot, centre), speed, FREE, generator)
-    # swinging limbs have less time [Hz], and stay within 0.4 rad of the planted limb
+    # swinging limbs move faster [Hz], and stay within 0.4 rad of the planted limb
     swing = random_sines(np.zeros(len(centre)), np.full(len(centre), 0.4), speed, (0.6, 2.0), generator)
     for leg in legs:
         for signal, replacement in ((free.amplitude, swing.amplitude), (free.pulsation, swing.pulsation)):
@@ -109,21 +109,21 @@ def random_motion(
 def _room(robot: Robot, centre: Array) -> Array:
     """Compute the amplitude that the joint limits allow [rad] or [m], shape (n,)."""
     low, high = robot.position_limits
-    # share of the way from the posture to the nearer limit that a joint may go
+    # largest motion, relative to the distance from the posture to the nearer limit
     room = 0.9 * np.minimum(high - centre, centre - low)
     return np.asarray(np.where(np.isfinite(room), np.maximum(room, 0.0), 2 * np.pi))
 
 
 def default_posture(robot: Robot, posture: Mapping[str, float]) -> Array:
-    """Complete a posture by the positions nearest to zero that keep a distance from the limits, shape (n,).
+    """Complete a posture by positions that are near zero but away from the limits, shape (n,).
 
     Raises
     ------
     SettingsError
-        If the posture has an unknown joint, or is beyond a limit.
+        If the posture has an unknown joint, or exceeds a limit.
     """
     low, high = robot.position_limits
-    # share of its range that a joint keeps off its limits where no posture is given: knees are bent then
+    # distance from the limits of joints without a given position, relative to the range: it bends knees
     margin = np.where(np.isfinite(high - low), 0.25 * (high - low), 0.0)
     centre = np.clip(0.0, low + margin, high - margin)
     for name, value in posture.items():
@@ -146,21 +146,21 @@ def stand(robot: Robot, posture: Array) -> tuple[Array, float, list[Leg]]:
     robot
         Robot with contacts, each at the end of a separate limb with as many joints as the contact has constraints.
     posture
-        Joint positions about which to look, shape (n,).
+        Joint positions near the solution, shape (n,).
 
     Returns
     -------
     posture
-        With the legs moved so that surfaces are level and all feet at one height.
+        Posture in which surfaces are level and all feet have the same height.
     height
-        Of the root link above the ground [m].
+        Height of the root link above the ground [m].
     legs
-        With their standing poses.
+        Legs with their standing poses.
 
     Raises
     ------
     SettingsError
-        If there are no contacts, a limb has another number of joints, or no such posture is near.
+        If the robot has no contacts, a limb has a wrong number of joints, or no solution is near the posture.
     """
     if not robot.contacts:
         raise SettingsError(f"{robot.path}: a floating robot needs [contacts] to stand on; there are none")

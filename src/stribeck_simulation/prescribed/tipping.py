@@ -1,8 +1,8 @@
-"""Keep the dynamics of a trot possible: on two point feet, no ground reaction turns the robot about their line.
+"""Make a trot physically possible: on two point feet, ground reactions have no moment about the line between them.
 
-The distance of the base from the line is then no longer free: it follows the equation of an inverted pendulum, "the
-moment about the line is zero". Each swing is solved as a boundary value problem, by collocation at Chebyshev points;
-while all feet stand, the base comes back smoothly.
+The distance of the base from this line must satisfy the equation of an inverted pendulum, zero moment about the line.
+Each swing is a boundary value problem, solved by collocation at Chebyshev points. The base returns smoothly while all
+feet stand.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,15 +21,15 @@ from stribeck_simulation.prescribed.motion import Motion, sway_at
 from stribeck_simulation.prescribed.trajectory import Sines
 
 NODES = 48
-"""Collocation points of each swing."""
+"""Number of collocation points of each swing."""
 STEP = 1e-4
-"""Step of the difference quotients [m], [m/s], [m/s^2]; coarse, because the moment is smooth and Newton tolerates
-errors."""
+"""Step of the difference quotients [m], [m/s], [m/s^2]; coarse, because the moment is smooth and Newton's method
+tolerates errors."""
 
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """A swing, and the line through the two feet that stand: a point, its direction, and its horizontal normal."""
+    """A swing, and the line through the two standing feet: a point, its direction, and its horizontal normal."""
 
     swing: Swing
     point: Array
@@ -38,7 +38,7 @@ class Line:
 
 
 class Piece(NamedTuple):
-    """A displacement along a horizontal normal between two times [s]: its curve and two derivatives, of time."""
+    """A displacement along a horizontal normal between two times [s]: functions of time for it and two derivatives."""
 
     normal: Array
     start: float
@@ -63,12 +63,12 @@ class Shift:
 
 
 def keep_from_tipping(motion: Motion, sway: Sines) -> Shift:
-    """Compute the displacement of the base with which a trot needs no moment about the line of its standing feet.
+    """Compute the displacement of the base for zero moment about the line of a trot's standing feet.
 
     Raises
     ------
     SettingsError
-        If there is none near the motion.
+        If no such displacement is near the motion.
     """
     lines = [_line(motion, swing) for swing in motion.swings]
     times, first, second = zip(*(_collocation(line.swing) for line in lines), strict=True)
@@ -88,7 +88,7 @@ def keep_from_tipping(motion: Motion, sway: Sines) -> Shift:
             moment[:, end] = 0.0
         change = -np.linalg.solve(system, moment[:, :, None])[:, :, 0]
         phi = phi + change
-        if np.abs(change).max() < 1e-12:  # Newton ends when the displacement changes by less [m]
+        if np.abs(change).max() < 1e-12:  # [m]
             return Shift([piece for found in zip(lines, time, phi, strict=True) for piece in _pieces(*found)])
     raise SettingsError(
         "gait: no balanced trot is near this posture; give a posture with the feet about under the hips"
@@ -111,7 +111,7 @@ def _collocation(swing: Swing) -> tuple[Array, Array, Array]:
 
 
 def _moment(motion: Motion, sway: Sines, lines: list[Line], time: Array, derivatives: Array) -> Array:
-    """Compute the moment that the motion needs about the lines [N m], shape (S, N), for displacements (3, S, N)."""
+    """Compute the motion's moment about the lines [N m], shape (S, N), for displacements (3, S, N)."""
     flat = time.ravel()
     normal, direction, point = (
         np.repeat([getattr(line, name) for line in lines], NODES, axis=0) for name in ("normal", "direction", "point")

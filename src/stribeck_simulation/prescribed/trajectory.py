@@ -1,4 +1,4 @@
-"""Smooth signals with their velocity and acceleration: sums of sines, and steps between them.
+"""Smooth signals with velocity and acceleration: sums of sines, and smooth steps.
 
 A trajectory is one array: position, velocity and acceleration of n signals at T times, shape (3, T, n).
 """
@@ -23,14 +23,14 @@ def product(first: Array, second: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Sines:
-    """n sums of sines about n centres.
+    """Sums of sines around the centers of n signals.
 
     Attributes
     ----------
     centre
-        [rad] or [m], shape (n,).
+        Centers [rad] or [m], shape (n,).
     amplitude, pulsation, phase
-        [rad] or [m], [rad/s], [rad], shape (components, n).
+        Amplitudes [rad] or [m], angular frequencies [rad/s] and phases [rad], shape (components, n).
     """
 
     centre: Array
@@ -54,16 +54,16 @@ class Sines:
 def random_sines(
     centre: Array, reach: Array, speed: Array, frequencies: tuple[float, float], generator: np.random.Generator
 ) -> Sines:
-    """Draw sums of sines that stay within reach and speed; their components share the speed about equally.
+    """Draw sums of sines within limits of distance and speed; all components have similar speeds.
 
     Parameters
     ----------
     centre, reach, speed
-        [rad] or [m], largest distance from the centre, and largest speed, shape (n,).
+        Centers [rad] or [m], largest distance from them, and largest speed, shape (n,).
     frequencies
-        Lowest and highest [Hz]; signals with little reach leave out the lower ones, to come near their speed.
+        Lowest and highest frequency [Hz]; signals with a small reach use only the higher ones, to reach their speed.
     generator
-        Of random numbers.
+        Generator of random numbers.
     """
     shape = (4, len(centre))  # sines in each random signal
     low, high = frequencies

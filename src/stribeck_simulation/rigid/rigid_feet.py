@@ -1,4 +1,4 @@
-"""Feet that stand as rigid constraints (5.5): the ground holds them still, whatever that takes."""
+"""Standing feet as rigid constraints (5.5), with unlimited ground reactions."""
 
 import numpy as np
 import pinocchio as pin
@@ -12,30 +12,29 @@ STIFFNESS, DAMPING = 900.0, 60.0
 
 
 class RigidFeet:
-    """The feet of one run.
+    """Feet of one run.
 
-    A foot that touches down may be tilted, above the ground, and moving. It is stopped at once, by the impulse that
-    leaves the least kinetic energy lost, and then turned level and set down by Baumgarte's correction. From then on it
-    is held: its acceleration is exactly zero, and its velocity from integration errors is projected out after every
-    step.
+    A foot may be tilted, moving and above the ground at touchdown. An impulse with minimum loss of kinetic energy stops
+    it; Baumgarte's correction then levels and lowers it. After settling, its acceleration is exactly zero, and every
+    step removes its velocity from integration errors by projection.
 
     Parameters
     ----------
     robot
-        Floating, or fixed and without contacts.
+        Robot with a floating base, or with a fixed base and no contacts.
     model
-        Of the robot's tree; its armature may change between calls.
+        Model of the robot's tree; its armature may change between calls.
     ground
         Height of the ground [m].
     corrected
-        Whether feet are stopped, set down and projected; if not, only their acceleration is zero, as in the paper.
+        Whether feet are stopped, leveled and projected. If not, only their acceleration is zero, as in the paper.
     """
 
     def __init__(self, robot: Robot, model: pin.Model, ground: float, corrected: bool) -> None:
         self._robot, self._model, self._ground, self._corrected = robot, model, ground, corrected
         self._data, self._impact = model.createData(), model.createData()
         self.feet: tuple[str, ...] = ()
-        self._settled: dict[str, float] = {}  # standing foot -> when it is at rest
+        self._settled: dict[str, float] = {}  # standing foot -> time when it has settled
         self._constraints: dict[str, pin.RigidConstraintModel] = {}
         self._held: tuple[str, ...] = ()
         self._begun = False
@@ -47,7 +46,7 @@ class RigidFeet:
         changed = feet != self.feet
         if changed:
             landed = [foot for foot in feet if foot not in self.feet]
-            # how long after touchdown a foot is turned level and set down to the ground [s]; 5 deg are then 0.006 deg
+            # settling time after touchdown [s]; it reduces a tilt of 5 deg to 0.006 deg
             settled = time + 0.3 if self._begun and self._corrected else time
             self._constraints |= {foot: self._plant(foot, configuration) for foot in landed}
             self._settled |= dict.fromkeys(landed, settled)
@@ -55,13 +54,13 @@ class RigidFeet:
             if self._corrected:
                 data = self._model.createData()
                 velocity = self._projected(data, self._load(data, feet), configuration, velocity)
-        held = tuple(foot for foot in feet if self._settled[foot] <= time + 1e-9)  # rounding of times [s]
+        held = tuple(foot for foot in feet if self._settled[foot] <= time + 1e-9)  # tolerance for rounded times [s]
         if changed or held != self._held:
             self._hold(held)
         return velocity
 
     def acceleration(self, configuration: Array, velocity: Array, effort: Array) -> Array:
-        """Compute the acceleration under generalised forces, with the feet where they are (5.10), shape (nv,)."""
+        """Compute the acceleration due to generalized forces with constrained feet (5.10), shape (nv,)."""
         return np.array(
             pin.constraintDynamics(
                 self._model, self._data, configuration, velocity, effort, *self._standing_set, _PROXIMAL
@@ -69,7 +68,7 @@ class RigidFeet:
         )
 
     def held(self, configuration: Array, velocity: Array) -> Array:
-        """Compute the velocity without what moves the held feet, shape (nv,)."""
+        """Remove the velocity of held feet by projection, shape (nv,)."""
         if not (self._held and self._corrected):
             return velocity
         return self._projected(self._impact, self._held_set, configuration, velocity)
@@ -86,7 +85,7 @@ class RigidFeet:
         return result
 
     def _plant(self, foot: str, configuration: Array) -> pin.RigidConstraintModel:
-        """Build the constraint of a foot at its place on the ground, level and with its present heading."""
+        """Build the constraint of a level foot at its position on the ground, with its current heading."""
         contact = self._robot.contacts[foot]
         index = self._model.getFrameId(contact.frame)
         frame, data = self._model.frames[index], self._model.createData()
@@ -102,7 +101,7 @@ class RigidFeet:
         )
 
     def _hold(self, feet: tuple[str, ...]) -> None:
-        """Hold these feet, and correct the other standing feet."""
+        """Hold these feet exactly, and correct the other standing feet."""
         self._held = feet
         for foot in self.feet:
             gains = (0.0, 0.0) if foot in feet else (STIFFNESS, DAMPING)
@@ -113,7 +112,7 @@ class RigidFeet:
     def _load(
         self, data: pin.Data, feet: tuple[str, ...]
     ) -> tuple[pin.StdVec_RigidConstraintModel, pin.StdVec_RigidConstraintData]:
-        """Compute the constraints of some feet as Pinocchio wants them, and prepare a working memory for them."""
+        """Collect the constraints of some feet for Pinocchio, and prepare their working memory."""
         models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
         for foot in feet:
             models.append(self._constraints[foot])
@@ -132,4 +131,4 @@ class RigidFeet:
 
 
 _PROXIMAL = pin.ProximalSettings(1e-12, 1e-12, 0.0, 1)
-"""Constraints that are independent are solved in one iteration."""
+"""Settings for independent constraints, which need only one iteration."""

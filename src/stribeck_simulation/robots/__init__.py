@@ -1,4 +1,4 @@
-"""The robots that come with the package."""
+"""Packaged robots."""
 
 from pathlib import Path
 

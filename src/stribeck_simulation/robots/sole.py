@@ -16,9 +16,9 @@ class Sole:
     Attributes
     ----------
     centre
-        In the contact frame [m].
+        Center in the contact frame [m].
     half_length, half_width
-        Along x and y of the contact frame [m].
+        Half lengths along x and y of the contact frame [m].
     """
 
     centre: tuple[float, float, float]
@@ -32,13 +32,13 @@ def sole_under(model: mujoco.MjModel, body: int, rotation: Array, translation: A
     Parameters
     ----------
     model
-        Compiled.
+        Compiled model.
     body
-        The foot.
+        Index of the foot's body.
     rotation, translation
         Pose of the contact frame in the body, shape (3, 3) and (3,).
     where
-        What to call the contact in the error.
+        Name of the contact in the error.
 
     Raises
     ------

@@ -1,6 +1,6 @@
-"""Sensor models for a whole log at once, or sample by sample in a control loop.
+"""Sensor models for a whole log, or sample by sample in a control loop.
 
-Sample k's torque belongs to sample k's time, with every profile: joint sensors are read together.
+Joint sensors are synchronous in every profile: torque and position of a sample have the same time.
 """
 
 from collections.abc import Callable
@@ -16,15 +16,15 @@ from stribeck.log import RobotLog
 from stribeck_simulation.sensors.profiles import SensorProfile
 
 Samples = int | slice
-"""One sample, or some."""
+"""Index of one sample, or a slice of samples."""
 Reading = Callable[[Samples, Array], Array]
 
 
 class Sensors:
-    """The sensors of one run. Each method takes exact values of sample(s) k and returns sensor readings.
+    """Sensors of one run. Each method converts exact values of sample(s) k to sensor readings.
 
-    All errors are drawn in advance, so a controller that asks sample by sample and a log that is made afterwards see
-    the same ones.
+    All errors are drawn in advance. A controller that reads sample by sample and a log that is made afterwards
+    therefore get the same errors.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class Sensors:
         self._rate = _errors(inertial, samples, 3, profile.gyroscope_noise * density, profile.gyroscope_bias)
         self._force = _errors(inertial, samples, 3, profile.accelerometer_noise * density, profile.accelerometer_bias)
         self._wrench = _errors(foot, samples, 6 * feet, wrench_noise, wrench_bias).reshape(samples, feet, 6)
-        largest = 0.45 * period  # a time stamp is off by at most this share of the period, so that time goes on
+        largest = 0.45 * period  # limit of the jitter, for increasing time stamps
         self._clock = np.clip(profile.jitter * clock.standard_normal(samples), -largest, largest)
 
     def time(self, k: Samples, exact: Array) -> Array:
@@ -77,7 +77,7 @@ class Sensors:
         return exact + self._torque[k]
 
     def orientation(self, k: Samples, exact: Array) -> Array:
-        """Measure quaternions xyzw, shape (..., 4): exact ones, rotated by the error about the IMU's axes."""
+        """Measure quaternions xyzw, shape (..., 4): the exact rotation and an error about the IMU's axes."""
         turn = self._turn[k]
         (ax, ay, az, aw), (bx, by, bz, bw) = exact.T, turn.T
         product = [
@@ -97,7 +97,7 @@ class Sensors:
         return exact + self._force[k]
 
     def vertical_force(self, k: Samples, exact: Array) -> Array:
-        """Measure only the vertical forces at the feet [N], shape (..., feet)."""
+        """Measure the vertical forces at the feet [N], shape (..., feet)."""
         return exact + self._wrench[k][..., 2]
 
     def foot_wrench(self, k: Samples, exact: Array) -> Array:
@@ -119,7 +119,7 @@ def sensors_for(log: RobotLog, profile: SensorProfile, seed: int = 0) -> Sensors
 
 
 def measure(log: RobotLog, sensors: Sensors) -> RobotLog:
-    """Measure an exact log: without velocity and acceleration, with late IMU and feet."""
+    """Measure an exact log: remove velocity and acceleration, and delay IMU and feet."""
     samples = len(log.time)
     rows = slice(0, samples)
     earlier = np.maximum(np.arange(samples) - sensors.late, 0)
@@ -148,7 +148,7 @@ def with_noise(log: RobotLog, *, position: float, torque: float, seed: int = 0) 
     position, torque
         Standard deviation of white noise on positions [rad or m] and torques [N m or N].
     seed
-        Of the noise.
+        Seed of the noise.
     """
     generator = np.random.default_rng(seed)
     return replace(
@@ -174,7 +174,7 @@ def _errors(
 
 def _wandering(generator: np.random.Generator, samples: int, period: float, deviation: float) -> Array:
     """Draw a first-order Gauss-Markov process of this standard deviation from the start, shape (T, 3)."""
-    # correlation time of the wandering error of an orientation [s]: an attitude filter forgets in some seconds
+    # correlation time of an orientation's error [s]: memory of a typical attitude filter
     memory = np.exp(-period / 5.0)
     drive = np.sqrt(1 - memory**2) * generator.standard_normal((samples, 3))
     drive[:1] = generator.standard_normal((min(samples, 1), 3))

@@ -1,8 +1,8 @@
 """Sensor profiles of simulated robots, with the sources of all values.
 
-Values marked "assumed" have no public source. Sources of the others:
+Values marked "assumed" have no public source. Sources of the other values:
 
-- AksIM: RLS AksIM off-axis absolute encoder, 20 bits a turn.
+- AksIM: RLS AksIM off-axis absolute encoder, 20 bits per turn.
 - DLR: the absolute joint position sensor of DLR's lightweight robot, whose drives TORO has, measures to 0.01 deg.
 - Kinova: torque offsets identified on a Kinova Gen3 with joint torque sensors, roahmlab/RAPTOR: 0.15 to 2.5 N m,
   median 0.5 N m.
@@ -21,7 +21,7 @@ from stribeck.errors import SettingsError
 
 DEGREE = np.pi / 180
 MILLI_G = 9.81e-3
-"""[m/s^2]"""
+"""One thousandth of standard gravity [m/s^2]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,23 +33,23 @@ class SensorProfile:
     position_resolution
         Step of the encoders [rad]; not a standard deviation.
     position_noise, position_bias
-        White noise, and error of the zero position [rad].
+        White noise and zero error of positions [rad].
     torque_noise, torque_offset
-        White noise, and error of the zero torque [N m].
+        White noise and zero error of torques [N m].
     torque_drift
         Constant drift rate of the offset, drawn once per run [N m/min].
     orientation_bias, orientation_noise
-        About each axis of the IMU: constant, and wandering [rad].
+        Constant and slowly varying error about each axis of the IMU [rad].
     gyroscope_noise, accelerometer_noise
         White noise density [rad/s/sqrt(Hz)], [m/s^2/sqrt(Hz)].
     gyroscope_bias, accelerometer_bias
-        [rad/s], [m/s^2]
+        Bias of gyroscope [rad/s] and accelerometer [m/s^2].
     force_noise, force_bias, moment_noise, moment_bias
-        Of the feet [N], [N m].
+        Noise and bias of foot forces [N] and moments [N m].
     delay
-        How late IMU and feet are, against the joints [s]; not a standard deviation.
+        Delay of IMU and feet relative to the joints [s]; not a standard deviation.
     jitter
-        Of the time stamps [s].
+        Jitter of time stamps [s].
     """
 
     position_resolution: float = 0.0
@@ -78,13 +78,13 @@ REALISTIC = SensorProfile(
     position_bias=0.01 * DEGREE,  # DLR
     torque_noise=0.1,  # assumed: 0.1 % of 100 N m
     torque_offset=0.5,  # Kinova, median
-    torque_drift=0.05,  # assumed: a tenth of the offset a minute
+    torque_drift=0.05,  # assumed: a tenth of the offset per minute
     orientation_bias=0.2 * DEGREE,  # MTi, repeatability
     orientation_noise=0.1 * DEGREE,  # assumed: half of it
     gyroscope_noise=0.007 * DEGREE,  # MTi-1
     gyroscope_bias=10 * DEGREE / 3600,  # MTi-1
     accelerometer_noise=0.12 * MILLI_G,  # MTi-1
-    accelerometer_bias=2 * MILLI_G,  # assumed: what levelling to 0.1 deg leaves
+    accelerometer_bias=2 * MILLI_G,  # assumed: leveled to 0.1 deg
     force_noise=0.9,  # assumed: 0.1 % of Axia's range
     force_bias=4.5,  # assumed: 0.5 %
     moment_noise=0.02,  # assumed: 0.1 %
@@ -107,7 +107,7 @@ PROFILES = {
     ),
     "realistic": REALISTIC,
     "harsh": SensorProfile(
-        position_resolution=2 * np.pi / 2**16,  # assumed: 16 bits a turn
+        position_resolution=2 * np.pi / 2**16,  # assumed: 16 bits per turn
         position_noise=1e-4,  # assumed: one step
         position_bias=0.1 * DEGREE,  # assumed: ten times DLR
         torque_noise=1.0,  # assumed: 1 % of 100 N m
@@ -116,7 +116,7 @@ PROFILES = {
         orientation_bias=0.5 * DEGREE,  # MTi, static accuracy
         orientation_noise=2.0 * DEGREE,  # MTi, dynamic accuracy
         gyroscope_noise=0.01 * DEGREE,  # MPU
-        gyroscope_bias=0.5 * DEGREE,  # assumed: a tenth of MPU's is left when its zero was set at rest
+        gyroscope_bias=0.5 * DEGREE,  # assumed: a tenth of MPU's after zeroing at rest
         accelerometer_noise=0.3 * MILLI_G,  # MPU
         accelerometer_bias=60 * MILLI_G,  # MPU
         force_noise=9.0,  # assumed: 1 % of Axia's range
@@ -131,12 +131,12 @@ PROFILES = {
 
 
 def get_profile(name: str) -> SensorProfile:
-    """Return the profile of this name.
+    """Return a profile by name.
 
     Raises
     ------
     SettingsError
-        If there is no such profile; the message lists the names there are.
+        If the name is unknown; the message lists all names.
     """
     if name not in PROFILES:
         raise SettingsError(f"sensors: found '{name}', expected one of {', '.join(PROFILES)}")

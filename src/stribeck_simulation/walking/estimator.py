@@ -12,34 +12,34 @@ from stribeck.base.typing import Array
 from stribeck_simulation.walking.balance.terms import Dynamics
 
 FLAT = 0.06
-"""A foot that seems tilted by this angle [rad] or more is tipping, and no measure of the base's tilt."""
+"""Apparent tilt [rad] above which a foot tips and does not correct the tilt of the base."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class AttitudeGains:
-    """Rates at which the estimate follows its references [1/s]."""
+    """Correction rates of the attitude estimate [1/s]."""
 
     imu: float = 0.1
     foot: float = 3.0
 
 
 class AttitudeFilter:
-    """Integrates the gyroscope, corrected strongly by the standing feet and weakly by the IMU's attitude.
+    """Integrate the gyroscope, with strong corrections by standing feet and weak corrections by the IMU's attitude.
 
-    The attitude of an IMU is good to a degree or two in motion and wanders within seconds; the chain of encoders down
-    to a foot on flat ground is ten times better, and measures how far the base has turned relative to the foot. Only
-    the IMU measures the heading of the first foot.
+    During motion, the attitude of an IMU has errors of one or two degrees that vary within seconds. The encoders
+    between the base and a foot on flat ground are ten times more accurate. Only the IMU measures the heading of the
+    first foot.
 
     Parameters
     ----------
     rotation
-        From the base to the world at the start, shape (3, 3).
+        Initial rotation from the base to the world, shape (3, 3).
     headings
-        Of the feet at the start [rad].
+        Initial headings of the feet [rad].
     period
-        [s]
+        Sampling period [s].
     gains
-        How much each measurement counts.
+        Correction rates.
     """
 
     def __init__(
@@ -49,27 +49,27 @@ class AttitudeFilter:
         self.gains = gains or AttitudeGains()
 
     def turn(self, spin: Array) -> Array:
-        """Turn by the gyroscope for one more period, and return the rotation from the base to the world, shape (3, 3).
+        """Integrate the gyroscope over one period; return the rotation from the base to the world, shape (3, 3).
 
         Parameters
         ----------
         spin
-            Angular velocity in the base [rad/s].
+            Angular velocity in base coordinates [rad/s].
         """
         self.rotation = self.rotation @ pin.exp3(self.period * spin)
         return self.rotation
 
     def correct(self, orientation: Array, soles: Sequence[Array], load: Sequence[float]) -> Array:
-        """Correct the estimate by the measurement, and return it.
+        """Correct the estimate, and return it.
 
         Parameters
         ----------
         orientation
             Quaternion xyzw from the IMU.
         soles
-            Rotations from each sole to the world under the present estimate, shape (feet, 3, 3).
+            Rotations from each sole to the world according to the current estimate, shape (feet, 3, 3).
         load
-            How far each foot stands, 0 to 1, shape (feet,).
+            Weight of each foot, 0 in the air to 1 in stance, shape (feet,).
         """
         gains, h = self.gains, self.period
         x, y, z = (h * gains.imu * pin.log3(pin.Quaternion(orientation).toRotationMatrix() @ self.rotation.T)).tolist()
@@ -93,11 +93,11 @@ class Measurement(NamedTuple):
     Attributes
     ----------
     position
-        Of the joints, shape (n,) [rad].
+        Joint positions, shape (n,) [rad].
     orientation, angular_velocity, specific_force
-        Of the base: quaternion xyzw; in its own coordinates [rad/s], [m/s^2].
+        Base orientation as quaternion xyzw; angular velocity [rad/s] and specific force [m/s^2] in base coordinates.
     foot_force
-        Vertical, of each foot [N], shape (feet,).
+        Vertical force on each foot [N], shape (feet,).
     """
 
     position: Array
@@ -115,16 +115,17 @@ class EstimatorGains:
     joint_velocity: float = 0.37
     base_position: float = 0.1
     base_velocity: float = 0.1
-    foothold: float = 0.36  # of a foot that bears nothing
-    ground: float = 0.004  # of a foothold's height towards the flat ground
+    foothold: float = 0.36  # for the foothold of an unloaded foot
+    ground: float = 0.004  # for a foothold's height towards the flat ground
 
 
 class StateEstimator:
-    """Follows the joints by an alpha-beta filter, and the base by strapdown integration held to the standing feet.
+    """Estimate joints by an alpha-beta filter, and the base by strapdown integration corrected by standing feet.
 
-    A foot that stands has a foothold p in the world. With r its place in the base, R and w the base's orientation and
-    angular velocity, the base is at `p - R r` and moves with `-R (w x r + r')`, as far as the foot bears weight.
-    A foothold follows its foot while that bears little, and the height of the ground slowly.
+    A standing foot has a foothold p in the world. With the foot's position r in the base, and the base's orientation R
+    and angular velocity w, the base is at `p - R r` and its velocity is `-R (w x r + r')`. The correction is weighted
+    by the load on the foot. The foothold of an unloaded foot follows the foot; all footholds slowly follow the ground's
+    height.
     """
 
     def __init__(
@@ -143,13 +144,13 @@ class StateEstimator:
         self._footholds = configuration[:3] + arms
 
     def update(self, measured: Measurement) -> tuple[Array, Array]:
-        """Compute configuration and velocity, as Pinocchio has them, after one more period."""
+        """Compute Pinocchio's configuration and velocity after one more period."""
         gains, h = self.gains, self.period
         joints, rates = self._follow_joints(measured.position)
         self._turning[3:7] = pin.Quaternion(self._attitude.turn(measured.angular_velocity)).coeffs()
         self._turning[7:], self._rates[3:6], self._rates[6:] = joints, measured.angular_velocity, rates
         soles, arms, swings = self._feet()
-        # shares of the weight below which a foot does not count as standing, and above which it counts fully
+        # relative load below which a foot has no weight, and above which it has full weight
         low, high = (share * self.dynamics.weight for share in (0.05, 0.35))
         load = [min(max((force - low) / (high - low), 0.0), 1.0) for force in measured.foot_force.tolist()]
         rotation = self._attitude.correct(measured.orientation, soles, load)
@@ -178,7 +179,7 @@ class StateEstimator:
         return expected + gains.joint_position * error, self.velocity[6:] + gains.joint_velocity / h * error
 
     def _feet(self) -> tuple[list[Array], Array, Array]:
-        """Return, for a base that turns at the world's origin, the soles' rotations, places and velocities."""
+        """Compute rotations, positions and velocities of the soles for a base that rotates at the world's origin."""
         model, data = self.dynamics.model, self._data
         pin.forwardKinematics(model, data, self._turning, self._rates)
         soles, (arms, swings) = [], np.empty((2, len(self.dynamics.frames), 3))

@@ -12,26 +12,26 @@ FEET = 2
 
 @dataclass(frozen=True, kw_only=True)
 class Steps:
-    """Some steps of one kind; the last one brings the feet side by side.
+    """Steps of one kind; the last step brings the feet side by side.
 
     Attributes
     ----------
     count
         Number of steps, 0 or at least 2.
     forward
-        From one footprint to the next [m].
+        Distance from one footprint to the next [m].
     sideways
-        Of every second step, the one between only closes the feet [m]; positive to the left.
+        Sideways distance of every second step [m], positive to the left; steps in between close the feet.
     turn
-        Of each step [rad], positive to the left.
+        Rotation of each step [rad], positive to the left.
     width
-        Between the feet side by side [m]; as the robot stands at the start if None.
+        Distance between the feet side by side [m]; the initial distance if None.
     height
-        Of the swing foot [m].
+        Height of the swing foot [m].
     single_support, double_support
-        Times of each step [s].
+        Durations of each step's phases [s].
     stand
-        Time on both feet before the first step [s].
+        Duration of standing before the first step [s].
     """
 
     count: int
@@ -47,7 +47,7 @@ class Steps:
 
 @dataclass(frozen=True)
 class Footprint:
-    """A foot's pose on the ground: x, y [m] and heading [rad]."""
+    """Pose of a foot on the ground: x, y [m] and heading [rad]."""
 
     x: float
     y: float
@@ -61,7 +61,7 @@ class Footprint:
 
 @dataclass(frozen=True)
 class Step:
-    """A foot moves from one footprint to the next while the other stands."""
+    """Motion of one foot to its next footprint, while the other foot stands."""
 
     foot: int
     start: Footprint
@@ -76,9 +76,9 @@ def plan_steps(walk: Sequence[Steps], feet: tuple[Footprint, Footprint]) -> list
     Parameters
     ----------
     walk
-        One kind of steps after another.
+        Groups of steps in their order.
     feet
-        Where the feet stand: 0 and 1, in the robot's order of contacts.
+        Initial footprints of feet 0 and 1, in the robot's order of contacts.
     """
     centre, sides = _centre_of(feet)
     now, steps = list(feet), []
@@ -96,7 +96,7 @@ def plan_steps(walk: Sequence[Steps], feet: tuple[Footprint, Footprint]) -> list
 
 
 def _centre_of(feet: tuple[Footprint, Footprint]) -> tuple[Footprint, tuple[Footprint, Footprint]]:
-    """Find the middle of two feet, and each foot's pose seen from there."""
+    """Find the middle of two feet, and each foot's pose relative to it."""
     yaw = (feet[0].yaw + feet[1].yaw) / 2
     x, y = (feet[0].place + feet[1].place) / 2
     cosine, sine = np.cos(yaw), np.sin(yaw)
@@ -107,19 +107,19 @@ def _centre_of(feet: tuple[Footprint, Footprint]) -> tuple[Footprint, tuple[Foot
 
 
 def _first_foot(kind: Steps, sides: tuple[Footprint, Footprint]) -> int:
-    """Find which foot goes first: the one on the side that the robot moves or turns to."""
+    """Find the foot that steps first, on the side that the robot moves or turns to."""
     left = 0 if sides[0].y > sides[1].y else 1
     towards = kind.sideways or kind.turn
     return left if towards >= 0 else 1 - left
 
 
 def _at_width(side: Footprint, width: float | None) -> Footprint:
-    """Compute a foot's pose seen from the middle of the feet, at half of this width [m]."""
+    """Compute a foot's pose relative to the middle of the feet for this distance between them [m]."""
     return side if width is None else replace(side, y=float(np.copysign(width / 2, side.y)))
 
 
 def _place(centre: Footprint, seen: Footprint) -> Footprint:
-    """Compute a pose of the ground from one seen from `centre`."""
+    """Convert a pose relative to `centre` to a pose on the ground."""
     cosine, sine = np.cos(centre.yaw), np.sin(centre.yaw)
     return Footprint(
         float(centre.x + cosine * seen.x - sine * seen.y),

@@ -1,4 +1,4 @@
-"""A robot walks in the ideal simulator of rigid feet: the same plan and controller, true state, no noise."""
+"""Walks in the ideal simulator with rigid feet: the same plan and controller, with the true state and without noise."""
 
 from collections.abc import Callable, Mapping, Sequence
 
@@ -30,29 +30,29 @@ def simulate_ideal_walk(
     paper_literal: bool = False,
     progress: Callable[[float], None] = lambda _: None,
 ) -> Walk:
-    """Let a robot walk in the paper's ideal simulator (6.1): feet stand as the plan has it.
+    """Simulate a walk in the paper's ideal simulator (6.1), where the plan determines the standing feet.
 
     Parameters
     ----------
     robot
-        With two flat feet, read from a robot file.
+        Robot with two flat feet, from a robot file.
     walk, posture
-        As for `simulate_walk`.
+        See `simulate_walk`.
     friction
-        In its joints, made for the joints in the tree's order; it serves one run.
+        Friction of the joints in the tree's order; used for one run.
     soles
-        Of feet that have no simple shape in the model.
+        Soles of feet without a simple shape in the model.
     paper_literal
-        As for `simulate_constrained`.
+        See `simulate_constrained`.
     progress
-        Told the share that is done, now and then.
+        Callback `progress(fraction)`.
 
     Raises
     ------
     StribeckError
         If the simulation diverges.
     BalanceError
-        If no torques keep its feet on the ground.
+        If no torques keep the feet on the ground.
     """
     body = compile_body(robot, soles or {}, PERIOD)
     dynamics = Dynamics(robot, body.soles)

@@ -1,8 +1,8 @@
-"""The plan of a walk: which feet stand, where the swing foot goes, and the DCM, at every sample.
+"""Plan of a walk: standing feet, target of the swing foot, and DCM at every sample.
 
 The divergent component of motion (DCM) leads the center of mass along a planned zero moment point (ZMP). With the
 center of mass c at a constant height z and w = sqrt(g / z), the DCM is xi = c + c' / w and obeys `xi' = w (xi - p)`
-under the ZMP p. It is unstable forwards and stable backwards in time: a plan follows from its end.
+for the ZMP p. It is unstable forward and stable backward in time, so a plan is computed from its end.
 """
 
 from collections.abc import Sequence
@@ -17,14 +17,14 @@ from stribeck_simulation.walking.footsteps import Footprint, Step, Steps, plan_s
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """The ZMP goes from one place to another with minimum jerk, or stays, for a time.
+    """Motion of the ZMP with minimum jerk between two positions, which may be equal.
 
     Attributes
     ----------
     duration
-        [s]
+        Duration [s].
     start, end
-        [m], shape (2,).
+        Positions [m], shape (2,).
     """
 
     duration: float
@@ -45,10 +45,10 @@ def min_jerk(s: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
 
 
 def plan_dcm(stretches: Sequence[Stretch], pulsation: float, period: float) -> tuple[Array, Array]:
-    """Compute ZMP and DCM, shape (T, 2) each [m], at every period, by backward recursion over the stretches.
+    """Compute ZMP and DCM, shape (T, 2) each [m], at every sample, by backward recursion over the stretches.
 
-    The polynomial ZMP p of a stretch has the particular solution `sum p^(k) / w^k`; the difference to the DCM at its
-    end decays backwards as exp(w (t - t_end)). The DCM ends at rest over the last ZMP.
+    The polynomial ZMP p of a stretch has the particular solution `sum p^(k) / w^k`. Its difference from the DCM decays
+    backward in time as exp(w (t - t_end)). The DCM ends at rest at the last ZMP.
     """
     ends = np.cumsum([stretch.duration for stretch in stretches])
     starts = ends - [stretch.duration for stretch in stretches]
@@ -74,7 +74,7 @@ def _zmp(stretch: Stretch, local: Array) -> Array:
 
 
 def _particular(stretch: Stretch, local: Array, pulsation: float) -> Array:
-    """Compute the solution of `xi' = w (xi - p)` that is a polynomial, shape (T, 2)."""
+    """Compute the polynomial solution of `xi' = w (xi - p)`, shape (T, 2)."""
     scale = 1 / (pulsation * stretch.duration)
     share = sum(value * scale**k for k, value in enumerate(min_jerk(local / stretch.duration)))
     return np.asarray(stretch.start + np.asarray(share)[:, None] * (stretch.end - stretch.start))
@@ -91,21 +91,21 @@ class Plan:
     Attributes
     ----------
     period
-        [s]
+        Period of the log [s].
     zmp, dcm
-        [m], shape (T, 2).
+        ZMP and DCM [m], shape (T, 2).
     swing
-        Foot in the air, or -1, shape (T,).
+        Index of the foot in the air, or `BOTH`, shape (T,).
     progress
-        Of the swing, 0 to 1; in double support of the weight's way to the next stance, shape (T,).
+        Progress of the swing, 0 to 1, shape (T,); in double support, progress of the weight to the next stance foot.
     step
-        Index of the step that is under way or comes next, shape (T,); the number of steps at the end.
+        Index of the current or next step, shape (T,); the number of steps at the end.
     share
-        Of the weight on each foot, shape (T, 2).
+        Share of the weight on each foot, shape (T, 2).
     heading, heading_rate
-        Of the base, half way between the feet, continuous [rad], [rad/s], shape (T,).
+        Heading [rad] and yaw rate [rad/s] of the base, continuous, the mean of both feet, shape (T,).
     steps
-        All of them.
+        Steps of the walk.
     """
 
     period: float
@@ -130,7 +130,7 @@ class _Phase:
     stretch: Stretch
     swing: int
     step: int
-    shares: tuple[float, float]  # of the weight on foot 0, at start and end
+    shares: tuple[float, float]  # share of the weight on foot 0, at start and end
     yaws: tuple[float, float]  # heading of the base at start and end
 
 
@@ -140,13 +140,13 @@ def plan_walk(walk: Sequence[Steps], feet: tuple[Footprint, Footprint], pulsatio
     Parameters
     ----------
     walk
-        One kind of steps after another.
+        Groups of steps in their order.
     feet
-        Centres of the soles at the start.
+        Initial centers of the soles.
     pulsation
-        sqrt(g / z) of the centre of mass [1/s].
+        sqrt(g / z) of the center of mass [1/s].
     period
-        Of the log [s].
+        Period of the log [s].
     """
     steps = plan_steps(walk, feet)
     phases = _phases(walk, steps, feet)
@@ -206,7 +206,7 @@ def _phases(walk: Sequence[Steps], steps: list[Step], feet: tuple[Footprint, Foo
         shift(2 * kind.double_support, _middle(now)[0], 0.5, len(steps))
     for kind in pending:
         shift(kind.stand, zmp, 0.5, len(steps))
-    shift(1.0, zmp, 0.5, len(steps))  # on both feet at the end [s]
+    shift(1.0, zmp, 0.5, len(steps))  # 1 s on both feet at the end
     return phases
 
 

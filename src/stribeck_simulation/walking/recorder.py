@@ -17,15 +17,15 @@ from stribeck_simulation.span import span
 
 
 class Recorder:
-    """Collects one sample a period of the log; the arrays are in the tree's order of joints until the end.
+    """Collect one sample per period of the log, with joints in the tree's order.
 
-    What is held between samples jumps at a sample: the torque and the foot wrench that belong there are the means of
-    both sides, as the second difference of the position is the mean of two accelerations.
+    Torque and foot wrench are constant between samples and jump at a sample. The log contains the mean of both sides,
+    because the second difference of the position is the mean of two accelerations.
 
     Attributes
     ----------
     columns, rows
-        `log_order[columns]` is in the tree's order of joints, `tree_order[rows]` in the log's.
+        Indices that convert joints from the log's to the tree's order, and from the tree's to the log's order.
     """
 
     def __init__(self, robot: Robot, body: Body, samples: int, period: float) -> None:
@@ -48,7 +48,7 @@ class Recorder:
         self.filled += 1
 
     def act(self, torque: Array, touch: Array) -> None:
-        """Record the torque from the last sample on, and the forces on the feet just after."""
+        """Record the torque after the last sample, and the forces on the feet just after it."""
         k = self.filled - 1
         self.torque_after[k], self.touch_after[k] = torque, touch
 
@@ -70,8 +70,8 @@ class Recorder:
             angular_velocity=self.velocity[rows, 3:6].copy(),
             linear_acceleration=self.specific_force[rows].copy(),
             foot_names=tuple(self.robot.contacts),
-            # a foot that bears more than this share of the weight is in contact
-            # a foot that leaves the ground for less time [s] has bounced as it landed; its contact goes on
+            # a foot with more than this share of the weight is in contact
+            # a shorter loss of contact [s] is a bounce after landing, and is removed
             contact=without_bounces(wrench[:, :, 2] > 0.02 * weight, round(0.1 / self.period)),
             foot_wrench=wrench,
             torque_source=self.robot.torque_source,
@@ -102,7 +102,7 @@ class Recorder:
 
 
 def without_bounces(touching: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:
-    """Compute contact flags without gaps of fewer samples than `shortest` [1], shape (T, feet)."""
+    """Close gaps of fewer samples than `shortest` in contact flags, shape (T, feet)."""
     around = ((shortest, shortest), (0, 0))
     closed = binary_closing(np.pad(touching, around, mode="edge"), np.ones((shortest, 1), dtype=bool))
     return np.asarray(closed[shortest:-shortest])

@@ -31,7 +31,7 @@ from stribeck_simulation.walking.start import start_standing
 PERIOD = 1e-3
 """Sampling period of sensors and log [s]."""
 HELD = 2
-"""Periods that a torque is held: estimator and controller run at 500 Hz, which costs 40 % less time than 1 kHz."""
+"""Number of periods with constant torque: estimator and controller run at 500 Hz, in 40 % less time than at 1 kHz."""
 
 
 class FellError(StribeckError):
@@ -40,14 +40,14 @@ class FellError(StribeckError):
 
 @dataclass(frozen=True)
 class Push:
-    """A force on the base for a time.
+    """A temporary force on the base.
 
     Attributes
     ----------
     start, duration
-        [s]
+        Start and duration [s].
     force
-        In the world [N].
+        Force in the world [N].
     """
 
     start: float
@@ -70,16 +70,16 @@ class Conditions:
     pushes
         Pushes on the base.
     believed
-        Model that controller and estimator have; the robot's own if None.
+        Model of controller and estimator; the robot's model if None.
     gains
         Gains of the controller.
     soles
         Soles of feet without a simple shape in the model.
     physics_step
-        [s]
+        Step of the physics [s].
     compensation
-        Torques to add to the controller's [N m], shape (n,), from joint velocities as they are known and as the plan
-        wants them [rad/s], shape (n,) each, in the tree's order; called whenever the controller is.
+        Function from estimated and desired joint velocities [rad/s], shape (n,) each, to torques that are added to the
+        controller's [N m], shape (n,). It is called in every control period; joints are in the tree's order.
     """
 
     friction: FrictionTruth | None = None
@@ -101,8 +101,8 @@ class Walk:
     Attributes
     ----------
     swing_error
-        How far the swing foot is from where it should be, as the controller knows it [m], shape (T, 3); zero while
-        both feet stand. None where the motion is ideal.
+        Position error of the swing foot in the controller [m], shape (T, 3); zero in double support, None for ideal
+        motions.
     """
 
     log: RobotLog
@@ -123,11 +123,11 @@ def simulate_walk(
     Parameters
     ----------
     robot
-        With two flat feet, read from a robot file.
+        Robot with two flat feet, from a robot file.
     walk
-        Steps of one kind after another; none to stand.
+        Groups of steps in their order; empty to stand.
     posture
-        Joint positions by name that it starts from and keeps near [rad].
+        Initial joint positions by name [rad], which the robot stays near.
     conditions
         Conditions of the walk.
     progress
@@ -138,9 +138,9 @@ def simulate_walk(
     FellError
         If the robot falls; the message says when.
     BalanceError
-        If no torques keep its feet on the ground.
+        If no torques keep the feet on the ground.
     SettingsError
-        If the robot cannot be simulated or cannot stand in the posture.
+        If the robot cannot be simulated, or the posture allows no stance.
     """
     body = compile_body(robot, conditions.soles, conditions.physics_step)
     start = start_standing(robot, Dynamics(robot, body.soles), posture)
@@ -176,11 +176,11 @@ def _run(
     conditions: Conditions,
     progress: Callable[[float], None],
 ) -> Array:
-    """Step through the plan: see, estimate, control, act; return the swing foot's error."""
+    """Run the plan in a loop of measurement, estimation and control; return the swing foot's error."""
     plan, robot = controller.plan, recorder.robot
     errors = np.empty((plan.samples, 3))
     touch, torque = np.zeros((len(robot.contacts), TOUCH)), np.zeros(len(robot.joint_names))
-    # a robot whose base is below this share of its first height has fallen
+    # a fall: the base is below this share of its initial height
     lowest = 0.6 * controller.start.configuration[2]
     for k in range(plan.samples):
         now = sim.now()
@@ -196,7 +196,7 @@ def _run(
         errors[k] = controller.swing_error
         applied, first, touch = sim.advance(torque, _push_at(conditions.pushes, k * plan.period))
         recorder.act(applied, first)
-        if not now.configuration[2] > lowest:  # false for numbers that are none, too
+        if not now.configuration[2] > lowest:  # also true for NaN
             raise FellError(f"{robot.name} fell {k * plan.period:.2f} s after the start, {_place(plan, k)}")
         if k % 100 == 0:
             progress(k / plan.samples)
@@ -204,7 +204,7 @@ def _run(
 
 
 def _read(recorder: Recorder, sensors: Sensors, k: int) -> Measurement:
-    """Measure a sample: the joints without delay, IMU and feet late."""
+    """Measure a sample: joints without delay, IMU and feet with delay."""
     then = max(k - sensors.late, 0)
     position = recorder.configuration[k, 7:][recorder.rows]
     return Measurement(
@@ -224,5 +224,5 @@ def _push_at(pushes: Sequence[Push], time: float) -> Array | None:
 
 
 def _place(plan: Plan, sample: int) -> str:
-    """Say where in the plan a sample is."""
+    """Describe the phase of the plan at a sample."""
     return f"at step {plan.step[sample] + 1} of {len(plan.steps)}" if plan.steps else "standing"

@@ -1,4 +1,4 @@
-"""How a robot stands before it walks."""
+"""Initial stance of a walk."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,16 +15,16 @@ from stribeck_simulation.walking.footsteps import FEET, Footprint
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Standing on both feet.
+    """Initial stance on both feet.
 
     Attributes
     ----------
     configuration
-        As Pinocchio has it for the rooted tree, the soles on z = 0.
+        Configuration of Pinocchio's rooted tree, with soles at z = 0.
     feet
-        Where the centres of the soles are.
+        Footprints at the centers of the soles.
     height
-        Of the centre of mass [m].
+        Height of the center of mass [m].
     """
 
     configuration: Array
@@ -43,16 +43,16 @@ def start_standing(robot: Robot, dynamics: Dynamics, posture: Mapping[str, float
     Parameters
     ----------
     robot
-        Floating, with two surface contacts.
+        Robot with a floating base and two surface contacts.
     dynamics
-        Its model with soles.
+        Model of the robot with soles.
     posture
-        Joint positions by name [rad]; knees bent enough for the steps to come, and little enough for their torque.
+        Joint positions by name [rad]. Knees should be bent enough for the steps, but not more than their torque allows.
 
     Raises
     ------
     SettingsError
-        If the robot has not two flat feet, or cannot stand in the posture.
+        If the robot does not have two flat feet, or the posture allows no stance.
     """
     kinds = [contact.kind for contact in robot.contacts.values()]
     if kinds != ["surface"] * FEET:

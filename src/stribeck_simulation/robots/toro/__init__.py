@@ -1,4 +1,4 @@
-"""A humanoid like DLR's TORO: a table of its links, and the model file generated from it."""
+"""A humanoid similar to DLR's TORO: a table of its links, and the generated model file."""
 
 from stribeck_simulation.robots.toro.model import MODEL_FILE as MODEL_FILE
 from stribeck_simulation.robots.toro.model import ROBOT_FILE as ROBOT_FILE

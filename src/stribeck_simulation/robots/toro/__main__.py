@@ -1,4 +1,4 @@
-"""Writes the model file anew."""
+"""Write the model file."""
 
 from stribeck_simulation.robots.toro.model import MODEL_FILE, toro_mjcf
 

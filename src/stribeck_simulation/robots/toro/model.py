@@ -1,7 +1,7 @@
-"""Writes the TORO-like humanoid as one MJCF file, which Pinocchio and MuJoCo both load.
+"""Generate the TORO-like humanoid as an MJCF file that both Pinocchio and MuJoCo load.
 
-`python -m stribeck_simulation.robots.toro` writes `models/toro.xml` anew. MuJoCo computes the inertias of the links
-from their solids and writes them out, so that every reader of the file takes the same numbers.
+`python -m stribeck_simulation.robots.toro` writes `models/toro.xml`. MuJoCo computes the inertias of the links from
+their solids and writes them to the file, so that all readers use the same numbers.
 """
 
 import mujoco
@@ -25,7 +25,7 @@ def toro_mjcf() -> str:
     spec.option.timestep = 0.00025  # of the physics [s]
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    # how much harder friction holds than the normal force [1]: keeps a standing foot from creeping
+    # impratio [1]: stiffness of friction relative to the normal force, which prevents creeping feet
     spec.option.impratio = 10.0
     pelvis = spec.worldbody.add_body(name="pelvis")
     pelvis.add_freejoint(name="root")
@@ -53,7 +53,7 @@ def toro_mjcf() -> str:
 
 
 def _add_solids(body: mujoco.MjsBody, solids: tuple[Solid, ...]) -> None:
-    """Give a body its mass; these solids are seen and weigh, but touch nothing."""
+    """Add visible solids with mass, but without contact, to a body."""
     kinds = {1: mujoco.mjtGeom.mjGEOM_SPHERE, 2: mujoco.mjtGeom.mjGEOM_CYLINDER, 3: mujoco.mjtGeom.mjGEOM_BOX}
     for solid in solids:
         size = np.zeros(3)
@@ -83,7 +83,7 @@ def _along(axis: str) -> tuple[float, float, float, float]:
 
 
 def _add_sole(foot: mujoco.MjsBody, side: str) -> None:
-    """Give a foot the massless box that touches the ground, and the frame of its sole."""
+    """Add the massless contact box and the frame of its sole to a foot."""
     foot.add_geom(
         name=f"{side}_sole",
         type=mujoco.mjtGeom.mjGEOM_BOX,

@@ -1,11 +1,11 @@
 """The TORO-like humanoid as a table: 27 joints, 79.2 kg, 1.74 m.
 
 Joints, their order, limits of torque, speed and range, total mass and height follow Table 4.1, Fig. 4.1 and section 4.1
-of Egle 2021. TORO-like: DLR's own dimensions and inertias are not public. Those here are chosen: lengths by human
-proportions (hip at 0.90 m, thigh and shank 0.40 m, shoulder at 1.40 m), masses by drive size (about 2.5 kg for a unit
-of the hip, 1 to 2 kg for one of the arm), each link a few solids of even density, so that its inertia follows from mass
-and size. The drive of the ankle's pitch sits at the knee, as on TORO. Rotor inertia is omitted, because a torque sensor
-behind the gear does not measure it.
+of Egle 2021. DLR's dimensions and inertias are not public, therefore lengths follow human proportions (hip at 0.90 m,
+thigh and shank 0.40 m, shoulder at 1.40 m), and masses follow drive sizes (about 2.5 kg for a hip unit, 1 to 2 kg for
+an arm unit). Each link consists of a few solids with constant density, which determine its inertia. The drive of the
+ankle's pitch is at the knee, as in TORO. Rotor inertia is omitted, because a torque sensor behind the gear does not
+measure it.
 
 The right side is the mirror image of the left one. Every joint frame has the root's axes in the zero position: x
 forward, y left, z up; the root is the pelvis, its origin midway between the hips.
@@ -20,7 +20,7 @@ FLEXION = (0.0, -1.0, 0.0)
 """Axis of the elbow, which only bends forward."""
 SIDES = ("left", "right")
 CENTRAL = ("pelvis", "waist", "neck_yaw", "neck_pitch")
-"""Links that have no side."""
+"""Links without a side."""
 
 
 @dataclass(frozen=True)
@@ -40,18 +40,18 @@ MS106T = Drive(8.4, 270)
 
 @dataclass(frozen=True)
 class Solid:
-    """A body of even density.
+    """A solid with constant density.
 
     Attributes
     ----------
     mass
-        [kg]
+        Mass [kg].
     size
         Box: lengths along x, y and z [m]; cylinder: radius and length [m]; ball: radius [m].
     centre
-        In the link's frame [m].
+        Center in the link's frame [m].
     axis
-        Of a cylinder, "x", "y" or "z".
+        Axis of a cylinder: "x", "y" or "z".
     """
 
     mass: float
@@ -62,18 +62,18 @@ class Solid:
 
 @dataclass(frozen=True)
 class Link:
-    """A link and the joint on which it hangs, both of one name.
+    """A link and the joint that moves it.
 
     Attributes
     ----------
     name
-        Of the joint, and of the body that it moves.
+        Name of the joint and of its body.
     parent
-        Link it hangs on.
+        Name of the parent link.
     axis
-        Unit vector.
+        Axis of the joint as a unit vector.
     origin
-        Of the joint in the parent's frame [m].
+        Position of the joint in the parent's frame [m].
     range
         Lowest and highest position [deg].
     drive
@@ -94,7 +94,7 @@ class Link:
 PELVIS = (Solid(7.0, (0.16, 0.20, 0.16), (-0.02, 0.0, 0.06)),)
 """The root link."""
 
-# The range of the hip's roll has lost a sign in print ("±45 ± 90"): outwards 90, inwards 45 degrees are taken.
+# The printed range of the hip's roll has a wrong sign ("±45 ± 90"); this table uses 90 degrees outward, 45 inward.
 # fmt: off
 LEG = (
     Link("hip_roll", "pelvis", ROLL, (0.0, 0.10, 0.0), (-45, 90), ILM85_160,
@@ -134,13 +134,13 @@ NECK = (
 )
 # fmt: on
 FOOT_SIZE = (0.20, 0.10)
-"""Length and width of the sole [m]: the box on which a foot stands."""
+"""Length and width of the sole's box [m]."""
 SOLE: Vector = (0.03, 0.0, -0.10)
 """Middle of the sole in the frame of the last ankle joint [m]."""
 
 
 def on_side(link: Link, side: str) -> Link:
-    """Compute a left link under the name of its side; for the right side reflected in the plane y = 0."""
+    """Name a left link by its side; for the right side, mirror it at the plane y = 0."""
     parent = link.parent if link.parent in CENTRAL else f"{side}_{link.parent}"
     link = replace(link, name=f"{side}_{link.name}", parent=parent)
     if side == "left":
@@ -155,14 +155,14 @@ def on_side(link: Link, side: str) -> Link:
 
 
 def toro_links() -> list[Link]:
-    """Build the 27 links after the pelvis, each after its parent; legs first, the right leg before the left."""
+    """List the 27 links except the pelvis, parents first: right leg, left leg, then the upper body."""
     legs = [on_side(link, side) for side in ("right", "left") for link in LEG]
     arms = [on_side(link, side) for side in ("right", "left") for link in ARM]
     return [*legs, WAIST, *arms, *NECK]
 
 
 def standing_posture() -> dict[str, float]:
-    """Compute joint positions [rad] with bent knees, level feet and hanging arms; joints left out are at zero."""
+    """Return joint positions [rad] with bent knees, level feet and hanging arms; all other joints are at zero."""
     leg = {"hip_pitch": -0.35, "knee": 0.70, "ankle_pitch": -0.35}
     arm = {"shoulder_1": 0.15, "shoulder_2": 0.15, "elbow": 0.50}
     posture = {f"{side}_{joint}": value for side in SIDES for joint, value in {**leg, **arm}.items()}

@@ -26,7 +26,7 @@ from stribeck_simulation.walking.start import Start
 
 
 class BalanceError(StribeckError):
-    """No torques keep the robot up."""
+    """Error: no joint torques keep the feet on the ground."""
 
 
 @dataclass(eq=False)
@@ -41,29 +41,29 @@ class _UnderWay:
 
 
 class WalkingController:
-    """Follows a plan.
+    """Controller that follows a plan.
 
     Parameters
     ----------
     robot
-        With two surface contacts.
+        Robot with two surface contacts.
     dynamics
-        The model the controller believes in.
+        Model of the controller, which may differ from the simulated robot.
     soles
-        By contact.
+        Soles by contact.
     start
-        What it starts from; its posture and the height of its centre of mass are kept.
+        Initial stance, whose posture and height of the center of mass the controller keeps.
     limit
         Largest joint torques in the tree's order, shape (n,).
     plan
-        What to do.
+        Plan of the walk.
     gains
-        Feedback and weights.
+        Feedback gains and weights.
 
     Attributes
     ----------
     swing_error
-        How far the swing foot is from where it should be [m], shape (3,); zero while both feet stand.
+        Position error of the swing foot [m], shape (3,); zero in double support.
     """
 
     def __init__(
@@ -99,9 +99,9 @@ class WalkingController:
         Parameters
         ----------
         sample
-            Of the plan.
+            Sample of the plan.
         configuration, velocity
-            The state, as Pinocchio has it.
+            State of Pinocchio's rooted tree.
 
         Raises
         ------
@@ -127,14 +127,14 @@ class WalkingController:
         return self._torque
 
     def desired_velocity(self) -> Array:
-        """Compute the joint velocities that the last period's tasks want, shape (n,) [rad/s]."""
+        """Compute the desired joint velocities of the last period's tasks, shape (n,) [rad/s]."""
         return desired_velocity(*self._last)
 
     def _solve(self, terms: Terms, stand: list[int], tasks: list[Task], wishes: Wishes) -> Array:
         """Compute torques within the limits; if none exist, torques without limits, which the joints then clip.
 
-        Most joints are far from their limits, which only cost time then: at first those are watched that were near
-        them in the period before. If the others keep theirs too, the solution is that of the whole program.
+        To save time, the first program contains only the limits of joints that were near their limits in the previous
+        period. If its solution also satisfies all other limits, it solves the whole program.
         """
         standing, cones = [terms.feet[foot] for foot in stand], [self._cones[foot] for foot in stand]
         # a torque above this share of its limit may reach it in the next period
@@ -144,7 +144,7 @@ class WalkingController:
             torque = solve(program, terms, standing, self.limit, watched)
             if torque is None:
                 continue
-            # a torque may exceed its limit by this [N m]
+            # tolerance of the limits [N m]
             if watched is self._nobody or not np.any(np.abs(torque) > self.limit + 1e-6):
                 return torque
         raise BalanceError("balance: no torques at all keep the feet on the ground")
@@ -160,7 +160,7 @@ class WalkingController:
         return swing_task(foot, swing, error, under_way.missed, self.gains)
 
     def _step_under_way(self, sample: int, foot: FootState) -> _UnderWay:
-        """Find the present step, which starts where its foot leaves the ground."""
+        """Find the current step, which starts at the position where its foot leaves the ground."""
         number = int(self.plan.step[sample])
         step = self.plan.steps[number]
         if self._under_way is None or self._under_way.step != number:
@@ -176,7 +176,7 @@ class WalkingController:
         return swing_at(start.place, start.yaw, goal, step.kind.height, progress, step.kind.single_support)
 
     def _wishes(self, sample: int, stand: list[int], configuration: Array, velocity: Array) -> Wishes:
-        """Keep near the posture, and share the weight between the feet as planned."""
+        """Compute targets that keep the posture, and distribute the weight between the feet as planned."""
         joints = self._stiffness * (self.start.posture - configuration[7:]) - self._damping * velocity[6:]
         wrenches = np.zeros((len(stand), BASE))
         wrenches[:, 2] = self.dynamics.weight * self.plan.share[sample, stand]

@@ -1,4 +1,4 @@
-"""Assembly of the quadratic program of whole-body balance, without its solution.
+"""The quadratic program of whole-body balance.
 
 With the accelerations a and one wrench w per standing foot, in the sole's frame:
 
@@ -8,9 +8,9 @@ With the accelerations a and one wrench w per standing foot, in the sole's frame
           G w <= 0                                        (wrench cones)
           |M_j a + h_j - sum J_j^T w| <= limit            (joint rows)
 
-The first standing foot yields the base's acceleration from the joints' accelerations, and the base rows yield that
-foot's wrench. The remaining program is small: its unknowns are the joints' accelerations and the wrench of the second
-standing foot. On one foot it has no equalities, as if the robot were rooted there.
+The rest of the first standing foot determines the base's acceleration from the joints' accelerations, and the base rows
+determine this foot's wrench. The remaining program is small: its unknowns are the joints' accelerations and the wrench
+of the second standing foot. On one foot it has no equalities, as for a tree that is rooted at the foot.
 """
 
 from collections.abc import Sequence
@@ -36,16 +36,16 @@ def wrench_cone(sole: Sole, friction: float, margin: float = 0.9) -> Array:
     Parameters
     ----------
     sole
-        Its half length X and half width Y; the wrench is taken at its centre.
+        Sole with half length X and half width Y; the wrench refers to its center.
     friction
-        Coefficient; the pyramid is inside the cone.
+        Friction coefficient; the pyramid is inside the cone.
     margin
-        Share of the rectangle that is used.
+        Usable share of the rectangle [1].
 
     Returns
     -------
     G
-        Shape (16, 6), of force then moment in the sole's frame.
+        Matrix for force and moment in the sole's frame, shape (16, 6).
     """
     X, Y, mu = margin * sole.half_length, margin * sole.half_width, friction / np.sqrt(2)
     rows = [[-1, 0, -mu, 0, 0, 0], [1, 0, -mu, 0, 0, 0], [0, -1, -mu, 0, 0, 0], [0, 1, -mu, 0, 0, 0]]
@@ -62,11 +62,11 @@ BASE = 6
 STANCE_DAMPING = 20.0
 """Rate at which a standing foot's velocity decays [1/s]."""
 INEQUALITY, EQUALITY = 0, 5
-"""Names in daqp."""
+"""Codes of constraint types in daqp."""
 
 
 class Task(NamedTuple):
-    """Accelerations that are wanted, `jacobian a = wanted`, and the velocities that are, `jacobian v = velocity`."""
+    """Desired accelerations, `jacobian a = wanted`, and desired velocities, `jacobian v = velocity`."""
 
     jacobian: Array
     wanted: Array
@@ -88,18 +88,18 @@ class Weights(NamedTuple):
 
 
 class Program(NamedTuple):
-    """The program of one control period; its m unknowns z are the joints' accelerations and the second foot's wrench.
+    """Program of one control period; its m unknowns z are the joints' accelerations and the second foot's wrench.
 
     Attributes
     ----------
     cost, gradient
-        Of `z^T cost z / 2 + gradient^T z`, shape (m, m) and (m,).
+        Matrix and vector of the objective `z^T cost z / 2 + gradient^T z`, shape (m, m) and (m,).
     rows, lower, upper, sense
-        `lower <= rows z <= upper`, as daqp has them: wrench cones, then the second foot's rest.
+        Constraints `lower <= rows z <= upper` in daqp's format: wrench cones, then the second foot's rest.
     base, base_rest
-        The base's acceleration is `base z + base_rest`, shape (6, m) and (6,).
+        Coefficients of the base's acceleration, `base z + base_rest`, shape (6, m) and (6,).
     wrench, wrench_rest
-        The first foot's wrench is `wrench z + wrench_rest`, shape (6, m) and (6,).
+        Coefficients of the first foot's wrench, `wrench z + wrench_rest`, shape (6, m) and (6,).
     """
 
     cost: Array
@@ -127,11 +127,11 @@ def build(
     Parameters
     ----------
     terms
-        Of the robot now.
+        Terms at the robot's current state.
     standing, cones
-        Feet that stand, one or two, and their wrench cones.
+        One or two standing feet, and their wrench cones.
     tasks, wishes, weights
-        What the accelerations and wrenches should be.
+        Desired accelerations and wrenches, and their weights.
     """
     root, others = standing[0], standing[1:]
     n, m = len(wishes.joints), len(weights.unknowns)
@@ -159,7 +159,7 @@ def build(
 
     size = len(cones[0])
     rows = np.zeros((size * len(cones) + len(reduced) - asked, m))
-    lower, upper = np.full(len(rows), -1e30), np.zeros(len(rows))  # a bound that is none
+    lower, upper = np.full(len(rows), -1e30), np.zeros(len(rows))  # no lower bound
     rows[:size], upper[:size] = cones[0] @ wrench, cones[0] @ -wrench_rest
     if others:
         rows[size : 2 * size, n:] = cones[1]
@@ -182,16 +182,16 @@ def _sense(inequalities: int, equalities: int) -> NDArray[np.intc]:
 def solve(
     program: Program, terms: Terms, standing: Sequence[FootState], limit: Array, watched: NDArray[np.bool_]
 ) -> Array | None:
-    """Compute the joint torques, shape (n,), or None if the constraints contradict each other.
+    """Solve the program for the joint torques, shape (n,); None if the constraints contradict each other.
 
     Parameters
     ----------
     program, terms, standing
-        Of this control period.
+        Program, terms and standing feet of this control period.
     limit
         Largest joint torques, shape (n,) [N m].
     watched
-        Joints whose limits the program keeps, shape (n,): with few it is small; who solves it checks the others.
+        Mask of joints whose limits are constraints, shape (n,); the caller checks all other limits.
     """
     rows, lower, upper, sense = program.rows, program.lower, program.upper, program.sense
     if watched.any():

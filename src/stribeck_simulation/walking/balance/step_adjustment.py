@@ -1,9 +1,9 @@
-"""Step adjustment: after a push that would tip the robot over its standing foot, the other foot steps farther.
+"""Step adjustment: after a push that would tip the robot over its standing foot, the swing foot steps farther.
 
-While a foot swings, an error e of the DCM grows as exp(w t). The pressure under the standing foot reduces it by moving
-up to d from the middle of the sole: at touchdown, time t ahead, `e exp(w t) - d (exp(w t) - 1)` is left. If the next
-sole cannot compensate the rest, the step becomes longer, and all later steps shift with it. The DCM that leads there is
-found backwards in time, as the plan's is.
+While a foot swings, an error e of the DCM grows as exp(w t). The center of pressure reduces the error by moving up to d
+from the middle of the sole; the error at touchdown, after a time t, is `e exp(w t) - d (exp(w t) - 1)`. If the next
+sole cannot compensate for this error, the step becomes longer, and all later steps shift with it. The DCM for the new
+step is computed backward in time, as in the plan.
 """
 
 from dataclasses import dataclass
@@ -16,13 +16,13 @@ from stribeck_simulation.robots.sole import Sole
 from stribeck_simulation.walking.plan import BOTH, Plan, Stretch, plan_dcm
 
 LEFT = 0.3
-"""Share of the next sole that is left to bear an error."""
+"""Share of the next sole that compensates for a remaining error [1]."""
 REACH = (0.25, 0.2)
-"""A step changes by at most this, ahead and aside [m]."""
+"""Largest change of a step, forward and sideways [m]."""
 GAP = 0.03
-"""Between feet side by side [m]."""
+"""Minimum gap between feet side by side [m]."""
 LAST = 0.8
-"""Share of the swing after which the foot's goal stays."""
+"""Share of the swing after which the foot's goal is fixed [1]."""
 SPEED = 1.0
 """Speed of a moving goal [m/s]."""
 
@@ -37,29 +37,29 @@ class Shift:
 
 
 class StepAdjuster:
-    """Shifts a plan so that the robot does not fall; one sample after another is asked for.
+    """Shift a plan, sample by sample, so that the robot does not fall.
 
     Parameters
     ----------
     plan
-        What is to be shifted.
+        Plan of the walk.
     soles
-        Of the feet, in the robot's order of contacts.
+        Soles of the feet, in the robot's order of contacts.
     pulsation
-        sqrt(g / z) of the centre of mass [1/s].
+        sqrt(g / z) of the center of mass [1/s].
     """
 
     def __init__(self, plan: Plan, soles: list[Sole], pulsation: float) -> None:
         self.plan, self.soles, self.pulsation = plan, soles, pulsation
-        self._done, self._more = np.zeros(2), np.zeros(2)  # before the last step, and by it
+        self._done, self._more = np.zeros(2), np.zeros(2)  # shift before the last step, and shift by it
         self._step, self._sample = 0, 0
         self._lead: dict[float, tuple[Array, Array]] = {}
 
     def shift(self, sample: int, dcm: Array) -> Shift:
         """Compute the shift of the plan for a DCM, shape (2,) [m].
 
-        A step that changes by x asks for a DCM that is already ahead of the plan while the foot swings, by the share
-        of x from which it grows to x until the weight is on that foot; and for a ZMP that goes there as planned.
+        If a step changes by x, the DCM must be ahead of the plan during the swing, by the share of x that grows to x
+        until the foot carries the weight. The ZMP moves to the new foothold as planned.
         """
         plan = self.plan
         elapsed, self._sample = (sample - self._sample) * plan.period, sample
@@ -78,12 +78,12 @@ class StepAdjuster:
         return Shift(self._done, self._done + ahead * self._more, self._done + self._more)
 
     def _goes_on(self, number: int) -> bool:
-        """Check whether the step is followed by one of its kind, onto its foot."""
+        """Check whether the next step belongs to the same group and uses the same foothold."""
         steps = self.plan.steps
         return number + 1 < len(steps) and steps[number + 1].kind is steps[number].kind
 
     def _in_double_support(self, number: int, progress: float) -> tuple[float, float]:
-        """Compute the shares of the last step's shift that ZMP and DCM have when the weight moves to that foot."""
+        """Compute the shares of the last step's shift in ZMP and DCM while the weight moves to that foot."""
         if not 0 < number < len(self.plan.steps) or number - 1 != self._step:
             return 1.0, 1.0
         duration = self.plan.steps[number].kind.double_support
@@ -95,7 +95,7 @@ class StepAdjuster:
         return float(zmp[row, 0]), float(lead[row, 0])
 
     def _wanted(self, number: int, error: Array, left: float) -> Array:
-        """Compute the extension of the step for an error of the DCM and a time left to touchdown."""
+        """Compute the extension of the step for an error of the DCM and the time until touchdown."""
         step, sole = self.plan.steps[number], self.soles[1 - self.plan.steps[number].foot]
         if np.abs(error).max() < LEFT * min(sole.half_length, sole.half_width):
             return np.zeros(2)
@@ -107,7 +107,7 @@ class StepAdjuster:
         wanted = np.zeros(2)
         sizes = (sole.half_length, sole.half_width)
         for k, (off, half, (low, high)) in enumerate(zip(turn @ error, sizes, reach, strict=True)):
-            # share of the sole that balances before a step is changed
+            # share of the sole that is used before the step changes
             over = abs(off) * growth - 0.7 * half * (growth - 1) - LEFT * half
             wanted[k] = min(max(copysign(max(over, 0.0), off) / lead, low), high)
         return np.asarray(wanted @ turn)

@@ -10,15 +10,15 @@ from stribeck_simulation.walking.footsteps import Footprint
 LIFT = 0.05
 """Share of the swing before the foot moves over the ground."""
 LANDED = 0.92
-"""Share of the swing after which it only comes down."""
+"""Share of the swing after which the foot moves only down."""
 
 PRESS = 0.001
-"""The swing aims this far below the ground [m], so that friction does not leave the foot above it."""
+"""Depth of the swing's target below the ground [m], so that the foot reaches the ground despite friction."""
 
 
 @dataclass(frozen=True, eq=False)
 class Swing:
-    """Place [m], velocity and acceleration of a sole's centre in the world, shape (3,) each; heading, its rates."""
+    """Position [m], velocity and acceleration of a sole's center in the world, shape (3,) each; heading and its rates."""
 
     place: Array
     velocity: Array
@@ -28,23 +28,23 @@ class Swing:
 
 
 def swing_at(start: Array, start_yaw: float, goal: Footprint, height: float, progress: float, duration: float) -> Swing:
-    """Build the swing from a place to a footprint.
+    """Compute the swing from a position to a footprint.
 
-    Over the ground with minimum jerk while `progress` goes from `LIFT` to `LANDED`; up and down as
-    `64 height (s (1 - s))^3` beside a smooth change of level.
+    The horizontal motion has minimum jerk from `LIFT` to `LANDED`. The height is `64 height (s (1 - s))^3` plus a
+    smooth change of level.
 
     Parameters
     ----------
     start, start_yaw
-        Of the sole's centre when it left the ground, shape (3,) [m], [rad].
+        Position [m], shape (3,), and heading [rad] of the sole's center when it left the ground.
     goal
-        The footprint to reach, a little below z = 0.
+        Target footprint, slightly below z = 0.
     height
-        Above the ground half way [m].
+        Height above the ground in the middle of the swing [m].
     progress
-        0 to 1.
+        Progress of the swing, 0 to 1.
     duration
-        Of the swing [s].
+        Duration of the swing [s].
     """
     span = LANDED - LIFT
     share, rate, change = _min_jerk(min(max((progress - LIFT) / span, 0.0), 1.0), span * duration)

@@ -1,7 +1,7 @@
 """Tasks of the center of mass, the base and the swing foot, as accelerations and velocities.
 
-Where an acceleration makes up for an error e with `k e - 2 sqrt(k) e'`, the velocity that goes with it is `sqrt(k) e`
-beyond the planned one: an error with this velocity decays with critical damping and without residual motion.
+If the acceleration `k e - 2 sqrt(k) e'` corrects an error e, the desired velocity is the planned velocity plus
+`sqrt(k) e`: an error with this velocity decays with critical damping.
 """
 
 from collections.abc import Sequence
@@ -19,67 +19,67 @@ from stribeck_simulation.walking.balance.terms import FootState, Terms
 
 
 def desired_velocity(standing: Sequence[FootState], tasks: Sequence[Task]) -> Array:
-    """Compute the joint velocities that the tasks want while the standing feet rest [rad/s], shape (n,).
+    """Compute the desired joint velocities of the tasks, with standing feet at rest [rad/s], shape (n,).
 
-    `J_k v = velocity_k` and `J_c v = 0` by damped least squares; the base's velocity is eliminated by the first
-    standing foot's rest.
+    `J_k v = velocity_k` and `J_c v = 0` are solved by damped least squares; the rest of the first standing foot
+    eliminates the base's velocity.
 
     Parameters
     ----------
     standing
-        Feet that stand, one or two.
+        One or two standing feet.
     tasks
-        What should move.
+        Tasks with desired velocities.
     """
     root, others = standing[0], standing[1:]
     jacobian = np.concatenate([*(task.jacobian for task in tasks), *(foot.jacobian for foot in others)])
     wanted = np.concatenate([*(task.velocity for task in tasks), np.zeros(BASE * len(others))])
     reduced = jacobian[:, BASE:] - jacobian[:, :BASE] @ root.to_base @ root.jacobian[:, BASE:]
-    # weight of joints at rest [m^2] relative to the tasks: it keeps arms at rest and a stretched knee slow
+    # weight of joint velocities relative to the tasks [m^2]: it keeps arms at rest and stretched knees slow
     return np.linalg.solve(reduced.T @ reduced + 1e-3**2 * np.eye(reduced.shape[1]), reduced.T @ wanted)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Gains:
-    """Feedback and weights. Stiffness is in 1/s^2, each damping is critical; weights compare squared accelerations."""
+    """Feedback gains and weights: stiffness in 1/s^2 with critical damping; weights of squared accelerations."""
 
-    dcm: float = 3.0  # [1/s], with which an error of the DCM fades
+    dcm: float = 3.0  # decay rate of DCM errors [1/s]
     height: float = 100.0
     base: float = 400.0
     foot: float = 1600.0
     foot_tilt: float = 10000.0
     foot_time: float = 0.1  # time constant of the swing foot's integral, which compensates for friction [s]
-    foot_tilt_time: float = 0.05  # of its tilt, too
+    foot_tilt_time: float = 0.05  # time constant of the integral of its tilt [s]
     posture: float = 100.0
     held: float = 400.0  # stiffness of position-controlled joints
-    com_weight: float = 1000.0  # with the foot's value, joint friction makes sideways walking fall
+    com_weight: float = 1000.0  # with the foot's weight, joint friction causes falls in sideways walks
     foot_weight: float = 10.0
     base_weight: float = 30.0
     posture_weight: float = 1e-2
-    leg_weight: float = 1e-3  # of the legs' posture: the tasks move the legs, the upper body should not make up for it
+    leg_weight: float = 1e-3  # low weight of the legs' posture, so that the upper body does not compensate for the legs
     held_weight: float = 1.0
-    force_weight: float = 1e-6  # [1/N^2], towards the planned share of the weight
+    force_weight: float = 1e-6  # [1/N^2], for the planned distribution of the weight
     moment_weight: float = 1e-4  # [1/(N m)^2], keeps the pressure near the middle of the sole
-    friction: float = 0.6  # coefficient that the feet rely on
+    friction: float = 0.6  # assumed friction coefficient of the feet
 
 
 def com_task(terms: Terms, dcm: Array, zmp: Array, height: float, pulsation: float, gains: Gains) -> Task:
-    """Steer the DCM by the ZMP: `p = p_ref + (1 + k / w) (xi - xi_ref)` and `c'' = w^2 (c - p)`; keep the height.
+    """Control the DCM by the ZMP: `p = p_ref + (1 + k / w) (xi - xi_ref)` and `c'' = w^2 (c - p)`; keep the height.
 
-    Then `(xi - xi_ref)' = -k (xi - xi_ref)`. The velocity is the one that puts the DCM where it should be.
+    As a result, `(xi - xi_ref)' = -k (xi - xi_ref)`. The desired velocity moves the DCM to its reference.
 
     Parameters
     ----------
     terms
-        Of the robot now.
+        Terms at the robot's current state.
     dcm, zmp
-        Planned, shape (2,) [m].
+        Planned DCM and ZMP, shape (2,) [m].
     height
-        Of the centre of mass [m].
+        Height of the center of mass [m].
     pulsation
-        w [1/s].
+        w = sqrt(g / z) [1/s].
     gains
-        Feedback and weight.
+        Feedback gains and weights.
     """
     rate = gains.dcm / pulsation
     x, y, z = terms.com.tolist()
@@ -99,7 +99,7 @@ def com_task(terms: Terms, dcm: Array, zmp: Array, height: float, pulsation: flo
 
 
 def base_task(terms: Terms, spin: Array, yaw: float, yaw_rate: float, gains: Gains) -> Task:
-    """Keep the base upright, with a heading [rad] that changes [rad/s]; `spin` is its angular velocity in itself."""
+    """Keep the base upright at a heading [rad] and yaw rate [rad/s]; `spin` is its angular velocity in its axes."""
     error = pin.log3(terms.base_rotation.T @ upright(yaw))
     rate = terms.base_rotation[2] * yaw_rate
     wanted = gains.base * error + 2 * sqrt(gains.base) * (rate - spin)
@@ -117,19 +117,19 @@ def swing_error(foot: FootState, swing: Swing) -> Array:
 
 
 def swing_task(foot: FootState, swing: Swing, error: Array, missed: Array, gains: Gains) -> Task:
-    """Move the swing foot to where it should be, level and heading where it goes; in the sole's coordinates.
+    """Move the level swing foot to its desired pose, in the sole's coordinates.
 
     The sole's spatial acceleration (from its Jacobian) is the acceleration of its center minus w x v.
 
     Parameters
     ----------
     foot, swing
-        Present and desired pose of the sole.
+        Current and desired pose of the sole.
     error, missed
-        From `swing_error`, and its integral since the foot left the ground, shape (6,): light feet need it, because
-        friction in the ankle is large relative to the torque that moves them.
+        Pose error from `swing_error`, and its integral since the foot left the ground, shape (6,). Light feet require
+        the integral, because friction in the ankle is large relative to their inertial torque.
     gains
-        Feedback.
+        Feedback gains.
     """
     turn, linear, spin = foot.rotation, foot.velocity[:3], foot.velocity[3:]
     way, tilt = error[:3] + missed[:3] / gains.foot_time, error[3:] + missed[3:] / gains.foot_tilt_time

@@ -11,18 +11,18 @@ from stribeck_simulation.robots.sole import Sole
 
 
 class FootState(NamedTuple):
-    """A sole's motion.
+    """Motion of a sole.
 
     Attributes
     ----------
     rotation, place
-        Of the sole's centre in the world, shape (3, 3) and (3,) [m].
+        Rotation and position of the sole's center in the world, shape (3, 3) and (3,) [m].
     jacobian
-        To the velocity in the sole's own coordinates, linear then angular, shape (6, nv).
+        Jacobian of linear and angular velocity in sole coordinates, shape (6, nv).
     velocity, drift
-        The velocity there, and the spatial acceleration without joint acceleration, shape (6,).
+        Velocity in sole coordinates, and spatial acceleration without joint acceleration, shape (6,).
     to_base
-        Turns spatial velocities in the sole's coordinates into the base's, shape (6, 6).
+        Matrix that converts spatial velocities from sole to base coordinates, shape (6, 6).
     """
 
     rotation: Array
@@ -34,18 +34,18 @@ class FootState(NamedTuple):
 
 
 class Terms(NamedTuple):
-    """The robot at one state.
+    """Dynamics of the robot at one state.
 
     Attributes
     ----------
     inertia, bias
-        M, shape (nv, nv), and h, shape (nv,).
+        Inertia matrix M, shape (nv, nv), and bias forces h, shape (nv,).
     base_rotation
-        Shape (3, 3).
+        Rotation from the base to the world, shape (3, 3).
     com, com_velocity, com_jacobian, com_drift
-        Of the centre of mass in the world: (3,), (3,), (3, nv), (3,).
+        Center of mass in the world and its derivatives, shapes (3,), (3,), (3, nv) and (3,).
     feet
-        In the robot's order of contacts.
+        Feet in the robot's order of contacts.
     """
 
     inertia: Array
@@ -59,7 +59,7 @@ class Terms(NamedTuple):
 
 
 class Dynamics:
-    """Pinocchio's model of a robot with a frame at the centre of each sole."""
+    """Pinocchio's model of a robot, with a frame at the center of each sole."""
 
     def __init__(self, robot: Robot, soles: dict[str, Sole], model: pin.Model | None = None):
         self.model = pin.Model(model or robot.tree.model)
@@ -82,7 +82,7 @@ class Dynamics:
         """Compute the terms at a state of Pinocchio."""
         model, data = self.model, self.data
         upper = pin.crba(model, data, configuration)
-        inertia = np.where(self._upper, upper, upper.T)  # the lower triangle is not all filled
+        inertia = np.where(self._upper, upper, upper.T)  # Pinocchio fills only parts of the lower triangle
         bias = pin.nonLinearEffects(model, data, configuration, velocity)
         pin.forwardKinematics(model, data, configuration, velocity, self._rest)
         pin.computeJointJacobians(model, data)
