@@ -18,7 +18,7 @@ PRESS = 0.001
 
 @dataclass(frozen=True, eq=False)
 class Swing:
-    """Position [m], velocity and acceleration of a sole's center in the world, shape (3,) each; heading and its rates."""
+    """Position [m], velocity and acceleration of a sole's center, shape (3,) each; heading and its rates."""
 
     place: Array
     velocity: Array
