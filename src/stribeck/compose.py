@@ -109,7 +109,7 @@ def compose(
             (samples, close_up),
             prepared,
             correction,
-            provenance(settings, method.uses, robot.path, choices),
+            provenance(fitted.settings or settings, method.uses, robot.path, choices),
         ),
     )
 

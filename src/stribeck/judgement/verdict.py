@@ -1,6 +1,7 @@
 """Verdicts on joints and parameters: what the log supports."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -25,6 +26,12 @@ from stribeck.settings import Settings
 
 NOT_FITTED = "too little motion in the parts that the method can use; record longer motion between contact changes"
 """Reason for a joint that moves, but not in the contact modes that the fit uses."""
+
+ALWAYS_STANDS = (
+    "0 usable samples: several feet always stand, which leaves the contact forces on this joint unknown; lift one foot "
+    "at a time, or hang the robot up"
+)
+"""Reason for a joint of a leg that always shares the load with others."""
 
 
 def judge(
@@ -54,7 +61,8 @@ def judge(
         prismatic = samples.slides(column)
         moved = excitation(problem, prismatic)
         if joint not in fits or not moved.samples:
-            results[joint] = _not_excited(moved)
+            shared = not moved.samples and all("+" in support for support in samples.support_names)
+            results[joint] = _not_excited(replace(moved, reason=ALWAYS_STANDS) if shared else moved)
         else:
             passive = not added_power(samples, column, fits[joint].by_name.get("offset", 0.0))
             results[joint] = _judge_joint(fits[joint], problem, moved, validations[joint], prismatic, criteria, passive)

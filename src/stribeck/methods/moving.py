@@ -12,63 +12,81 @@ from stribeck.friction_torque.preparation import PreparedLog
 from stribeck.judgement.curve_fit.problem import FitProblem
 from stribeck.judgement.excitation import excitation, why_none
 from stribeck.robot import Robot
+from stribeck.settings import Settings
+from stribeck.whole_log.equations.contact_mode import find_contact_modes
 from stribeck.whole_log.equations.segments import cut_segments
 
 
 def joints_that_move(
-    prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw
+    prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw, settings: Settings
 ) -> tuple[NDArray[np.int64], tuple[str, ...], Array]:
     """Find the columns of the torque-controlled joints that move enough, their couplings, and all top speeds.
 
-    The top speeds [rad/s] are ordered by joints, then couplings.
+    The top speeds [rad/s] are ordered by joints, then couplings. Only the samples count whose equations the settings
+    allow.
     """
-    velocity, block = _some_speeds(prepared, robot)
+    velocity, block, used = _some_speeds(prepared, robot, settings)
     names = [robot.joint_names[column] for column in robot.torque_controlled]
 
-    def reason(speed: Array, prismatic: bool) -> str:
+    def reason(speed: Array, prismatic: bool, rows: NDArray[np.bool_]) -> str:
         problem = FitProblem(
             law=law,
             parameters=law.parameters,
-            velocity=speed,
-            friction_torque=np.zeros(len(speed)),
+            velocity=speed[rows],
+            friction_torque=np.zeros(rows.sum()),
             acceleration=None,
-            block=block,
+            block=block[rows],
         )
         return excitation(problem, prismatic).reason
 
+    if not used.any():
+        raise NothingIdentifiedError(
+            "no joint can be identified from this log: contact forces act on all joints that corrections = "
+            f"'{settings.corrections}' and double_support = '{settings.double_support}' use; lift one foot at a time, "
+            "or set double_support = 'fit' for soles, and corrections = 'none' or 'inertia'"
+        )
     slides = [robot.prismatic[column] for column in robot.torque_controlled]
-    reasons = [reason(own, slide) for own, slide in zip(velocity.T, slides, strict=True)]
+    reasons = [reason(*each) for each in zip(velocity.T, slides, used.T, strict=True)]
     moves = np.array([not reason for reason in reasons])
     if not moves.any():
         raise NothingIdentifiedError(why_none(dict(zip(names, reasons, strict=True))))
     moving = {name for name, moved in zip(names, moves, strict=True) if moved}
     sums = {name: velocity @ robot.coefficients(names, [name])[:, 0] for name in robot.couplings}
     couplings = [
-        name for name, own in robot.couplings.items() if moving.issuperset(own) and not reason(sums[name], False)
+        name
+        for name, own in robot.couplings.items()
+        if moving.issuperset(own) and not reason(sums[name], False, np.ones(len(block), dtype=bool))
     ]
     speeds = np.column_stack([velocity[:, moves], *(sums[name] for name in couplings)])
     top_speeds = np.percentile(np.abs(speeds), 99.9, axis=0)  # excludes impacts
     return robot.torque_controlled[moves], tuple(couplings), top_speeds
 
 
-def _some_speeds(prepared: Sequence[PreparedLog], robot: Robot) -> tuple[Array, NDArray[np.int64]]:
-    """Compute speeds of the torque-controlled joints, shape (N, n), and their segments, shape (N,)."""
+def _some_speeds(
+    prepared: Sequence[PreparedLog], robot: Robot, settings: Settings
+) -> tuple[Array, NDArray[np.int64], NDArray[np.bool_]]:
+    """Compute speeds of the torque-controlled joints, shape (N, n), their segments, (N,), and those used, (N, n)."""
     cut = []
     for part in prepared:
         period = part.sampling.period
         step = max(1, round(0.010 / period))  # speeds over 10 ms
         segments = cut_segments(part.support.phases, part.sampling.segments, period, 0, 5 * step)
-        cut += [(part, step, segment) for segment in segments]
+        tilted = settings.tilt != "flat" and part.log.base_orientation is not None
+        modes = find_contact_modes(robot, segments, robot.torque_controlled, settings, tilted=tilted)
+        seen = {feet: mode.with_rows for feet, mode in modes.items()}
+        cut += [(part, step, segment, seen.get(segment.feet, np.array(False))) for segment in segments]
     if not cut:
         raise NothingIdentifiedError(
             "no joint can be identified from this log: every support phase is shorter than the time excluded "
             "around contact changes"
         )
-    many = sum((segment.last - segment.first) // step for _, step, segment in cut)
+    many = sum((segment.last - segment.first) // step for _, step, segment, _ in cut)
     speeds: list[Array] = []
     blocks: list[NDArray[np.int64]] = []
-    for part, step, segment in cut[:: -(-many // 200_000)]:  # long logs: every k-th segment
+    used: list[NDArray[np.bool_]] = []
+    for part, step, segment, with_rows in cut[:: -(-many // 200_000)]:  # long logs: every k-th segment
         position = part.log.position[segment.first : segment.last : step, robot.torque_controlled]
         speeds.append(np.diff(position, axis=0) / (step * part.sampling.period))
         blocks.append(np.full(len(position) - 1, len(blocks)))
-    return np.concatenate(speeds), np.concatenate(blocks)
+        used.append(np.broadcast_to(with_rows, speeds[-1].shape))
+    return np.concatenate(speeds), np.concatenate(blocks), np.concatenate(used)

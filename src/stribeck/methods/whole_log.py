@@ -7,6 +7,7 @@ from collections import ChainMap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -210,14 +211,12 @@ def identify_whole_log(
     NothingIdentifiedError
         If no joint moves enough, or no segment can be used.
     """
-    columns, couplings, top_speed = joints_that_move(prepared, robot, law)
+    columns, couplings, top_speed = joints_that_move(prepared, robot, law, settings)
     forms = weak_forms(prepared, robot, columns, couplings, settings)
     equations = equation_sequence(forms)
     if not equations:
         raise NothingIdentifiedError(
-            "no joint can be identified from this log: no contact mode of the robot can be used with "
-            f"corrections = '{settings.corrections}' and double_support = '{settings.double_support}'; where "
-            "several feet stand, soles take double_support = 'fit', and corrections may be 'none' or 'inertia'"
+            "no joint can be identified from this log: every support phase is shorter than the filters' windows"
         )
     noise = np.max([form.velocity_noise for form in forms], axis=0)
     rest = np.maximum(settings.rest * top_speed, NOISE_FACTOR * noise)
@@ -268,6 +267,8 @@ def find(
     """
     cleaned = [_without_spikes(part) for part in prepared]
     prepared = [part for part, _ in cleaned]
+    if settings.corrections == "auto":
+        settings = settings.model_copy(update={"corrections": usual_corrections(prepared, robot)})
     found = identify_whole_log(prepared, robot, law, settings, lambda share: progress("fitting the whole log", share))
     return Fitted(
         fits=found.fits,
@@ -297,14 +298,19 @@ def _unseen(found: WholeLog, prepared: Sequence[PreparedLog], robot: Robot) -> U
     return Unseen(fits=before.fits, robot=robot, logs=logs, correct=before.corrected)
 
 
-def usual_corrections(robot: Robot) -> str:
-    """Choose the default corrections: calibration is included if the robot stands on soles.
+def usual_corrections(prepared: Sequence[PreparedLog], robot: Robot) -> Literal["inertia", "calibration"]:
+    """Choose the default corrections: calibration is included if the robot stands on one sole at a time.
 
-    On a fixed base, gains and friction are correlated; loops of point feet cannot be used with encoder zeros.
+    On a fixed base and on both feet, gains and friction are correlated; loops of point feet cannot be used with encoder
+    zeros.
     """
     if robot.loops:  # encoder zeros of a chain that is closed are not independent
         return "inertia"
-    return "calibration" if {contact.kind for contact in robot.contacts.values()} == {"surface"} else "inertia"
+    rows = dict.fromkeys(("single", "double"), 0)
+    for phase in (phase for part in prepared for phase in part.support.phases if phase.kind in rows):
+        rows[phase.kind] += phase.stop - phase.start
+    soles = {contact.kind for contact in robot.contacts.values()} == {"surface"}
+    return "calibration" if soles and rows["single"] > 0.1 * rows["double"] else "inertia"
 
 
 def _without_spikes(prepared: PreparedLog) -> tuple[PreparedLog, str]:
@@ -328,7 +334,7 @@ WHOLE_LOG = Method(
     | {"double_support", "corrections"}
     | {f"priors.{key}" for key in Priors.model_fields},
     laws=ChainMap[str, type[FrictionLaw]](LAWS, {AUTO: AutoLaw}),
-    defaults=lambda robot: {"law": AUTO, "corrections": usual_corrections(robot)},
+    defaults=lambda _: {"law": AUTO},
     find=find,
     loops=True,
 )

@@ -79,7 +79,7 @@ def _row_maker(
     prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw, settings: Settings
 ) -> tuple[RowMaker, tuple[str, ...], Array]:
     """Create the builder of rows, and list the moving joints and couplings and their top speeds [rad/s]."""
-    joints, couplings, top_speed = joints_that_move(prepared, robot, law)
+    joints, couplings, top_speed = joints_that_move(prepared, robot, law, settings)
     names = (*(robot.joint_names[column] for column in joints), *couplings)
     maker = RowMaker(
         robot=robot,

@@ -16,7 +16,7 @@ from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.settings import Settings
 from stribeck.whole_log.equations import filters
-from stribeck.whole_log.equations.contact_mode import ContactMode, find_contact_mode, null_projection, without_forces
+from stribeck.whole_log.equations.contact_mode import ContactMode, find_contact_modes, null_projection, without_forces
 from stribeck.whole_log.equations.noise import NoiseLevels, measure_noise
 from stribeck.whole_log.equations.regressors import correction_regressors, find_corrections
 from stribeck.whole_log.equations.segments import Segment, cut_segments
@@ -93,7 +93,7 @@ class WeakForm:
         left = mode.left_side(state, torque + external, wrench)
         centers = self._at_windows(state, segment)
         encoder, root, unknowns = mode.responses(centers.position)
-        free, half, rows = None, len(window.taps) // 2, len(mode.rows)
+        free, half = None, len(window.taps) // 2
         if unknowns is not None:
             free = null_projection(unknowns)
             left = without_forces(left, unknowns, half, window.step)
@@ -103,13 +103,13 @@ class WeakForm:
             return of_rows if free is None else free @ of_rows
 
         on_joints = acting(self.couplings)
-        on_rows = np.vstack([np.zeros((rows - len(joints), on_joints.shape[1])), on_joints])
-        plain = free is None and rows == len(joints) and not self.couplings.size
+        on_rows = mode.on_rows(on_joints)
+        plain = free is None and on_rows.shape == (len(joints), len(joints))
         smooth_torque, regressors = window.apply(torque[:, joints]), None
         if self.corrections.size:
             rate = window.apply(np.gradient(self._late(segment, torque)[:, joints], self.period, axis=0))
             measured = np.stack([smooth_torque, rate]), None if wrench is None else window.apply(wrench)
-            regressors = summed(correction_regressors(self.corrections, mode, centers, on_rows, *measured))
+            regressors = summed(correction_regressors(self.corrections, mode, centers, on_joints, *measured))
         time = log.time[segment.first + half :: window.step][: len(centers.position)]
         standing = self.robot.standing(segment.feet)[joints] if self.robot.base != "fixed" else np.zeros(len(joints))
         overlaps = window.overlaps(self.sharp[2], np.ones(1))
@@ -239,9 +239,8 @@ def weak_form(
     segments = cut_segments(phases, unbroken, period, margin, shortest, surfaces)
     measured = log.foot_names if wrenches and log.foot_wrench is not None and settings.corrections != "none" else ()
     sensed = [foot for foot in surfaces if foot in measured]
-    modes = {feet: find_contact_mode(robot, feet, columns, sensed) for feet in {part.feet: None for part in segments}}
     tilted = robot.base == "floating" and settings.tilt != "flat" and log.base_orientation is not None
-    used = {feet: mode for feet, mode in modes.items() if _used(mode, tilted, settings)}
+    used = find_contact_modes(robot, segments, columns, settings, tilted=tilted, sensed=sensed)
     return WeakForm(
         robot=robot,
         log=log,
@@ -260,15 +259,3 @@ def weak_form(
         couplings=robot.coefficients(names, couplings),
         period=period,
     )
-
-
-def _used(mode: ContactMode, tilted: bool, settings: Settings) -> bool:
-    """Return whether a contact mode is used.
-
-    Several surfaces are used only with `double_support = "fit"`, because they add little. Loops of feet are not used
-    where encoder zeros are corrected, because these turn the contact forces too.
-    """
-    if not mode.feet:
-        return tilted or not mode.flies
-    allowed = (not mode.foot or settings.double_support == "fit") and settings.corrections != "calibration"
-    return allowed and len(mode.rows) > mode.forces

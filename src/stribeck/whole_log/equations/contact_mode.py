@@ -5,6 +5,9 @@ unknown contact forces act through their Jacobian J on the rows, and only the su
 P = null(J) (Aghili 2005; Mistry, Buchli and Schaal 2010). In flight no force acts, but the root's acceleration is
 unknown: it takes the place of the forces, and the inertia matrix's columns of the root take the place of J^T. Rows
 contain no joints without a measured torque, so that no sum needs them.
+
+Contact forces do not act on the rows of joints that are not between the base and a standing foot, such as the arms.
+On several soles, only these rows are used, unless `double_support` is "fit".
 """
 
 from collections.abc import Sequence
@@ -21,6 +24,11 @@ from stribeck.dynamics.rooted import RootMotion, inertia_matrix, rooted_inverse_
 from stribeck.dynamics.state import State
 from stribeck.robot import Robot
 from stribeck.robot.rooting import RootedModel
+from stribeck.settings import Settings
+from stribeck.whole_log.equations.segments import Segment
+
+ENOUGH = 0.1
+"""Share of a log [1] in modes that have the rows of all joints, above which other modes are not used."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +45,8 @@ class ContactMode:
         Contacts whose unknown forces act on the rows.
     joints
         Columns of the joints that are used, shape (n,).
+    with_rows
+        Whether the row of each of these joints is used, shape (n,).
     sensor
         Number of the wrench sensor on `foot`, if the wrench is used: the root's own six rows are used too then.
     """
@@ -46,6 +56,7 @@ class ContactMode:
     foot: str
     feet: tuple[str, ...]
     joints: NDArray[np.int64]
+    with_rows: NDArray[np.bool_]
     sensor: int | None = None
 
     @property
@@ -62,7 +73,12 @@ class ContactMode:
     def rows(self) -> NDArray[np.int64]:
         """Rows of the equation of motion: the root's six, if free or sensed, the joints'; as in `inertia_matrix`."""
         own = np.arange(self.rooted.root_size) if self.sensor is not None or not self.foot else np.arange(0)
-        return np.concatenate([own, self.rooted.root_size + self.joints])
+        return np.concatenate([own, self.rooted.root_size + self.joints[self.with_rows]])
+
+    def on_rows(self, on_joints: Array) -> Array:
+        """Select the effects on the used rows from effects on the joints, shape (n, c) -> (rows, c)."""
+        own = on_joints[self.with_rows]
+        return np.vstack([np.zeros((len(self.rows) - len(own), own.shape[1])), own])
 
     def root(self, state: State) -> RootMotion | None:
         """Compute how the root moves."""
@@ -79,7 +95,7 @@ class ContactMode:
         """
         motion = state.position, state.velocity, state.acceleration
         wrench, needed = rooted_inverse_dynamics(self.rooted, *motion, self.root(state))
-        joints = without_loop_forces(self.robot, state.position, torque - needed)[:, self.joints]
+        joints = without_loop_forces(self.robot, state.position, torque - needed)[:, self.joints[self.with_rows]]
         if measured is not None:
             return np.hstack([measured - wrench, joints])
         return joints if self.foot or not self.rooted.floating else np.hstack([-wrench, joints])
@@ -125,16 +141,59 @@ class ContactMode:
 
 
 def find_contact_mode(
-    robot: Robot, feet: tuple[str, ...], joints: NDArray[np.int64], sensed: Sequence[str] = ()
+    robot: Robot,
+    feet: tuple[str, ...],
+    joints: NDArray[np.int64],
+    sensed: Sequence[str] = (),
+    *,
+    loops: bool = True,
 ) -> ContactMode:
-    """Build the contact mode of the standing feet (none for a fixed base), some with force sensors (`sensed`)."""
+    """Build the contact mode of the standing feet (none for a fixed base), some with force sensors (`sensed`).
+
+    Without `loops`, several feet, one of them a surface, keep only the rows that contact forces do not act on.
+    """
+    every = np.ones(len(joints), dtype=bool)
     if robot.base == "fixed":
-        return ContactMode(robot, robot.tree, "", (), joints)
+        return ContactMode(robot, robot.tree, "", (), joints, every)
     surface = next((foot for foot in feet if robot.contacts[foot].kind == "surface"), "")
     rooted = robot.rooted_at(surface) if surface else robot.tree
     others = tuple(foot for foot in feet if foot != surface)
+    if surface and others and not loops:
+        return ContactMode(robot, rooted, surface, (), joints, ~robot.standing(feet)[joints])
     sensor = sensed.index(surface) if surface in sensed and not others else None
-    return ContactMode(robot, rooted, surface, others, joints, sensor)
+    return ContactMode(robot, rooted, surface, others, joints, every, sensor)
+
+
+def find_contact_modes(
+    robot: Robot,
+    segments: Sequence[Segment],
+    joints: NDArray[np.int64],
+    settings: Settings,
+    *,
+    tilted: bool,
+    sensed: Sequence[str] = (),
+) -> dict[tuple[str, ...], ContactMode]:
+    """Build the contact modes of a log that the settings allow, by standing feet.
+
+    `tilted` states whether the base orientation is measured and used; flight requires it. Encoder zeros turn the
+    contact forces of loops, which are not used then. Modes without the rows of some joints are used only if the log has
+    little else: equations that contain all joints are worth more.
+    """
+    calibrated = settings.corrections == "calibration"
+    loops = settings.double_support == "fit" and not calibrated  # soles that stand together add little
+    time: dict[tuple[str, ...], int] = {}
+    for segment in segments:
+        time[segment.feet] = time.get(segment.feet, 0) + segment.last - segment.first
+    modes = {feet: find_contact_mode(robot, feet, joints, sensed, loops=loops) for feet in time}
+    modes = {
+        feet: mode
+        for feet, mode in modes.items()
+        if mode.with_rows.any()
+        and (tilted or not mode.flies)
+        and not (mode.feet and (calibrated or len(mode.rows) <= mode.forces))
+    }
+    whole = {feet: mode for feet, mode in modes.items() if mode.with_rows.all()}
+    return whole if sum(time[feet] for feet in whole) > ENOUGH * sum(time.values()) else modes
 
 
 def _root_from_joints(jacobian: Array) -> Array:

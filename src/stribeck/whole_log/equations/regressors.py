@@ -59,7 +59,7 @@ def find_corrections(
 
 
 def correction_regressors(
-    layout: CorrectionLayout, mode: ContactMode, state: State, acting: Array, torques: Array, wrench: Array | None
+    layout: CorrectionLayout, mode: ContactMode, state: State, on_joints: Array, torques: Array, wrench: Array | None
 ) -> Array:
     """Compute the derivatives of the rows by all corrections, shape (K, rows, c), from smoothed signals.
 
@@ -69,14 +69,14 @@ def correction_regressors(
         The corrections.
     mode, state
         Contact mode, and motion at the windows' centers.
-    acting
-        How friction of joints and couplings acts on the rows, shape (rows, n + couplings).
+    on_joints
+        How friction of joints and couplings acts on the joints, shape (n, n + couplings).
     torques
         Measured torques [N m] and their time derivatives [N m/s], shape (2, K, n).
     wrench
         Measured wrench on the standing foot [N], [N m], shape (K, 6); None if it is not used.
     """
-    robot, turn = mode.robot, state.orientation
+    robot, turn, acting = mode.robot, state.orientation, mode.on_rows(on_joints)
     own = acting[:, : len(mode.joints)]
     found, root = [], mode.root(state)
     if layout.bodies and robot.loops:
@@ -99,8 +99,8 @@ def correction_regressors(
             sensors[:, :6, mode.sensor, :6], sensors[:, :6, mode.sensor, 6] = np.eye(6), wrench
         found.append(sensors.reshape(*sensors.shape[:2], -1))
     if rotors := list(layout.rotors):
-        turned = acting[len(acting) - len(mode.joints) :, rotors]
-        found.append((state.acceleration[:, mode.joints] @ turned)[:, None] * acting[:, rotors])
+        turned = state.acceleration[:, mode.joints] @ on_joints[:, rotors]
+        found.append(turned[:, None] * acting[:, rotors])
     return np.concatenate(found, axis=2)
 
 
