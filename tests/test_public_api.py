@@ -37,7 +37,15 @@ PUBLIC = ERRORS | {
     "write_log",
     "write_report",
 }
-METHODS = ("Result.to_dataframe", "JointResult.friction", "Robot.from_file", "Robot.from_model", "RobotLog.from_frame")
+METHODS = (
+    "Result.to_dataframe",
+    "JointResult.friction",
+    "JointResult.plot",
+    "Robot.from_file",
+    "Robot.from_model",
+    "RobotLog.from_frame",
+    "RobotLog.to_frame",
+)
 WITHOUT_EXAMPLE = {"__version__"}
 
 
@@ -114,3 +122,13 @@ def test_the_example_of_each_public_name_runs(
     with mock.patch.dict(LAWS):
         failed = doctest.DocTestRunner(optionflags=flags).run(example, out=said.append).failed
     assert not failed, "".join(said)
+
+
+def test_objects_are_one_line_of_text_and_a_table_in_notebooks(desk: dict[str, Any]) -> None:
+    result, robot, log = desk["result"], desk["robot"], desk["log"]
+    others = (stribeck.compare(result, result), stribeck.plan(result, robot), stribeck.inspect_log(log, robot))
+    for thing in (result, result.joints["elbow"], robot, log, *others):
+        assert len(repr(thing)) < 250
+        page = thing._repr_html_()
+        assert page.startswith("<table><caption>")
+        assert len(page) < 10_000

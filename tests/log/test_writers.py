@@ -29,6 +29,14 @@ def test_a_log_is_read_as_it_was_written(tmp_path: Path, suffix: str, log: Robot
     assert again.foot_names == log.foot_names
 
 
+def test_a_frame_of_a_log_is_read_as_the_same_log() -> None:
+    pytest.importorskip("pandas")
+    again = RobotLog.from_frame(LOG.to_frame(), StubRobot())  # type: ignore[arg-type]
+    assert {*again.channels()} == {*LOG.channels()}
+    for name, values in LOG.channels().items():
+        np.testing.assert_allclose(again.channels()[name].astype(float), values.astype(float), atol=1e-9, err_msg=name)
+
+
 def test_missing_values_stay_missing(tmp_path: Path) -> None:
     torque = LOG.torque.copy()
     torque[5, 1] = np.nan

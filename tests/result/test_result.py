@@ -1,6 +1,9 @@
 """What a result says in a program: friction curves, tables, one line of text."""
 
+import copy
 import json
+import operator
+import pickle
 import re
 import sys
 from dataclasses import replace
@@ -105,13 +108,16 @@ def test_a_table_has_a_row_for_each_parameter_and_each_joint_without() -> None:
     table = result(hip=joint({}), knee=joint(STRIBECK)).to_dataframe()
     assert [*table.columns] == [
         *("joint", "parameter", "value", "standard_error", "low", "high"),
-        *("unit", "verdict", "joint_verdict", "reason"),
+        *("unit", "verdict", "joint_verdict"),
     ]
     assert table.joint.to_list() == ["hip"] + ["knee"] * 6
     row = table[table.parameter == "coulomb"].iloc[0]
     assert (row.value, row.low, row.high, row.unit) == (1.2, 1.0, pytest.approx(1.4), "N m")
     assert table.value.isna().to_list() == [True] + [False] * 6
     assert table.iloc[0].joint_verdict == "not excited"
+    joints = result(hip=joint({}), knee=joint(STRIBECK, curve=curve(1.1))).to_dataframe("joints").set_index("joint")
+    assert joints.loc["hip"].reason == "it <moves> too little"
+    assert (joints.loc["knee"].friction, joints.loc["knee"].unit) == (0.6, "N m")
 
 
 def test_without_pandas_there_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -126,8 +132,36 @@ def test_a_result_is_one_line_of_text_and_a_table_in_notebooks() -> None:
     page = found._repr_html_()
     assert "<td>1.2 ± 0.1 N m</td>" in page
     assert "r &amp; d" in page
-    assert 'title="it &lt;moves&gt; too little"><th>&lt;hip&gt;</th>' in page
-    assert len(re.findall("<td></td>", page)) == len(STRIBECK)
+    assert "<td>&lt;hip&gt;</td>" in page
+    assert "<td>not excited</td><td>it &lt;moves&gt; too little</td>" in page
+    assert len(re.findall("<td></td>", page)) == len(STRIBECK) + 1  # parameters of the hip, reason of the knee
+
+
+def test_dictionaries_are_read_only_and_can_be_pickled() -> None:
+    found = result(knee=joint(STRIBECK))
+    for change in (
+        lambda: found.joints.update(hip=joint({})),
+        lambda: found.joints["knee"].parameters.pop("coulomb"),
+        lambda: operator.delitem(found.joints, "knee"),
+        lambda: operator.ior(found.joints, {}),
+    ):
+        with pytest.raises(TypeError, match="read-only; change a copy"):
+            change()
+    for copied in (pickle.loads(pickle.dumps(found)), copy.deepcopy(found)):
+        assert copied == found
+        assert copied.to_json() == found.to_json()
+        with pytest.raises(TypeError):
+            del copied.joints["knee"]
+
+
+def test_samples_stand_behind_a_curve_and_outliers_leave_its_scale() -> None:
+    velocity = np.linspace(-1.0, 1.0, 1000)
+    torque = np.where(np.arange(1000) % 100, np.sign(velocity), 50.0)
+    measured = replace(joint(STRIBECK), law="stribeck", measured=(velocity, torque))
+    axes = measured.plot()
+    assert len(axes.lines[0].get_xdata()) == 1000
+    assert max(map(abs, axes.get_ylim())) < 5.0
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("velocity [rad/s]", "friction torque [N m]")
 
 
 def test_a_figure_has_every_joint_with_its_band() -> None:

@@ -6,8 +6,10 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+from tests.arm import arm_log, write_arm
 from tests.models import MODELS, example_robot, make_robot
 
+from stribeck import export, identify
 from stribeck.errors import RobotFileError
 from stribeck.robot import Robot
 
@@ -386,3 +388,24 @@ def test_wrong_roles_are_refused_without_a_robot_file(tmp_path, case):
     write_robot(tmp_path)
     with pytest.raises(RobotFileError, match=words):
         Robot.from_urdf(tmp_path / name, **roles)
+
+
+def test_a_pinocchio_model_is_a_robot_without_a_file(tmp_path):
+    """Friction is identified on it, and exports that write its model file are refused."""
+    write_arm(tmp_path)
+    model = pin.buildModelFromUrdf(str(tmp_path / "arm.urdf"))
+    made, read = Robot.from_model(model), Robot.from_model(tmp_path / "arm.urdf", base="fixed")
+    assert (made.base, made.joint_names, made.path) == ("fixed", read.joint_names, "")
+    model.gravity.linear = np.zeros(3)
+    log = arm_log(read, duration=8.0)
+    found = [identify(log, robot, method="curve-fit", law="coulomb-viscous") for robot in (made, read)]
+    assert found[0].joints == found[1].joints
+    assert export(found[0], made, tmp_path / "friction.yaml", "yaml")
+    for target in ("urdf", "mjcf"):
+        with pytest.raises(RobotFileError, match="made from a Pinocchio model, and this needs a model file; use"):
+            export(found[0], made, tmp_path / "found.xml", target)
+    floating = pin.buildModelFromUrdf(str(tmp_path / "arm.urdf"), pin.JointModelFreeFlyer())
+    assert Robot.from_model(floating, contacts={"hand": "hand"}).base == "floating"
+    assert Robot.from_model(floating, base="fixed").base == "fixed"
+    with pytest.raises(RobotFileError, match=r"has a fixed root; expected one built with pin.JointModelFreeFlyer\(\)"):
+        Robot.from_model(model, base="floating")

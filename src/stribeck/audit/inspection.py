@@ -9,6 +9,7 @@ import numpy as np
 
 from stribeck.audit import Evidence, delays, find_torques, findings, gather, model_findings
 from stribeck.base.finding import Finding
+from stribeck.base.text_table import TextTable, span
 from stribeck.base.threads import one_blas_thread
 from stribeck.base.typing import Array, TorqueSource
 from stribeck.differentiation import make_filter
@@ -86,7 +87,35 @@ class Inspection:
 
     def __repr__(self) -> str:
         size = f"{self.samples} samples in {self.duration:.4g} s, {len(self.joints)} joints"
-        return f"Inspection({self.robot!r}, {self.path or 'log'}: {size}, {len(self.findings)} findings)"
+        found = f"{len(self.findings)} finding{'s' * (len(self.findings) != 1)}"
+        return f"Inspection({self.robot!r}, {self.path or 'log'}: {size}, {found})"
+
+    def table(self) -> TextTable:
+        """Build a table with one row per joint, and one sentence per finding and note."""
+        late = any(finding.check == "torque-delay" for finding in self.audit)
+        rows = [
+            [
+                name,
+                *map(span, (joint.position_range, joint.velocity_range, joint.torque_range)),
+                "" if joint.correlation is None else f"{joint.correlation:.2f}",
+                *["" if joint.delay is None else f"{1e3 * joint.delay:+.2f}"] * late,
+                "unclear: the model's torque is too small" if joint.sign == "unclear" else joint.sign,
+            ]
+            for name, joint in self.joints.items()
+        ]
+        return TextTable(
+            title=f"Joints of {self.robot}",
+            left=["joint"],
+            right=["position [rad]", "velocity [rad/s]", "torque [N m]", "correlation with model"]
+            + ["torque delay [ms]"] * late,
+            last=["sign"],
+            rows=rows,
+            notes=[f"finding: {finding.line}" for finding in self.audit] + [f"note: {text}" for text in self.notes],
+        )
+
+    def _repr_html_(self) -> str:
+        """Format the table for notebooks."""
+        return self.table().html()
 
     def to_json(self) -> str:
         """Return the inspection as JSON text."""

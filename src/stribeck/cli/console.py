@@ -13,15 +13,24 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
+from stribeck.base.text_table import TextTable, number, span
+
 if TYPE_CHECKING:
     from stribeck.audit.inspection import Inspection
     from stribeck.plan.plan import Plan
     from stribeck.replay.replay import Replay
     from stribeck.result import CurvePoint, ParameterEstimate, Result
-    from stribeck.result.compare import Comparison, Difference
+    from stribeck.result.compare import Comparison
 
 ERRORS = Console(stderr=True, emoji=False)
-STYLES = {"identified": "green", "weak": "yellow", "no friction": "cyan", "not excited": "dim"}
+STYLES = {
+    "identified": "green",
+    "weak": "yellow",
+    "no friction": "cyan",
+    "not excited": "dim",
+    "opposite": "red",
+    "no": "red",
+}
 WIDE = 140
 """Minimum width of a terminal [columns] for friction at three speeds; narrower tables show the middle speed."""
 PLAIN_WIDTH = 160
@@ -61,26 +70,30 @@ def progress_bar(quiet: bool) -> Iterator[Any]:
         yield lambda stage, share: progress.update(task, description=stage, completed=share)
 
 
-def number(value: float) -> str:
-    """Format a number with four significant digits."""
-    return f"{value:.4g}"
+def _print_table(table: TextTable) -> None:
+    """Print a table and its notes; long cells are folded, never cut, and rows of one name form a section.
 
-
-def _table(title: str, left: Sequence[str], right: Sequence[str] = (), last: Sequence[str] = ()) -> Table:
-    """Create an empty table with text, number and text columns; long cells are folded, never cut."""
-    table = Table(title=Text(title, style="table.title"))
-    for headings, justify in ((left, "left"), (right, "right"), (last, "left")):
+    Names in the first column stay on one line unless they need half of the width.
+    """
+    console, drawn = _console(), Table(title=Text(table.title, style="table.title"))
+    for headings, justify in ((table.left, "left"), (table.right, "right"), (table.last, "left")):
         for heading in headings:
-            table.add_column(Text(heading), justify=justify, overflow="fold")  # type: ignore[arg-type]
-    return table
-
-
-def _show(table: Table, names: Iterable[str]) -> None:
-    """Print a table; names in its first column stay on one line unless they need half of the width."""
-    console, longest = _console(), max(map(cell_len, names), default=0)
+            drawn.add_column(Text(heading), justify=justify, overflow="fold")  # type: ignore[arg-type]
+    names = [row[0] for row in table.rows]
+    for k, row in enumerate(table.rows):
+        first = "" if k and names[k - 1] == names[k] else row[0]
+        ends = len(set(names)) < len(names) and names[k + 1 : k + 2] != [names[k]]
+        drawn.add_row(Text(first), *(Text(cell, style=_style(cell)) for cell in row[1:]), end_section=ends)
+    longest = max(map(cell_len, names), default=0)
     if longest <= console.width // 2:
-        table.columns[0].no_wrap, table.columns[0].min_width = True, longest
-    console.print(table)
+        drawn.columns[0].no_wrap, drawn.columns[0].min_width = True, longest
+    console.print(drawn)
+    _say(table.notes)
+
+
+def _style(cell: str) -> str:
+    """Choose the color of a cell: that of its verdict, yellow for weak parameters."""
+    return "yellow" if cell.endswith("?") else STYLES.get(cell.partition(",")[0], "")
 
 
 def print_result(result: Result) -> None:
@@ -89,19 +102,21 @@ def print_result(result: Result) -> None:
     from stribeck.result.joint import verdict_place
     from stribeck.result.tables import advice, main_reason
 
-    _show(_lines_of_joints(result, all_speeds=_console().width >= WIDE), result.all_friction)
+    _print_table(_lines_of_joints(result, all_speeds=_console().width >= WIDE))
     without = {name: joint for name, joint in result.all_friction.items() if joint.verdict == "no friction"}
     if without:
         bounds = ", ".join(f"{name} ({joint.reason.rpartition(', ')[2]})" for name, joint in without.items())
         _say([f"friction below the resolution of the log: {bounds} ({verdict_place('no friction')})"])
     if result.law != AUTO:
-        _show(_columns_of_parameters(result), result.all_friction)
+        _print_table(_columns_of_parameters(result))
     for log in result.held_out:
         print(f"validation log {log.path}, {number(log.duration)} s:")
-        table = _table("torque error [N m]", ["joint"], ["RMS\nwith friction", "RMS\nwithout friction", "R²"])
-        for joint, error in log.joints.items():
-            table.add_row(Text(joint), number(error.rms), number(error.rms_zero_friction), f"{error.torque_r2:.3f}")
-        _show(table, log.joints)
+        rows = [
+            [joint, number(error.rms), number(error.rms_zero_friction), f"{error.torque_r2:.3f}"]
+            for joint, error in log.joints.items()
+        ]
+        numbers = ["RMS\nwith friction", "RMS\nwithout friction", "R²"]
+        _print_table(TextTable(title="torque error [N m]", left=["joint"], right=numbers, rows=rows))
     poor = {name: joint for name, joint in result.all_friction.items() if joint.verdict in ("weak", "not excited")}
     _say([result.log.usage])
     for name, own in poor.items():
@@ -111,7 +126,7 @@ def print_result(result: Result) -> None:
     _say(f"warning: {warning}" for warning in result.warning_lines)
 
 
-def _lines_of_joints(result: Result, *, all_speeds: bool) -> Table:
+def _lines_of_joints(result: Result, *, all_speeds: bool) -> TextTable:
     from stribeck.result.tables import advice
 
     units = {joint.curve[0].unit for joint in result.all_friction.values() if joint.curve} or {"N m"}
@@ -119,16 +134,24 @@ def _lines_of_joints(result: Result, *, all_speeds: bool) -> Table:
     mixed = len(units) > 1
     unit = "" if mixed else f"{min(units)}, at {'rad/s' if units == {'N m'} else 'm/s'}"
     headings = [f"{speed}\n[{unit}]" if unit else speed for speed in speeds]
-    title = f"Friction of {result.robot} (95 % intervals, law {result.law})"
-    table = _table(title, ["joint"], [*headings, "R²\nheld out"], ["verdict", "next step"])
-    for joint, found in result.all_friction.items():
-        if found.verdict == "no friction":
-            continue
-        friction = [_at_speed(found.curve[k], mixed) if len(found.curve) > k else "" for k in speeds.values()]
-        r2 = f"{found.torque_r2.best:.3f}" if found.torque_r2 else ""
-        verdict = f"[{STYLES[found.verdict]}]{found.verdict}[/]"
-        table.add_row(Text(joint), *friction, r2, verdict, Text(advice(found)))
-    return table
+    rows = [
+        [
+            joint,
+            *(_at_speed(found.curve[k], mixed) if len(found.curve) > k else "" for k in speeds.values()),
+            f"{found.torque_r2.best:.3f}" if found.torque_r2 else "",
+            found.verdict,
+            advice(found),
+        ]
+        for joint, found in result.all_friction.items()
+        if found.verdict != "no friction"
+    ]
+    return TextTable(
+        title=f"Friction of {result.robot} (95 % intervals, law {result.law})",
+        left=["joint"],
+        right=[*headings, "R²\nheld out"],
+        last=["verdict", "next step"],
+        rows=rows,
+    )
 
 
 def _at_speed(point: CurvePoint, with_units: bool) -> str:
@@ -139,56 +162,55 @@ def _at_speed(point: CurvePoint, with_units: bool) -> str:
     return f"{point_text(point)}{unit} at {point.velocity:.2g}{speed_unit}"
 
 
-def _columns_of_parameters(result: Result) -> Table:
+def _columns_of_parameters(result: Result) -> TextTable:
     units: dict[str, set[str]] = {}
     for joint in result.all_friction.values():
         for parameter, estimate in joint.parameters.items():
             units.setdefault(parameter, set()).add(estimate.unit)
     headings = [f"{parameter}\n[{', '.join(sorted(own))}]" for parameter, own in units.items()]
-    table = _table("Parameters (95 % intervals; ? marks weak ones)", ["joint"], [*headings, "RMS held out\n[N m]"])
-    for name, found in result.all_friction.items():
-        cells = [_with_error(found.parameters[key]) if key in found.parameters else "" for key in units]
-        if found.parameters:
-            table.add_row(Text(name), *cells, number(found.validation.rms) if found.validation else "")
-    return table
+    rows = [
+        [
+            name,
+            *(_with_error(found.parameters[key]) if key in found.parameters else "" for key in units),
+            number(found.validation.rms) if found.validation else "",
+        ]
+        for name, found in result.all_friction.items()
+        if found.parameters
+    ]
+    title = "Parameters (95 % intervals; ? marks weak ones)"
+    return TextTable(title=title, left=["joint"], right=[*headings, "RMS held out\n[N m]"], rows=rows)
 
 
 def _with_error(found: ParameterEstimate) -> str:
     low, high = found.interval_95
-    text = f"{number(found.value)} ± {(high - low) / 2:.2g}"
-    return f"[yellow]{text}?[/]" if found.verdict == "weak" else text
+    return f"{number(found.value)} ± {(high - low) / 2:.2g}" + "?" * (found.verdict == "weak")
 
 
 def print_truth(result: Result, truth: Mapping[str, Mapping[str, float]]) -> None:
     """Print the true and estimated parameters of each joint, then how many intervals contain the truth."""
-    title, numbers = (
-        f"True and estimated friction of {result.robot} (law {result.law})",
-        ("truth", "estimate", "95 % interval"),
-    )
-    table = _table(title, ["joint", "parameter"], numbers, ["verdict"])
-    parameters = identified = covered = 0
+    rows, identified, covered = [], 0, 0
     for joint, found in result.joints.items():
         true = truth.get(joint, {})
         compared = {name: value for name, value in found.parameters.items() if name in true}
         if not compared:
             verdict = found.verdict if found.parameters else f"{found.verdict}: {found.reason}"
-            table.add_row(Text(joint), "", "" if true else "none", "", "", Text(verdict, style="dim"), end_section=True)
-        for k, (name, value) in enumerate(compared.items()):
+            rows.append([joint, "", "" if true else "none", "", "", verdict])
+        for name, value in compared.items():
             low, high = value.interval_95
-            parameters += 1
             identified += value.verdict == "identified"
             covered += low <= true[name] <= high
-            table.add_row(
-                Text(joint) if k == 0 else "",
-                Text(f"{name} [{value.unit}]"),
-                number(true[name]),
-                number(value.value),
-                f"{number(low)} ... {number(high)}",
-                f"[{STYLES[value.verdict]}]{value.verdict}[/]",
-                end_section=k == len(compared) - 1,
-            )
-    _show(table, result.joints)
-    _say([f"{parameters} parameters: {identified} identified; {covered} of the 95 % intervals contain the truth"])
+            numbers = [number(true[name]), number(value.value), span(value.interval_95)]
+            rows.append([joint, f"{name} [{value.unit}]", *numbers, value.verdict])
+    parameters = sum(bool(row[1]) for row in rows)
+    table = TextTable(
+        title=f"True and estimated friction of {result.robot} (law {result.law})",
+        left=["joint", "parameter"],
+        right=["truth", "estimate", "95 % interval"],
+        last=["verdict"],
+        rows=rows,
+        notes=[f"{parameters} parameters: {identified} identified; {covered} of the 95 % intervals contain the truth"],
+    )
+    _print_table(table)
 
 
 def print_inspection(found: Inspection) -> None:
@@ -203,23 +225,7 @@ def print_inspection(found: Inspection) -> None:
         f"filter: {found.filter}",
     ]
     _say(lines)
-    late = any(finding.check == "torque-delay" for finding in found.audit)
-    numbers = ["position [rad]", "velocity [rad/s]", "torque [N m]", "correlation with model"]
-    table = _table(f"Joints of {found.robot}", ["joint"], numbers + ["torque delay [ms]"] * late, ["sign"])
-    for name, joint in found.joints.items():
-        ranges = (joint.position_range, joint.velocity_range, joint.torque_range)
-        table.add_row(
-            Text(name),
-            *(f"{number(low)} ... {number(high)}" for low, high in ranges),
-            "" if joint.correlation is None else f"{joint.correlation:.2f}",
-            *["" if joint.delay is None else f"{1e3 * joint.delay:+.2f}"] * late,
-            {"opposite": "[red]opposite[/]", "unclear": "unclear: the model's torque is too small"}.get(
-                joint.sign, joint.sign
-            ),
-        )
-    _show(table, found.joints)
-    _say(f"finding: {finding.line}" for finding in found.audit)
-    _say(f"note: {text}" for text in found.notes)
+    _print_table(found.table())
 
 
 def _support_shares(found: Inspection) -> str:
@@ -233,26 +239,7 @@ def _support_shares(found: Inspection) -> str:
 
 def print_comparison(found: Comparison) -> None:
     """Print the differences of two results, one line per parameter."""
-    numbers = ("first", "second", "difference", "95 % interval", "change")
-    table = _table(f"{found.a} and {found.b}", ["joint", "parameter"], numbers, ["agrees"])
-    for row in found.rows:
-        low, high = row.interval_95
-        table.add_row(
-            Text(row.joint),
-            Text(f"{row.parameter} [{row.unit}]"),
-            number(row.a),
-            number(row.b),
-            number(row.difference),
-            f"{number(low)} ... {number(high)}",
-            _percent(row),
-            ("yes" if row.agrees else "[red]no[/]") + ", significant" * row.significant + " (weak)" * row.weak,
-        )
-    _show(table, [row.joint for row in found.rows])
-    _say(f"{joint}: {reason}" for joint, reason in found.missing.items())
-
-
-def _percent(row: Difference) -> str:
-    return "" if row.percent is None else f"{row.percent:+.{0 if abs(row.percent) > 10 else 1}f} %"
+    _print_table(found.table())
 
 
 def print_plan(found: Plan) -> None:
@@ -260,26 +247,11 @@ def print_plan(found: Plan) -> None:
     if not found.joints:
         print("nothing to plan: no joint is weak or not excited")
         return
-    numbers = ("speed\n[rad/s]", "reversals", "duration\n[s]", "expected\ninterval", "sufficient\nduration [s]")
-    table = _table(f"Motions for {found.robot}", ["joint", "motion"], numbers)
-    for name, joint in found.joints.items():
-        for k, one in enumerate(joint.candidates):
-            spans = one.slowest not in (0.0, one.fastest)
-            speed = f"{one.slowest:.2g} to {one.fastest:.2g}" if spans else f"{one.fastest:.2g}"
-            table.add_row(
-                Text(name if k == 0 else ""),
-                Text(one.motion),
-                speed + " m/s" * (joint.unit == "m/s"),
-                str(one.reversals),
-                f"{one.duration:.0f}",
-                _within(one.relative_width),
-                "" if one.needed is None else f"{one.needed:.0f}",
-                end_section=k == len(joint.candidates) - 1,
-            )
-    _show(table, found.joints)
-    _say(f"{name} {joint.verdict}: {joint.advice}" for name, joint in found.joints.items())
+    from stribeck.plan.plan import within
+
+    _print_table(found.table())
     if found.trajectory:
-        widths = ", ".join(f"{name} {_within(one.relative_width)}" for name, one in found.trajectory.promise.items())
+        widths = ", ".join(f"{name} {within(one.relative_width)}" for name, one in found.trajectory.promise.items())
         used = ", ".join(
             f"{100 * share:.0f} % of the {name} limits" for name, share in found.trajectory.used.items() if share
         )
@@ -288,32 +260,27 @@ def print_plan(found: Plan) -> None:
     _say(f"note: {note}" for note in found.notes)
 
 
-def _within(width: float) -> str:
-    return f"± {100 * width:.2g} %" if width < 1 else "unknown"  # half of an interval divided by the value
-
-
 def print_replay(found: Replay) -> None:
     """Print the torque errors and the rollout errors of each model, and their medians over the joints."""
     names = _model_names(found)
-    torque = _table(f"Torques of {found.robot}: R² (RMS error [N m])", ["joint"], names)
     headings = [f"{name}\n{1e3 * horizon:.0f} ms" for name in names for horizon in found.horizons]
-    rollouts = _table("Velocity error of simulations divided by the change of velocity (RMS)", ["joint"], headings)
     horizons = range(len(found.horizons))
+    torque, rollouts = [], []
     for joint in found.joints:
         errors = [model.torque.get(joint) for model in found.models]
-        torque.add_row(Text(joint), *(f"{error.r2:.3f} ({number(error.rms)})" if error else "" for error in errors))
+        torque.append([joint, *(f"{error.r2:.3f} ({number(error.rms)})" if error else "" for error in errors)])
         runs = [each for model in found.models for each in model.rollouts.get(joint, [None] * len(horizons))]
-        rollouts.add_row(Text(joint), *(_relative(each.relative if each else None) for each in runs))
-    for table in (torque, rollouts):
-        table.add_section()
-    torque.add_row("median", *("" if (r2 := model.median_r2()) is None else f"{r2:.3f}" for model in found.models))
-    rollouts.add_row("median", *(_relative(model.median_relative(k)) for model in found.models for k in horizons))
+        rollouts.append([joint, *(_relative(each.relative if each else None) for each in runs)])
+    torque.append(["median", *("" if (r2 := model.median_r2()) is None else f"{r2:.3f}" for model in found.models)])
+    rollouts.append(["median", *(_relative(model.median_relative(k)) for model in found.models for k in horizons)])
     own, *others = dict.fromkeys(model.model for model in found.models)
     _say([f"model: {own}", *(f"new model: {other}" for other in others)])
-    _show(torque, found.joints)
-    _show(rollouts, found.joints)
-    _say(["Values above 1 are worse than a constant velocity."])
-    _say(f"note: {note}" for note in found.notes)
+    _print_table(
+        TextTable(title=f"Torques of {found.robot}: R² (RMS error [N m])", left=["joint"], right=names, rows=torque)
+    )
+    title = "Velocity error of simulations divided by the change of velocity (RMS)"
+    notes = ["Values above 1 are worse than a constant velocity.", *(f"note: {note}" for note in found.notes)]
+    _print_table(TextTable(title=title, left=["joint"], right=headings, rows=rollouts, notes=notes))
 
 
 def _model_names(found: Replay) -> list[str]:

@@ -7,7 +7,6 @@ physically possible. Light links keep their inertia, and the heaviest link gets 
 """
 
 from collections import defaultdict
-from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -33,7 +32,7 @@ def corrected_links(robot: Robot, corrections: Corrections) -> tuple[dict[str, p
     SettingsError
         If the corrections belong to another model, or the mass or size of a body is implausible.
     """
-    tree, inertias = robot.tree.model, _inertias_of_links(load_model(Path(robot.model_path), robot.base)[0])
+    tree, inertias = robot.tree.model, _inertias_of_links(load_model(robot.model_file, robot.base)[0])
     poses: dict[int, dict[str, Array]] = defaultdict(dict)
     for frame in tree.frames:
         if frame.type == pin.FrameType.BODY and str(frame.name) in inertias:

@@ -44,7 +44,7 @@ class Request:
     @property
     def model(self) -> Path:
         """Path of the robot's model file."""
-        return Path(self.robot.model_path)
+        return self.robot.model_file
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -114,6 +114,6 @@ def summary(
         "Not part of a model: the estimated gains of torque sensors and zeros of encoders.": own
         and (own.torque_gain or own.encoder_zero),
     }
-    model = Path(robot.model_path).name
+    model = Path(robot.model_path).name or robot.name
     first = f"Written by stribeck from {model} and the result of {logs} (method {result.method}, law {result.law})."
     return [first, *(sentence for sentence, holds in sentences.items() if holds)]

@@ -242,7 +242,7 @@ def _request(
 
 def _check(result: Result, robot: Robot, path: Path, models: Collection[str] = (), target: str = "") -> None:
     """Check that the target can write the model, the result belongs to the robot, and the model is not overwritten."""
-    kind = kind_of(Path(robot.model_path))
+    kind = kind_of(robot.model_file) if models else ""
     if models and kind not in models:
         others = [name for name, own in TARGETS.items() if not own.models or kind in own.models]
         raise SettingsError(
@@ -253,7 +253,7 @@ def _check(result: Result, robot: Robot, path: Path, models: Collection[str] = (
         raise SettingsError(
             f"{robot.path}: the robot has no joint '{unknown[0]}' of the result; it has {', '.join(robot.joint_names)}"
         )
-    if path.exists() and path.samefile(robot.model_path):
+    if robot.model_path and path.exists() and path.samefile(robot.model_path):
         raise SettingsError(f"{path}: is the robot's own model; choose another output")
 
 

@@ -10,10 +10,14 @@ from typing import TYPE_CHECKING, Protocol, cast, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from stribeck.base.frame import data_frame
+from stribeck.base.text_table import TextTable, span
 from stribeck.base.typing import Array, TorqueSource
 from stribeck.errors import LogError
 
 if TYPE_CHECKING:
+    import pandas
+
     from stribeck.robot import Robot
 
 
@@ -157,6 +161,14 @@ class RobotLog:
         place = f" of {self.path}" * bool(self.path)
         return f"RobotLog({len(self.time)} samples in {seconds:.4g} s{place}, {joints}: {names}; {held})"
 
+    def _repr_html_(self) -> str:
+        """Format one row per channel as an HTML table for notebooks."""
+        rows = [
+            [name, " x ".join(map(str, array.shape)), span((np.nanmin(array), np.nanmax(array))) if array.size else ""]
+            for name, array in self.channels().items()
+        ]
+        return TextTable(title=repr(self), left=["channel"], right=["shape", "range"], rows=rows).html()
+
     def applied_torque(self, rows: slice = slice(None)) -> Array:
         """Sum measured and external torques."""
         torque = self.torque[rows]
@@ -192,6 +204,22 @@ class RobotLog:
         """
         readers = import_module("stribeck.log.readers")  # the readers import this module
         return cast(RobotLog, readers.read_frame(frame, robot))
+
+    def to_frame(self) -> pandas.DataFrame:
+        """Convert to a pandas table that `from_frame` reads: a column `time`, then one per signal.
+
+        Raises
+        ------
+        SettingsError
+            If pandas is not installed.
+
+        Examples
+        --------
+        >>> log.to_frame().columns[:2].to_list()
+        ['time', 'position.shoulder']
+        """
+        writers = import_module("stribeck.log.writers")  # the writers import this module
+        return data_frame("to_frame", writers.named_columns(self))
 
     def channels(self) -> dict[str, NDArray[np.generic]]:
         """Return the sampled channels of this log by name; the first axis of each is time."""

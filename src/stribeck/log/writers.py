@@ -57,6 +57,12 @@ def _write_npz(log: RobotLog, path: Path) -> None:
 
 
 def _write_parquet(log: RobotLog, path: Path) -> None:
+    table = pa.table({name: np.ascontiguousarray(values) for name, values in named_columns(log).items()})
+    pyarrow.parquet.write_table(table, path, row_group_size=BLOCK_ROWS, write_page_checksum=True)
+
+
+def named_columns(log: RobotLog) -> dict[str, NDArray[np.generic]]:
+    """Split the channels of a log into columns, shape (T,), named as in a log in Parquet or CSV."""
     labels = dict.fromkeys(JOINT_CHANNELS, log.joint_names) | VECTOR_CHANNELS
     labels |= {"contact": log.foot_names, "foot_force": log.foot_names}
     labels["foot_wrench"] = tuple(f"{foot}.{axis}" for foot in log.foot_names for axis in WRENCH)
@@ -64,8 +70,7 @@ def _write_parquet(log: RobotLog, path: Path) -> None:
     for channel, values in log.channels().items():
         names = [f"{channel}.{label}" for label in labels[channel]] if channel != "time" else ["time"]
         columns |= dict(zip(names, values.reshape(len(values), -1).T, strict=True))
-    table = pa.table({name: np.ascontiguousarray(values) for name, values in columns.items()})
-    pyarrow.parquet.write_table(table, path, row_group_size=BLOCK_ROWS, write_page_checksum=True)
+    return columns
 
 
 WRITERS: dict[str, Callable[[RobotLog, Path], None]] = {".npz": _write_npz, ".parquet": _write_parquet}

@@ -61,7 +61,7 @@ def load_self_collision(robot: Robot, posture: Array) -> tuple[SelfCollision | N
     """
     path = Path(robot.model_path)
     if path.suffix != ".urdf":
-        return None, [f"self-collision is not checked: {path.name} is no URDF"]
+        return None, [f"self-collision is not checked: {path.name or 'the Pinocchio model'} is no URDF"]
     model = pin.buildModelFromUrdf(str(path))
     # folders that may contain the packages that a model names: those above it, and ROS's
     packages = [str(folder) for folder in path.resolve().parents] + os.environ.get("ROS_PACKAGE_PATH", "").split(":")

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from stribeck.base.text_table import TextTable
 from stribeck.base.typing import Array
 from stribeck.errors import SettingsError, did_you_mean
 from stribeck.friction_torque.preparation import Progress, quiet
@@ -23,7 +24,7 @@ SHARE_OF_ADVICE = 0.2
 """Share of the progress before the search for a trajectory [1]."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Plan:
     """Motions that identify the friction of weak joints.
 
@@ -44,6 +45,38 @@ class Plan:
     notes: list[str]
     trajectory: Trajectory | None = None
 
+    def table(self) -> TextTable:
+        """Build a table of the compared motions of each joint, best first, with one sentence per joint."""
+        rows = [
+            [
+                name,
+                one.motion,
+                (f"{one.slowest:.2g} to " if one.slowest not in (0.0, one.fastest) else "")
+                + f"{one.fastest:.2g} {joint.unit}",
+                str(one.reversals),
+                f"{one.duration:.0f}",
+                within(one.relative_width),
+                "" if one.needed is None else f"{one.needed:.0f}",
+            ]
+            for name, joint in self.joints.items()
+            for one in joint.candidates
+        ]
+        return TextTable(
+            title=f"Motions for {self.robot}",
+            left=["joint", "motion"],
+            right=["speed", "reversals", "duration [s]", "expected interval", "sufficient duration [s]"],
+            rows=rows,
+            notes=[f"{name} {joint.verdict}: {joint.advice}" for name, joint in self.joints.items()],
+        )
+
+    def _repr_html_(self) -> str:
+        """Format the table for notebooks."""
+        return self.table().html()
+
+    def __repr__(self) -> str:
+        joints = f"{len(self.joints)} joint{'s' * (len(self.joints) != 1)}"
+        return f"Plan({self.robot!r}, {joints}, {'with' if self.trajectory else 'no'} trajectory)"
+
     def to_json(self) -> str:
         """Format the content of plan.json."""
         document = {
@@ -54,6 +87,11 @@ class Plan:
             "notes": self.notes,
         }
         return json.dumps(document, indent=2, allow_nan=False) + "\n"
+
+
+def within(width: float) -> str:
+    """Format half of an interval divided by its value."""
+    return f"± {100 * width:.2g} %" if width < 1 else "unknown"
 
 
 def plan(

@@ -228,7 +228,7 @@ def _flight(prepared: PreparedLog) -> list[str]:
 
 def _friction(robot: Robot, notes: list[str]) -> ModelFriction:
     """Collect the friction that a robot's model states, with a note on missing friction."""
-    path = Path(robot.model_path)
+    path = robot.model_file
     stated = read_friction(path)
     names, couplings = robot.joint_names, []
     unmeasured = [name for k, name in enumerate(names) if k not in robot.torque_controlled]

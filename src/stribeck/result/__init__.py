@@ -12,13 +12,13 @@ from stribeck.result.joint import Verdict as Verdict
 from stribeck.result.joint import at_load as at_load
 from stribeck.result.joint import law_slopes as law_slopes
 from stribeck.result.joint import law_values as law_values
-from stribeck.result.joint import velocity_grid as velocity_grid
 from stribeck.result.parts import BODY_COORDINATES as BODY_COORDINATES
 from stribeck.result.parts import BodyCorrection as BodyCorrection
 from stribeck.result.parts import Corrections as Corrections
 from stribeck.result.parts import Evidence as Evidence
 from stribeck.result.parts import HeldOutError as HeldOutError
 from stribeck.result.parts import HeldOutLog as HeldOutLog
+from stribeck.result.plot import velocity_grid as velocity_grid
 from stribeck.result.result import SCHEMA as SCHEMA
 from stribeck.result.result import LogSummary as LogSummary
 from stribeck.result.result import Result as Result

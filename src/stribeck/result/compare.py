@@ -8,6 +8,7 @@ from pathlib import Path
 
 from scipy.special import ndtr, ndtri  # of scipy.stats, which is slow to import
 
+from stribeck.base.text_table import TextTable, number, span
 from stribeck.errors import SettingsError
 from stribeck.result import JointResult, ParameterEstimate, Result, read_result
 from stribeck.result.mirror import mirrored_pairs
@@ -61,6 +62,32 @@ class Comparison:
     def __repr__(self) -> str:
         significant = sum(row.significant for row in self.rows)
         return f"Comparison({self.a!r} and {self.b!r}: {significant} of {len(self.rows)} differences significant)"
+
+    def table(self) -> TextTable:
+        """Build a table with one row per parameter, and a sentence per joint that cannot be compared."""
+        rows = [
+            [
+                row.joint,
+                f"{row.parameter} [{row.unit}]",
+                *(number(value) for value in (row.a, row.b, row.difference)),
+                span(row.interval_95),
+                "" if row.percent is None else f"{row.percent:+.{0 if abs(row.percent) > 10 else 1}f} %",
+                ("yes" if row.agrees else "no") + ", significant" * row.significant + " (weak)" * row.weak,
+            ]
+            for row in self.rows
+        ]
+        return TextTable(
+            title=f"{self.a} and {self.b}",
+            left=["joint", "parameter"],
+            right=["first", "second", "difference", "95 % interval", "change"],
+            last=["agrees"],
+            rows=rows,
+            notes=[f"{joint}: {reason}" for joint, reason in self.missing.items()],
+        )
+
+    def _repr_html_(self) -> str:
+        """Format the table for notebooks."""
+        return self.table().html()
 
     def to_json(self) -> str:
         """Return the comparison as the text of a JSON document."""

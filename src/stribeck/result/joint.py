@@ -1,19 +1,26 @@
 """Result of one joint: parameters with intervals and verdicts, friction curve, and friction torque."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field
 
+from stribeck.base.frozen import freeze_dicts
+from stribeck.base.text_table import TextTable, number, span
 from stribeck.base.typing import Array
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw, LawWithState, get_law
 from stribeck.friction.auto import beyond_velocity
 from stribeck.friction.law import Motion
 from stribeck.friction.presliding import SMOOTH_SIGN, lag_behind
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Verdict = Literal["identified", "weak", "no friction", "not excited"]
 
@@ -125,6 +132,7 @@ class JointResult:
     - `correlation`: correlation of the parameters' errors, in their order, shape (p, p); None if nothing was fitted.
     - `torque_r2`: explained share of the held-out torque; None if nothing was held out.
     - `law`: name of the fitted law, set by the `Result` that contains the joint.
+    - `measured`: velocity and friction torque of samples for plots, shape (N,) each; None after `read_result`.
     """
 
     parameters: dict[str, ParameterEstimate]
@@ -148,6 +156,11 @@ class JointResult:
     correlation: tuple[tuple[float, ...], ...] | None = None
     torque_r2: TorqueR2 | None = None
     law: str = field(default="", repr=False, compare=False)
+    measured: Any = field(default=None, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        """Make dictionaries read-only."""
+        freeze_dicts(self)
 
     def friction(
         self,
@@ -234,6 +247,38 @@ class JointResult:
         )
         return f"{type(self).__name__}({self.verdict}{'; ' * bool(values)}{values})"
 
+    def _repr_html_(self) -> str:
+        """Format the parameters as an HTML table for notebooks."""
+        rows = [
+            [name, number(own.value), number(own.standard_error), span(own.interval_95), own.unit, own.verdict]
+            for name, own in self.parameters.items()
+        ]
+        numbers = ("value", "standard error", "95 % interval")
+        title = f"{self.verdict}: {self.reason}"
+        return TextTable(title=title, left=["parameter"], right=numbers, last=["unit", "verdict"], rows=rows).html()
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw friction torque versus velocity, offset included: the fitted curve, its 95 % band and the samples.
+
+        Parameters
+        ----------
+        ax
+            Matplotlib axes to draw on; new ones if None.
+
+        Examples
+        --------
+        >>> axes = result.joints["elbow"].plot()
+        >>> axes.get_xlabel(), axes.get_ylabel()
+        ('velocity [rad/s]', 'friction torque [N m]')
+        """
+        from matplotlib import pyplot
+
+        from stribeck.result.plot import draw_friction
+
+        ax = ax or pyplot.subplots()[1]
+        draw_friction(ax, self)
+        return ax
+
     def band(self, velocity: Array, *, offset: bool = True) -> tuple[Array, Array | None] | None:
         """Compute the friction torque of the fitted law at the mean load, and its 95 % band.
 
@@ -295,14 +340,6 @@ class CouplingResult(JointResult):
     """
 
     joints: dict[str, float]
-
-
-def velocity_grid(low: float, high: float, points: int = 31) -> Array:
-    """Space about 3 `points` velocities between two limits, dense around zero, where friction changes quickly."""
-    reach = max(abs(low), abs(high), 1e-300)  # avoids underflow
-    near = np.geomspace(1e-3 * reach, 0.15 * reach, points // 2)
-    grid = np.concatenate([np.linspace(low, high, 2 * points), -near, near, [0.0]])
-    return np.unique(grid[(grid >= low) & (grid <= high)])
 
 
 def _along(law: LawWithState, velocity: Array, values: Array, period: float) -> Array:

@@ -1,11 +1,14 @@
 """Parts of a result other than joints: model corrections, validation logs, and evidence for the report."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Annotated
 
+import numpy as np
 from pydantic import Field
 
-from stribeck.base.typing import TorqueSource
+from stribeck.base.frozen import freeze_dicts
+from stribeck.base.typing import Array, TorqueSource
 from stribeck.friction_torque.samples import FrictionSamples
 
 Three = Annotated[tuple[float, ...], Field(min_length=3, max_length=3)]
@@ -13,6 +16,9 @@ Six = Annotated[tuple[float, ...], Field(min_length=6, max_length=6)]
 
 BODY_COORDINATES = ("log_mass", "centre_x", "centre_y", "centre_z", *(f"shape_{k}" for k in range(1, 7)))
 """Coordinates of a body's errors; `stribeck.robot.inertial_parameters.shape_coordinates` defines the last six."""
+
+DRAWN = 5000
+"""Largest number of samples per joint behind a curve [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,6 +65,10 @@ class Corrections:
     base_delay: tuple[float, float] | None = None
     correlations: list[tuple[str, str, float]] = field(default_factory=list)
 
+    def __post_init__(self) -> None:
+        """Make dictionaries read-only."""
+        freeze_dicts(self)
+
 
 @dataclass(frozen=True, kw_only=True)
 class HeldOutError:
@@ -88,6 +98,10 @@ class HeldOutLog:
     sha256: str
     duration: float
     joints: dict[str, HeldOutError]
+
+    def __post_init__(self) -> None:
+        """Make dictionaries read-only."""
+        freeze_dicts(self)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -122,6 +136,16 @@ class Evidence:
     prismatic: frozenset[str] = frozenset()
     correction: tuple[FrictionSamples, FrictionSamples] | None = None
     torque_source: TorqueSource | None = "link_side_sensor"
+
+    @cached_property
+    def measured(self) -> dict[str, tuple[Array, Array]]:
+        """Velocity and friction torque of evenly spaced usable samples, by joint, shape (N,) each."""
+        found = {}
+        for k, name in enumerate(self.samples.joint_names):
+            known = np.flatnonzero(self.samples.usable[:, k] & np.isfinite(self.samples.friction_torque[:, k]))
+            rows = known[:: max(1, -(-len(known) // DRAWN))]
+            found[name] = (self.samples.velocity[rows, k], self.samples.friction_torque[rows, k])
+        return found
 
     def __repr__(self) -> str:
         return f"Evidence({len(self.samples.time)} samples, {len(self.samples.joint_names)} joints)"

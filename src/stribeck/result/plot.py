@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from stribeck.result.joint import velocity_grid
+import numpy as np
+
+from stribeck.base.typing import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,7 +33,7 @@ def friction_figure(joints: Mapping[str, JointResult], columns: int = 4) -> Figu
 
 
 def draw_friction(axes: Axes, joint: JointResult) -> None:
-    """Draw the fitted law versus velocity, offset included, with its 95 % band; the verdict if nothing was fitted."""
+    """Draw the fitted law versus velocity, offset included, with samples and 95 % band; the verdict without a law."""
     velocity = velocity_grid(*joint.velocity_range)
     fitted = joint.band(velocity)
     if fitted is None:
@@ -41,10 +43,22 @@ def draw_friction(axes: Axes, joint: JointResult) -> None:
         return
     torque, band = fitted
     prismatic = bool(joint.curve) and joint.curve[0].unit == "N"
+    if joint.measured is not None:
+        axes.plot(*joint.measured, ".", color="0.7", markersize=2, zorder=1, rasterized=True)
+        low, high = np.percentile(np.concatenate([np.percentile(joint.measured[1], [2, 98]), torque]), [0, 100])
+        axes.set_ylim(low - 0.1 * (high - low), high + 0.1 * (high - low))
     if band is not None:
         axes.fill_between(velocity, *band, color="C1", alpha=0.25, linewidth=0)
     axes.plot(velocity, torque, color="C1")
     axes.set_xlabel(f"velocity [{'m/s' if prismatic else 'rad/s'}]", fontsize=8)
-    axes.set_ylabel(f"friction [{'N' if prismatic else 'N m'}]", fontsize=8)
+    axes.set_ylabel(f"friction torque [{'N' if prismatic else 'N m'}]", fontsize=8)
     axes.tick_params(labelsize=8)
     axes.grid(alpha=0.25)
+
+
+def velocity_grid(low: float, high: float, points: int = 31) -> Array:
+    """Space about 3 `points` velocities between two limits, dense around zero, where friction changes quickly."""
+    reach = max(abs(low), abs(high), 1e-300)  # avoids underflow
+    near = np.geomspace(1e-3 * reach, 0.15 * reach, points // 2)
+    grid = np.concatenate([np.linspace(low, high, 2 * points), -near, near, [0.0]])
+    return np.unique(grid[(grid >= low) & (grid <= high)])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NotRequired
+from typing import TYPE_CHECKING, Any, Literal, NotRequired
 
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import from_json
@@ -13,11 +13,13 @@ from typing_extensions import TypedDict
 
 from stribeck.base.files import read_text
 from stribeck.base.finding import Finding
+from stribeck.base.frame import data_frame
+from stribeck.base.frozen import freeze_dicts
 from stribeck.base.outputs import whole_or_not_at_all
 from stribeck.errors import SettingsError
 from stribeck.result.joint import CouplingResult, JointResult
 from stribeck.result.parts import Corrections, Evidence, HeldOutLog
-from stribeck.result.tables import html_table, parameter_rows, summary_text, verdict_counts
+from stribeck.result.tables import joint_rows, parameter_rows, result_table, summary_text, verdict_counts
 from stribeck.settings import describe
 
 if TYPE_CHECKING:
@@ -82,10 +84,13 @@ class Result:
     path: str = field(default="", repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        """Set the law of every joint, which its friction depends on."""
+        """Give every joint its law and measured samples; make dictionaries read-only."""
+        measured = self.evidence.measured if self.evidence else {}
         for of in ("joints", "couplings"):
-            found = {name: replace(joint, law=self.law) for name, joint in getattr(self, of).items()}
-            object.__setattr__(self, of, found)
+            found = getattr(self, of).items()
+            joints = {name: replace(joint, law=self.law, measured=measured.get(name)) for name, joint in found}
+            object.__setattr__(self, of, joints)
+        freeze_dicts(self)
 
     @property
     def all_friction(self) -> dict[str, JointResult]:
@@ -103,13 +108,18 @@ class Result:
 
     def _repr_html_(self) -> str:
         """Format the joints as an HTML table for notebooks."""
-        return html_table(self)
+        return result_table(self).html()
 
-    def to_dataframe(self) -> pandas.DataFrame:
-        """Convert to a pandas table with one row per parameter, and one row per joint without parameters.
+    def to_dataframe(self, rows: Literal["parameters", "joints"] = "parameters") -> pandas.DataFrame:
+        """Convert to a pandas table.
 
-        Columns: joint, parameter, value, standard_error, low and high (the ends of the 95 % interval), unit, verdict,
-        joint_verdict, reason. Joints without parameters have None or NaN from `parameter` to `verdict`.
+        Parameters
+        ----------
+        rows
+            "parameters" for one row per parameter, and one per joint without parameters: joint, parameter, value,
+            standard_error, low and high (the ends of the 95 % interval), unit, verdict, joint_verdict. Joints without
+            parameters have None or NaN from `parameter` to `verdict`. "joints" for one row per joint: joint,
+            verdict, reason, next_step, r2 (held out), and friction, low, high, unit and velocity at middle speed.
 
         Raises
         ------
@@ -122,12 +132,10 @@ class Result:
         >>> table[table.joint == "elbow"].parameter.to_list()
         ['viscous', 'coulomb', 'stribeck_gain', 'stribeck_velocity', 'offset', 'slope']
         """
-        try:
-            import pandas
-        except ImportError as error:
-            raise SettingsError("to_dataframe: pandas is not installed; expected it: pip install pandas") from error
-        columns = ("joint", "parameter", "value", "standard_error", "low", "high", "unit", "verdict")
-        return pandas.DataFrame(parameter_rows(self), columns=[*columns, "joint_verdict", "reason"])
+        if rows == "joints":
+            return data_frame("to_dataframe", joint_rows(self))
+        columns = ("joint", "parameter", "value", "standard_error", "low", "high", "unit", "verdict", "joint_verdict")
+        return data_frame("to_dataframe", parameter_rows(self), columns)
 
     def plot(self) -> Figure:
         """Draw the friction curve of every joint with its 95 % band, and return the Matplotlib figure.

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from html import escape
 from typing import TYPE_CHECKING
+
+from stribeck.base.text_table import TextTable
 
 if TYPE_CHECKING:
     from stribeck.result import CurvePoint, JointResult, Result
@@ -16,7 +17,7 @@ def parameter_rows(result: Result) -> list[dict[str, object]]:
     """Build the rows of `Result.to_dataframe`: one per parameter, and one per joint without parameters."""
     rows: list[dict[str, object]] = []
     for name, joint in result.all_friction.items():
-        ends = {"joint_verdict": joint.verdict, "reason": joint.reason}
+        ends = {"joint_verdict": joint.verdict}
         for parameter, found in joint.parameters.items():
             low, high = found.interval_95
             numbers = {"value": found.value, "standard_error": found.standard_error, "low": low, "high": high}
@@ -24,6 +25,21 @@ def parameter_rows(result: Result) -> list[dict[str, object]]:
             rows.append(own | ends)
         if not joint.parameters:
             rows.append({"joint": name, "parameter": None, "unit": None, "verdict": None, **ends})
+    return rows
+
+
+def joint_rows(result: Result) -> list[dict[str, object]]:
+    """Build the rows of `Result.to_dataframe("joints")`."""
+    rows: list[dict[str, object]] = []
+    for name, joint in result.all_friction.items():
+        judged = {"verdict": joint.verdict, "reason": joint.reason, "next_step": advice(joint)}
+        row: dict[str, object] = {"joint": name, **judged, "r2": joint.torque_r2.best if joint.torque_r2 else None}
+        if joint.curve:
+            middle = joint.curve[len(joint.curve) // 2]
+            low, high = middle.interval_95
+            row |= {"friction": middle.value, "low": low, "high": high, "unit": middle.unit}
+            row["velocity"] = middle.velocity
+        rows.append(row)
     return rows
 
 
@@ -89,18 +105,15 @@ def point_text(point: CurvePoint) -> str:
     return " ± ".join(rounded(value, half))
 
 
-def html_table(result: Result) -> str:
-    """Format an HTML table with one row per joint: verdict, and each parameter with its standard error."""
+def result_table(result: Result) -> TextTable:
+    """Build a table with one row per joint: parameters with standard errors, verdict, reason and next step."""
     names = list(dict.fromkeys(name for joint in result.all_friction.values() for name in joint.parameters))
-    head = "".join(f"<th>{escape(text)}</th>" for text in ("joint", "verdict", *names))
-    rows = "".join(
-        f'<tr title="{escape(joint.reason)}"><th>{escape(name)}</th><td>{escape(joint.verdict)}</td>'
-        + "".join(f"<td>{_cell(joint, parameter)}</td>" for parameter in names)
-        + "</tr>"
+    rows = [
+        [name, *(_cell(joint, parameter) for parameter in names), joint.verdict, main_reason(joint), advice(joint)]
         for name, joint in result.all_friction.items()
-    )
-    caption = escape(f"{result.robot}: law {result.law}, method {result.method}, {verdict_counts(result)}")
-    return f"<table><caption>{caption}</caption><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
+    ]
+    title = f"{result.robot}: law {result.law}, method {result.method}, {verdict_counts(result)}"
+    return TextTable(title=title, left=["joint"], right=names, last=["verdict", "reason", "next step"], rows=rows)
 
 
 def _cell(joint: JointResult, parameter: str) -> str:
@@ -108,7 +121,7 @@ def _cell(joint: JointResult, parameter: str) -> str:
     if found is None:
         return ""
     unit = "" if found.unit == "1" else f" {found.unit}"
-    return escape(f"{found.value:.4g} ± {found.standard_error:.2g}{unit}") + " (weak)" * (found.verdict == "weak")
+    return f"{found.value:.4g} ± {found.standard_error:.2g}{unit}" + " (weak)" * (found.verdict == "weak")
 
 
 def advice(joint: JointResult) -> str:

@@ -52,6 +52,26 @@ def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Mode
     return model, notes
 
 
+def take_model(model: pin.Model, base: Literal["floating", "fixed"] | None) -> tuple[pin.Model, list[str]]:
+    """Check and copy a Pinocchio model, with a fixed root if `base` is "fixed", and collect warnings.
+
+    Raises
+    ------
+    RobotFileError
+        If it contains numbers that are not finite, or has no free flyer although the base is floating.
+    """
+    name = str(model.name)
+    check_finite(Path(name), model)
+    if base == "floating" and not is_floating(model):
+        raise RobotFileError(
+            f"{name}: this Pinocchio model has a fixed root; expected one built with pin.JointModelFreeFlyer(), "
+            'or base="fixed"'
+        )
+    if base == "fixed" and is_floating(model):
+        return _without_joints(model, [1], pin.neutral(model)), check_inertias(name, model, {})
+    return pin.Model(model), check_inertias(name, model, {})
+
+
 def _build_from_urdf(xml: XmlFile, root: pin.JointModelFreeFlyer | None) -> tuple[pin.Model, list[str]]:
     """Build the model of a URDF of any encoding, without the elements that make Pinocchio complain."""
     notes, impossible = check_urdf(xml)

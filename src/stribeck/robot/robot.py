@@ -9,13 +9,18 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import NDArray
 
+from stribeck.base.frozen import freeze_dicts
+from stribeck.base.text_table import TextTable, number, span
 from stribeck.base.typing import Array, TorqueSource
+from stribeck.errors import RobotFileError
 from stribeck.robot.kinematics import frame_pose
+from stribeck.robot.model_file import take_model
 from stribeck.robot.packages import model_path
 from stribeck.robot.robot_file import Contact, read_robot_file, robot_fields, validated
-from stribeck.robot.rooting import BASE_FRAME, RootedModel, root_at
+from stribeck.robot.rooting import BASE_FRAME, RootedModel, is_floating, root_at
 from stribeck.settings import LogTable, LoopTable, MotorTable, RobotFile, Settings
 
 
@@ -55,9 +60,9 @@ class Robot:
     warnings
         Problems of the model.
     path
-        Path of the robot file, or of the model if there is no robot file.
+        Path of the robot file, or of the model if there is no robot file; empty for a Pinocchio model.
     model_path
-        Path of the model file.
+        Path of the model file; empty for a Pinocchio model.
 
     Examples
     --------
@@ -88,9 +93,40 @@ class Robot:
     path: str = ""
     model_path: str = ""
 
+    def __post_init__(self) -> None:
+        """Make dictionaries read-only."""
+        freeze_dicts(self)
+
     def __repr__(self) -> str:
         feet = f", contacts {', '.join(self.contacts)}" if self.contacts else ""
         return f"Robot({self.name!r}, {self.base} base, {len(self.joint_names)} joints, {self.mass:.3g} kg{feet})"
+
+    def _repr_html_(self) -> str:
+        """Format one row per joint as an HTML table for notebooks."""
+        limits, idle = np.transpose(self.position_limits), "passive or position-controlled"
+        rows = [
+            [name, span(limits[k]), "m" if self.prismatic[k] else "rad", number(self.effort_limits[k])]
+            for k, name in enumerate(self.joint_names)
+        ]
+        rows = [[*row, "measured" if k in self.torque_controlled else idle] for k, row in enumerate(rows)]
+        right = ["limits", "unit", "largest torque [N m]"]
+        return TextTable(title=repr(self), left=["joint"], right=right, last=["torque"], rows=rows).html()
+
+    @property
+    def model_file(self) -> Path:
+        """Path of the model file.
+
+        Raises
+        ------
+        RobotFileError
+            If the robot was made from a Pinocchio model.
+        """
+        if not self.model_path:
+            raise RobotFileError(
+                f"{self.name}: was made from a Pinocchio model, and this needs a model file; use Robot.from_file or "
+                "Robot.from_model with a path"
+            )
+        return Path(self.model_path)
 
     @classmethod
     def from_file(cls, path: str | Path) -> Robot:
@@ -111,22 +147,24 @@ class Robot:
     @classmethod
     def from_model(
         cls,
-        path: str | Path,
+        model: str | Path | pin.Model,
         *,
-        base: Literal["floating", "fixed"] = "floating",
+        base: Literal["floating", "fixed"] | None = None,
         contacts: Mapping[str, str | Mapping[str, str]] | None = None,
         torque_source: TorqueSource = "link_side_sensor",
         position_controlled: Sequence[str] = (),
         gravity: Sequence[float] = (0.0, 0.0, -9.81),
     ) -> Robot:
-        """Read a URDF or MJCF model without a robot file. `from_urdf` is an alias.
+        """Read a URDF or MJCF model, or take a Pinocchio model, without a robot file. `from_urdf` is an alias.
 
         Parameters
         ----------
-        path
-            Path of the model file, or `package:NAME` for a model of an installed package.
+        model
+            Path of the model file, `package:NAME` for a model of an installed package, or a `pinocchio.Model`, which is
+            copied. Exports and replays that need a model file refuse a robot made from a Pinocchio model.
         base
-            Whether the base moves freely ("floating") or not ("fixed").
+            Whether the base moves freely ("floating") or not ("fixed"). If None, the base of a model file is floating,
+            and that of a Pinocchio model is floating if its first joint is a free flyer.
         contacts
             Feet of a floating base: name -> frame in the model, for a surface contact, or name -> a mapping
             `{"frame": ..., "kind": "point"}`.
@@ -148,19 +186,27 @@ class Robot:
         Robot('arm', fixed base, 3 joints, 6 kg)
         >>> Robot.from_model("arm.urdf", contacts={"hand": {"frame": "hand", "kind": "point"}})
         Robot('arm', floating base, 3 joints, 6 kg, contacts hand)
+        >>> import pinocchio
+        >>> Robot.from_model(pinocchio.buildModelFromUrdf("arm.urdf"))
+        Robot('arm', fixed base, 3 joints, 6 kg)
         """
-        path = model_path(str(path), Path())
+        loaded = None
+        if isinstance(model, pin.Model):
+            path, loaded = Path(str(model.name)), take_model(model, base)
+            base = "floating" if is_floating(loaded[0]) else "fixed"
+        else:
+            path = model_path(str(model), Path())
         feet = {
             name: {"frame": foot} if isinstance(foot, str) else dict(foot) for name, foot in (contacts or {}).items()
         }
         table = {
             "model": path.name,
-            "base": base,
+            "base": base or "floating",
             "torque_source": torque_source,
             "position_controlled": list(position_controlled),
             "gravity": list(gravity),
         }
-        return from_robot_file(validated({"robot": table, "contacts": feet}, path), path)
+        return Robot(**robot_fields(validated({"robot": table, "contacts": feet}, path), path, loaded))
 
     from_urdf = from_model
 

@@ -66,8 +66,10 @@ def validated(document: dict[str, Any], path: Path) -> RobotFile:
         raise RobotFileError(f"{path}: {describe(error, RobotFile)}") from error
 
 
-def robot_fields(file: RobotFile, path: Path) -> dict[str, Any]:
+def robot_fields(file: RobotFile, path: Path, loaded: tuple[pin.Model, list[str]] | None = None) -> dict[str, Any]:
     """Build the fields of `Robot` from a validated robot file; the model's path is relative to `path`.
+
+    `loaded` is a model in memory with its warnings, instead of the model file.
 
     Raises
     ------
@@ -76,10 +78,10 @@ def robot_fields(file: RobotFile, path: Path) -> dict[str, Any]:
     """
     table = file.robot
     try:
-        file_of_model = model_path(table.model, path.parent)
+        file_of_model = path if loaded else model_path(table.model, path.parent)
     except RobotFileError as error:
         raise RobotFileError(f"{path}: [robot] model = {error}") from error
-    model, warnings = load_model(file_of_model, table.base)
+    model, warnings = loaded or load_model(file_of_model, table.base)
     if table.loops:
         warnings = [warning for warning in warnings if "equality constraint(s) are ignored" not in warning]
     model = _with_roles(model, table, f"{path}: [robot]")
@@ -119,8 +121,8 @@ def robot_fields(file: RobotFile, path: Path) -> dict[str, Any]:
         "log_table": file.log,
         "settings": file.identify,
         "warnings": tuple(warnings),
-        "path": str(path),
-        "model_path": str(file_of_model),
+        "path": "" if loaded else str(path),
+        "model_path": "" if loaded else str(file_of_model),
     }
 
 
