@@ -50,6 +50,48 @@ def test_an_unsound_urdf_is_refused_by_line(tmp_path: Path, case: str) -> None:
     refuse(write_robot(tmp_path, "", URDF[::-1].replace(old[::-1], new[::-1], 1)[::-1]), words)  # the last of them
 
 
+ELBOW = '<limit lower="-2" upper="1" effort="1" velocity="1"/>'
+REPAIRED_URDF = {
+    "two places": (
+        '<origin xyz="0 0 0.1"/>',
+        "{}<origin xyz='0 0 9'/>",
+        "repeated elements is used: <origin> of link 'l",
+    ),
+    "two places of a joint": ('<origin xyz="0 0 0.4"/>', "{}<origin/>", "<origin> of joint 'elbow' in line 8"),
+    "two limits": (ELBOW, "{}<limit/>", "<limit> of joint 'elbow' in line 9"),
+    "products missing": (
+        LOWER,
+        LOWER.replace(' ixy="0" ixz="0" iyz="0"', ""),
+        "are set to zero: ixy of link 'lower' in line 6",
+    ),
+    "effort negative": (
+        ELBOW,
+        ELBOW.replace('effort="1"', 'effort="-1"'),
+        "without their sign: effort of joint 'elbow'",
+    ),
+}
+"""Text, its replacement, and the warning about it; the robot stays the same."""
+
+
+@pytest.mark.parametrize("case", REPAIRED_URDF)
+def test_a_urdf_that_other_readers_accept_is_read_with_a_warning(tmp_path: Path, case: str) -> None:
+    old, new, words = REPAIRED_URDF[case]
+    assert URDF.count(old) == 1
+    robot = Robot.from_file(write_robot(tmp_path, "", URDF.replace(old, new.format(old))))
+    (warning,) = robot.warnings
+    assert words in warning
+    before = Robot.from_file(write_robot(tmp_path, "", URDF))
+    np.testing.assert_array_equal(inertia(robot, 0.4), inertia(before, 0.4))
+    np.testing.assert_array_equal(robot.effort_limits, before.effort_limits)
+
+
+def test_limits_of_a_continuous_joint_are_ignored_with_a_warning(tmp_path: Path) -> None:
+    text = URDF.replace("</joint>", '<limit lower="-1" upper="1"/></joint>', 1)
+    robot = Robot.from_file(write_robot(tmp_path, "", text))
+    assert robot.warnings == ("arm.urdf: position limits of continuous joints are ignored: joint 'shoulder' in line 7",)
+    assert np.isinf(robot.position_limits[0][0])
+
+
 def test_every_urdf_of_the_makers_passes() -> None:
     """Links with impossible inertia, mostly dummies and sensors, are not refused."""
     paths = [path for path in sorted(EXAMPLES.rglob("*.urdf")) if path.name != "ur3.urdf"]  # it is empty

@@ -75,8 +75,8 @@ def init(
     with whole_or_not_at_all(output) as staging:
         staging.write_text(found.text, encoding="utf-8")
     if not quiet:
-        for question in found.questions:
-            typer.echo(f"TODO: {question}")
+        for line in [*(f"Warning: {text}" for text in found.warnings), *(f"TODO: {text}" for text in found.questions)]:
+            typer.echo(line)
         console.print_paths([output])
 
 

@@ -50,6 +50,9 @@ def draft_robot_file(model: str, log: Path | None, output: Path) -> Draft:
     name = model if model.startswith(PREFIX) else relative
     draft = Draft(facts, output, {"robot": {"model": name, "base": facts.base}})
     draft.note("robot.base", f"{facts.evidence}.")
+    if loose := [joint for joint in facts.range if joint not in facts.joints]:
+        draft.document["robot"]["locked"] = dict.fromkeys(loose, 0.0)
+        draft.note("robot.locked", f"free and planar joints are locked: {', '.join(loose)}.")
     with one_blas_thread():
         if log is None:
             write_contacts(draft, ())
@@ -57,7 +60,7 @@ def draft_robot_file(model: str, log: Path | None, output: Path) -> Draft:
             draft.ask("robot", "no log was given; `stribeck init MODEL LOG` finds names, units, signs and delays.")
         else:
             _answer_from_log(draft, log)
-        draft.robot()  # refuse now what `identify` would refuse
+        draft.warnings = list(draft.robot().warnings)  # refuse now what `identify` would refuse
     return draft
 
 
@@ -124,13 +127,18 @@ def _match_joints(draft: Draft, source: Recording) -> list[str]:
     facts, robot = draft.facts, draft.document["robot"]
     position = source.channels["position"]
     torque = source.channels["torque" if "torque" in source.channels else "desired_position"]
-    names, unsure = _assign_in_order(draft, position.columns) if position.labels is None else _match(draft, source)
-    ranges = {joint: facts.range[joint] for joint in facts.joints if joint not in names}
-    if ranges:
-        robot["locked"] = {
+    names, unsure, extra = (
+        (*_assign_in_order(draft, position.columns), []) if position.labels is None else _match(draft, source)
+    )
+    if missing := [joint for joint in facts.joints if joint not in names]:
+        ranges = {joint: facts.range[joint] for joint in missing}
+        robot["locked"] = robot.get("locked", {}) | {
             joint: float(np.clip(0.0, low, high)) if low <= high else 0.0 for joint, (low, high) in ranges.items()
         }
-        draft.ask("robot.locked", "the log lacks these joints; at which positions are they locked [rad or m]?")
+        draft.ask("robot.locked", f"the log lacks {', '.join(missing)}; at which positions are they locked [rad or m]?")
+    if extra:
+        same = f" which of them are {', '.join(missing)}?" if missing else " do they move parts with a mass?"
+        draft.ask("log", f"these joints of the log are not in the model and are ignored: {', '.join(extra)};{same}")
     if torque.labels is not None and position.labels is not None:
         table = draft.table("log").get("joint_names", {})
         measured = {table.get(label, label) for label in torque.labels}
@@ -139,11 +147,11 @@ def _match_joints(draft: Draft, source: Recording) -> list[str]:
     return unsure
 
 
-def _match(draft: Draft, source: Recording) -> tuple[list[str], list[str]]:
-    """Match the log's joint names; return the model's joints in the log, and the unsure ones."""
+def _match(draft: Draft, source: Recording) -> tuple[list[str], list[str], list[str]]:
+    """Match the log's joint names; return the model's joints in the log, the unsure ones, and the log's others."""
     joints = draft.facts.joints
     renamed: dict[str, str] = {}
-    names, unsure = list[str](), list[str]()
+    names, unsure, extra = list[str](), list[str](), list[str]()
     for channel in JOINT_CHANNELS:
         if channel not in source.channels or (labels := source.channels[channel].labels) is None:
             continue
@@ -165,13 +173,12 @@ def _match(draft: Draft, source: Recording) -> tuple[list[str], list[str]]:
                 f"{source.path}: none of the joints {listed(labels)} is in the model, which has {listed(joints)}; "
                 "expected a log of this robot, or [log] joint_names"
             )
-        if left and not rest and len(names) < len(joints):
-            draft.ask("log", f"which joints of the model, if any, are the log's {', '.join(left)}?")
+        extra = [] if rest else left
     if renamed:
         draft.set("log", "joint_names", renamed, "matched by similar names; check them.")
     if unsure:
         draft.ask("log.joint_names", f"not matched by name; is this the order of {', '.join(unsure)}?")
-    return names, unsure
+    return names, unsure, extra
 
 
 def _as_many(joints: Sequence[str], labels: Sequence[str]) -> Sequence[str]:

@@ -35,6 +35,8 @@ class Draft:
         Comments by dotted key.
     questions
         Questions that neither model nor log answer, one sentence each.
+    warnings
+        Problems of the model that do not prevent its use.
     """
 
     facts: ModelFacts
@@ -42,6 +44,7 @@ class Draft:
     document: dict[str, Any]
     notes: dict[str, list[str]] = field(default_factory=dict)
     questions: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
 
     def table(self, place: str) -> dict[str, Any]:
         """Return a table by its dotted key; create it if necessary."""

@@ -26,9 +26,9 @@ class ModelFacts:
     Attributes
     ----------
     joints
-        Joint names, in the model's order.
+        Names of the joints with one degree of freedom, in the model's order.
     range
-        Lowest and highest position of each joint [rad] or [m].
+        Lowest and highest position of every joint [rad] or [m].
     base, evidence
         Whether the base moves, and the reason.
     feet
@@ -71,7 +71,8 @@ def read_model(path: Path) -> ModelFacts:
         base, evidence = "floating", "the model has feet, " + ", ".join(foot.frame for foot in feet)
     else:
         evidence = f"the model's root is '{fixed_to[0]}'" if fixed_to else "the model has no feet"
-    return ModelFacts(joints=tuple(limits), range=limits, base=base, evidence=evidence, feet=feet, tilted=tilted)
+    single = tuple(name for name in limits if model.joints[model.getJointId(name)].nv == 1)
+    return ModelFacts(joints=single, range=limits, base=base, evidence=evidence, feet=feet, tilted=tilted)
 
 
 def _is_ball(link: Element) -> bool:

@@ -123,6 +123,7 @@ def check_urdf(xml: XmlFile) -> tuple[list[str], dict[str, str]]:
     _check_tree(xml, links, joints)
     coupled = sorted(name for name in moving_joints(root) if joints[name].find("mimic") is not None)
     warnings = [f"{xml.path.name}: mimic joints are treated as independent: {', '.join(coupled)}"] if coupled else []
+    warnings += [f"{xml.path.name}: {repair}: {', '.join(places)}" for repair, places in xml.repairs.items()]
     return warnings, {name: f"line {xml.lines[links[name]]}" for name in links if not is_possible(moments[name])}
 
 
@@ -144,6 +145,10 @@ def _check_inertial(xml: XmlFile, link: Element, of: str) -> Array:
     if kilograms < 0:
         xml.refuse(mass, f"{of} has a mass of {kilograms:g} kg; expected zero or more")
     keys = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    for key in ("ixy", "ixz", "iyz"):
+        if key not in inertia.attrib:
+            xml.repair("missing products of inertia are set to zero", f"{key} of {of}", inertia)
+            inertia.set(key, "0")
     moments = {key: xml.numbers(inertia, inertia.get(key), 1, f"{key} of {of}")[0] for key in keys}
     for key in ("ixx", "iyy", "izz"):
         if moments[key] < LEAST_MOMENT:
@@ -154,7 +159,7 @@ def _check_inertial(xml: XmlFile, link: Element, of: str) -> Array:
 
 
 def _check_origin(xml: XmlFile, parent: Element, of: str) -> None:
-    origin = xml.only(parent, "origin", of)
+    origin = xml.first(parent, "origin", of)
     for key in ("xyz", "rpy"):
         if origin is not None and key in origin.attrib:
             xml.numbers(origin, origin.get(key), 3, f"{key} of {of}")
@@ -174,18 +179,34 @@ def _check_joint(xml: XmlFile, joint: Element, of: str, links: Mapping[str, Elem
                 f'add <link name="{link}"/> or remove the joint',
             )
     _check_origin(xml, joint, of)
-    axis = xml.only(joint, "axis", of)
+    axis = xml.first(joint, "axis", of)
     turns = axis is not None and kind not in ("fixed", "floating")
     if axis is not None and turns and not any(xml.numbers(axis, axis.get("xyz"), 3, f"the axis of {of}")):
         xml.refuse(axis, f"{of} has no direction; expected an axis of three finite numbers, not all zero")
     for tag, names in NUMBERS.items():
-        element = xml.only(joint, tag, of)
+        element = xml.first(joint, tag, of)
         for name in names:
             if element is not None and name in element.attrib:
                 xml.numbers(element, element.get(name), 1, f"{name} of {of}")
-    limit = joint.find("limit")
-    if kind in ("revolute", "prismatic") and (limit is None or not {"effort", "velocity"} <= set(limit.keys())):
+    _check_limit(xml, joint, of)
+
+
+def _check_limit(xml: XmlFile, joint: Element, of: str) -> None:
+    """Check the limit of a joint, and repair what Pinocchio refuses."""
+    kind, limit = joint.get("type"), joint.find("limit")
+    given = () if limit is None else limit.keys()
+    if kind in ("revolute", "prismatic") and not {"effort", "velocity"} <= set(given):
         xml.refuse(joint, f'{of} has no limit; write <limit lower="" upper="" effort="" velocity=""/>, or "continuous"')
+    if limit is None:
+        return
+    span = float(limit.get("upper", "inf")) - float(limit.get("lower", "-inf"))
+    if kind == "continuous" and span < 2 * np.pi:
+        xml.repair("position limits of continuous joints are ignored", of, limit)
+    for name in ("effort", "velocity"):
+        value = limit.attrib.setdefault(name, "0")
+        if float(value) < 0:
+            xml.repair("negative limits are used without their sign", f"{name} of {of}", limit)
+            limit.set(name, str(abs(float(value))))
 
 
 def _check_tree(xml: XmlFile, links: Mapping[str, Element], joints: Mapping[str, Element]) -> None:

@@ -17,7 +17,7 @@ from stribeck.robot.model_check import (
     require_same_joints,
     require_same_mass,
 )
-from stribeck.robot.rooting import FREE_FLYER, is_floating
+from stribeck.robot.rooting import is_floating
 from stribeck.robot.xml_file import XmlFile, read_xml
 
 MARK = " (body)"
@@ -159,6 +159,5 @@ def _without_joints(model: pin.Model, joints: list[int], configuration: Array) -
 
 
 def joint_names(model: pin.Model) -> list[str]:
-    """List the joints other than the root, in the model's order."""
-    joints = zip(list(model.names)[1:], list(model.joints)[1:], strict=True)
-    return [str(name) for name, joint in joints if joint.shortname() != FREE_FLYER]
+    """List the joints other than a free root, in the model's order."""
+    return [str(name) for name in list(model.names)[1 + is_floating(model) :]]

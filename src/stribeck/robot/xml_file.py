@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NoReturn
 from xml.etree.ElementTree import Element, TreeBuilder, tostring
@@ -22,11 +22,12 @@ NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 
 @dataclass(frozen=True, eq=False)
 class XmlFile:
-    """Elements of a file, and the line of each."""
+    """Elements of a file, the line of each, and lists of places by the repair that was made there."""
 
     path: Path
     root: Element
     lines: Mapping[Element, int]
+    repairs: dict[str, list[str]] = field(default_factory=dict)
 
     @property
     def text(self) -> str:
@@ -55,6 +56,18 @@ class XmlFile:
         if len(found) > 1:
             self.refuse(found[1], f"{of} has {len(found)} <{tag}>; expected one")
         return found[0] if found else None
+
+    def first(self, parent: Element, tag: str, of: str) -> Element | None:
+        """Return the first child of a tag, which other readers use, too, and remove the others."""
+        found = parent.findall(tag)
+        for other in found[1:]:
+            self.repair("the first of repeated elements is used", f"<{tag}> of {of}", other)
+            parent.remove(other)
+        return found[0] if found else None
+
+    def repair(self, repair: str, place: str, element: Element) -> None:
+        """Note a repair of an element for a warning."""
+        self.repairs.setdefault(repair, []).append(f"{place} in line {self.lines[element]}")
 
     def numbers(self, element: Element, text: str | None, count: int, what: str) -> list[float]:
         """Parse plain, finite numbers."""
