@@ -40,7 +40,7 @@ CAUSES: dict[str, tuple[str, ...]] = {
     "friction-delay": ("delay",),
     "friction-ripple": ("ripple", "several"),
     UNCLEAR: ("load", "drift", "presliding", "play", "delay", "ripple", "several"),
-    "much-set-aside": ("pushed", "presliding"),
+    "set-aside": ("pushed", "presliding"),
     "heterogeneity": ("pushed", "several"),
 }
 """Causes that justify each check's finding."""

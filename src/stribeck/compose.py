@@ -189,7 +189,7 @@ def _evidence(
     samples, close_up = shown
     return Evidence(
         samples=samples,
-        phases=[phase for part in friction.logs for phase in part.phases],
+        phases=_phases(fitted, friction, prepared),
         close_up=close_up,
         provenance=origin,
         prismatic=frozenset(name for column, name in enumerate(samples.joint_names) if samples.slides(column)),
@@ -202,6 +202,18 @@ def _evidence(
         correction=correction,
         torque_source=prepared[0].log.torque_source,
     )
+
+
+def _phases(
+    fitted: Fitted, friction: LogsFriction, prepared: Sequence[PreparedLog]
+) -> list[tuple[float, float, str, bool]]:
+    """List the phases of the timeline: contact modes, and spans that are excluded or set aside."""
+    found: list[tuple[float, float, str, bool]] = []
+    for k, (part, log) in enumerate(zip(friction.logs, (each.log for each in prepared), strict=True)):
+        kinds = {"set aside": fitted.set_aside[k] if fitted.set_aside else (), "excluded": log.excluded}
+        spans = [(log.start + a, log.start + b, kind, False) for kind, own in kinds.items() for a, b, _ in own]
+        found += sorted([*part.phases, *spans], key=lambda phase: phase[0])
+    return found
 
 
 def _before_and_after(

@@ -6,7 +6,7 @@ from difflib import get_close_matches
 from math import inf
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from stribeck.base.typing import TorqueSource
 from stribeck.errors import SettingsError
@@ -123,6 +123,22 @@ class ChannelTable(Table):
     order: Literal["xyzw", "wxyz"] | None = None  # quaternions only
 
 
+Times = (
+    Annotated[tuple[NonNegative, NonNegative], Field(strict=False)]
+    | Annotated[tuple[str, NonNegative, NonNegative], Field(strict=False)]
+)
+
+
+def _ends_after_start(span: Times) -> Times:
+    if span[-2] >= span[-1]:
+        raise ValueError(f"the span ends at {span[-1]:g} s, but starts at {span[-2]:g} s")
+    return span
+
+
+Excluded = Annotated[Times, AfterValidator(_ends_after_start)]
+"""Start and end [s] after the start of every log, or of the log whose file name comes first."""
+
+
 class LogTable(Table):
     """`[log]`: names, units and signs of the log, where they differ from stribeck's standard."""
 
@@ -149,6 +165,7 @@ class LogTable(Table):
     columns: list[str] = []  # names of all columns of a CSV file without a header line
     rate: Positive | None = None  # [Hz], for logs without a time channel
     max_gap: Positive | None = None  # [s], longest interpolated step; default 1.5 periods, at least 10 ms
+    exclude: list[Excluded] = []  # spans that are not used
 
 
 class FilterSettings(Table):

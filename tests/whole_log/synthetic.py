@@ -44,7 +44,7 @@ def make_model(torque: float = 1.0, **corrections: int) -> ModelCorrections:
 
 
 def statistics(friction: int, information: Array, right: Array, square: float, count: int) -> Statistics:
-    return Statistics(friction, information, right, square, count, 1, 0, np.ones((3, 1)))
+    return Statistics(friction, information, right, square, count, np.ones((3, 1)))
 
 
 def some_equations(windows: int, projected: bool, seed: int = 0) -> WeakEquations:

@@ -1,12 +1,14 @@
 """Checks of single channels: dead, frozen, clipped, or held for several samples."""
 
 from collections import defaultdict
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.audit.evidence import Evidence
 from stribeck.base.finding import Finding
+from stribeck.base.spans import Span, exclude_options, listed_spans
 from stribeck.base.typing import Array
 
 FROZEN_SAMPLES = 20
@@ -24,22 +26,29 @@ HELD = 0.95
 def check_channels(evidence: Evidence) -> list[Finding]:
     """Report faults of positions and torques that are visible without a model."""
     log, robot, sampling = evidence.prepared.log, evidence.robot, evidence.prepared.sampling
-    found: dict[tuple[str, str], dict[str, list[str]]] = defaultdict(dict)
+    found: dict[tuple[str, str], dict[str, str]] = defaultdict(dict)
+    frozen: dict[str, list[Span]] = defaultdict(list)
 
     def add(check: str, channel: str, joint: str, evidence: str) -> None:
-        found[check, channel].setdefault(joint, []).append(evidence)
+        found[check, channel][joint] = evidence and f" ({evidence})"
+
+    def add_frozen(channel: str, joint: str, parts: Sequence[slice]) -> None:
+        since = log.time - log.start
+        spans = [Span(since[part.start], since[part.stop - 1]) for part in parts]
+        if spans:
+            frozen[channel] = list({*frozen[channel], *spans})
+            add("channel-frozen", channel, joint, listed_spans(spans))
 
     least, most = log.torque.min(axis=0), log.torque.max(axis=0)
     for number, column in enumerate(robot.torque_controlled.tolist()):
         joint, position, torque = robot.joint_names[column], log.position[:, column], log.torque[:, column]
         moves = evidence.moves(number)
-        for part in _frozen_positions(position, sampling.segments, sampling.period) if moves else []:
-            add("channel-frozen", "position", joint, _between(log.time, part))
+        if moves:
+            add_frozen("position", joint, _frozen_positions(position, sampling.segments, sampling.period))
         if moves and least[column] == most[column]:
             add("channel-dead", "torque", joint, "")
             continue
-        for part in _frozen_torques(torque, position, sampling.segments, sampling.period):
-            add("channel-frozen", "torque", joint, _between(log.time, part))
+        add_frozen("torque", joint, _frozen_torques(torque, position, sampling.segments, sampling.period))
         share = clipped(torque, position, float(least[column]), float(most[column])) if moves else 0.0
         if share:
             add("channel-clipped", "torque", joint, f"{100 * share:.2g} % of the samples")
@@ -48,17 +57,9 @@ def check_channels(evidence: Evidence) -> list[Finding]:
             if held:
                 add("channel-held", channel, joint, f"{held} samples")
     return [
-        Finding.of(
-            check,
-            {joint: f" ({', '.join(parts)})" if any(parts) else "" for joint, parts in joints.items()},
-            channel=channel,
-        )
+        Finding.of(check, joints, channel=channel, exclude=exclude_options(frozen[channel]))
         for (check, channel), joints in found.items()
     ]
-
-
-def _between(time: Array, part: slice) -> str:
-    return f"{time[part.start]:.2f} to {time[part.stop - 1]:.2f} s"
 
 
 def constant_parts(values: Array, segments: tuple[slice, ...], shortest: int) -> list[slice]:

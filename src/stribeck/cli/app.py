@@ -17,7 +17,17 @@ import typer
 from stribeck.base.outputs import check_name, check_outputs, staged_folder
 from stribeck.cli import console, options
 from stribeck.cli.simulation import demo, simulate
-from stribeck.cli.values import REPORT, RESULT, TABLE, files_of, part_of, result_file, split_names, with_settings
+from stribeck.cli.values import (
+    REPORT,
+    RESULT,
+    TABLE,
+    files_of,
+    part_of,
+    result_file,
+    robot_of,
+    split_names,
+    with_settings,
+)
 from stribeck.errors import SettingsError, StribeckError, findings_kept
 
 app = typer.Typer(
@@ -88,6 +98,7 @@ def inspect(
     settings: options.Set = [],  # noqa: B006
     start: options.From = None,
     stop: options.To = None,
+    exclude: options.Exclude = [],  # noqa: B006
     json: options.Json = False,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
@@ -95,9 +106,8 @@ def inspect(
     """Check a log: rate, gaps, channels, ranges, signs, delays."""
     from stribeck.audit.inspection import inspect_log
     from stribeck.report.inspection import write_inspection
-    from stribeck.robot import Robot
 
-    machine = Robot.from_file(robot)
+    machine = robot_of(robot, exclude)
     check_outputs([output] if output else [], [log, *files_of(robot)], overwrite)
     with console.progress_bar(quiet) as progress:
         progress("inspecting", 0.1)
@@ -118,6 +128,7 @@ def identify(
     validate: options.Validation = [],  # noqa: B006
     start: options.From = None,
     stop: options.To = None,
+    exclude: options.Exclude = [],  # noqa: B006
     force: options.Force = False,
     json: options.Json = False,
     overwrite: options.Overwrite = False,
@@ -129,9 +140,8 @@ def identify(
     """
     from stribeck.pipeline import identify as run
     from stribeck.report import write_report
-    from stribeck.robot import Robot
 
-    machine = Robot.from_file(robot)
+    machine = robot_of(robot, exclude)
     chosen = with_settings(machine.settings, {"law": law, "method": method}, settings)
     check_outputs([output / name for name in (RESULT, REPORT, TABLE)], [*logs, *validate, *files_of(robot)], overwrite)
     with staged_folder(output) as staging, console.progress_bar(quiet) as progress:
@@ -263,6 +273,7 @@ def replay(
     settings: options.Set = [],  # noqa: B006
     start: options.From = None,
     stop: options.To = None,
+    exclude: options.Exclude = [],  # noqa: B006
     force: options.Force = False,
     json: options.Json = False,
     overwrite: options.Overwrite = False,
@@ -274,9 +285,8 @@ def replay(
     """
     from stribeck.replay.replay import replay as run
     from stribeck.report.replay import write_replay
-    from stribeck.robot import Robot
 
-    machine = Robot.from_file(robot)
+    machine = robot_of(robot, exclude)
     chosen = with_settings(machine.settings, {}, settings)
     outputs = [output / name for name in (REPLAY, REPLAY_PAGE)] if output else []
     check_outputs(outputs, [log, model, *files_of(robot)], overwrite)

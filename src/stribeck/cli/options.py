@@ -31,6 +31,10 @@ FORMATS = ("mjcf", "urdf", "drake", "c", "python", "yaml", "table", "isaaclab", 
 Force = Annotated[bool, typer.Option("--force", help="Continue although the audit found a fatal error.")]
 From = Annotated[float | None, typer.Option("--from", metavar="SECONDS", help="Start of the used part of each log.")]
 To = Annotated[float | None, typer.Option("--to", metavar="SECONDS", help="End of the used part of each log.")]
+Exclude = Annotated[
+    list[str],
+    typer.Option("--exclude", metavar="A:B", help="Span of each log that is not used [s], or LOG:A:B; repeatable."),
+]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Overwrite existing outputs.")]
 Law = Annotated[
     str | None,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -68,6 +69,23 @@ def with_settings(settings: Settings, options: dict[str, str | None], assignment
         return Settings.model_validate(document)
     except ValidationError as error:
         raise SettingsError(f"settings: {describe(error, Settings)}") from error
+
+
+def robot_of(path: Path, exclude: list[str]) -> Robot:
+    """Read a robot file, and add spans A:B or LOG:A:B to its `[log] exclude`."""
+    from stribeck.robot import Robot
+    from stribeck.settings import LogTable
+
+    robot = Robot.from_file(path)
+    found: list[Any] = list(robot.log_table.exclude)
+    for text in exclude:
+        try:
+            *name, start, end = text.rsplit(":", 2)
+            found += LogTable(exclude=[(*name, float(start), float(end))]).exclude
+        except (ValueError, SettingsError) as error:
+            expected = "expected START:END in seconds, e.g. 40:70, or LOG:START:END"
+            raise SettingsError(f"--exclude {text}: {expected}") from error
+    return replace(robot, log_table=robot.log_table.model_copy(update={"exclude": found}))
 
 
 def files_of(robot: Path) -> list[Path]:

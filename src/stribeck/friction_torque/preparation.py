@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from stribeck.base.spans import Span
 from stribeck.contact import SupportPhases, find_support_phases
 from stribeck.differentiation import make_filter
 from stribeck.dynamics.loops import closed_log
@@ -56,6 +57,9 @@ def prepare(log: LogLike, robot: Robot, settings: Settings) -> PreparedLog:
     """
     with errors_about(log_path(log)), findings_kept() as notes:
         log = _read(log, robot)
+        name, spans = Path(log.path).name, robot.log_table.exclude
+        if own := [Span(span[-2], span[-1]) for span in spans if len(span) == 2 or span[0] == name]:
+            log = log.excluding(own)
         notes += log.notes
         log, of_loops = closed_log(log, robot)
         notes += of_loops
@@ -96,7 +100,8 @@ def _read(log: LogLike, robot: Robot) -> RobotLog:
         raise LogError(
             f"log: is of type '{type(log).__name__}'; expected a RobotLog, a path, a frame, or a list of them"
         )
-    changes = robot.log_table != LogTable(max_gap=robot.log_table.max_gap) or robot.motors or robot.command_gains
+    applied_later = LogTable(max_gap=robot.log_table.max_gap, exclude=robot.log_table.exclude)
+    changes = robot.log_table != applied_later or robot.motors or robot.command_gains
     if log.raw and (changes or log.joint_names != robot.joint_names or log.torque_source != robot.torque_source):
         raise LogError(
             f"{log.path or 'log'}: was read without the robot, so its settings for logs were not applied; "

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from importlib import import_module
 from pathlib import Path
@@ -11,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.base.frame import data_frame
+from stribeck.base.spans import Span, listed_spans
 from stribeck.base.text_table import TextTable, span
 from stribeck.base.typing import Array, TorqueSource
 from stribeck.errors import LogError
@@ -77,6 +80,10 @@ class RobotLog:
         Path of the file; empty for a log made in memory.
     raw
         Whether the log was read without a robot, and therefore without its `[log]` settings.
+    start
+        Stamp from which spans of the log are counted [s]: the first stamp of the whole log.
+    excluded
+        Spans that `excluding` removed [s].
 
     Raises
     ------
@@ -116,6 +123,8 @@ class RobotLog:
     notes: tuple[str, ...] = ()
     path: str = ""
     raw: bool = False
+    start: float = math.nan
+    excluded: tuple[Span, ...] = ()
 
     def __post_init__(self) -> None:
         """Convert lists to arrays, and refuse channels whose shapes do not agree."""
@@ -152,6 +161,9 @@ class RobotLog:
                     f"{self.path or 'log'}: channel '{name}' has shape {channel.shape}, "
                     f"expected {shape} ({samples} samples, {joints} joints, {feet} feet)"
                 )
+        stamps = self.time[np.isfinite(self.time)]
+        if math.isnan(self.start) and len(stamps):
+            object.__setattr__(self, "start", float(stamps[0]))
 
     def __repr__(self) -> str:
         seconds = float(self.time[-1] - self.time[0]) if len(self.time) else 0.0
@@ -239,9 +251,8 @@ class RobotLog:
         >>> log.between(2.0, 10.0)
         RobotLog(8001 samples in 8 s, 3 joints: shoulder, elbow, slide; position, torque, ...)
         """
-        stamps = self.time[np.isfinite(self.time)]
-        lasts = float(stamps[-1] - stamps[0]) if len(stamps) else 0.0
-        since = self.time - stamps[0] if len(stamps) else self.time
+        since = self.time - self.start
+        lasts = float(np.max(since[np.isfinite(since)], initial=0.0))
         low, high = 0.0 if start is None else start, lasts if stop is None else stop
         kept = (since >= low) & (since <= high)
         if np.count_nonzero(kept) < 2:
@@ -251,6 +262,30 @@ class RobotLog:
             raise LogError(f"{self.path or 'log'}: {problem}")
         note = f"Only {low:g} s to {high:g} s of the log's {lasts:.6g} s are used."
         return replace(self.take(kept), notes=(*self.notes, note))
+
+    def excluding(self, spans: Sequence[Span]) -> RobotLog:
+        """Remove spans, given by start and end [s] after the start of the log.
+
+        Raises
+        ------
+        LogError
+            If fewer than two samples remain.
+
+        Examples
+        --------
+        >>> log.excluding([Span(2.0, 3.0), Span(5.0, 5.5)])
+        RobotLog(10500 samples in 12 s, 3 joints: shoulder, elbow, slide; position, torque, ...)
+        """
+        since = self.time - self.start
+        inside = [(since >= low) & (since < high) for low, high, _ in spans]
+        kept = ~np.any(inside, axis=0)
+        if np.count_nonzero(kept) < 2:
+            raise LogError(f"{self.path or 'log'}: fewer than 2 samples remain after excluding {listed_spans(spans)}")
+        notes = [
+            f"{listed_spans([span])} of the log is excluded{'' if rows.any() else ', but has no samples'}."
+            for span, rows in zip(spans, inside, strict=True)
+        ]
+        return replace(self.take(kept), notes=(*self.notes, *notes), excluded=(*self.excluded, *spans))
 
     def take(self, rows: slice | NDArray[np.int64] | NDArray[np.bool_]) -> RobotLog:
         """Select rows."""

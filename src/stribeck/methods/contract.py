@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.base.finding import Finding
+from stribeck.base.spans import Span
 from stribeck.contact import SupportPhases
 from stribeck.errors import LogError
 from stribeck.friction import FrictionLaw
@@ -134,6 +135,8 @@ class Fitted:
         Terms of the law "auto", by joint.
     couplings
         Names of the estimated couplings of the robot.
+    set_aside
+        Spans of each log that the method did not use, because something disturbs them; empty if unknown.
     findings, notes
         Findings for the user, and sentences on the processing.
     """
@@ -149,6 +152,7 @@ class Fitted:
     corrections: Corrections | None = None
     terms: Mapping[str, JointTerms] = field(default_factory=dict)
     couplings: Sequence[str] = ()
+    set_aside: Sequence[Sequence[Span]] = ()
     findings: Sequence[Finding] = ()
     notes: Sequence[str] = ()
 

@@ -7,12 +7,15 @@ from collections import ChainMap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import chain
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.base.finding import Finding
+from stribeck.base.spans import Span, exclude_options, listed_spans
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import AUTO, LAWS, FrictionLaw
 from stribeck.friction.auto import AutoLaw
@@ -39,6 +42,9 @@ from stribeck.whole_log.uncertainty.intervals import joint_fits
 CRITERIA = Criteria(assumes_exact_law=False, shares_shapes=True)
 """Intervals know how little a Stribeck velocity that is not cleared lets them say; shapes have a group prior."""
 
+FEW = 0.01
+"""Share of windows that are set aside [1] from which a warning is given."""
+
 FAR = 10.0
 """Corrections [1], in prior standard deviations, from which a warning is given: no real model has such errors."""
 
@@ -62,6 +68,8 @@ class WholeLog:
         Robot with the estimated corrections.
     held_out
         Rows of each log that `fit.training` has not seen.
+    set_aside, used
+        Spans of each log that are set aside, and used.
     """
 
     fit: WholeLogFit
@@ -69,6 +77,8 @@ class WholeLog:
     couplings: tuple[str, ...]
     robot: Robot
     held_out: Sequence[Sequence[slice]]
+    set_aside: Sequence[Sequence[Span]]
+    used: Sequence[Sequence[Span]]
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -136,20 +146,21 @@ class WholeLog:
 
     @property
     def notes(self) -> list[str]:
-        """Notes on segments that were skipped and windows that were rejected."""
-        share, read, whole = self.fit.set_aside, self.fit.segments, self.fit.of_segments
+        """Note on segments that were skipped."""
+        read, whole = self.fit.segments, self.fit.of_segments
         found = [f"{read} of {whole} segments of the log are read, evenly spread."] if read < whole else []
-        why = "its torques disagree with the model fitted to the rest"
-        aside = f"{100 * share:.2g} % of the log is rejected as outliers: {why}."
-        return [*found, aside] if share else found
+        if 0 < self.fit.set_aside <= FEW:
+            found.append(f"Outliers are set aside: {listed_spans(list(chain(*self.set_aside)))}.")
+        return found
 
     @property
     def findings(self) -> list[Finding]:
         """Problems that a user should act on: errors beyond their covariance, a model far off, delays, and misfits."""
         fit = self.fit
         found = []
-        if fit.set_aside > 0.1:
-            found.append(Finding.of("much-set-aside", share=100 * fit.set_aside))
+        if fit.set_aside > FEW:
+            aside, rest = list(chain(*self.set_aside)), listed_spans(list(chain(*self.used)))
+            found.append(Finding.of("set-aside", spans=listed_spans(aside), rest=rest, exclude=exclude_options(aside)))
         if fit.chi_square >= 1.5:  # per degree of freedom
             found.append(Finding.of("chi-square", chi_square=fit.chi_square))
         if fit.heterogeneity >= 4.0:  # folds differ by twice as much as errors explain
@@ -225,7 +236,24 @@ def identify_whole_log(
     for log, segment in fit.held_out:
         held_out[log].append(slice(segment.first, segment.last))
     robot = corrected_robot(robot, equations.corrections, fit.corrections)
-    return WholeLog(fit=fit, columns=columns, couplings=couplings, robot=robot, held_out=held_out)
+    return WholeLog(
+        fit=fit,
+        columns=columns,
+        couplings=couplings,
+        robot=robot,
+        held_out=held_out,
+        set_aside=_spans(prepared, fit, used=False),
+        used=_spans(prepared, fit, used=True),
+    )
+
+
+def _spans(prepared: Sequence[PreparedLog], fit: WholeLogFit, *, used: bool) -> list[list[Span]]:
+    """Find the spans of each log whose windows are used, or set aside."""
+    names = [Path(part.log.path).name if len(prepared) > 1 else "" for part in prepared]
+    return [
+        [Span(start - part.log.start, end - part.log.start, name) for start, end in fit.spans(k, used=used)]
+        for k, (part, name) in enumerate(zip(prepared, names, strict=True))
+    ]
 
 
 def weak_forms(
@@ -282,6 +310,7 @@ def find(
         corrections=found.corrections,
         terms=found.terms,
         couplings=tuple(robot.couplings),
+        set_aside=found.set_aside,
         findings=found.findings,
         notes=[*(note for _, note in cleaned if note), *found.notes],
     )

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
 from stribeck.friction import AUTO, FrictionLaw
@@ -27,6 +28,7 @@ from stribeck.whole_log.constants import (
     ROUNDS,
 )
 from stribeck.whole_log.equations.equation_sequence import EquationSequence
+from stribeck.whole_log.equations.filters import WINDOW_LENGTH
 from stribeck.whole_log.equations.segments import Segment
 from stribeck.whole_log.fit_checks.misfits import Misfit, find_misfits
 from stribeck.whole_log.fit_checks.validation import friction_residual_rms, validate
@@ -63,6 +65,15 @@ WRONG = 50.0
 """Chi^2 per equation [1] above which the pilot is repeated without setting segments aside."""
 
 
+REST = 1.0
+"""Longest pause of a disturbance [s]: joints that rest between two moves hide a hand or a payload."""
+
+
+def _runs(flags: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Find the runs of true flags: first place, and the place after the last, shape (runs, 2)."""
+    return np.flatnonzero(np.diff(flags, prepend=False, append=False)).reshape(-1, 2)
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class WholeLogFit:
     """The fit to whole logs.
@@ -79,6 +90,8 @@ class WholeLogFit:
         Normal equations of all segments.
     segments, of_segments
         Number of segments read, and of all segments.
+    windows
+        Log, centers [s] and flags of the used windows of each segment read.
     residual_rms
         Root mean square residual of each joint's friction torque in the segments of the pilot [N m], shape (n,).
     validation
@@ -106,6 +119,7 @@ class WholeLogFit:
     statistics: Statistics
     segments: int
     of_segments: int
+    windows: tuple[tuple[int, Array, NDArray[np.bool_]], ...]
     residual_rms: Array
     validation: tuple[Validation | None, ...]
     held_out: tuple[tuple[int, Segment], ...]
@@ -158,7 +172,22 @@ class WholeLogFit:
     @property
     def set_aside(self) -> float:
         """Share of the windows that are set aside [1]."""
-        return self.statistics.set_aside / max(self.statistics.windows, 1)
+        return 1 - float(np.mean(np.concatenate([used for _, _, used in self.windows])))
+
+    def spans(self, log: int, *, used: bool) -> list[tuple[float, float]]:
+        """Find the spans of a log whose windows are used, or set aside: first and last stamp [s].
+
+        Used windows count as set aside if a joint rests there between two disturbances, so that none is visible.
+        """
+        own = [(time, kept) for number, time, kept in self.windows if number == log]
+        if not own:
+            return []
+        time, kept = (np.concatenate(each) for each in zip(*own, strict=True))
+        for first, last in _runs(kept):
+            if first > 0 and last < len(kept) and time[last] - time[first] < REST:
+                kept[first:last] = False
+        half = WINDOW_LENGTH / 2
+        return [(float(time[a]) - half, float(time[b - 1]) + half) for a, b in _runs(kept == used)]
 
     @property
     def widening(self) -> float:
@@ -229,6 +258,7 @@ def fit_whole_log(
         statistics=whole,
         segments=read.segments,
         of_segments=len(equations),
+        windows=read.windows,
         residual_rms=residual_rms[0],
         validation=validation,
         held_out=read.held_out,
@@ -266,7 +296,11 @@ class _Read:
     held: list[Statistics]
     held_out: tuple[tuple[int, Segment], ...]
     unseen: list[WeakEquations]
-    segments: int
+    windows: tuple[tuple[int, Array, NDArray[np.bool_]], ...]
+
+    @property
+    def segments(self) -> int:
+        return len(self.windows)
 
 
 def _read_with_pilot(
@@ -330,7 +364,7 @@ def _read(
     count = min(FOLDS, len(training))
     sampled = min(count, 2 * max(1, round(15 * count / len(training))))  # about 30 segments; left and right alternate
     folds = [*(training[k::count] for k in range(count)), held_out]
-    found, unseen = accumulate(
+    found, unseen, windows = accumulate(
         late, folds, sampled, columns, pilot.prediction, lambda share: progress(0.2 + 0.6 * share)
     )
     return _Read(
@@ -343,7 +377,7 @@ def _read(
         held=found[count:],
         held_out=tuple(late.parts[place][:2] for place in held_out),
         unseen=[unseen[place] for place in held_out],
-        segments=len(training) + len(held_out),
+        windows=tuple((late.parts[place][0], *windows[place]) for place in sorted(windows)),
     )
 
 

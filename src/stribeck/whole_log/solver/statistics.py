@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from threading import Event, Lock
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
 from stribeck.whole_log.model.terms import Columns
@@ -36,8 +37,6 @@ class Statistics:
         A, b and s, shape (D, D), (D,) and a number.
     count
         Number of equations that count.
-    windows, set_aside
-        Number of windows, and of rejected windows.
     loads
         Number of windows, and sums of the joints' loads [N m] and of their squares, shape (3, n).
     effects
@@ -50,8 +49,6 @@ class Statistics:
     right: Array
     square: float
     count: int
-    windows: int
-    set_aside: int
     loads: Array
     effects: dict[int, tuple[Array, Array, Array]] = field(default_factory=dict)
 
@@ -67,8 +64,6 @@ class Statistics:
             self.right + other.right,
             self.square + other.square,
             self.count + other.count,
-            self.windows + other.windows,
-            self.set_aside + other.set_aside,
             self.loads + other.loads,
             effects,
         )
@@ -110,8 +105,10 @@ def accumulate(
     columns: Columns,
     prediction: Prediction,
     progress: Callable[[float], None] = lambda _: None,
-) -> tuple[list[Statistics], dict[int, WeakEquations]]:
+) -> tuple[list[Statistics], dict[int, WeakEquations], dict[int, tuple[Array, NDArray[np.bool_]]]]:
     """Accumulate the statistics of folds; keep the equations of the last fold by segment number.
+
+    The windows' centers [s] are returned by segment number as well, with flags of the used windows.
 
     Folds are added up by threads, each in an order that never changes. One thread at a time computes equations:
     Pinocchio's working memory is not for two.
@@ -133,6 +130,7 @@ def accumulate(
     """
     making, over = Lock(), Event()
     kept: dict[int, WeakEquations] = {}
+    windows: dict[int, tuple[Array, NDArray[np.bool_]]] = {}
     done, every = [0], sum(map(len, folds))
 
     def add_up(number: int) -> list[Statistics]:
@@ -145,6 +143,7 @@ def accumulate(
                 done[0] += 1
                 progress(done[0] / every)
             found, used = _of(part, columns, prediction, number < sampled)
+            windows[place] = used.time, used.used
             own = [own[0] + found] if own else [found]
             if number == len(folds) - 1:
                 kept[place] = used
@@ -156,7 +155,7 @@ def accumulate(
             found = [task.result() for task in tasks]
         finally:
             over.set()  # after an error or Ctrl-C, the remaining results are useless
-    return [own[0] for own in found if own], kept
+    return [own[0] for own in found if own], kept, windows
 
 
 def _of(
@@ -181,8 +180,6 @@ def _of(
         right=product[:size, -1],
         square=float(product[-1, -1]),
         count=count,
-        windows=len(part.time),
-        set_aside=int((~part.used).sum()),
         loads=np.stack([np.full(joints, len(load)), load.sum(axis=0), (load**2).sum(axis=0)]),
         effects={part.gait: effects} if sampled else {},
     )

@@ -1,0 +1,70 @@
+"""Spans of a log that are excluded, and the findings that name them."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.arm import arm_log, save_npz, write_arm
+from tests.cli.test_cli import run
+
+from stribeck import LogError, Robot, RobotLog, read_result
+from stribeck.base.spans import Span, exclude_options, listed_spans
+from stribeck_simulation.sensors.measure import with_noise
+
+
+def test_the_largest_spans_come_first_and_many_are_not_listed() -> None:
+    spans = [Span(81.0, 83.46), Span(40.21, 70.1, "b.npz"), *(Span(k, k + 0.5) for k in range(5))]
+    assert listed_spans(spans) == "b.npz 40.2 to 70.1 s, 81 to 83.5 s, 0 to 0.5 s, 1 to 1.5 s, 2 to 2.5 s and 2 more"
+    assert exclude_options(spans[:2]) == "--exclude b.npz:40.2:70.1 --exclude 81:83.5"
+
+
+@pytest.fixture(scope="module")
+def pushed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with an arm and its log, in which a hand turns all joints from 6 to 9 s."""
+    folder = Path(tmp_path_factory.mktemp("arm"))
+    robot = Robot.from_file(write_arm(folder))
+    log = arm_log(robot, duration=20.0)
+    hand = 8 * np.sin(3 * log.time)[:, None] * ((log.time > 6) & (log.time < 9))[:, None] * np.ones(3)
+    save_npz(with_noise(replace(log, torque=log.torque + hand), position=2e-5, torque=0.05, seed=3), folder / "log.npz")
+    return folder
+
+
+def identify(folder: Path, output: str, *options: str) -> int:
+    files = ["identify", str(folder / "log.npz"), "-r", str(folder / "robot.toml"), "-o", str(folder / output)]
+    return run(*files, *options)
+
+
+def test_a_disturbance_is_named_in_time_and_its_remedy_can_be_pasted(pushed: Path) -> None:
+    assert identify(pushed, "first") == 0
+    (found,) = (each for each in read_result(pushed / "first/result.json").findings if each.check == "set-aside")
+    options = re.findall(r"--exclude \S+", found.cure)
+    start, end = map(float, re.findall(r"[\d.]+", options[0]))
+    assert (len(options), start, end) == (1, pytest.approx(6.0, abs=0.3), pytest.approx(9.0, abs=0.3))
+    assert f"from {start:g} to {end:g} s" in found.text
+    assert "set aside" in (pushed / "first/report.html").read_text()
+    assert identify(pushed, "second", *options[0].split()) == 0
+    result = read_result(pushed / "second/result.json")
+    assert "set-aside" not in {each.check for each in result.findings}
+    assert result.log.samples < 18_000
+    assert "excluded" in (pushed / "second/report.html").read_text()
+
+
+@pytest.mark.parametrize("span", ["40", "a:b", "9:6", "-1:3", "1:nan"])
+def test_a_wrong_span_is_refused(pushed: Path, span: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert identify(pushed, "wrong", f"--exclude={span}") == 2
+    assert f"--exclude {span}: expected START:END in seconds" in capsys.readouterr().err
+
+
+def test_excluding_counts_from_the_start_of_the_whole_log() -> None:
+    time = 100.0 + np.arange(50) / 10
+    log = RobotLog(time=time, joint_names=("elbow",), position=time[:, None], torque=time[:, None])
+    part = log.between(1.0, 4.0).excluding([Span(2.0, 3.0), Span(8.0, 9.0)])
+    np.testing.assert_array_equal(part.time, time[[*range(10, 20), *range(30, 41)]])
+    assert part.notes[1:] == (
+        "2 to 3 s of the log is excluded.",
+        "8 to 9 s of the log is excluded, but has no samples.",
+    )
+    with pytest.raises(LogError, match="fewer than 2 samples remain after excluding 0 to 9 s"):
+        log.excluding([Span(0.0, 9.0)])
