@@ -86,7 +86,7 @@ autodoc_default_options = {"members": True}
 napoleon_google_docstring = False
 napoleon_use_rtype = False  # what is returned has a name in the docstring and a type in the signature
 napoleon_attr_annotations = False
-napoleon_custom_sections = [("Attributes", "params_style")]  # as a list, not as objects of their own
+napoleon_custom_sections = [("Attributes", "params_style")]  # as a list, not as separate objects
 python_use_unqualified_type_names = True
 maximum_signature_line_length = 90
 

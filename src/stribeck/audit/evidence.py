@@ -46,7 +46,7 @@ class Evidence:
     run
         Number of the run of each bin, shape (B,).
     support, support_names
-        As in `FrictionSamples`, for the bins.
+        Support of each bin, see `FrictionSamples`.
     torque, model, velocity, acceleration
         Means over the bins, shape (B, k); the model's torque is inverse dynamics minus the external torque, NaN where
         it is unknown.

@@ -61,7 +61,7 @@ class Inspection:
     findings
         Problems that a user should act on, one sentence each; fatal errors come first.
     audit
-        The same as `findings`, structured: check, evidence, remedy, joints.
+        Structured findings: check, evidence, remedy, joints.
     torque_source
         Source of the torques.
     """

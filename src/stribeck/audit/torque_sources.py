@@ -20,8 +20,8 @@ def find_torques(
     Returns
     -------
     logs, findings, gain_errors
-        All logs, the unseen ones last; those of measured torques are unchanged. Gain errors are relative standard
-        errors [1] by joint.
+        All logs, unseen logs last; logs with measured torques are unchanged. Gain errors are relative standard errors
+        [1] by joint.
 
     Raises
     ------

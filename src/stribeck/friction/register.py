@@ -1,4 +1,4 @@
-"""Registration of user-defined friction laws, after a check of the properties that every law must have."""
+"""Registration of user-defined friction laws, with a check of each law's mandatory properties."""
 
 import inspect
 import re
@@ -30,7 +30,7 @@ def register_law(law: type[FrictionLaw]) -> type[FrictionLaw]:
     Returns
     -------
     law
-        The same class.
+        The registered class, unchanged.
 
     Raises
     ------

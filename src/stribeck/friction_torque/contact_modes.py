@@ -40,7 +40,7 @@ class Explained(NamedTuple):
     velocity, acceleration, torque
         Signals that match the friction torque [rad/s], [rad/s^2], [N m], shape (N, n).
     nodes, jerk, snap
-        As in `FrictionSamples`, if the friction torque is averaged differently, shape (N, n).
+        Nodes and derivatives for an averaged friction torque, see `FrictionSamples`, shape (N, n).
     """
 
     friction: Array

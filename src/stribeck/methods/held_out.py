@@ -106,5 +106,5 @@ def _explained(
 
 
 def _rotor(joint: JointResult, known: float) -> float:
-    """Return the fitted rotor inertia beyond that of the model [kg m^2]."""
+    """Compute the fitted rotor inertia minus the model's [kg m^2]."""
     return joint.parameters["armature"].value - known if "armature" in joint.parameters else 0.0

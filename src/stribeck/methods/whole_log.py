@@ -291,7 +291,7 @@ def find(
 ) -> Fitted:
     """Run `identify_whole_log`, and correct the robot and logs.
 
-    Standing legs are shown, as they are fitted, without the minimum-norm guess where they were fitted without it.
+    The report shows standing legs without the minimum-norm guess if the fit did not use it.
     """
     cleaned = [_without_spikes(part) for part in prepared]
     prepared = [part for part, _ in cleaned]

@@ -132,7 +132,7 @@ def _precision(
 
 
 def expected_curve(joint: PlannedJoint, covariance: Array, speed: float, duration: float) -> tuple[CurvePoint, ...]:
-    """Compute the friction curve up to a top speed, with the intervals that a covariance gives."""
+    """Compute the friction curve up to a top speed, with intervals from a covariance."""
     speeds, values, slopes = joint.curve(speed)
     errors = np.sqrt(np.maximum(np.einsum("sk,kl,sl->s", slopes, covariance, slopes), 0.0))
     return curve_points(speeds, values, errors, quantile(duration), joint.prismatic)

@@ -123,7 +123,7 @@ def replay(
     model
         URDF or MJCF with the robot's joints.
     settings
-        Settings; those of the robot file if None. Motion and torque pass the same filter, and standing legs move as
+        Settings; by default from the robot file. Motion and torque pass the same filter, and standing legs move as
         measured.
     force
         Whether to continue although the audit found a fatal error.

@@ -64,7 +64,8 @@ class RolloutError:
 class _Batch:
     """S rollouts of one contact mode: signals at T rows from the start, padded with the last row.
 
-    The torque has shape (S, T, n). `reach` is the duration of each rollout [s], `steady` that of the support [s].
+    The torque has shape (S, T, n). `reach` is the duration of each rollout [s], `steady` the duration of the support
+    [s].
     """
 
     mode: StandingFeet

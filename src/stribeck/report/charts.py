@@ -33,7 +33,7 @@ def line(
     Parameters
     ----------
     x, y
-        Shape (N,), x ascending; NaN breaks the line. With a `step` in the style, x has only the first value.
+        Points, shape (N,), x ascending; NaN breaks the line. With a `step` in the style, x has only the first value.
     band
         Lower and upper end of a band around the line, shape (2, N).
     **style

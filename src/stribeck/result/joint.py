@@ -198,7 +198,7 @@ class JointResult:
         Returns
         -------
         friction
-            Shape of `velocity`; positive for positive velocity.
+            Friction torque with the shape of `velocity`, positive for positive velocity.
 
         Raises
         ------

@@ -99,7 +99,7 @@ class Result:
 
     @property
     def warning_lines(self) -> list[str]:
-        """Warnings; those of findings name the command that explains them."""
+        """Warnings; warnings of findings include the command that explains them."""
         explained = {str(finding): finding.line for finding in self.findings}
         return [explained.get(warning, warning) for warning in self.warnings]
 

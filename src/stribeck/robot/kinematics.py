@@ -73,7 +73,7 @@ def joint_torque_of_wrench(rooted: RootedModel, frame: int, position: Array, wre
     Parameters
     ----------
     rooted, frame, position
-        As for `direction_in_root`.
+        Tree, frame and joint positions, see `direction_in_root`.
     wrench
         Force [N] and moment [N m] at the frame's origin, in its coordinates, shape (T, 6).
     """

@@ -1,4 +1,4 @@
-"""Corrections as the result has them: masses, centres and inertias before and after, gains, zeros, delays."""
+"""Corrections in a result: masses, centers and inertias before and after, gains, zeros, delays."""
 
 import numpy as np
 
@@ -12,16 +12,16 @@ from stribeck.whole_log.uncertainty.joint_errors import correlations, shape_erro
 def describe_corrections(
     fit: WholeLogFit, joints: tuple[str, ...], encoders: tuple[str, ...], torque_delay: float
 ) -> Corrections:
-    """Return the corrections that a fit found.
+    """Convert the corrections of a fit to a result's units and names.
 
     Parameters
     ----------
     fit
-        Of the whole log.
+        Fit of the whole log.
     joints, encoders
-        Names of the joints that were fitted, and of all joints.
+        Names of the fitted joints, and of all joints.
     torque_delay
-        [s].
+        Delay of the torques [s].
     """
     model, layout = fit.fit.model, fit.fit.model.layout
     corrections, priors = model.corrections, model.priors
@@ -70,7 +70,7 @@ def body_correction(
     known: float,
     shape_error: tuple[float, ...] | None = None,
 ) -> BodyCorrection:
-    """Return the correction of a body from its inertial parameters, shape (10,) each, and their standard errors."""
+    """Describe the correction of a body by its inertial parameters, shape (10,) each, and their standard errors."""
     return BodyCorrection(
         mass=(float(before[0]), float(after[0])),
         mass_error=mass_error,
@@ -87,7 +87,7 @@ def _centre(parameters: Array) -> tuple[float, ...]:
 
 
 def _inertia(parameters: Array) -> tuple[float, ...]:
-    """Return Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the centre of mass."""
+    """Compute Ixx, Ixy, Iyy, Ixz, Iyz, Izz about the center of mass."""
     x, y, z = parameters[1:4] / parameters[0]
     steiner = parameters[0] * np.array([y * y + z * z, -x * y, x * x + z * z, -x * z, -y * z, x * x + y * y])
     return tuple((parameters[4:] - steiner).tolist())

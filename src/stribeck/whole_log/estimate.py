@@ -166,7 +166,7 @@ class WholeLogFit:
 
     @property
     def chi_square(self) -> float:
-        """Chi^2 per degree of freedom [1]: one if the errors are as large as their covariance says."""
+        """Chi^2 per degree of freedom [1]: one if the errors match their covariance."""
         return self.fit.chi_square / max(self.statistics.count - int(self.fit.laws.free.sum()), 1)
 
     @property
@@ -208,17 +208,17 @@ def fit_whole_log(
     Parameters
     ----------
     equations
-        Of all segments; computed when they are asked for, so that they are never all in memory.
+        Equations of all segments; computed on access, so that they are never all in memory.
     law
         Friction law.
     top_speed
-        Of each joint [rad/s], shape (n,).
+        Top speed of each joint [rad/s], shape (n,).
     rest
         Speed [rad/s] below which a joint is at rest, for laws that jump there, shape (n,).
     priors
-        Of friction, model and sensors.
+        Priors of friction, model and sensors.
     progress
-        Is told the share that is done [1].
+        Callback `progress(fraction)`.
     """
     speed = np.maximum(top_speed, 1e-9)
     read = _read_with_pilot(equations, law, speed, rest * law.jumps, priors, progress)
@@ -311,7 +311,7 @@ def _read_with_pilot(
     priors: Priors,
     progress: Callable[[float], None],
 ) -> _Read:
-    """Fit the pilot and read the log, once more where the whole log contradicts the pilot's variances or its delay."""
+    """Fit the pilot and read the log; repeat both if the whole log contradicts the pilot's variances or delay."""
     basis = make_basis(law, speed)
 
     @lru_cache(maxsize=1)
@@ -387,7 +387,7 @@ def _delay(fit: Fit) -> float:
 
 
 def _spread(places: list[int], most: int) -> list[int]:
-    """Return evenly spread places, at most so many."""
+    """Select at most `most` places, evenly spread."""
     every = np.linspace(0, len(places) - 1, min(most, len(places))).round().astype(int)
     return [places[k] for k in every]
 
@@ -395,7 +395,7 @@ def _spread(places: list[int], most: int) -> list[int]:
 def _with_terms(
     pilot: Pilot, law: FrictionLaw, basis: Basis, speed: Array, priors: Priors
 ) -> tuple[Laws, Terms, Pilot]:
-    """Return the laws with all terms, the scales of these, and the pilot with their columns."""
+    """Build the laws with all terms, the scales of the terms, and the pilot with their columns."""
     joints, functions = basis.velocity.shape[0], basis.functions.shape[1]
     parts = [each.part for each in pilot.groups]
     size = len(pilot.prediction.values) - pilot.model.layout.size
@@ -412,7 +412,7 @@ def _with_terms(
     free = offsets | (np.arange(joints) < parts[0].joints)[:, None]  # couplings have none: the joints have
     laws = Laws(law, basis, (), speed, np.full(joints, pilot.torque), priors, free)
     slope = 1 / (SMOOTH_SIGN * speed)
-    if law.name == AUTO:  # which shape the pilot's curves have
+    if law.name == AUTO:  # choose the shape of the pilot's curves
         own = blocks(pilot.prediction.covariance[:size, :size], joints)[:, :functions, :functions]
         internal = best_of_linear(laws, friction, own)
         slope = laws.external(internal)[:, [parameter.name for parameter in law.parameters].index("slope")]
@@ -433,7 +433,7 @@ def _with_terms(
 
 
 def _first_fit(known: Statistics, laws: Laws, pilot: Pilot) -> Fit:
-    """Return the fit of laws with all terms that starts from a linear fit, all else being fitted along there."""
+    """Fit laws with all terms, starting from a linear fit of friction and corrections."""
     joints, size = len(laws.top_speed), pilot.model.layout.size
     left = eliminate(known, pilot.model, np.zeros(size))
     covariance = inverse_of(left.information + np.diag(pilot.precision))

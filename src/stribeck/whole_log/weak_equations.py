@@ -10,19 +10,19 @@ from stribeck.base.typing import Array
 from stribeck.friction.presliding import SMOOTH_SIGN, lag_behind
 
 WRENCH_SIZE = 7
-"""Numbers that correct a wrench sensor [1]: its zeros, then its gain."""
+"""Number of corrections of a wrench sensor: its zeros, then its gain."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class CorrectionLayout:
-    """Corrections, one a column of `WeakEquations.regressors`, in this order.
+    """Corrections, one per column of `WeakEquations.regressors`, in this order.
 
     Attributes
     ----------
     bodies
         Names of the bodies whose inertial parameters are corrected, ten columns each.
     inertial_parameters
-        Those of the model, shape (bodies, 10).
+        Inertial parameters of these bodies in the model, shape (bodies, 10).
     gains
         Number of torque sensors whose gain is corrected [1].
     zeros
@@ -30,18 +30,18 @@ class CorrectionLayout:
     tilts
         Number of axes of the root link about which its orientation is corrected [rad].
     delays
-        Number of delays against the encoders, positive if late: of all torques, then of the base orientation [s].
+        Number of delays relative to the encoders [s], positive if late: of all torques, then of the base orientation.
     command_delays
-        Standard errors of the delay of each joint's commands [s]; empty where torques are measured.
+        Standard errors of the delay of each joint's commands [s]; empty for measured torques.
     wrenches
         Number of wrench sensors in feet that are corrected: six zeros [N], [N m], and one gain [1] each.
     rotors
-        Which of the n joints and couplings have a rotor whose inertia is corrected [kg m^2].
+        Indices of joints and couplings with a corrected rotor inertia [kg m^2].
     armature
-        Inertia that the model has for each of these [kg m^2], shape (rotors,).
+        Rotor inertias of these in the model [kg m^2], shape (rotors,).
     log_offsets
-        Number of contrasts between logs, one fewer than these, and of joints whose offsets differ from log to log by
-        them [N m]; (0, 0) if offsets do not.
+        Number of contrasts between logs, one fewer than the logs, and number of joints whose offsets differ between
+        logs [N m]; (0, 0) if offsets are equal in all logs.
     """
 
     bodies: tuple[str, ...] = ()
@@ -57,7 +57,7 @@ class CorrectionLayout:
     log_offsets: tuple[int, int] = (0, 0)
 
     def offsets_of_logs(self, contrasts: Array) -> Array:
-        """Return by how much each log's offsets exceed the means [N m], shape (logs, joints), from their contrasts."""
+        """Convert contrasts to the difference of each log's offsets from their mean [N m], shape (logs, joints)."""
         return np.asarray(contrasts_of_logs(self.log_offsets[0] + 1).T @ contrasts.reshape(self.log_offsets))
 
     @property
@@ -70,26 +70,26 @@ class CorrectionLayout:
 
 
 def contrasts_of_logs(logs: int) -> Array:
-    """Return orthonormal rows, shape (logs - 1, logs), that add up to zero: deviations of logs from their mean."""
+    """Return orthonormal rows with zero sum, shape (logs - 1, logs): deviations of logs from their mean."""
     return np.asarray(helmert(logs))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class WeakEquations:
-    """K windows of one segment, in one contact mode, m equations each, of the friction of n joints.
+    """K windows of one segment in one contact mode, with m equations each for the friction of n joints.
 
-    With w the smooth window around sample t_k, r = tau - inverse dynamics, and P_k the contact projection,
+    With the smooth window w around sample t_k, r = tau - inverse dynamics, and the contact projection P_k,
 
         P_k^T W_k[r] = P_k^T W_k[R(v)] + (regressors times corrections of the model) + error
 
-    Both sides pass the same window, so that smoothing costs no accuracy. The error's covariance between windows k and
+    Both sides pass the same window, so that smoothing causes no bias. The error's covariance between windows k and
     l = k + j is
 
         rho_a(j) G_k diag(encoder_noise^2) G_l^T + rho_t(j) P_k^T diag(torque_noise^2) P_l
             + beta(j) (B_k diag(root^2) B_l^T + P_k^T diag(model^2) P_l)
 
-    The standard deviations of the last two terms, accelerations of the root (assumed to stand still) and errors of the
-    model, are not known beforehand, nor is the encoder-noise scale of the first term.
+    The standard deviations of the last two terms, accelerations of the root (assumed to be at rest) and errors of the
+    model, are unknown, as well as the encoder-noise scale of the first term.
 
     A coupling B^T v of joints counts as one more joint, after the others, without a torque sensor: its friction acts on
     them through P_k^T B.
@@ -99,52 +99,52 @@ class WeakEquations:
     time
         Time of the windows' centers [s], shape (K,).
     since, until
-        Time from the last change of the contacts, and to the next one [s], shape (K,); infinite where there is none.
+        Time since the last and until the next change of contacts [s], shape (K,); infinite without a change.
     gait
-        Number of the gait phase: steps on the same feet in the same log share it; -1 where there are no steps.
+        Number of the gait phase, which steps on the same feet in the same log share; -1 without steps.
     residual
-        Left side [N m], shape (K, m).
+        Left side of the equations [N m], shape (K, m).
     velocity
-        At the full rate [rad/s], shape (T, n).
+        Velocities at the full rate [rad/s], shape (T, n).
     before
-        Velocities of rows right before these, at the full rate [rad/s], shape (any, n); None if not known.
+        Velocities of the preceding rows at the full rate [rad/s], shape (any, n); None if unknown.
     taps, step
         Weights of the window, shape (L,), and rows from one window to the next: window k weighs rows
         `k step ... k step + L - 1` of `velocity`.
     projection
-        P_k^T, shape (K, m, n); None where every joint has a separate equation, and nothing else acts on it.
+        P_k^T, shape (K, m, n); None if every joint has a separate equation without other forces.
     standing
-        Which of the joints lie between the base and a standing foot, shape (n,).
+        Mask of joints between the base and a standing foot, shape (n,).
     encoder_response
         G_k: response of the left side to an error of a joint's acceleration [kg m^2], shape (K, m, encoders).
     root_response
-        B_k: its response to an acceleration of the root [kg], [kg m], shape (K, m, 6); (K, m, 0) for a fixed base.
+        B_k: response of the left side to an acceleration of the root [kg], [kg m], shape (K, m, 6); (K, m, 0) for a
+        fixed base.
     encoder_noise, torque_noise
-        Standard deviations [rad], shape (encoders,), and [N m], shape (n,).
+        Standard deviations of encoders [rad], shape (encoders,), and of torque sensors [N m], shape (n,).
     acceleration_overlap, torque_overlap
-        rho_a [s^-4] and rho_t [1], per unit of sensor variance, of lags 0 to the last
-        that they reach.
+        rho_a [s^-4] and rho_t [1] per unit of sensor variance, from lag 0 to the last lag with a correlation.
     regressors
         Derivative of the left side's inverse dynamics by the model's corrections, shape (K, m, c); None if none.
     torque
-        Measured, through the window [N m], shape (K, n).
+        Measured torque, windowed [N m], shape (K, n).
     elapsed
-        Time since the log began [s], shape (K,).
+        Time since the start of the log [s], shape (K,).
     temperature
-        [deg C], shape (K, n); None if the log has none.
+        Temperature of the joints [deg C], shape (K, n); None if not logged.
     position
-        Of the joints at the full rate [rad], shape (T, n); NaN of prismatic joints and couplings.
+        Positions of the joints at the full rate [rad], shape (T, n); NaN for prismatic joints and couplings.
     position_noise
-        Standard deviations of the noise of `position` [rad], shape (n,); zero of couplings, None where not known.
+        Standard deviations of the noise of `position` [rad], shape (n,); zero for couplings, None if unknown.
     covariates
-        Of friction, shape (K, n, f); None if it is not.
+        Covariates that friction depends on, shape (K, n, f); None without covariates.
     couplings
-        B, shape (n - c, c): coefficients of the joints in the last c, which are couplings; None if none is.
+        B, shape (n - c, c): coefficients of the joints in the last c columns, the couplings; None without couplings.
     wrench_noise
-        Standard deviations of the first rows where these are of the wrench on the standing foot, on which no
-        friction acts [N], [N m], shape (6,); (0,) where they are not.
+        Standard deviations of a standing foot's wrench [N], [N m], shape (6,), whose equations come first and contain
+        no friction; (0,) without these equations.
     set_aside
-        Windows that outliers are in, and that count for nothing, shape (K,); None if there are none.
+        Mask of windows with outliers, which are not used, shape (K,); None without outliers.
     """
 
     time: Array
@@ -177,22 +177,22 @@ class WeakEquations:
 
     @property
     def used(self) -> NDArray[np.bool_]:
-        """Windows that count, shape (K,)."""
+        """Mask of used windows, shape (K,)."""
         return np.ones(len(self.time), dtype=bool) if self.set_aside is None else ~self.set_aside
 
     @property
     def period(self) -> float:
-        """From one row to the next [s]; 0 of a single window."""
+        """Sampling period of the rows [s]; 0 for a single window."""
         return float(self.time[1] - self.time[0]) / self.step if len(self.time) > 1 else 0.0
 
     @property
     def joints(self) -> int:
-        """Number of joints that are no couplings."""
+        """Number of joints without couplings."""
         return self.velocity.shape[1] if self.couplings is None else len(self.couplings)
 
     @property
     def lags(self) -> int:
-        """Number of windows that errors reach further [1]."""
+        """Largest distance of windows with correlated errors [1]."""
         return len(self.torque_overlap) - 1
 
     @property
@@ -203,16 +203,16 @@ class WeakEquations:
         return np.broadcast_to(np.eye(self.joints), (len(self.residual), self.joints, self.joints))
 
     def windows(self, signal: Array) -> Array:
-        """Return the windows of a signal at the full rate, shape (T, n) -> (K, n)."""
+        """Compute the windows of a signal at the full rate, shape (T, n) -> (K, n)."""
         return through_windows(signal, self.taps, self.step)[: len(self.time)]
 
     def direction(self, per_turn: Array | float = 1.0) -> Array:
-        """Return cosine and sine of so many times the joints' positions, through the window, shape (K, n, 2)."""
+        """Compute windowed cosine and sine of the joints' positions times `per_turn`, shape (K, n, 2)."""
         angle = per_turn * self.position
         return np.stack([self.windows(np.cos(angle)), self.windows(np.sin(angle))], axis=2)
 
     def presliding(self, top_speed: Array, travels: Array) -> Array:
-        """Return z - s of presliding, through the window, shape (c, K, n), within c travels [rad], shape (c, n)."""
+        """Compute windowed z - s of presliding, shape (c, K, n), for c travels [rad], shape (c, n)."""
         velocity = self.velocity if self.before is None else np.concatenate([self.before, self.velocity])
         lagging = lag_behind(velocity, self.period, SMOOTH_SIGN * top_speed, travels)[:, -len(self.velocity) :]
         return np.stack([self.windows(lag) for lag in lagging])
@@ -226,5 +226,5 @@ class WeakEquations:
 
 
 def through_windows(signal: Array, taps: Array, step: int) -> Array:
-    """Return the windows of a signal, one every `step` rows, shape (T, n) -> (K, n); T is a window or more."""
+    """Compute the windows of a signal, one every `step` rows, shape (T, n) -> (K, n); T is at least one window."""
     return np.asarray(np.lib.stride_tricks.sliding_window_view(signal, len(taps), axis=0)[::step] @ taps)

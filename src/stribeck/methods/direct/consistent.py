@@ -1,6 +1,6 @@
 """Least squares over physically possible bodies, and base parameters (docs/other-methods.md).
 
-The entropic divergence of a body's pseudo-inertia P from that of the model, P_0,
+The entropic divergence of a body's pseudo-inertia P from the model's pseudo-inertia P_0,
 
     d(P, P_0) = tr(P_0^-1 P) - log det(P_0^-1 P) - 4
 

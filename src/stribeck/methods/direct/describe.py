@@ -28,7 +28,7 @@ class JointColumns:
     Attributes
     ----------
     name, parameters
-        Name of the joint, and its p parameters: those of the law, then the armature if it is fitted.
+        Name of the joint, and its p parameters: first of the law, then the armature if it is fitted.
     first
         Index of the first coefficient among all.
     units

@@ -25,7 +25,7 @@ from stribeck.whole_log.equations.regressors import inertia_regressors
 from stribeck.whole_log.weak_equations import CorrectionLayout
 
 ROOT_ROWS = 6
-"""Number of kinds of rows before the joints' rows: those of a free root."""
+"""Number of a free root's kinds of rows, which precede the joints' rows."""
 
 
 @dataclass(frozen=True)

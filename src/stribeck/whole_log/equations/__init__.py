@@ -1,1 +1,1 @@
-"""From a log to the weak form of its equation of motion: what the whole-log fit weighs."""
+"""The weak form of a log's equation of motion, the input of the whole-log fit."""

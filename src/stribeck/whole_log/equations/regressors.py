@@ -70,7 +70,7 @@ def correction_regressors(
     mode, state
         Contact mode, and motion at the windows' centers.
     on_joints
-        How friction of joints and couplings acts on the joints, shape (n, n + couplings).
+        Effect of the friction of joints and couplings on the joints, shape (n, n + couplings).
     torques
         Measured torques [N m] and their time derivatives [N m/s], shape (2, K, n).
     wrench

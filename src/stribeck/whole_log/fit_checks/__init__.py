@@ -1,1 +1,1 @@
-"""Whether the law describes what was measured."""
+"""Checks of the fit: validation on held-out segments, and misfits of the law."""

@@ -1,9 +1,10 @@
 """Misfits: friction that a law does not describe, and errors that look like friction (docs/estimator.md, equation 33).
 
-A law that is fitted to friction that it cannot describe gives an average, and its intervals do not show it. So the
-joint is tried with each kind of column that its law lacks (`terms/trials.py`). A kind is flagged if held-out folds
-speak for it, beyond heterogeneity and random effects, if it is no small part of the friction, and if the friction curve
-is out of its interval without it. It is named unless others explain nearly as much.
+A law that cannot describe a joint's friction yields an average, with intervals that do not show the misfit. Each joint
+is therefore tried with each kind of column that its law does not contain (`terms/trials.py`). A kind is flagged under
+three conditions: it improves held-out folds beyond heterogeneity and random effects, it is a substantial part of the
+friction, and without it the friction curve is outside its interval. The finding names the kind unless other kinds
+explain nearly as much.
 """
 
 from collections.abc import Sequence
@@ -27,12 +28,12 @@ KINDS = {
     "delay": ("a delay of this torque only", (DELAY.name,)),
     "ripple": ("ripple over position", tuple(parameter.name for parameter in RIPPLE)),
 }
-"""Kind -> words for it, and its parameters; its check has the kind's name with the prefix `FRICTION`."""
+"""Kinds of misfits: description and parameters. The name of a check is the prefix `FRICTION` and the kind."""
 
 WORDS = {kind: words for kind, (words, _) in KINDS.items()}
 UNCLEAR = FRICTION + "unclear"
 LEAST_EVIDENCE = 33.0
-"""Decrease of the held-out chi^2 from which a kind is flagged [1]: pure chance does so once in 1e8 times."""
+"""Decrease of the held-out chi^2 above which a kind is flagged [1]; chance reaches it once in 1e8 times."""
 
 CURVE_SPEEDS = np.array([0.1, 0.5, 1.0])
 """Shares of the top speed at which the shift of the curve is evaluated [1], as for the verdicts."""
@@ -40,18 +41,18 @@ CURVE_SPEEDS = np.array([0.1, 0.5, 1.0])
 
 @dataclass(frozen=True, kw_only=True)
 class Misfit:
-    """A kind of column that explains what a joint's law does not.
+    """Test of one kind of column for a residual that a joint's law does not explain.
 
     Attributes
     ----------
     kind
-        Of `KINDS`.
+        Key of `KINDS`.
     evidence
         Decrease of the held-out chi^2, discounted by heterogeneity and random effects [1].
     size, share
-        Of the term [N m], of a delay [s], and that over the joint's friction [1], of a delay none.
+        Size of the term [N m] or of a delay [s], and size relative to the joint's friction [1], NaN for a delay.
     shift
-        Of the friction curve, if the term were fitted as well, in standard errors [1], where that is most.
+        Largest shift of the friction curve due to fitting the term, in standard errors [1].
     """
 
     kind: str
@@ -62,9 +63,9 @@ class Misfit:
 
     @property
     def matters(self) -> bool:
-        """Whether it is no small part of the friction, a twentieth, and the friction curve is wrong without it.
+        """Whether the term is at least a twentieth of the friction, and the friction curve is wrong without it.
 
-        What changes the friction there is cannot be much larger than that; of delays a cycle of a 1 kHz bus matters.
+        A term cannot be much larger than the friction that it changes. A delay matters from one cycle of a 1 kHz bus.
         """
         large = self.size > 1e-3 if self.kind == "delay" else self.share > 0.05
         possible = self.kind not in ("load", "drift", "presliding") or self.share < 2.0
@@ -165,9 +166,9 @@ class _Curve:
 
 @dataclass(frozen=True, eq=False)
 class _Joint:
-    """A joint that is tried, with its N and B, shape (T, T) and (T, e).
+    """A joint under test, with its N and B, shape (T, T) and (T, e).
 
-    `pull` is by how much one of each term moves the friction curve, in standard errors, shape (3, T).
+    `pull` is the shift of the friction curve per unit of each term, in standard errors, shape (3, T).
     """
 
     trials: Trials
@@ -181,7 +182,7 @@ class _Joint:
     units: Array
 
     def explanation(self, heterogeneity: float) -> tuple[Misfit, ...]:
-        """Return the kind that explains what the law does not, or several that explain nearly as much; () if none."""
+        """Find the kind that explains the residual, or several that explain nearly as much; () if none."""
         beside: list[str] = []
         kinds = [kind for kind, (_, names) in KINDS.items() if not self.decided.intersection(names)]
         while True:
@@ -193,7 +194,7 @@ class _Joint:
             beside.append(clear[0].kind)
 
     def _test(self, kind: str, beside: Sequence[str], heterogeneity: float) -> Misfit | None:
-        """Return the test of a kind beside others; None if the law contains it, or if its columns are none."""
+        """Test a kind in addition to others; None if the law contains the kind, or if it has no columns."""
         law, trials = len(self.trials.laws.law.parameters), self.trials
         names = [name for name in KINDS[kind][1] if name in trials.names]
         others = [name for other in beside for name in KINDS[other][1] if name in trials.names]

@@ -20,18 +20,18 @@ def validate(
     components: VarianceComponents,
     values: Array,
 ) -> tuple[Validation | None, ...]:
-    """Return a validation for each joint, in the order of the equations' joints; None where nothing is held out.
+    """Validate each joint, in the order of the equations' joints; None without held-out equations.
 
     Parameters
     ----------
     held_out
         Equations that the fit did not use.
     training
-        Those that it used: for the Coulomb friction and offset that the law is compared with.
+        Statistics of the fit's equations, for the fit of Coulomb friction and offset in the comparison.
     columns, components
-        Of friction, and variance components that equations are weighted by.
+        Columns of friction, and variance components for the weights of the equations.
     values
-        Coefficients and corrections that the training gave, shape (D,).
+        Coefficients and corrections of the fit, shape (D,).
     """
     if not held_out:
         return (None,) * len(columns.basis.velocity)
@@ -72,9 +72,9 @@ def friction_residual_rms(
 
 
 def coulomb_curves(statistics: Statistics, columns: Columns, corrections: Array, joints: int) -> Array:
-    """Return the coefficients of the best Coulomb friction and offset of all joints [N m], shape (f,).
+    """Fit Coulomb friction and offset of all joints, and return their coefficients [N m], shape (f,).
 
-    The first `joints` have offsets; couplings, behind them, have none.
+    The first `joints` have offsets; the couplings after them do not.
     """
     basis, f, beside = columns.basis, statistics.friction, np.zeros((columns.terms.size, 2))
     curves = [

@@ -1,9 +1,9 @@
-"""Basis of the friction curves (docs/estimator.md, equation 11): a log is summed up before a law is fitted.
+"""Basis of the friction curves (docs/estimator.md, equation 11), which allows to sum a log before a law is fitted.
 
     R(v; p) ~ l(v)^T Phi theta(p),    theta(p) = Phi^T [R(v_1; p), ..., R(v_N; p)]
 
-Knots v_1 ... v_N lie densest around standstill, where friction changes fastest; l interpolates between them. The basis
-Phi are the left singular vectors of many curves of the law (Eckart and Young 1936).
+Knots v_1 ... v_N are densest around standstill, where friction changes fastest; l interpolates between them. The basis
+Phi consists of the left singular vectors of many curves of the law (Eckart and Young 1936).
 """
 
 import itertools
@@ -24,11 +24,11 @@ class Basis:
     Attributes
     ----------
     velocity
-        Of each joint's knots [rad/s], shape (n, N).
+        Velocities of each joint's knots [rad/s], shape (n, N).
     functions
         Phi, values at the knots of a joint: orthonormal columns, the same for all joints, shape (N, R).
     variance
-        Of the coefficients of the law's curves, scaled to a largest value of one, shape (R,).
+        Variances of the coefficients over the law's curves, scaled to a largest value of one, shape (R,).
     """
 
     velocity: Array
@@ -36,7 +36,7 @@ class Basis:
     variance: Array
 
     def windows(self, velocity: Array, taps: Array, step: int, count: int) -> Array:
-        """Return the windows of all functions of the velocities (T, n), shape (count, n, R)."""
+        """Compute the windows of all functions of the velocities (T, n), shape (count, n, R)."""
         joints, knots = self.velocity.shape
         columns = step * np.arange(count)[:, None] + np.arange(len(taps))
         starts = len(taps) * np.arange(count + 1)
@@ -68,7 +68,7 @@ class Basis:
 
     @cached_property
     def _spans(self) -> Array:
-        """Products of the distances of each knot of four to the other three, by the first of them, (n N, 4)."""
+        """Products of the distances of each of four consecutive knots to the other three, by first knot, (n N, 4)."""
         knots = self.velocity.ravel()
         four = np.minimum(np.arange(len(knots))[:, None] + np.arange(4), len(knots) - 1)
         apart = knots[four][:, :, None] - knots[four][:, None] + np.eye(4)
@@ -76,11 +76,11 @@ class Basis:
 
 
 def make_basis(law: FrictionLaw, top_speed: Array, tolerance: float = 1e-3) -> Basis:
-    """Return knots for joints with these top speeds [rad/s], shape (n,), and a basis for the curves of a law.
+    """Build knots for joints with these top speeds [rad/s], shape (n,), and a basis for the curves of a law.
 
-    It misses no curve by more than `tolerance` of its largest value, root mean square over the knots.
+    The error of each curve is at most `tolerance` of its largest value, root mean square over the knots.
     """
-    finest, growth, outermost = 1.5e-3, 0.12, 1.05  # distances over the top speed, which some samples exceed
+    finest, growth, outermost = 1.5e-3, 0.12, 1.05  # relative to the top speed, which some samples exceed
     reach = np.log1p(growth / finest * outermost)
     count = int(np.ceil(reach / growth))
     positive = np.expm1(np.arange(1, count + 1) * reach / count) * finest / growth
@@ -99,6 +99,6 @@ def make_basis(law: FrictionLaw, top_speed: Array, tolerance: float = 1e-3) -> B
 
 
 def grid_of(parameter: Parameter) -> Array:
-    """Return nine values of a nonlinear parameter that cover its starts and a factor of three beyond."""
+    """Choose nine values of a nonlinear parameter that cover its starts and a factor of three around them."""
     low, high = min(parameter.starts) / 3, max(parameter.starts) * 3
     return np.geomspace(max(low, parameter.lower), min(high, parameter.upper), 9)

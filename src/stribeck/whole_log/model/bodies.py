@@ -1,6 +1,6 @@
-"""Inertial parameters of bodies in coordinates in which every value is a body that can exist.
+"""Inertial parameters of bodies in coordinates whose values are always physically possible.
 
-Equation (13) of docs/estimator.md: a body has the mass m = m_0 exp(alpha), the centre c = c_0 + d, and the second
+Equation (13) of docs/estimator.md: a body has the mass m = m_0 exp(alpha), the center c = c_0 + d, and the second
 moments Sigma_c = E exp(S) E^T about it, with S symmetric and E E^T = Sigma_c0, the columns of E along the principal
 axes. Mass and second moments stay positive for all alpha, d and S: this is physical consistency (12) (Wensing, Kim,
 Slotine 2018).
@@ -16,15 +16,15 @@ from stribeck.robot.inertial_parameters import SIZE, inertial_parameters, log_ch
 from stribeck.settings import Priors
 
 LEAST_MASS, LEAST_RADIUS = 1e-6, 1e-3
-"""A lighter body [kg] has nothing to correct; no body is smaller than such a radius of gyration [m]."""
+"""Mass below which a body is not corrected [kg], and smallest radius of gyration of a body [m]."""
 
 _PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-"""Entries of S in the order of the coordinates; one moment is the sum of two, so each gets sqrt(2) of its prior's."""
+"""Entries of S in the order of the coordinates. A moment is a sum of two, so each entry has sqrt(2) of its prior."""
 
 
 @dataclass(frozen=True, eq=False)
 class Bodies:
-    """L bodies as a model has them: masses (L,), centres (L, 3), and E, shape (L, 3, 3); and their priors."""
+    """L bodies of a model: masses (L,), centers (L, 3), and E, shape (L, 3, 3), with their priors."""
 
     mass: Array
     centre: Array
@@ -46,7 +46,7 @@ class Bodies:
         return mass, self.centre + self.priors.centre_of_mass * coordinates[:, 1:4]
 
     def corrections(self, coordinates: Array) -> Array:
-        """Return the parameters' corrections, shape (L, 10).
+        """Compute the corrections of the parameters, shape (L, 10).
 
         Coordinates have shape (L, 10): alpha, d, then S, each in units of its prior standard deviation.
         """
@@ -55,7 +55,7 @@ class Bodies:
         return inertial_parameters(_matrix(*self._mass_and_centre(coordinates), moments) - self._matrix)
 
     def slopes(self, coordinates: Array) -> Array:
-        """Return the derivatives of the corrections by coordinates of shape (L, 10), shape (L, 10, 10)."""
+        """Compute the derivatives of the corrections by coordinates of shape (L, 10), shape (L, 10, 10)."""
         mass, centre = self._mass_and_centre(coordinates)
         slopes = _exponential_slopes(_symmetric(coordinates[:, 4:], self.priors.moments), self.priors.moments)
         change = np.zeros((len(mass), SIZE, 4, 4))
@@ -71,12 +71,12 @@ class Bodies:
         return inertial_parameters(change).transpose(0, 2, 1)
 
     def log_cholesky(self, coordinates: Array) -> Array:
-        """Return log mass, centre of mass and coordinates of the shape, shape (L, 10), of coordinates of that shape."""
+        """Convert coordinates to log mass, center of mass and log-Cholesky coordinates, shape (L, 10) each."""
         return log_cholesky(self._matrix + pseudo_inertia(self.corrections(coordinates)))
 
 
 def bodies_of(parameters: Array, priors: Priors) -> Bodies:
-    """Return bodies from their inertial parameters, shape (L, 10); impossible moments become just possible."""
+    """Build bodies from inertial parameters, shape (L, 10); impossible moments become just possible."""
     matrix = pseudo_inertia(parameters)
     mass = np.maximum(matrix[:, 3, 3], LEAST_MASS)
     centre = matrix[:, :3, 3] / mass[:, None]
@@ -87,7 +87,7 @@ def bodies_of(parameters: Array, priors: Priors) -> Bodies:
 
 
 def _matrix(mass: Array, centre: Array, moments: Array) -> Array:
-    """Return pseudo-inertias, shape (L, 4, 4), from masses, centres, and second moments about them."""
+    """Assemble pseudo-inertias, shape (L, 4, 4), from masses, centers, and second moments about them."""
     matrix = np.empty((len(mass), 4, 4))
     matrix[:, :3, :3] = moments + mass[:, None, None] * centre[:, :, None] * centre[:, None, :]
     matrix[:, :3, 3] = matrix[:, 3, :3] = mass[:, None] * centre
@@ -96,7 +96,7 @@ def _matrix(mass: Array, centre: Array, moments: Array) -> Array:
 
 
 def _symmetric(entries: Array, unit: float) -> Array:
-    """Return S, shape (L, 3, 3), from coordinates in a unit, shape (L, 6)."""
+    """Assemble S, shape (L, 3, 3), from coordinates in a unit, shape (L, 6)."""
     matrix = np.zeros((len(entries), 3, 3))
     for k, (i, j) in enumerate(_PAIRS):
         matrix[:, i, j] = matrix[:, j, i] = unit * (np.sqrt(2) if i == j else 1.0) * entries[:, k]
@@ -104,13 +104,13 @@ def _symmetric(entries: Array, unit: float) -> Array:
 
 
 def _exponential(matrix: Array) -> Array:
-    """Return exp(S), shape (L, 3, 3)."""
+    """Compute exp(S), shape (L, 3, 3)."""
     values, vectors = np.linalg.eigh(matrix)
     return np.asarray((vectors * np.exp(values)[:, None, :]) @ vectors.transpose(0, 2, 1))
 
 
 def _exponential_slopes(matrix: Array, unit: float) -> Array:
-    """Return derivatives of exp(S) by coordinates in a unit, shape (L, 6, 3, 3) (Daleckii, Krein; Higham 2008)."""
+    """Compute derivatives of exp(S) by coordinates in a unit, shape (L, 6, 3, 3) (Daleckii, Krein; Higham 2008)."""
     values, vectors = np.linalg.eigh(matrix)
     powers = np.exp(values)
     gap = values[:, :, None] - values[:, None, :]

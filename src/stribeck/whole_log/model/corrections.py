@@ -20,18 +20,18 @@ from stribeck.whole_log.model.bodies import Bodies, bodies_of
 from stribeck.whole_log.weak_equations import WRENCH_SIZE, CorrectionLayout
 
 CONSIDERED = 1e-2
-"""Prior of an error that is considered but not estimated, over its standard error [1] (Schmidt 1966).
+"""Prior of an error that is considered but not estimated, relative to its standard error [1] (Schmidt 1966).
 
-Small enough that the log does not move it; `covariance_budget` restores its effect.
+The prior is so small that the log does not change the error; `covariance_budget` restores its effect.
 """
 
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """Named slices of a vector: no other file computes an offset.
+    """Named slices of the parameter vector; only this class computes offsets.
 
     Friction comes first, joint by joint with `per_joint` entries each, then the corrections. The order is the same for
-    coordinates and for the values that a log is linear in.
+    coordinates and for the values that enter the equations linearly.
     """
 
     corrections: CorrectionLayout
@@ -57,11 +57,11 @@ class Layout:
         return {name: (ends[k], ends[k + 1]) for k, name in enumerate(sizes)}
 
     def part(self, first: str, last: str | None = None) -> slice:
-        """Return the slice from one part to another, both included, by their names."""
+        """Return the slice from one named part to another, both included."""
         return slice(self._ends[first][0], self._ends[last or first][1])
 
     def places(self, first: str, last: str | None = None) -> NDArray[np.int64]:
-        """Return the same as numbers."""
+        """Return the indices from one named part to another, both included."""
         return np.arange(self.size)[self.part(first, last)]
 
     @property
@@ -76,17 +76,17 @@ class Layout:
 
 @dataclass(frozen=True, eq=False)
 class Slopes:
-    """Derivatives T of corrections by their coordinates: blocks of bodies, shape (L, 10, 10), then a diagonal."""
+    """Derivatives T of corrections by their coordinates: blocks for bodies, shape (L, 10, 10), then a diagonal."""
 
     bodies: Array
     others: Array
 
     def pulled(self, rows: Array) -> Array:
-        """Return T^T times rows, shape (c, k)."""
+        """Multiply rows by T^T, shape (c, k)."""
         return self._times(self.bodies.transpose(0, 2, 1), rows)
 
     def pushed(self, rows: Array) -> Array:
-        """Return T times rows, shape (c, k)."""
+        """Multiply rows by T, shape (c, k)."""
         return self._times(self.bodies, rows)
 
     def _times(self, bodies: Array, rows: Array) -> Array:
@@ -97,24 +97,24 @@ class Slopes:
 
 @dataclass(frozen=True, eq=False)
 class ModelCorrections:
-    """Corrections, one a column of the regressors, as functions of c coordinates in units of their prior.
+    """Corrections, one per column of the regressors, as functions of c coordinates in units of their prior.
 
     Attributes
     ----------
     layout
-        Of the corrections by themselves.
+        Layout of the corrections without friction.
     bodies
-        Of the model: mean of the prior of the inertias.
+        Bodies of the model, the mean of the inertias' prior.
     loaded
-        Which torque sensors have gains that are corrected; the mean of these gains is one.
+        Indices of torque sensors with corrected gains; the mean of these gains is one.
     prior_mean, prior_std
-        Of the coordinates [1], shape (c,).
+        Mean and standard deviation of the coordinates' prior [1], shape (c,).
     priors
         Units of the coordinates.
     torque
-        Of the joints, which offsets are in proportion to [N m].
+        Torque of the joints, the scale of offsets [N m].
     overdispersion
-        Of the coordinates of model and sensors [1], equation (27).
+        Overdispersion of the coordinates of model and sensors [1], equation (27).
     """
 
     layout: Layout
@@ -133,12 +133,12 @@ class ModelCorrections:
 
     @property
     def nearly_right(self) -> slice:
-        """Corrections whose priors are widened: bodies and sensors, but no wrenches, rotors and offsets."""
+        """Corrections with widened priors: bodies and sensors, except wrenches, rotors and offsets."""
         return self.layout.part("bodies", "delays")
 
     @property
     def common_gain(self) -> float:
-        """Standard deviation of the mean gain [1], which no log determines."""
+        """Standard deviation of the mean gain [1], which logs cannot determine."""
         own = self.prior_std[self.layout.part("gains")][self.loaded]
         return self.priors.torque_gain * float(np.linalg.norm(own)) / max(len(self.loaded), 1)
 
@@ -146,8 +146,8 @@ class ModelCorrections:
     def precision(self) -> Array:
         """Inverse covariance of the prior of the coordinates, shape (c, c).
 
-        That of model and sensors is multiplied by the overdispersion: as if the log were the shorter by as much. The
-        mean gain is held at one, within a thousandth of its prior, as a common gain is friction's scale.
+        The overdispersion multiplies the precision of model and sensors, which has the effect of a shorter log. The
+        mean gain stays at one, within a thousandth of its prior, because a common gain scales all friction.
         """
         diagonal = self.prior_std**-2
         diagonal[self.nearly_right] *= self.overdispersion
@@ -158,13 +158,13 @@ class ModelCorrections:
         return precision
 
     def values(self, coordinates: Array) -> Array:
-        """Return the corrections, shape (c,)."""
+        """Compute the corrections, shape (c,)."""
         bodies = self.layout.part("bodies")
         changes = self.bodies.corrections(coordinates[bodies].reshape(-1, SIZE))
         return np.concatenate([changes.ravel(), self.scales * coordinates[bodies.stop :]])
 
     def slopes(self, coordinates: Array) -> Slopes:
-        """Return the derivatives of the corrections by the coordinates."""
+        """Compute the derivatives of the corrections by the coordinates."""
         return Slopes(self.bodies.slopes(coordinates[self.layout.part("bodies")].reshape(-1, SIZE)), self.scales)
 
     @cached_property
@@ -183,9 +183,9 @@ class ModelCorrections:
         return np.concatenate([sensors, late, np.tile(wrench, c.wrenches), rotors, offsets])
 
     def groups(self) -> Iterator[NDArray[np.int64]]:
-        """Yield the coordinates that have one prior standard deviation.
+        """Yield groups of coordinates that share a prior standard deviation.
 
-        Masses, centres, moments, gains, zeros, tilts, and the contrasts of each joint's offsets between logs.
+        The groups are masses, centers, moments, gains, zeros, tilts, and the contrasts of each joint's offsets.
         """
         bodies = self.layout.places("bodies").reshape(-1, SIZE)
         calibration = [self.layout.places(name) for name in ("gains", "zeros", "tilts")]
@@ -194,9 +194,9 @@ class ModelCorrections:
         yield from (group for group in groups if len(group))
 
     def late(self, delay: float) -> ModelCorrections:
-        """Return the coordinates for equations whose torques are taken a delay later [s]: the prior is of all of it.
+        """Adapt the prior to equations whose torques are shifted by a delay [s]: it refers to the total delay.
 
-        A delay that the log shows, and that is larger than its prior, tells itself how late torques may be.
+        If the estimated delay is larger than its prior, the estimate determines the prior.
         """
         mean, deviation, own = self.prior_mean.copy(), self.prior_std.copy(), self.layout.places("delays")[:1]
         mean[own] = -delay / self.priors.torque_delay
@@ -207,8 +207,8 @@ class ModelCorrections:
 def model_corrections(corrections: CorrectionLayout, loads: Array, priors: Priors, torque: float) -> ModelCorrections:
     """Build the coordinates of corrections.
 
-    `loads` are the torques that the sensors see, root mean square [N m], shape (gains,). Gains of sensors that see less
-    than a twentieth of the largest load are not corrected, because friction and noise would pass as gain errors.
+    `loads` are the sensors' torques, root mean square [N m], shape (gains,). Gains of sensors with less than a
+    twentieth of the largest load are not corrected, because friction and noise would look like gain errors.
     `torque` is the torque of the joints [N m].
     """
     loaded = np.flatnonzero(loads > 0.05 * loads.max(initial=0.0))

@@ -1,6 +1,6 @@
 """One friction law for all joints, in the basis of the curves, plus additional terms (docs/estimator.md).
 
-A joint's coefficients are the curve's, then the linear terms' (`model/terms.py`).
+A joint's coefficients are the coefficients of its curve, then of the linear terms (`model/terms.py`).
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ from stribeck.settings import Priors
 from stribeck.whole_log.model.basis import Basis
 
 FIXED = 1e-9
-"""Standard deviation of a parameter that a joint does without, in its internal coordinate."""
+"""Standard deviation of the internal coordinate of a parameter that a joint's law does not use."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class Laws:
     priors
         Standard deviations of the prior.
     free
-        Which parameters each joint has, shape (n, w).
+        Mask of the parameters in each joint's law, shape (n, w).
     group_prior
         Mean and standard deviation over the joints of internal coordinates, shape (2, w); NaN for coordinates that are
         not shared, None before empirical Bayes.
@@ -56,7 +56,7 @@ class Laws:
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Parameters of one joint: the law's, then the terms'."""
+        """Parameters of one joint: of the law, then of the terms."""
         return (*self.law.parameters, *self.terms)
 
     @property
@@ -76,12 +76,12 @@ class Laws:
         )
 
     def only(self, free: NDArray[np.bool_]) -> Self:
-        """Return the laws of joints with none but these of their parameters, shape (n, w)."""
+        """Restrict the laws to these of their parameters, shape (n, w)."""
         return replace(self, free=free & self.free)
 
     @cached_property
     def neutral(self) -> Array:
-        """Neutral internal coordinates, shape (w,); NaN for parameters that every joint has."""
+        """Neutral internal coordinates, shape (w,); NaN for mandatory parameters."""
         values = [np.nan if parameter.neutral is None else parameter.neutral for parameter in self.parameters]
         return to_internal(np.array(values), self.logarithmic)
 
@@ -92,25 +92,25 @@ class Laws:
 
     @cached_property
     def bounds(self) -> Array:
-        """Bounds of the internal coordinates, shape (2, n, w): one value where a joint does without."""
+        """Bounds of the internal coordinates, shape (2, n, w): equal for unused parameters."""
         bounds = np.array([(parameter.lower, parameter.upper) for parameter in self.parameters]).T
         return np.where(self.free, to_internal(bounds, self.logarithmic)[:, None, :], self.neutral)
 
     def external(self, internal: Array) -> Array:
-        """Return parameter values, shape (n, w), from internal coordinates, shape (n, w)."""
+        """Convert internal coordinates, shape (n, w), to parameter values, shape (n, w)."""
         return to_external(internal, self.logarithmic)
 
     def coefficients(self, internal: Array) -> Array:
-        """Return the coefficients of all joints, shape (n, q): of the curves [N m], then of the terms."""
+        """Compute the coefficients of all joints, shape (n, q): of the curves [N m], then of the terms."""
         values, count = self.external(internal), len(self.law.parameters)
-        if self.law.name == AUTO:  # whose values may have more axes
+        if self.law.name == AUTO:  # accepts values with more axes
             torque = self.law.torque(self.basis.velocity, values[:, :count].T[:, :, None])
         else:
             torque = np.stack([self.law.torque(v, p[:count]) for v, p in zip(self.basis.velocity, values, strict=True)])
         return np.hstack([torque @ self.basis.functions, values[:, count:]])
 
     def jacobians(self, internal: Array) -> Array:
-        """Return their derivatives by each joint's own internal coordinates, shape (n, q, w)."""
+        """Compute the derivatives of the coefficients by each joint's internal coordinates, shape (n, q, w)."""
         values, count, v = self.external(internal), len(self.law.parameters), self.basis.velocity
         if self.law.name == AUTO:  # all joints' at once
             own = self.law.jacobian(v.ravel(), np.repeat(values[:, :count].T, v.shape[1], axis=1))
@@ -146,9 +146,9 @@ class Laws:
         return np.where(self.free, mean, self.neutral), np.where(self.free, prior_std, FIXED)
 
     def linear_starts(self, joint: int, information: Array, right: Array) -> Array:
-        """Return starts of one joint's descent, shape (s, w), from its normal equations, shape (q, q) and (q,).
+        """Compute starts of one joint's descent, shape (s, w), from its normal equations, shape (q, q) and (q,).
 
-        Each is the linear fit of one shape, a set of nonlinear parameters; the one that fits best comes first.
+        Each start is the linear fit for one set of nonlinear parameters; the best fit comes first.
         """
         free = dict(zip((p.name for p in self.parameters), self.free[joint], strict=True))
         nonlinear = [parameter for parameter in self.law.parameters if parameter.starts]

@@ -13,10 +13,10 @@ from stribeck.whole_log.model.basis import Basis
 from stribeck.whole_log.weak_equations import WeakEquations
 
 TRAVELS = np.geomspace(0.125e-3, 32e-3, 9)
-"""Travels over the top speed [s] at which presliding is looked for."""
+"""Candidate travels of presliding, divided by the top speed [s]."""
 
 Left = Sequence[tuple[WeakEquations, Array, Array]]
-"""Equations, residuals of a fit, and the variances that it expects, shape (K, m) each."""
+"""Equations, residuals of a fit, and their expected variances, shape (K, m) each."""
 
 
 def by_joint(left: Left) -> tuple[Array, Array]:
@@ -30,10 +30,10 @@ def by_joint(left: Left) -> tuple[Array, Array]:
 
 
 def ripples_per_turn(left: Left) -> Array:
-    """Return the periods a turn that explain most of each joint's residual torque, shape (n,).
+    """Find the periods per turn that explain most of each joint's residual torque, shape (n,).
 
-    NaN of prismatic joints, couplings, and joints whose motion spans too little of a turn. Whether there is a ripple is
-    for others to say.
+    NaN for prismatic joints, couplings, and joints whose motion spans too little of a turn. The selection of terms
+    decides whether a ripple exists.
     """
     scores, known = by_joint(left)
     positions = np.concatenate([part.windows(part.position) for part, _, _ in left])
@@ -60,7 +60,7 @@ def _per_turn(position: Array, score: Array, known: Array, speed: float) -> floa
     torque -= weights @ torque
 
     def power(frequencies: Array) -> Array:
-        """Return how much of the torque's square a sine of each explains beside a constant."""
+        """Compute the share of the squared torque that a sine of each frequency explains in addition to a constant."""
         angle = frequencies[:, None] * place
         waves = np.stack([np.cos(angle), np.sin(angle)])
         waves -= (waves @ weights)[:, :, None]
@@ -69,7 +69,7 @@ def _per_turn(position: Array, score: Array, known: Array, speed: float) -> floa
         determinant = np.maximum(inner[0, 0] * inner[1, 1] - inner[0, 1] ** 2, 1e-12)
         return np.asarray((c**2 * inner[1, 1] - 2 * c * s * inner[0, 1] + s**2 * inner[0, 0]) / determinant)
 
-    # where the power is, nearly: the spectrum of the torque over a grid of positions
+    # approximate frequency: the spectrum of the torque over a grid of positions
     width, apart = np.pi / (4 * highest), 1 / (2 * span)
     size = 2 ** int(np.ceil(np.log2(2 * np.pi / (width * apart))))
     cells = ((place - place.min()) / width).astype(int)
@@ -98,7 +98,7 @@ def presliding_travels(left: Left, basis: Basis, top_speed: Array) -> Array:
 
 
 def _travels(left: Left, basis: Basis, top_speed: Array, travels: Array) -> Array:
-    """Return the best travel of some, shape (c, n), nearly."""
+    """Find the best of c travels, shape (c, n), with interpolation."""
     information, right = 0.0, 0.0
     for part, residual, variance in left:
         score, known = by_joint([(part, residual, variance)])
@@ -114,7 +114,7 @@ def _travels(left: Left, basis: Basis, top_speed: Array, travels: Array) -> Arra
 
 
 def _best(information: Array, right: Array, resolved: NDArray[np.bool_]) -> float:
-    """Return the place in the grid that lowers chi^2 most, by a parabola through three; NaN at an end."""
+    """Find the place in the grid with the lowest chi^2, by a parabola through three points; NaN at an end."""
     r = len(right) - len(resolved)
     ridge = 1e-9 * np.trace(information[:r, :r]) * np.eye(r)
     beside = np.linalg.solve(information[:r, :r] + ridge, np.column_stack([information[:r, r:], right[:r]]))

@@ -35,13 +35,13 @@ PLAY = tuple(
     Parameter(name=name, symbol=name, unit="N m", lower=float("-inf"), neutral=0.0) for name in ("play", "rebound")
 )
 DELAY = Parameter(name="delay", symbol="d", unit="1", lower=float("-inf"), neutral=0.0)
-"""A torque that is late, in units of the prior of delays [1]."""
+"""Parameter of a torque delay, in units of the prior of delays [1]."""
 
 SHORTEST_DRIFT = 20.0
-"""Length of a log from which terms of drift are looked for [s], chosen by judgement."""
+"""Shortest log for terms of drift [s], chosen by judgment."""
 
 NO_TERM = frozenset(parameter.name for parameter in (*PLAY, DELAY))
-"""Columns of errors, which no law has."""
+"""Parameters of columns that model errors, not friction."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -98,7 +98,7 @@ class Terms:
 
     @property
     def mean_temperature(self) -> Array:
-        """Mean temperature of each joint [deg C], NaN where none is logged, shape (n,)."""
+        """Mean temperature of each joint [deg C], NaN without a logged temperature, shape (n,)."""
         return self.middle if self.slow == "temperature" else np.full(len(self.direction), np.nan)
 
     def columns(self, part: WeakEquations, windows: Array) -> Array:
@@ -140,18 +140,18 @@ class Beside(Protocol):
 
     @property
     def size(self) -> int:
-        """T."""
+        """Number T of columns per joint."""
 
     def columns(self, part: WeakEquations, windows: Array) -> Array:
         """Return the columns, shape (K, n, T), given the windows of the basis, shape (K, n, R)."""
 
     def load(self, part: WeakEquations, windows: Array) -> Array:
-        """Return the size of the torque that joints carry [N m], shape (K, n)."""
+        """Compute the absolute torque that joints carry [N m], shape (K, n)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """The friction columns of the equations: q a joint, of its curve and its terms."""
+    """Friction columns of the equations: q per joint, for its curve and its terms."""
 
     basis: Basis
     terms: Beside
@@ -162,7 +162,7 @@ class Columns:
         return int(self.basis.functions.shape[1]) + self.terms.size
 
     def by_joint(self, part: WeakEquations) -> Array:
-        """Return the columns as friction torques, through the window, shape (K, n, q)."""
+        """Compute the columns as windowed friction torques, shape (K, n, q)."""
         windows = self.basis.windows(part.velocity, part.taps, part.step, len(part.residual))
         return np.concatenate([windows, self.terms.columns(part, windows)], axis=2)
 
@@ -190,7 +190,7 @@ class Columns:
 
 
 def find_terms(pilot: Sequence[WeakEquations], **known: Array | float) -> Terms:
-    """Return the terms of a log, scaled by equations from its beginning to its end; the rest is as in `Terms`."""
+    """Compute the terms' settings from equations over the entire log; `known` are the other attributes of `Terms`."""
     temperature = [part.temperature for part in pilot if part.temperature is not None]
     logged = len(temperature) == len(pilot) and bool(np.isfinite(np.concatenate(temperature)).any())
     middle = np.full(1, max(0.5 * _last(pilot), 1e-9))
@@ -205,16 +205,16 @@ def find_terms(pilot: Sequence[WeakEquations], **known: Array | float) -> Terms:
 
 
 def unsupported(pilot: Sequence[WeakEquations], terms: Terms, mean: Array, deviation: Array) -> list[dict[str, str]]:
-    """Return for each joint the terms that are out of the question, and why.
+    """List each joint's excluded terms with the reason.
 
     Parameters
     ----------
     pilot
         Equations from the beginning to the end of a log.
     terms
-        Of the log.
+        Settings of the log's terms.
     mean, deviation
-        Of each joint's load [N m], shape (n,).
+        Mean and standard deviation of each joint's load [N m], shape (n,).
     """
     turns = np.sqrt(np.concatenate([part.direction() for part in pilot]).var(axis=0).sum(axis=1))
     reasons = []
@@ -235,12 +235,12 @@ def unsupported(pilot: Sequence[WeakEquations], terms: Terms, mean: Array, devia
 
 
 def _last(pilot: Sequence[WeakEquations]) -> float:
-    """Return how long a log lasts [s]."""
+    """Compute the duration of a log [s]."""
     return max(float(part.elapsed[-1]) for part in pilot)
 
 
 def _slow_reasons(slow: str, last: float, temperature: list[Array]) -> dict[str, str]:
-    """Return why a joint's friction does not change with temperature, or with time, by the terms' names."""
+    """Explain, by term, why a joint's log cannot show a change of friction with temperature or with time."""
     warming, drifting = "", "the log has temperatures, which say more than time"
     if slow == "drift":
         warming = "no temperature in the log"

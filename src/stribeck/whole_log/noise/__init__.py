@@ -1,1 +1,1 @@
-"""How large errors are and how they are correlated."""
+"""Size and correlation of the equations' errors."""

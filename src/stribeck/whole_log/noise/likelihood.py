@@ -1,7 +1,7 @@
 """Variance components by maximum likelihood, from groups of windows (docs/estimator.md, equation 15).
 
-A group is as many windows as errors reach over. Groups with one left out between them share no error, so that each is
-whitened by itself; within a group it shows how long errors last.
+A group contains as many windows as errors reach over. Every other group is used: these share no error and are whitened
+individually, while each group contains the correlation of its errors.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Groups:
     part
         The segment.
     first, step
-        Place of the first group in the segment, and from one to the next [1].
+        Index of the first group in the segment, and distance to the next group [1].
     design
         Derivatives by all values, then left sides, shape (g, b, D + 1): b rows of `lags` windows.
     """
@@ -41,11 +41,11 @@ class Groups:
 
     @property
     def places(self) -> slice:
-        """Numbers of the groups among all complete ones of the segment; a segment shorter than a group has none."""
+        """Indices among all complete groups of the segment; a segment shorter than a group has none."""
         return slice(self.first, len(self.part.time) // self.part.lags, self.step)
 
     def of_windows(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Return the values of windows (K, ...) by groups, shape (g, lags, ...)."""
+        """Arrange the values of windows (K, ...) by groups, shape (g, lags, ...)."""
         lags = self.part.lags
         whole = values[: len(values) // lags * lags]
         return whole.reshape(-1, lags, *values.shape[1:])[self.places]
@@ -56,11 +56,11 @@ class Groups:
         return int(self.of_windows(self.part.used).sum() * self.part.residual.shape[1])
 
     def whitened(self, components: VarianceComponents) -> Array:
-        """Return the whitened design, shape (g, b, D + 1)."""
+        """Whiten the design, shape (g, b, D + 1)."""
         return self.whitener(components) @ self.design
 
     def whitener(self, components: VarianceComponents) -> Array:
-        """Return L^-1 of each group, with L L^T its covariance, shape (g, b, b)."""
+        """Compute L^-1 of each group, where L L^T is its covariance, shape (g, b, b)."""
         errors = [
             replace(each, response=each.response[self.places]) for each in errors_of_groups(self.part, components)
         ]
@@ -73,7 +73,7 @@ class Groups:
 
 
 def make_groups(part: WeakEquations, first: int, step: int, design: Array) -> Groups:
-    """Return the groups of a segment from its design, shape (K m, D + 1)."""
+    """Split the design of a segment, shape (K m, D + 1), into groups."""
     groups = Groups(part, first, step, np.zeros(0))
     by_window = groups.of_windows(design.reshape(*part.residual.shape, -1))
     rows = part.lags * part.residual.shape[1]  # a segment shorter than a group has no group
@@ -83,7 +83,7 @@ def make_groups(part: WeakEquations, first: int, step: int, design: Array) -> Gr
 def more_likely(
     components: VarianceComponents, parts: Iterable[tuple[Groups, Array]], freedom: float
 ) -> VarianceComponents:
-    """Return variance components that are more likely, given groups and residuals of a fit to them, shape (g, b).
+    """Update variance components by one step of maximum likelihood, given groups and residuals, shape (g, b).
 
     With Sigma = ... + s_c^2 V_c, the likelihood has its maximum where
 
@@ -92,7 +92,7 @@ def more_likely(
     for every component c; each variance is multiplied by the ratio of both sides (Anderson 1973, iterated). Both sides
     are sums over windows: over all they give s_c, over those near contact changes the contact variance scale. The three
     directions of a linear or an angular acceleration, a force or a moment have the same component. `freedom` is the
-    number of equations over their degrees of freedom [1].
+    number of equations divided by their degrees of freedom [1].
     """
     sums = np.zeros((2, len(components.away_from_contacts), BINS))
     encoder_sums = np.zeros((2, len(components.encoder_scale)))
@@ -133,7 +133,7 @@ def more_likely(
 
 
 def _innovations(response: Array, correlation: Array) -> Array:
-    """Return the effect of independent innovations on groups, shape (g, lags, m, c) -> (g, b, lags c)."""
+    """Compute the effect of independent innovations on groups, shape (g, lags, m, c) -> (g, b, lags c)."""
     groups, lags, rows, kinds = response.shape
     apart = np.abs(np.arange(lags)[:, None] - np.arange(lags))
     factor = np.linalg.cholesky(correlation[apart] + 1e-6 * correlation[0] * np.eye(lags))
@@ -141,9 +141,9 @@ def _innovations(response: Array, correlation: Array) -> Array:
 
 
 def _ratio(left: Array, right: Array) -> Array:
-    """Return the factor of standard deviations; one where no window has the component.
+    """Compute the factor of standard deviations; one if no window has the component.
 
-    It is bounded, so that variances grow slowly and outliers stay visible.
+    The factor is bounded, so that variances grow slowly and outliers stay visible.
     """
     known = right > 0
     ratio = np.where(known, left / np.where(known, right, 1.0), 1.0)

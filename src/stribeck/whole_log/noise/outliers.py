@@ -1,6 +1,6 @@
-"""Windows that outliers are in: pushes, blows, bumps (docs/estimator.md, "Outliers").
+"""Windows with outliers: pushes, impacts, bumps (docs/estimator.md, "Outliers").
 
-Standardised residuals against a robust scale: Rousseeuw and Leroy 1987.
+Residuals standardized by a robust scale: Rousseeuw and Leroy 1987.
 """
 
 from collections.abc import Sequence
@@ -37,7 +37,7 @@ class Prediction:
     components: VarianceComponents
 
     def set_aside(self, part: WeakEquations, rows: Array) -> WeakEquations:
-        """Return equations with the windows set aside that are too far from their prediction.
+        """Reject windows that are too far from their prediction.
 
         `rows` are the derivatives of the equations by all values in the first columns, left sides in the last.
         """

@@ -1,7 +1,7 @@
 """Variance components: errors other than sensor noise (docs/estimator.md, second line of equation 6).
 
-The model has errors, and so has the root, which is assumed to stand still. Around contact changes feet rock, slip and
-strike, and both errors are larger by the contact variance scale, which is estimated like the components.
+The model has errors, and the root, which is assumed to be at rest, has accelerations. Around contact changes, feet
+rock, slip and strike: both errors are larger there by the contact variance scale, which is estimated as well.
 """
 
 from dataclasses import dataclass, field
@@ -14,7 +14,7 @@ from stribeck.whole_log.constants import CONTACT_BINS
 from stribeck.whole_log.weak_equations import WeakEquations
 
 BINS, AWAY = len(CONTACT_BINS) + 2, len(CONTACT_BINS)
-"""Number of bins, and the one that is far from any contact change."""
+"""Number of bins, and index of the bin far from contact changes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,11 +50,11 @@ class VarianceComponents:
     wrench: Array = field(default_factory=lambda: np.zeros(0))
 
     def encoder_errors(self, equations: WeakEquations) -> Array:
-        """Return the response of the equations to standard deviations of encoder noise, shape (K, m, encoders)."""
+        """Compute the response of the equations to one standard deviation of encoder noise, shape (K, m, encoders)."""
         return equations.encoder_response * (equations.encoder_noise * self.encoder_scale)
 
     def response(self, equations: WeakEquations) -> Array:
-        """Return the response of the equations to a unit of each component, shape (K, m, n + root + wrench)."""
+        """Compute the response of the equations to a unit of each component, shape (K, m, n + root + wrench)."""
         sensed = len(equations.wrench_noise) > 0
         wrench = float(sensed) * np.eye(equations.residual.shape[1], len(self.wrench))
         wrenches = np.broadcast_to(wrench, (len(equations.residual), *wrench.shape))
@@ -76,12 +76,12 @@ class VarianceComponents:
         return np.repeat([0, 1], [self.model.size, len(self.root) + len(self.wrench)])
 
     def which(self, equations: WeakEquations) -> NDArray[np.int64]:
-        """Mark the components that `response` has, shape (n + root + wrench,)."""
+        """Find the indices of the components in `response`, shape (n + root + wrench,)."""
         joints = np.arange(len(equations.standing)) + len(equations.standing) * equations.standing
         return np.concatenate([joints, self.model.size + np.arange(len(self.root) + len(self.wrench))])
 
     def at(self, equations: WeakEquations) -> Array:
-        """Return the components in each window, in the order of `response`, shape (K, n + root + wrench)."""
+        """Compute the components in each window, in the order of `response`, shape (K, n + root + wrench)."""
         which = self.which(equations)
         components = np.asarray(
             self.away_from_contacts[which] * self.contact_scale[self.kinds[which]][:, bin_of(equations)].T
@@ -92,7 +92,7 @@ class VarianceComponents:
         return components
 
     def marginal(self, equations: WeakEquations) -> Array:
-        """Return the variance of each equation's error by itself, shape (K, m)."""
+        """Compute the marginal variance of each equation's error, shape (K, m)."""
         encoder = (self.encoder_errors(equations) ** 2).sum(axis=2)
         sensors = (equations.sensors**2).sum(axis=2)
         other = ((self.response(equations) * self.at(equations)[:, None]) ** 2).sum(axis=2)
@@ -125,7 +125,7 @@ def bin_of(equations: WeakEquations) -> NDArray[np.int64]:
 
 
 def resting(equations: WeakEquations, rest: Array) -> Array:
-    """Return the share of each window in which a joint is slower than `rest` [rad/s], shape (K, n)."""
+    """Compute the share of each window in which a joint is slower than `rest` [rad/s], shape (K, n)."""
     return equations.windows((np.abs(equations.velocity) < rest).astype(float))
 
 

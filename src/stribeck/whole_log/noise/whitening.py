@@ -1,6 +1,6 @@
 """Covariance of a segment's equations, and its inverse Cholesky factor (docs/estimator.md, equations 6, 9 and 10).
 
-Block-tridiagonal factorisation: Golub and Van Loan 2013, 4.5.
+Block-tridiagonal factorization: Golub and Van Loan 2013, 4.5.
 """
 
 from dataclasses import dataclass
@@ -17,17 +17,17 @@ from stribeck.whole_log.weak_equations import WeakEquations
 class Whitener:
     """The inverse Cholesky factor of a block-tridiagonal covariance, block by block.
 
-    A block is as many windows as errors reach over, so that windows of two blocks are correlated only if the later one
-    has the lower place in its block.
+    A block contains as many windows as errors reach over, so that only neighboring blocks are correlated. A window is
+    correlated with windows of the previous block that have a higher index in their block.
 
     Attributes
     ----------
     inverse
         Inverse of the factor's diagonal blocks, shape (B, b, b): lower triangular.
     coupling
-        The factor's blocks below the diagonal, shape (B, b, b): upper triangular, window by window; the first is zero.
+        Blocks of the factor below the diagonal, shape (B, b, b): upper triangular, window by window; the first is zero.
     rows
-        Of a window.
+        Number of rows of a window.
     """
 
     inverse: Array
@@ -35,7 +35,7 @@ class Whitener:
     rows: int
 
     def whiten(self, rows: Array) -> None:
-        """Whiten rows where they are, shape (K m, c), block by block in two halves: most zeros are left out."""
+        """Whiten rows in place, shape (K m, c), block by block in two halves, which skips most zeros."""
         size = self.inverse.shape[1]
         half = -(-size // self.rows // 2) * self.rows  # whole windows
         product = np.empty((size, rows.shape[1]))
@@ -66,7 +66,7 @@ class Whitener:
 
 
 def make_whitener(equations: WeakEquations, components: VarianceComponents) -> Whitener:
-    """Return the whitener of a segment, given the variance components."""
+    """Compute the whitener of a segment from the variance components."""
     windows, rows = equations.residual.shape
     lags = equations.lags
     count, size = -(-windows // lags), lags * rows
@@ -115,7 +115,7 @@ def errors_of_groups(equations: WeakEquations, components: VarianceComponents) -
 
 
 def _between_groups(correlation: Array, rows: int) -> Array:
-    """Return the correlation between windows of groups, shape (2, b, b), from lags 0 to `lags`; none beyond."""
+    """Arrange correlations at lags 0 to `lags` between windows of groups, shape (2, b, b); zero at larger lags."""
     lags = len(correlation) - 1
     window = np.arange(lags)
     apart = np.abs(window[:, None] - window + np.array([0, lags])[:, None, None])
@@ -124,13 +124,13 @@ def _between_groups(correlation: Array, rows: int) -> Array:
 
 
 def _covariances(errors: list[Errors]) -> tuple[Array, Array]:
-    """Return the covariances of groups of windows, (B, b, b), and of each with the one before, (B - 1, b, b)."""
+    """Compute the covariances of groups of windows, (B, b, b), and with the previous group, (B - 1, b, b)."""
     every, first, last = slice(None), slice(-1), slice(1, None)
     return covariance_of_groups(errors, 0, every, every), covariance_of_groups(errors, 1, last, first)
 
 
 def covariance_of_groups(errors: list[Errors], apart: int, late: slice, early: slice) -> Array:
-    """Return the covariances of late groups with early ones, so many groups apart, shape (B, b, b)."""
+    """Compute the covariances of late groups with early groups at a distance of `apart` groups, shape (B, b, b)."""
     parts = [each.response[late] @ each.response[early].transpose(0, 2, 1) for each in errors]
     for part, each in zip(parts, errors, strict=True):
         part *= each.correlation[apart]

@@ -1,1 +1,1 @@
-"""From equations to a fit: pilot, accumulation, elimination, Gauss-Newton, empirical Bayes."""
+"""Solution of the equations: pilot, accumulation, elimination, Gauss-Newton, empirical Bayes."""

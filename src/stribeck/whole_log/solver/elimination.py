@@ -33,13 +33,13 @@ class Fit:
     laws, model
         Coordinates of friction and of corrections, with their priors.
     internal, corrections
-        Their values, shape (n, w) and (c,).
+        Values of the coordinates, shape (n, w) and (c,).
     covariance
-        Of all coordinates, friction's first, shape (m, m).
+        Covariance of all coordinates, friction first, shape (m, m).
     at_bound
-        Which parameters of the laws are at bound, shape (n, w).
+        Mask of the laws' parameters at a bound, shape (n, w).
     chi_square
-        Without the prior's share.
+        Chi^2 without the prior's share.
     converged
         Whether the descent converged.
     """
@@ -60,7 +60,7 @@ class Fit:
 
     @property
     def x(self) -> Array:
-        """All coordinates, friction's first, shape (m,)."""
+        """All coordinates, friction first, shape (m,)."""
         return np.concatenate([self.internal.ravel(), self.corrections])
 
     @property
@@ -79,7 +79,7 @@ class Fit:
         return np.diag(self.covariance)[self.internal.size :]
 
     def pulled(self, rows: Array) -> Array:
-        """Return derivatives by all coordinates from those by all values, shape (D, k) -> (m, k)."""
+        """Convert derivatives by all values to derivatives by all coordinates, shape (D, k) -> (m, k)."""
         jacobians = self.laws.jacobians(self.internal)
         friction = rows[: jacobians.shape[0] * jacobians.shape[1]].reshape(*jacobians.shape[:2], -1)
         of_laws = (jacobians.transpose(0, 2, 1) @ friction).reshape(self.internal.size, -1)
@@ -87,7 +87,7 @@ class Fit:
         return np.vstack([of_laws, of_model])
 
     def curvature(self, statistics: Statistics) -> Array:
-        """Return Gauss-Newton's second derivatives of half of chi^2, the prior's included, shape (m, m)."""
+        """Compute Gauss-Newton's second derivatives of half of chi^2, including the prior, shape (m, m)."""
         found = self.pulled(self.pulled(statistics.information).T)
         n = self.internal.size
         found[range(n), range(n)] += self.laws.prior[1].ravel() ** -2.0
@@ -97,16 +97,16 @@ class Fit:
 
 @dataclass(frozen=True, eq=False)
 class Eliminated:
-    """Chi^2 without the corrections.
+    """Chi^2 after elimination of the corrections.
 
     Attributes
     ----------
     information, right
         S, shape (f, f), and r, shape (f,).
     follow, alone
-        The best u is `alone` - `follow` theta, shape (c, f) and (c,).
+        Coefficients of the best corrections, u = `alone` - `follow` theta, shape (c, f) and (c,).
     covariance
-        Of u for given theta, shape (c, c).
+        Covariance of u for given theta, shape (c, c).
     """
 
     information: Array
@@ -117,7 +117,7 @@ class Eliminated:
 
 
 def eliminate(statistics: Statistics, model: ModelCorrections, around: Array) -> Eliminated:
-    """Return chi^2 without the corrections, which are linear around some coordinates u, shape (c,)."""
+    """Eliminate the corrections from chi^2, linearized around coordinates u, shape (c,)."""
     f = statistics.friction
     cross, inner, right = linearised(statistics, model, around)
     own = right[f:] + model.precision @ model.prior_mean
@@ -133,9 +133,10 @@ def eliminate(statistics: Statistics, model: ModelCorrections, around: Array) ->
 
 
 def linearised(statistics: Statistics, model: ModelCorrections, around: Array) -> tuple[Array, Array, Array]:
-    """Return information on coordinates u of corrections, which are linear around some, and the right sides.
+    """Compute the information on the corrections, linearized around some coordinates, and the right sides.
 
-    Across with friction, shape (c, f), and of themselves, shape (c, c); of friction and of themselves, shape (f + c,).
+    The results are the information between corrections and friction, shape (c, f), and within corrections, shape
+    (c, c), and the right sides of friction and corrections, shape (f + c,).
     """
     f, slopes = statistics.friction, model.slopes(around)
     fixed = model.values(around) - slopes.pushed(around[:, None])[:, 0]
@@ -146,7 +147,7 @@ def linearised(statistics: Statistics, model: ModelCorrections, around: Array) -
 
 
 def times_blocks(rows: Array, blocks: Array) -> Array:
-    """Return rows, shape (k, n q), times a block-diagonal matrix, shape (n, q, w), shape (k, n w)."""
+    """Multiply rows, shape (k, n q), by a block-diagonal matrix, shape (n, q, w), to shape (k, n w)."""
     n, q, w = blocks.shape
     product = rows.reshape(len(rows), n, q).transpose(1, 0, 2) @ blocks
     return product.transpose(1, 0, 2).reshape(len(rows), n * w)
@@ -154,7 +155,7 @@ def times_blocks(rows: Array, blocks: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class AllJoints:
-    """Half of the eliminated chi^2, with the prior's share, of one descent: x has the shape (1, n w)."""
+    """Half of the eliminated chi^2, with the prior's share, for one descent: x has the shape (1, n w)."""
 
     laws: Laws
     information: Array
@@ -165,7 +166,7 @@ class AllJoints:
         return self
 
     def costs(self, x: Array) -> Array:
-        """Return the cost, shape (1,)."""
+        """Compute the cost, shape (1,)."""
         internal = x.reshape(self.laws.free.shape)
         mean, deviation = self.laws.prior
         theta = self.laws.coefficients(internal).ravel()
@@ -173,7 +174,7 @@ class AllJoints:
         return np.array([square + np.sum(((internal - mean) / deviation) ** 2)]) / 2
 
     def derivatives(self, x: Array) -> tuple[Array, Array]:
-        """Return gradient, shape (1, n w), and second derivatives, shape (1, n w, n w)."""
+        """Compute the gradient, shape (1, n w), and second derivatives, shape (1, n w, n w)."""
         internal = x.reshape(self.laws.free.shape)
         mean, deviation = self.laws.prior
         jacobians = self.laws.jacobians(internal)
@@ -188,9 +189,9 @@ class AllJoints:
 
 @dataclass(frozen=True, eq=False)
 class EachJoint:
-    """Half of chi^2 but for a constant, with the prior's share, of b single joints' laws, all else being fixed.
+    """Half of chi^2, except a constant, with the prior's share, for the laws of b single joints with all else fixed.
 
-    Shapes (b, q, q) and (b, q); the same joint may be there more than once.
+    Shapes (b, q, q) and (b, q); the same joint may occur more than once.
     """
 
     laws: Laws
@@ -202,14 +203,14 @@ class EachJoint:
         return EachJoint(self.laws.of(rows), self.information[rows], self.right[rows])
 
     def costs(self, x: Array) -> Array:
-        """Return the costs at internal coordinates, shape (b, w) -> (b,)."""
+        """Compute the costs at internal coordinates, shape (b, w) -> (b,)."""
         mean, deviation = self.laws.prior
         theta = self.laws.coefficients(x)
         squares = np.sum(theta * ((self.information @ theta[:, :, None])[:, :, 0] - 2 * self.right), axis=1)
         return np.asarray(squares + np.sum(((x - mean) / deviation) ** 2, axis=1)) / 2
 
     def derivatives(self, x: Array) -> tuple[Array, Array]:
-        """Return gradients, shape (b, w), and Gauss-Newton's second derivatives, shape (b, w, w)."""
+        """Compute gradients, shape (b, w), and Gauss-Newton's second derivatives, shape (b, w, w)."""
         mean, deviation = self.laws.prior
         transposed = self.laws.jacobians(x).transpose(0, 2, 1)
         slope = self.information @ self.laws.coefficients(x)[:, :, None] - self.right[:, :, None]
@@ -242,7 +243,7 @@ def solve(statistics: Statistics, start: Fit) -> Fit:
         expected = _cost(statistics, laws, model, x + to_x, u + to_u, linear)
         before, share = cost, 1.0
         while (cost := _cost(statistics, laws, model, x + share * to_x, u + share * to_u)) > before and share > 1e-3:
-            share /= 2  # corrections are linear no further than this
+            share /= 2  # the linearization holds only for a shorter step
         if cost > before:
             break
         x, u = x + share * to_x, u + share * to_u

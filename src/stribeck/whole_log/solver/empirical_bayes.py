@@ -4,9 +4,10 @@ The standard deviation s maximizes the likelihood of the log. With coordinates u
 
     s^2 = sum u_i^2 / sum (1 - C_ii / s^2)
 
-where the right sum counts how many of them the log determines (MacKay 1992). Model and sensors have one each, and so
-have a joint's offsets in several logs; scales and pure numbers of a law have a group prior over the joints, mean and
-standard deviation (Efron and Morris 1975). The pseudo-counts keep priors that no log determines unchanged.
+where the sum in the denominator is the number of coordinates that the log determines (MacKay 1992). The model, the
+sensors and a joint's offsets in several logs have one standard deviation each. Scales and dimensionless numbers of a
+law have a group prior over the joints with mean and standard deviation (Efron and Morris 1975). Pseudo-counts keep
+priors unchanged if the log does not determine them.
 """
 
 from dataclasses import replace
@@ -22,7 +23,7 @@ from stribeck.whole_log.solver.elimination import EachJoint, Fit, eliminate, sol
 from stribeck.whole_log.solver.statistics import Statistics
 
 PSEUDO_COUNT = 0.03
-"""Joints that the first group prior counts as [1]; coordinates of a model count a thirtieth, or it would stay wrong."""
+"""Weight of the first group prior, as a number of joints [1]. A larger weight keeps wrong models uncorrected."""
 
 
 def solve_with_empirical_bayes(statistics: Statistics, fit: Fit) -> Fit:
@@ -41,10 +42,10 @@ def solve_with_empirical_bayes(statistics: Statistics, fit: Fit) -> Fit:
 
 
 def with_other_starts(statistics: Statistics, fit: Fit) -> Fit:
-    """Return the best fit after each joint has tried its other starts, all else being as in a fit.
+    """Try other starts for each joint with all else fixed, and return the best fit.
 
-    Where a joint's curve has no Stribeck effect, for one, its Stribeck velocity does nothing, and no gradient leads
-    back.
+    Some minima have no gradient towards a better one: without a Stribeck effect, for example, the Stribeck velocity
+    has no effect on the curve.
     """
     left, laws = eliminate(statistics, fit.model, fit.corrections), fit.laws
     theta = laws.coefficients(fit.internal)
@@ -52,7 +53,7 @@ def with_other_starts(statistics: Statistics, fit: Fit) -> Fit:
     others = (left.information @ theta.ravel()).reshape(theta.shape) - (information @ theta[:, :, None])[:, :, 0]
     right = left.right.reshape(theta.shape) - others
     internal, costs = best_starts(laws, information, right)
-    better = costs < EachJoint(laws, information, right).costs(fit.internal) - 0.05  # no other way to the same minimum
+    better = costs < EachJoint(laws, information, right).costs(fit.internal) - 0.05  # less: the same minimum
     if not better.any():
         return fit
     other = solve(statistics, replace(fit, internal=np.where(better[:, None], internal, fit.internal)))
@@ -60,7 +61,7 @@ def with_other_starts(statistics: Statistics, fit: Fit) -> Fit:
 
 
 def cost_of(fit: Fit) -> float:
-    """Return half of chi^2, with the prior's share."""
+    """Compute half of chi^2, with the prior's share."""
     mean, deviation = fit.laws.prior
     off = fit.corrections - fit.model.prior_mean
     share = np.sum(((fit.internal - mean) / deviation) ** 2) + off @ fit.model.precision @ off
@@ -68,9 +69,9 @@ def cost_of(fit: Fit) -> float:
 
 
 def best_starts(laws: Laws, information: Array, right: Array) -> tuple[Array, Array]:
-    """Return the best of each joint's descents from its four best starts, shape (n, w), and its cost, shape (n,).
+    """Run descents from each joint's four best starts; return the best end, shape (n, w), and its cost, shape (n,).
 
-    Given are the joints' normal equations, shape (n, q, q) and (n, q).
+    The joints' normal equations have shape (n, q, q) and (n, q).
     """
     starts = [laws.linear_starts(k, *each)[:4] for k, each in enumerate(zip(information, right, strict=True))]
     owners = np.repeat(np.arange(len(starts)), [len(each) for each in starts])
@@ -80,16 +81,16 @@ def best_starts(laws: Laws, information: Array, right: Array) -> tuple[Array, Ar
 
 
 def best_of_linear(laws: Laws, theta: Array, covariance: Array) -> Array:
-    """Return the internal coordinates of laws that fit linear coefficients best, shape (n, w).
+    """Find the internal coordinates of laws that fit linear coefficients best, shape (n, w).
 
-    Given are the joints' coefficients, shape (n, q), and their covariance with all else fitted along, (n, q, q).
+    The joints' coefficients have shape (n, q). Their covariance, shape (n, q, q), includes all other uncertainty.
     """
     information = np.asarray(np.linalg.inv(covariance))
     return best_starts(laws, information, (information @ theta[:, :, None])[:, :, 0])[0]
 
 
 def blocks(information: Array, joints: int) -> Array:
-    """Return the blocks of single joints, shape (n q, n q) -> (n, q, q)."""
+    """Extract the blocks of single joints, shape (n q, n q) -> (n, q, q)."""
     q = len(information) // joints
     return information.reshape(joints, q, joints, q)[range(joints), :, range(joints)].copy()
 
@@ -97,11 +98,11 @@ def blocks(information: Array, joints: int) -> Array:
 def group_mean_covariance(fit: Fit) -> Array:
     """Compute the covariance that the estimated means of the group priors add to a fit.
 
-    With s the standard deviation of a coordinate over the joints, of which the log determines N, their mean has the
-    variance s^2 / N, and all coordinates follow it by the sum of C / s^2 over the joints, C being the covariance (Kass
-    and Steffey 1989).
+    If the log determines a coordinate of N joints, whose standard deviation over the joints is s, their mean has the
+    variance s^2 / N. All coordinates depend on the mean by the sum of C / s^2 over the joints, with the covariance C
+    (Kass and Steffey 1989).
     """
-    assert fit.laws.group_prior is not None  # empirical Bayes has been
+    assert fit.laws.group_prior is not None  # set by empirical Bayes
     added = np.zeros_like(fit.covariance)
     for k in np.flatnonzero(np.isfinite(fit.laws.group_prior[1])).tolist():
         own, known = _determined(fit, k)
@@ -112,13 +113,13 @@ def group_mean_covariance(fit: Fit) -> Array:
 
 
 def _determined(fit: Fit, parameter: int) -> tuple[NDArray[np.int64], Array]:
-    """Return the joints that have a parameter, shape (k,), and how much of each the log determines, from 0 to 1."""
+    """Find the joints with a parameter, shape (k,), and the share of each that the log determines, from 0 to 1."""
     own = np.flatnonzero(fit.laws.free[:, parameter])
     return own, (1 - fit.variance[own, parameter] / fit.laws.prior[1][own, parameter] ** 2).clip(0, 1)
 
 
 def learn_group_prior(fit: Fit) -> Laws:
-    """Return the laws with the group prior of equations (24) and (25)."""
+    """Update the group prior by equations (24) and (25)."""
     mean, group_prior = fit.laws.prior[0], np.full((2, fit.internal.shape[1]), np.nan)
     for k in fit.laws.shared:
         own, known = _determined(fit, k)
@@ -135,10 +136,9 @@ def learn_group_prior(fit: Fit) -> Laws:
 
 
 def _learn_prior_std(fit: Fit) -> ModelCorrections:
-    """Return model and sensors with the prior of equation (23).
+    """Update the prior of model and sensors by equation (23).
 
-    That of model and sensors grows no larger than it was at first: a log with errors of other kinds would have bodies
-    explain them, and more so with every round.
+    It never exceeds the initial prior. Otherwise bodies would explain errors of other kinds, more in every round.
     """
     model = fit.model
     prior_std, dispersion, largest = model.prior_std.copy(), np.ones(len(model.prior_std)), np.inf

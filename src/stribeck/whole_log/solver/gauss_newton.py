@@ -1,11 +1,12 @@
 """Damped Gauss-Newton within bounds, several descents at once (docs/estimator.md, equation 20).
 
-With g the gradient of a cost and H Gauss-Newton's matrix of its second derivatives, a step goes from x to
+With the gradient g of a cost and Gauss-Newton's matrix H of its second derivatives, a step goes from x to
 
     clip(x - (H + lambda diag H)^-1 g)
 
-in the coordinates that no bound holds (Levenberg 1944; Marquardt 1963; bounds: Bertsekas 1982). The damping lambda
-falls to an eighth where the cost does, else it grows by as much; all constants are by judgement.
+in all coordinates that are not held at a bound (Levenberg 1944; Marquardt 1963; bounds: Bertsekas 1982). The damping
+lambda decreases to an eighth if the cost decreases, and otherwise grows by the same factor. All constants are chosen by
+judgment.
 """
 
 from dataclasses import dataclass
@@ -19,16 +20,16 @@ from stribeck.whole_log.constants import CONVERGED
 
 
 class Problem(Protocol):
-    """The costs of b descents, all of m coordinates."""
+    """Costs of b descents in m coordinates each."""
 
     def costs(self, x: Array) -> Array:
-        """Return the cost of each, shape (b, m) -> (b,)."""
+        """Compute the cost of each descent, shape (b, m) -> (b,)."""
 
     def derivatives(self, x: Array) -> tuple[Array, Array]:
-        """Return gradients, shape (b, m), and second derivatives, shape (b, m, m)."""
+        """Compute gradients, shape (b, m), and second derivatives, shape (b, m, m)."""
 
     def of(self, rows: NDArray[np.int64]) -> Self:
-        """Return the problem of some of the descents."""
+        """Select some of the descents."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,14 +51,14 @@ def minimise(problem: Problem, start: Array, low: Array, high: Array) -> Minimum
         free = ~bounds_hold(x[going], gradient, low[going], high[going])
         step = _steps(gradient, hessian, free, damping[going])
         tried = np.clip(x[going] - step, low[going], high[going])
-        with np.errstate(over="ignore", invalid="ignore"):  # a step too far: infinite, or not a number, is not better
+        with np.errstate(over="ignore", invalid="ignore"):  # infinity and NaN after a long step are never better
             after = own.costs(tried)
         gain = cost[going] - after
         better = gain > 0
         x[going[better]], cost[going[better]] = tried[better], after[better]
         damping[going] *= np.where(better, 1 / 8, 8)
         damping = np.maximum(damping, 1e-9)
-        converged[going] = (better & (gain < CONVERGED)) | (damping[going] > 1e8)  # no step leads down
+        converged[going] = (better & (gain < CONVERGED)) | (damping[going] > 1e8)  # no step decreases the cost
         if converged[going].any():
             going = np.flatnonzero(~converged)
             if not len(going):
@@ -67,19 +68,19 @@ def minimise(problem: Problem, start: Array, low: Array, high: Array) -> Minimum
 
 
 def bounds_hold(x: Array, gradient: Array, low: Array, high: Array) -> NDArray[np.bool_]:
-    """Find coordinates at a bound: they cannot move at all, or their gradient points outwards."""
+    """Find coordinates at a bound, which are fixed or have a gradient that points outward."""
     return np.asarray((low >= high) | ((x <= low) & (gradient > 0)) | ((x >= high) & (gradient < 0)))
 
 
 def _steps(gradient: Array, hessian: Array, free: NDArray[np.bool_], damping: Array) -> Array:
-    """Return damped Newton steps of the free coordinates, shape (b, m); rows are scaled, their units may differ."""
-    if len(gradient) == 1 and not free.all():  # what is held takes no time
+    """Compute damped Newton steps of the free coordinates, shape (b, m); scaled rows allow different units."""
+    if len(gradient) == 1 and not free.all():  # skip fixed coordinates to save time
         own = free[0]
         step = np.zeros_like(gradient)
         step[:, own] = _steps(gradient[:, own], hessian[:, own][:, :, own], free[:, own], damping)
         return step
     diagonal = np.arange(hessian.shape[1])
-    free = free & (hessian[:, diagonal, diagonal] > 0)  # by rounding, where no sample speaks of a coordinate, less
+    free = free & (hessian[:, diagonal, diagonal] > 0)  # rounding may make undetermined coordinates concave
     scale = np.where(free, 1 / np.sqrt(np.where(free, hessian[:, diagonal, diagonal], 1.0)), 0.0)
     matrix = hessian * scale[:, :, None] * scale[:, None]
     matrix[:, diagonal, diagonal] = 1 + damping[:, None]

@@ -1,7 +1,7 @@
-"""The pilot: a linear fit to some windows, which shows how to read the log.
+"""The pilot: a linear fit to some windows before the whole log is read.
 
-It finds the delay of the torques, variance components and outliers (docs/estimator.md, equations 14 to 16).
-Two-stage generalised least squares.
+It estimates the delay of the torques, variance components and outliers (docs/estimator.md, equations 14 to 16), the
+first stage of two-stage generalized least squares.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ from stribeck.whole_log.solver.elimination import inverse_of
 from stribeck.whole_log.weak_equations import CorrectionLayout, WeakEquations
 
 LONGEST_DELAY, MOST_ROUNDS, OPERATIONS = 0.1, 10, 3e9
-"""Delay that is looked for [s], rounds [1], and operations for a sum of products [1], at most: to save time."""
+"""Limits that save time: largest delay in the search [s], number of rounds [1], operations for a sum of products [1].
+"""
 
 LINEAR = 0.5e-3
 """Largest delay in which torques are treated as linear [s]."""
@@ -37,7 +38,7 @@ LAGS = (0.5e-3, 2e-3, 8e-3)
 
 @dataclass(frozen=True, eq=False)
 class Lags:
-    """Columns of presliding within these travels, of joints with a top speed [rad/s], shape (n,)."""
+    """Columns of presliding for these travels, and joints with a top speed [rad/s], shape (n,)."""
 
     top_speed: Array
     size: int = len(LAGS)
@@ -58,9 +59,9 @@ class Pilot:
     Attributes
     ----------
     groups
-        Groups of windows, in some segments.
+        Groups of windows of the pilot's segments.
     model, components
-        Corrections, with torques taken `delay` later, and standard deviations of the errors.
+        Corrections for torques shifted by `delay`, and standard deviations of the errors.
     prediction
         Predicted values and their covariance.
     delay
@@ -81,13 +82,13 @@ class Pilot:
 
     @property
     def late(self) -> tuple[float, float]:
-        """Remaining delay of the torques, and its standard error [s]; None where it is not corrected."""
+        """Remaining delay of the torques, and its standard error [s]; None if the delay is not corrected."""
         own = len(self.precision) + self.model.layout.places("delays")[:1]
         variance = self.prediction.covariance[own, own]
         return float(self.prediction.values[own].sum()), float(np.sqrt(variance).sum())
 
     def later(self, delay: float) -> Pilot:
-        """Return the same for torques that are taken later still [s]."""
+        """Adapt the pilot to torques that are shifted by an additional delay [s]."""
         delay = float(np.clip(self.delay + delay, -LONGEST_DELAY, LONGEST_DELAY))
         own, values = len(self.precision) + self.model.layout.places("delays")[:1], self.prediction.values.copy()
         values[own] = 0.0
@@ -99,8 +100,8 @@ class Pilot:
 def pilot_places(supports: Sequence[tuple[str, ...]], count: int = PILOT_SEGMENTS) -> list[int]:
     """Choose about `count` segments for the pilot, given the feet that each segment stands on.
 
-    Every contact mode gets its share, but at least one segment, spread over the mode's segments, because errors of a
-    standing leg show only while it stands. Evenly spaced segments of a walk could all stand on the same foot.
+    Every contact mode gets a share of at least one segment, spread over the mode's segments, because errors of a
+    standing leg appear only while it stands. Evenly spaced segments of a walk could all have the same standing foot.
     """
     found: set[int] = set()
     for support in set(supports):
@@ -121,26 +122,26 @@ def fit_pilot(
     robust: bool = True,
     delay: float = 0.0,
 ) -> Pilot:
-    """Return the pilot; torques are shifted until so little of their delay is left that they are linear in it.
+    """Fit the pilot, with torques shifted until they are linear in their remaining delay.
 
     Parameters
     ----------
     segments
-        Return so many segments, about, with torques that are taken a delay [s] later.
+        Function from a delay [s] and a number to about so many segments, with torques shifted by the delay.
     size
         Number of segments.
     corrections
-        What the columns of their regressors correct.
+        Layout of the corrections in the segments' regressors.
     basis, top_speed
-        Of the friction curves, and [rad/s], shape (n,).
+        Basis of the friction curves, and top speed of each joint [rad/s], shape (n,).
     rest
         Speed [rad/s] below which a joint is at rest, for laws that jump there, shape (n,).
     priors
-        Of model and sensors.
+        Priors of model and sensors.
     robust
-        Whether segments and windows that the model of most others does not explain are set aside from the start.
+        Whether segments and windows that contradict the majority's model are rejected from the start.
     delay
-        Delay of the torques from which the search starts [s].
+        Initial delay of the torques in the search [s].
     """
     columns = Columns(basis, Lags(top_speed))
 
@@ -201,9 +202,9 @@ def friction_error(pilot: Pilot, columns: Columns) -> float:
 def predict(
     groups: list[Groups], components: VarianceComponents, model: ModelCorrections, precision: Array
 ) -> tuple[Prediction, float]:
-    """Return the linear fit to some windows, and the number of equations over their degrees of freedom [1].
+    """Fit some windows linearly, and divide the number of equations by their degrees of freedom [1].
 
-    Friction has a prior of mean zero and of this `precision`, shape (n q,); bodies are linear at the model.
+    Friction has a prior with mean zero and this `precision`, shape (n q,); bodies are linearized at the model.
     """
     count = sum(each.count for each in groups)
     f, slopes = len(precision), model.slopes(np.zeros(model.layout.size))
@@ -218,7 +219,7 @@ def predict(
 
 
 def _normal_equations(whitened: Sequence[Array], model: ModelCorrections, precision: Array) -> tuple[Array, Array]:
-    """Return information and right side of friction's coefficients and the corrections' coordinates, with the prior."""
+    """Compute information and right side for friction coefficients and correction coordinates, with the prior."""
     rows = np.concatenate([each.reshape(-1, each.shape[-1]) for each in whitened])
     product = _in_coordinates(rows.T @ rows, model.slopes(np.zeros(model.layout.size)), len(precision))
     pull = np.append(np.zeros(len(precision)), model.precision @ model.prior_mean)
@@ -226,14 +227,14 @@ def _normal_equations(whitened: Sequence[Array], model: ModelCorrections, precis
 
 
 def _fitted(whitened: Sequence[Array], model: ModelCorrections, precision: Array) -> Array:
-    """Return the values of the linear fit to some whitened groups, then -1 for the left side, shape (D + 1,)."""
+    """Fit whitened groups linearly; return the values, then -1 for the left side, shape (D + 1,)."""
     values = solve(*_normal_equations(whitened, model, precision), assume_a="pos")
     values[len(precision) :] = model.slopes(np.zeros(model.layout.size)).pushed(values[len(precision) :, None])[:, 0]
     return np.append(values, -1.0)
 
 
 def _in_coordinates(product: Array, slopes: Slopes, friction: int) -> Array:
-    """Return products of values and left sides, shape (D + 1, D + 1), with coordinates in place of corrections."""
+    """Convert products of values and left sides, shape (D + 1, D + 1), from corrections to their coordinates."""
     found = product.copy()
     found[friction:-1] = slopes.pulled(found[friction:-1])
     found[:, friction:-1] = slopes.pulled(found[:, friction:-1].T).T
@@ -275,24 +276,24 @@ def _consistent(
 ) -> list[Groups]:
     """Remove segments that disagree with the model of the largest consistent part.
 
-    Least trimmed squares (Rousseeuw and Van Driessen 1999): from several starts, a fit to the half of the segments that
-    the last one explained best, in each contact mode, until that half stays the same. The best of these fits may
-    explain far more than half. Segments whose chi^2 an equation is `INCONSISTENT` times the median of that half are set
-    aside: a payload that is held, a base that moves, a hand that guides. Undisturbed logs reach 17 times. Only that
-    half is used for the delay, because a delay explains a little of everything.
+    Least trimmed squares (Rousseeuw and Van Driessen 1999): from several starts, fits are repeated on the half of each
+    contact mode's segments that the previous fit explained best, until this half is constant. The best of these fits
+    may explain far more than half. Segments are rejected if their chi^2 per equation exceeds `INCONSISTENT` times the
+    median of this half, for example due to a payload, a moving base or a guiding hand. Undisturbed logs reach 17 times.
+    Only this half is used for the delay, because a delay partly explains any disturbance.
     """
     counts = np.array([each.count for each in groups])
     modes = np.unique([each.part.standing for each in groups], axis=0, return_inverse=True)[1]
     whitened = [each.whitened(components) for each in groups]
 
     def sizes(own: NDArray[np.int64]) -> Array:
-        """Return each segment's chi^2 an equation by the fit to some of them."""
+        """Compute each segment's chi^2 per equation for the fit to some segments."""
         values = _fitted([whitened[k] for k in own], model, precision)
         squares = [np.sum((each @ values) ** 2) for each in whitened]
         return np.asarray(squares / np.maximum(counts, 1))
 
     def half(size: Array) -> NDArray[np.int64]:
-        """Return the half of each contact mode's segments that is explained best."""
+        """Select the half of each contact mode's segments that the fit explains best."""
         each = [np.flatnonzero(modes == mode) for mode in np.unique(modes)]
         return np.sort(
             np.concatenate([own[np.argsort(size[own], kind="stable")[: (len(own) + 1) // 2]] for own in each])
@@ -300,7 +301,7 @@ def _consistent(
 
     everything = np.arange(len(groups))
     first = sizes(everything)
-    if first.max() < 3.0:  # times what the errors of a good model make
+    if first.max() < 3.0:  # relative to the errors of a good model
         return groups
     random, best, chosen, least = np.random.default_rng(0), first, everything, np.inf
     for start in range(12):
@@ -323,9 +324,9 @@ def _consistent(
 def _undisturbed(
     groups: list[Groups], model: ModelCorrections, components: VarianceComponents, precision: Array
 ) -> list[Groups]:
-    """Return the groups without the windows that a robust fit does not explain: there may be pushes in most segments.
+    """Remove windows that a robust fit does not explain, because most segments may contain pushes.
 
-    A group of windows whose chi^2 is above the median weighs less by that ratio (Holland and Welsch 1977).
+    The weight of a group with a chi^2 above the median is reduced by their ratio (Holland and Welsch 1977).
     """
     whitened = [each.whitened(components) for each in groups]
     weighted = whitened
@@ -351,9 +352,9 @@ def _residuals(groups: list[Groups], values: Array) -> list[tuple[Groups, Array]
 def _groups(
     parts: list[WeakEquations], columns: Columns, torque: float, operations: float
 ) -> tuple[list[Groups], Array]:
-    """Return every other group of windows of some segments, or fewer, and the prior precision of their coefficients.
+    """Select every other group of windows, or fewer, and compute the prior precision of their coefficients.
 
-    Curves are as large as the joint's torque, and terms as a third of it.
+    The prior of curves is as large as the joint's torque, the prior of terms a third of it.
     """
     own = [columns.by_joint(part) for part in parts]
     designs = [columns.design(part, each, part.residual.reshape(-1, 1)) for part, each in zip(parts, own, strict=True)]
@@ -371,12 +372,12 @@ def _groups(
 
 
 def _torques(part: WeakEquations) -> Array:
-    """Return the left side where friction acts [N m], of all windows."""
+    """Collect the left sides of all windows in rows with friction [N m]."""
     return part.residual[:, len(part.wrench_noise) :].ravel()
 
 
 def _loads(parts: list[WeakEquations], corrections: CorrectionLayout) -> Array:
-    """Return the torque of each sensor whose gain is corrected, root mean square [N m]."""
+    """Compute the torque of each sensor with a corrected gain, root mean square [N m]."""
     own = Layout(corrections).part("gains")
     squares = [(part.regressors[:, :, own] ** 2).sum(axis=1) for part in parts if part.regressors is not None]
     return np.sqrt(np.concatenate(squares).mean(axis=0)) if corrections.gains else np.zeros(0)

@@ -18,7 +18,7 @@ from stribeck.whole_log.uncertainty.random_effects import random_effect_columns
 from stribeck.whole_log.weak_equations import WeakEquations
 
 THREADS = 2
-"""Threads that whiten equations [1]: linear algebra lets other threads run."""
+"""Number of threads that whiten equations; linear algebra releases Python's lock."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class Statistics:
     effects: dict[int, tuple[Array, Array, Array]] = field(default_factory=dict)
 
     def __add__(self, other: Statistics) -> Statistics:
-        """Return the statistics of both."""
+        """Add the statistics of two parts."""
         effects = dict(self.effects)
         for gait, own in other.effects.items():
             before = effects.get(gait)
@@ -76,7 +76,7 @@ class Statistics:
         )
 
     def chi_square(self, values: Array) -> float:
-        """Return chi^2 of coefficients and corrections, shape (D,)."""
+        """Compute chi^2 of coefficients and corrections, shape (D,)."""
         return self.square + float(values @ (self.information @ values - 2 * self.right))
 
     @property
@@ -91,7 +91,7 @@ class Statistics:
 
 
 def total(parts: Sequence[Statistics]) -> Statistics:
-    """Return the statistics of all parts together."""
+    """Add the statistics of all parts."""
     whole = parts[0]
     for part in parts[1:]:
         whole = whole + part
@@ -110,8 +110,8 @@ def accumulate(
 
     The windows' centers [s] are returned by segment number as well, with flags of the used windows.
 
-    Folds are added up by threads, each in an order that never changes. One thread at a time computes equations:
-    Pinocchio's working memory is not for two.
+    Threads add up the folds in a fixed order. Only one thread at a time computes equations, because threads cannot
+    share Pinocchio's working memory.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def accumulate(
 def _of(
     part: WeakEquations, columns: Columns, prediction: Prediction, sampled: bool
 ) -> tuple[Statistics, WeakEquations]:
-    """Return the statistics of a segment, and its equations without the windows that are set aside."""
+    """Compute the statistics of a segment, and its equations without rejected windows."""
     joints, size = part.velocity.shape[1], len(prediction.values)
     sampled = sampled and part.gait >= 0
     own = columns.by_joint(part)
@@ -189,15 +189,15 @@ def _of(
 def _weighed(part: WeakEquations, own: Array, design: Array, whitener: Whitener) -> Array:
     """Compute X^T Sigma^-1 X of a design X, which is overwritten.
 
-    Friction of a joint acts through its `own` columns, shape (K, n, q). These multiply Sigma^-1 X joint by joint, which
-    takes a fraction of the operations of all columns with each other.
+    Friction of a joint acts through its `own` columns, shape (K, n, q). Their product with Sigma^-1 X joint by joint
+    takes a fraction of the operations of a full product.
     """
     windows, joints, per_joint = own.shape
     friction = joints * per_joint
     product = np.empty((design.shape[1],) * 2)
     whitener.whiten(design)
     rest = design[:, friction:]
-    product[friction:, friction:] = rest.T @ rest  # NumPy knows it to be symmetric
+    product[friction:, friction:] = rest.T @ rest  # NumPy uses the symmetry
     whitener.whiten_back(design)
     on_joints = design.reshape(windows, -1, design.shape[1])
     if part.projection is not None:

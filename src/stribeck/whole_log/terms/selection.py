@@ -15,7 +15,7 @@ from stribeck.result import JointResult, TermDecision, TermVerdict
 from stribeck.whole_log.constants import LEAST_GAIN
 
 SHARED = ("viscous", "coulomb")
-"""Parameters that a term which is open would change."""
+"""Parameters that depend on whether an undecided term is kept."""
 
 Kept = frozenset[str]
 Objection = tuple[TermDecision, str]
@@ -57,7 +57,7 @@ def select_stepwise(
 
 
 def _neighbours(kept: Kept, refused: Mapping[str, str]) -> list[Kept]:
-    """Return the sets with one term more or less; a part takes the place of its whole, and the other way round."""
+    """List the sets with one term more or less; a part replaces its whole, and vice versa."""
     found = []
     for term in LADDER:
         if term.name in BASE & kept:
@@ -78,7 +78,7 @@ def _parts(term: Term) -> Kept:
 
 
 def _simplest_unbeaten(tried: Mapping[Kept, Candidate], usual: Kept) -> Kept:
-    """Return the terms with the fewest parameters more or less than usual that no others clearly better."""
+    """Find the terms nearest to the usual ones, in number of parameters, that no other terms clearly improve."""
     scores = np.stack([one.scores for one in tried.values()])
     falls = scores[:, None] - scores
     beaten = np.any(_pays(falls.sum(axis=2), _errors(falls)), axis=1)
@@ -114,7 +114,7 @@ def _verdict(
 
 
 def meaningless(term: Term) -> str:
-    """Return why a term is refused whose `needs` is."""
+    """Explain the refusal of a term that requires a refused term."""
     return f"it means nothing without the term {term.needs}"
 
 
@@ -127,13 +127,13 @@ def _in_words(gain: float, error: float) -> str:
 
 
 def held_out_gain(without: Array, with_it: Array) -> tuple[float, float]:
-    """Return by how much chi^2 falls over all folds, and the standard error of that."""
+    """Compute the decrease of chi^2 over all folds, and its standard error."""
     falls = without - with_it
     return float(falls.sum()), float(_errors(falls))
 
 
 def _errors(falls: Array) -> Array:
-    """Return standard errors of sums over independent folds, shape (..., F) -> (...)."""
+    """Compute standard errors of sums over independent folds, shape (..., F) -> (...)."""
     return np.asarray(np.std(falls, axis=-1, ddof=1) * np.sqrt(falls.shape[-1]))
 
 

@@ -1,4 +1,4 @@
-"""Selects the terms of every joint's friction on held-out folds (docs/estimator.md, equation 22)."""
+"""Selection of every joint's friction terms on held-out folds (docs/estimator.md, equation 22)."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Verdicts = Sequence[dict[str, TermVerdict]]
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """Verdicts on the terms of each joint, the trials that these come from, and a fit to begin with."""
+    """Verdicts on the terms of each joint, their trials, and a start for the fit."""
 
     verdicts: Verdicts
     trials: Trials
@@ -41,7 +41,7 @@ class Choice:
 
     @property
     def decided(self) -> list[frozenset[str]]:
-        """Parameters of the terms that held-out folds have scored, of each joint."""
+        """Parameters of each joint's terms that have a held-out score."""
         tried = [[name for name, said in own.items() if said.gain is not None] for own in self.verdicts]
         return [frozenset(parameter for name in own for parameter in PARAMETERS[name]) for own in tried]
 
@@ -53,18 +53,18 @@ def select_terms(
     refused: Refused,
     effects: Callable[[Fit], Array],
 ) -> Choice:
-    """Return the terms of each joint that held-out scores select and that no random effect explains as well.
+    """Select each joint's terms by held-out scores, except terms that a random effect explains as well.
 
     Parameters
     ----------
     whole, folds
-        The log, and its folds.
+        Statistics of the log, and of its folds.
     fit
-        With all terms, which all else has while a joint is tried.
+        Fit with all terms, which the other joints keep during the trials of a joint.
     refused
-        Of each joint, terms that are out of the question, and why.
+        Excluded terms of each joint, with the reason.
     effects
-        Returns what random effects add to the covariance of a fit, shape (m, m).
+        Function that computes the covariance of a fit due to random effects, shape (m, m).
     """
     trials = make_trials(whole, folds, fit)
     least = 4  # fewer folds do not show how much their scores differ
@@ -90,13 +90,13 @@ def select_terms(
             dict(out) | {name: said.reason for name, said in own.items()}
             for out, own in zip(refused, dropped, strict=True)
         ]
-        for joint in (joint for joint in joints if dropped[joint]):  # what is refused now may let another term in
+        for joint in (joint for joint in joints if dropped[joint]):  # a refusal may make another term acceptable
             verdicts[joint] = _select(trials, joint, refused[joint], BASE | usual) | dropped[joint]
     return _chosen(verdicts, trials, fit)
 
 
 def make_trials(whole: Statistics, folds: Sequence[Statistics], fit: Fit) -> Trials:
-    """Return the trials of all terms that there are columns of."""
+    """Prepare the trials of all terms with columns."""
     free = fit.laws.free.copy()
     free[:, len(fit.laws.law.parameters) :] = True
     return Trials(replace(fit.laws, free=free), joint_folds(whole, folds, fit), overdispersion(whole, fit))
@@ -117,7 +117,7 @@ def _candidate(trials: Trials, joint: int, kept: Kept) -> Candidate:
 
 
 def _objection(trials: Trials, joint: int, kept: Kept, tried: Tried) -> Objection | None:
-    """Return an objection to the shape of the curve: the log does not reach all of it, or it makes no sense."""
+    """Find an objection to the shape of the curve: the log does not cover it, or it is implausible."""
     values = dict(zip(trials.names, trials.laws.external(tried.internal[None])[0].tolist(), strict=True))
     top, rise = float(trials.laws.top_speed[joint]), RISING / values["slope"]
     stribeck_velocity = values["stribeck_velocity"]
@@ -127,7 +127,7 @@ def _objection(trials: Trials, joint: int, kept: Kept, tried: Tried) -> Objectio
     for name in ("viscous", "coulomb"):
         if values[name] < abs(values.get(f"{name}_drift", 0.0)) / 2:
             return "refused", f"{name} friction would be negative at the beginning of the log or at its end"
-    if "asymmetry" in kept and abs(values["viscous_asymmetry"]) > 0.5:  # one direction's is three times the other's
+    if "asymmetry" in kept and abs(values["viscous_asymmetry"]) > 0.5:  # threefold difference between directions
         return "refused", f"viscous friction of one direction would be {abs(values['viscous_asymmetry']):.0%} more"
     for term, speed, what in (
         ("stribeck", stribeck_velocity, "the Stribeck velocity"),
@@ -141,7 +141,7 @@ def _objection(trials: Trials, joint: int, kept: Kept, tried: Tried) -> Objectio
 def _shared_by_most(verdicts: Verdicts, found: Fit) -> Kept:
     """Find terms that most joints with Coulomb friction have and whose parameters have a group prior.
 
-    A joint whose log cannot decide on such a term then follows the other joints, as its parameters do.
+    If the log cannot decide on such a term, the joint follows the other joints, as its parameters do.
     """
     column = [parameter.name for parameter in found.laws.parameters].index("coulomb")
     has_friction = found.internal[:, column] ** 2 > LEAST_GAIN * found.variance[:, column]
@@ -151,10 +151,10 @@ def _shared_by_most(verdicts: Verdicts, found: Fit) -> Kept:
 
 
 def unproven(choice: Choice, found: Fit, covariance: Array, usual: Kept = BASE) -> list[dict[str, TermVerdict]]:
-    """Return by joint the terms that are refused after all: random effects of the gait phase may explain them.
+    """Find the terms of each joint that are refused because random effects of the gait phase may explain them.
 
-    Random effects recur in held-out steps, and a term that explains them scores well there too. So its gain counts only
-    by the ratio of its variance in the fit to that in `covariance`, which contains random effects.
+    Random effects recur in held-out steps, therefore a term that explains them also has a good score. Its gain is
+    multiplied by the ratio of its variance in the fit to its variance in `covariance`, which includes random effects.
     """
     names = choice.trials.names
     share = found.variance / replace(found, covariance=covariance).variance

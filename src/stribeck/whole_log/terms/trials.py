@@ -1,13 +1,13 @@
 """Trials of terms: held-out scores of a joint's law with some terms, in closed form (docs/estimator.md, equation 21).
 
-Terms of one joint are tried many times. So everything else, the other joints' friction and the corrections, is
-eliminated beforehand, by one Newton step from a fit of all joints; with i the joint and o all else,
+Terms of one joint are tried many times. Therefore everything else, the other joints' friction and the corrections, is
+eliminated first, by one Newton step from a fit of all joints; for the joint i and all else o,
 
     A_i = S_ii - S_io H_oo^-1 S_oi,    b_i = A_i theta_i - (g_i - S_io H_oo^-1 g_o)
 
 (Murphy and van der Vaart 2000). The law is then fitted to each set of training folds, once for each shape at
 standstill: a jump, a rise, a rise with a Stribeck effect. Terms are linear and add to the law. Therefore one Newton
-step yields the fit with some of them, and a quadratic its chi^2 on the held-out fold.
+step yields the fit with some of them, and a quadratic function its chi^2 on the held-out fold.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ from stribeck.whole_log.solver.empirical_bayes import best_starts
 from stribeck.whole_log.solver.statistics import Statistics
 
 PARAMETERS = {term.name: term.parameters for term in LADDER}
-"""Term -> its parameters, first the one that is zero without the term."""
+"""Parameters of each term; the first is zero without the term."""
 
 SHAPES = ("stribeck", "rounding", "")
-"""Terms that a law's shape at standstill depends on; the last is a jump."""
+"""Terms that determine a law's shape at standstill; the last shape is a jump."""
 
 
 @dataclass(frozen=True, eq=False)
 class JointFolds:
-    """Chi^2 but for a constant of the joints' coefficients, theta^T A theta - 2 b^T theta, all else fitted along.
+    """Chi^2 of the joints' coefficients except a constant, theta^T A theta - 2 b^T theta, with all else refitted.
 
-    Of the training folds, first of all with nothing held out: shapes (n, F + 1, q, q) and (n, F + 1, q). Of what is
-    held out, shapes (n, F, q, q) and (n, F, q).
+    For the training folds, where the first has nothing held out, shapes are (n, F + 1, q, q) and (n, F + 1, q). For
+    the held-out folds, shapes are (n, F, q, q) and (n, F, q).
     """
 
     information: Array
@@ -50,14 +50,14 @@ class JointFolds:
 
 
 def joint_folds(whole: Statistics, folds: Sequence[Statistics], fit: Fit) -> JointFolds:
-    """Return the joints' folds, from a fit of all joints with all terms to the whole log."""
+    """Compute the joints' folds from a fit of all joints with all terms to the whole log."""
     found = [list(_eliminated(whole, None, fit)), *(list(_eliminated(whole, fold, fit)) for fold in folds)]
     A, b, held, held_right = (np.stack([[own[k] for own in joints] for joints in found], axis=1) for k in range(4))
     return JointFolds(A, b, held[:, 1:], held_right[:, 1:])
 
 
 def _eliminated(whole: Statistics, fold: Statistics | None, fit: Fit) -> Iterable[tuple[Array, Array, Array, Array]]:
-    """Yield A, b of each joint with a fold held out, and A, b of this fold."""
+    """Yield A and b of each joint for the training folds, then for the held-out fold."""
     laws, u, f = fit.laws, fit.corrections, whole.friction
     training = whole if fold is None else whole.without(fold)
     left = eliminate(training, fit.model, u)
@@ -92,7 +92,7 @@ def _eliminated(whole: Statistics, fold: Statistics | None, fit: Fit) -> Iterabl
 
 
 def _without(inverse: Array, own: NDArray[np.bool_], rest: NDArray[np.bool_], vectors: Array) -> Array:
-    """Return the inverse of a matrix without some rows and columns, times vectors, from the inverse of the whole."""
+    """Multiply vectors by the inverse of a matrix without some rows and columns, given the inverse of the whole."""
     cross = inverse[np.ix_(own, rest)]
     return np.asarray(
         inverse[np.ix_(rest, rest)] @ vectors - cross.T @ np.linalg.solve(inverse[np.ix_(own, own)], cross @ vectors)
@@ -101,14 +101,14 @@ def _without(inverse: Array, own: NDArray[np.bool_], rest: NDArray[np.bool_], ve
 
 @dataclass(frozen=True, eq=False)
 class Around:
-    """Fits of all joints with one shape: the whole log's first, then those without each fold.
+    """Fits of all joints with one shape: first to the whole log, then without each fold.
 
     Attributes
     ----------
     internal
-        Coordinates, shape (n, F + 1, w).
+        Internal coordinates, shape (n, F + 1, w).
     gradient, curvature
-        Of half of the training folds' chi^2, the prior's share included, shape (n, F + 1, w) and (n, F + 1, w, w).
+        Derivatives of half of the training folds' chi^2 with the prior, shape (n, F + 1, w) and (n, F + 1, w, w).
     score, tilt, curved
         Chi^2 of the held-out fold, half of its gradient, and half of its second derivatives: shape (n, F), (n, F, w)
         and (n, F, w, w).
@@ -124,7 +124,7 @@ class Around:
 
 @dataclass(frozen=True, eq=False)
 class Tried:
-    """A joint with some terms: coordinates in the whole log, shape (w,), and chi^2 of each held-out fold, (F,)."""
+    """Trial of a joint with some terms: coordinates for the whole log, shape (w,), and each held-out chi^2, (F,)."""
 
     internal: Array
     scores: Array
@@ -132,7 +132,7 @@ class Tried:
 
 @dataclass(frozen=True, eq=False)
 class Trials:
-    """Laws of the joints with all terms that are not excluded, and the folds' equations for them.
+    """Laws of the joints with all terms that are not excluded, and the equations of the folds.
 
     `scale` is the overdispersion [1].
     """
@@ -149,14 +149,14 @@ class Trials:
     def having(self, kept: Iterable[str]) -> NDArray[np.bool_]:
         """Mark the parameters of a joint with these terms, shape (w,)."""
         without = {name for own in PARAMETERS.values() for name in own} | NO_TERM
-        if self.laws.law.name != AUTO:  # whose shape is no term
+        if self.laws.law.name != AUTO:  # the shape is fixed
             without -= {parameter.name for parameter in self.laws.law.parameters}
         without -= {name for term in kept for name in PARAMETERS.get(term, (term,))}
         return np.array([name not in without for name in self.names])
 
     @cached_property
     def around(self) -> dict[str, Around]:
-        """The fits by their shape; of a law that is no choice of terms there is one, without any."""
+        """Fits by shape; a law without a choice of terms has one shape."""
         if self.laws.law.name != AUTO:
             return {"": self._fits(self.having(()))}
         others = [name for name in PARAMETERS if name not in SHAPES]
@@ -172,7 +172,7 @@ class Trials:
         return self._near(np.arange(n), ends.reshape(n, count, -1))
 
     def _near(self, joints: NDArray[np.int64], internal: Array) -> Around:
-        """Return chi^2 around coordinates of some joints in each fold, shape (j, F + 1, w)."""
+        """Expand chi^2 around coordinates of some joints in each fold, shape (j, F + 1, w)."""
         folds, (mean, deviation) = self.folds, (each[joints, None] for each in self.laws.prior)
         j, count, w = internal.shape
         laws, x = self.laws.of(np.repeat(joints, count)), internal.reshape(-1, w)
@@ -191,7 +191,7 @@ class Trials:
         )
 
     def try_terms(self, joint: int, kept: Iterable[str]) -> Tried:
-        """Return the fit of a joint with some terms; where its shape moves by a tenth, by a second step from there."""
+        """Fit a joint with some terms; a change of shape by a tenth requires a second Newton step."""
         wanted, (low, high) = self.having(kept) & self.laws.free[joint], self.laws.bounds[:, joint]
         near, place = self._shaped(kept), joint
         step = _step(near, place, wanted, low, self.laws.neutral)
@@ -205,7 +205,7 @@ class Trials:
         return Tried(near.internal[place, 0] + step[0], scores / self.scale)
 
     def _shaped(self, kept: Iterable[str]) -> Around:
-        """Return the fits with the shape that these terms have."""
+        """Select the fits with the shape of these terms."""
         return self.around[next(iter(set(kept) & set(SHAPES)), "") if self.laws.law.name == AUTO else ""]
 
 
@@ -213,7 +213,7 @@ def _step(around: Around, joint: int, wanted: NDArray[np.bool_], low: Array, neu
     """Compute a joint's Newton step in each fold, shape (F + 1, w), with absent terms at their neutral values."""
     x, curvature = around.internal[joint], around.curvature[joint]
     target = np.where(wanted, np.nan, neutral)
-    while True:  # what would fall below its bound has it
+    while True:  # fix coordinates that would fall below their bound
         on = np.isnan(target)
         step = np.where(on, 0.0, target - x)
         push = around.gradient[joint] + (curvature @ step[..., None])[..., 0]

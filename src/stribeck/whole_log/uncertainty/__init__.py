@@ -1,1 +1,1 @@
-"""How well the solution is known, and why."""
+"""Uncertainty of the solution, and its sources."""

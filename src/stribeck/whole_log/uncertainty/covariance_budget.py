@@ -1,8 +1,8 @@
 """The covariance budget: the parts of an interval, by name (docs/estimator.md, "Intervals").
 
-With C the inverse curvature and x the coordinates of the model, the uncertainty of the model adds C_.x C_xx^-1 C_x. to
-friction's covariance; the rest is noise. Random effects of the gait phase, the group mean, and heterogeneity over folds
-of the model add more. All of it is multiplied by the overdispersion, or by a joint's own heterogeneity if that is
+With the inverse curvature C and the coordinates x of the model, the uncertainty of the model adds C_.x C_xx^-1 C_x. to
+friction's covariance; the rest is noise. Random effects of the gait phase, the group mean, and the model's
+heterogeneity over folds add more. The sum is multiplied by the overdispersion, or by a joint's heterogeneity if it is
 larger.
 """
 
@@ -23,17 +23,17 @@ class CovarianceBudget:
     Attributes
     ----------
     noise
-        Of sensors, and of the model from window to window, if inertias and calibration were known.
+        Noise of sensors, and of the model between windows, for known inertias and calibration.
     model
-        Of inertias, calibration and offsets of logs, which are estimates.
+        Uncertainty of inertias, calibration and offsets of logs.
     repeated_errors
-        Of random effects of the gait phase, equation (29).
+        Random effects of the gait phase, equation (29).
     group_mean
-        Of the means of the group priors.
+        Uncertainty of the means of the group priors.
     heterogeneity
-        Of the model, over folds.
+        Heterogeneity of the model over folds.
     command_delay
-        Of the delays of commands, which were found before.
+        Uncertainty of the delays of commands, which were estimated before.
     """
 
     noise: Array
@@ -45,21 +45,21 @@ class CovarianceBudget:
 
     @property
     def total(self) -> Array:
-        """The sum."""
+        """Sum of all parts."""
         return np.asarray(sum(getattr(self, field.name) for field in fields(self)))
 
     def terms(self, own: NDArray[np.int64], overdispersion: float, of_each: Array, gain: Array) -> dict[str, Array]:
-        """Return all terms of some coordinates by name, shape (k, k) each.
+        """Compute all terms for some coordinates by name, shape (k, k) each.
 
         Parameters
         ----------
         own
             Places of the coordinates, shape (k,).
         overdispersion, of_each
-            Factors of variances, of which the larger counts [1]: chi^2 per degree of freedom, and the heterogeneity of
-            each coordinate, shape (k,).
+            Factors of variances [1], of which the larger is used: chi^2 per degree of freedom, and the heterogeneity
+            of each coordinate, shape (k,).
         gain
-            Standard deviations that one gain common to all torques gives, shape (k,).
+            Standard deviations due to a gain common to all torques, shape (k,).
         """
         block = np.ix_(own, own)
         found = {field.name.replace("_", " "): getattr(self, field.name)[block] for field in fields(self)}
@@ -85,6 +85,6 @@ def covariance_budget(fit: Fit, repeated_errors: Array, group_mean: Array) -> Co
 
 
 def through(fit: Fit, own: NDArray[np.int64]) -> Array:
-    """Return the share of a fit's covariance that comes from some coordinates b, C[:, b] C[b, b]^-1 C[b, :]."""
+    """Compute the share of a fit's covariance due to some coordinates b, C[:, b] C[b, b]^-1 C[b, :]."""
     across = fit.covariance[own]
     return np.asarray(across.T @ (inverse_of(across[:, own]) @ across)) if len(across) else 0 * fit.covariance

@@ -1,13 +1,12 @@
-"""Heterogeneity over folds: how much more they differ than errors explain (docs/estimator.md, equations 26 and 27).
+"""Heterogeneity: differences between folds relative to their errors (docs/estimator.md, equations 26 and 27).
 
-Errors of real robots last longer than a window: friction beyond the law, cables, belts. With S the curvature of a set
-of coordinates when all others are fitted along, h_f the gradient of fold f of F at the fit of all, and K = S^-1 (S -
-prior),
+Errors of real robots last longer than a window: friction outside the law, cables, belts. For a set of coordinates with
+curvature S (all others refitted), gradient h_f of fold f of F at the common fit, and K = S^-1 (S - prior),
 
     D = sum h_f^T S^-1 h_f / tr(K - K^2 / F)
 
-is one on average where errors of different windows are as independent as their covariance has them (Liang and Zeger
-1986). The sets are the model's coordinates, rotors included, and a joint's parameters, all together and each by itself.
+is one on average if the errors of different windows match their covariance (Liang and Zeger 1986). The sets are the
+model's coordinates with rotors, a joint's parameters together, and each parameter individually.
 """
 
 from collections.abc import Sequence
@@ -24,9 +23,9 @@ from stribeck.whole_log.solver.statistics import Statistics
 
 
 def heterogeneity(whole: Statistics, parts: Sequence[Statistics], fit: Fit) -> tuple[float, Array]:
-    """Return D of the model, and of each joint's parameters, shape (n, w) [1]: at least one.
+    """Compute D of the model, and of each joint's parameters, shape (n, w) [1], at least one.
 
-    Given are a log, its folds, and the fit to the log.
+    The inputs are the statistics of a log and of its folds, and the fit to the log.
     """
     layout, of_model, of_friction = fit.layout, 1.0, np.ones(fit.internal.shape)
     if len(parts) < 2:
@@ -54,7 +53,7 @@ class _FoldSteps:
     prior: Array
 
     def ratio(self, own: NDArray[np.int64]) -> tuple[float, float]:
-        """Return D of some coordinates, and of how many squares it is the mean."""
+        """Compute D of some coordinates, and the number of squares in this mean."""
         block, folds = np.ix_(own, own), self.steps.shape[1]
         known = np.eye(len(own)) - self.covariance[block] @ self.prior[block]
         expected = float(np.trace(known) - np.sum(known * known.T) / folds)
@@ -78,8 +77,8 @@ def _fold_steps(whole: Statistics, parts: Sequence[Statistics], fit: Fit) -> _Fo
 def overdispersion_of(heterogeneity: float, parts: int) -> float:
     """Compute the overdispersion [1] of the model's coordinates, 1 + (D - 1)(1 + F) for F folds: equation (27).
 
-    Errors that all folds share do not show in D. They are assumed to be as large as the errors that differ between
+    Errors that all folds share do not affect D. They are assumed to be as large as the errors that differ between
     folds. Over F folds of equal size, the sum of differing errors has the variance D - 1 in units of the errors, and
-    the sum of shared ones F times as much.
+    the sum of shared errors F times as much.
     """
     return 1 + (heterogeneity - 1) * (1 + parts)

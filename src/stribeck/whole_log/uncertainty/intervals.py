@@ -52,7 +52,7 @@ class JointCoordinates:
 
 
 def joint_coordinates(fit: WholeLogFit, joint: int) -> JointCoordinates:
-    """Return the coordinates of a joint by its number."""
+    """Collect the coordinates of a joint."""
     inner, model = fit.fit, fit.fit.model
     corrections, layout = model.corrections, inner.layout
     has = np.flatnonzero(inner.laws.free[joint])

@@ -1,7 +1,7 @@
-"""Joint covariance of friction and bodies, from which robots are drawn.
+"""Joint covariance of friction and bodies, for random models of the robot.
 
-Bodies are in log-Cholesky coordinates y(x), so that every draw can exist; with C the covariance of the coordinates x of
-the fit (docs/estimator.md, "Intervals"), theirs is T C T^T, T = dy/dx at the solution.
+Bodies have log-Cholesky coordinates y(x), so that every draw is physically possible. With the covariance C of the fit's
+coordinates x (docs/estimator.md, "Intervals"), the covariance of y is T C T^T, where T = dy/dx at the solution.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ LEAST_CORRELATION, DIGITS = 0.05, 3
 
 
 def shape_errors(fit: WholeLogFit) -> Array:
-    """Return standard errors of the coordinates of each body's shape, shape (L, 6)."""
+    """Compute standard errors of the coordinates of each body's shape, shape (L, 6)."""
     places = fit.fit.layout.places("bodies").reshape(-1, SIZE)
     slopes = _slopes(fit)[:, 4:]
     covariance = np.array([fit.budget.total[np.ix_(own, own)] for own in places]).reshape(-1, SIZE, SIZE)
@@ -26,14 +26,14 @@ def shape_errors(fit: WholeLogFit) -> Array:
 
 
 def correlations(fit: WholeLogFit, names: tuple[str, ...]) -> list[tuple[str, str, float]]:
-    """Return the correlations of errors that are not of one joint's parameters, of `LEAST_CORRELATION` and more.
+    """Compute correlations of at least `LEAST_CORRELATION` between errors, except within one joint's parameters.
 
     Parameters
     ----------
     fit
-        To whole logs.
+        Fit to whole logs.
     names
-        Of its joints and couplings.
+        Names of its joints and couplings.
     """
     layout, bodies = fit.fit.layout, fit.fit.model.corrections.bodies
     places, scale, gain, labels = [], [], [], []

@@ -25,7 +25,7 @@ def random_effect_covariance(sample: Statistics, count: int, fit: Fit, root_turn
     Parameters
     ----------
     sample
-        Sample of the log with the columns Z; no columns where there are no steps.
+        Sample of the log with the columns Z, which are missing without steps.
     count
         Number of equations of the whole log.
     fit
@@ -43,7 +43,7 @@ def random_effect_covariance(sample: Statistics, count: int, fit: Fit, root_turn
         return np.zeros(effects), np.zeros_like(fit.covariance)
     across, own, right = zip(*(sample.effects[gait] for gait in sorted(sample.effects)), strict=True)
     torques = np.arange(len(right) * len(right[0])) % effects < joints
-    cross = fit.pulled(np.hstack(across))  # of all coordinates
+    cross = fit.pulled(np.hstack(across))  # for all coordinates
     gradient = np.hstack([fit.values @ each for each in across]) - np.concatenate(right)
     free = np.flatnonzero(~fit.at_bound.ravel() & fit.laws.free.ravel())  # friction, which explains what it can of them
     blocks, f = fit.laws.jacobians(fit.internal), sample.friction
@@ -61,20 +61,20 @@ def random_effect_covariance(sample: Statistics, count: int, fit: Fit, root_turn
 
 
 def reml_variances(information: Array, gradient: Array, joints: int) -> Array:
-    """Return the variances of random effects z, one a joint, shape (n,): equations (30) and (31).
+    """Estimate the variances of random effects z, one per joint, shape (n,): equations (30) and (31).
 
-    Their score g has the covariance M + M Q M. By Fisher's scoring of its likelihood (REML), with N = (I + M Q)^-1 M
-    and t = (I + M Q)^-1 g, and sums over the effects k, l of joints i and j,
+    Their score g has the covariance M + M Q M. Fisher's scoring of its likelihood (REML) solves, with
+    N = (I + M Q)^-1 M, t = (I + M Q)^-1 g, and sums over the effects k, l of joints i and j,
 
         sum_j (sum N_kl^2) (Q'_j - Q_j) = sum (t_k^2 - N_kk)
 
-    Few steps say little of one joint's variance: joints are pooled as far as they do not differ beyond chance. No
+    A few steps determine one joint's variance poorly: variances of joints that differ only by chance are pooled. No
     variance is negative.
 
     Parameters
     ----------
     information, gradient
-        M, shape (c, c), and g, shape (c,); the joint of an effect is its place modulo n.
+        M, shape (c, c), and g, shape (c,); the joint of an effect is its index modulo n.
     joints
         Number n.
     """
@@ -91,7 +91,7 @@ def reml_variances(information: Array, gradient: Array, joints: int) -> Array:
 
 
 def _scoring(information: Array, gradient: Array, variance: Array) -> tuple[Array, Array]:
-    """Return the sums of squares of N, shape (n, n), and the score of each joint's variance, shape (n,)."""
+    """Compute the sums of squares of N, shape (n, n), and the score of each joint's variance, shape (n,)."""
     joints, size = len(variance), len(gradient)
     mixed = np.eye(size) + information * np.tile(variance, size // joints)
     weighed = np.linalg.solve(mixed, np.column_stack([information, gradient]))
@@ -101,14 +101,14 @@ def _scoring(information: Array, gradient: Array, variance: Array) -> tuple[Arra
 
 
 def _inverse(squares: Array) -> Array:
-    """Return the inverse, as good as none where a joint shows nothing, shape (n, n)."""
+    """Invert the squares, shape (n, n), with nearly infinite variance for joints without information."""
     return inverse_of(squares + 1e-9 * np.diag(np.diag(squares) + 1e-12 * np.trace(squares) + 1e-100))
 
 
 def partly_pooled(values: Array, variances: Array) -> Array:
-    """Return estimates shrunk towards their mean, shape (n,), from estimates and their variances: equation (32).
+    """Shrink estimates, shape (n,), towards their mean according to their variances: equation (32).
 
-    They are as far as they do not differ beyond chance (DerSimonian and Laird 1986); if not at all, all are the mean.
+    The less they differ beyond chance, the more they shrink, up to the mean (DerSimonian and Laird 1986).
     """
     weight = 1 / variances
     mean = weight @ values / weight.sum()
