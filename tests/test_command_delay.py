@@ -21,7 +21,8 @@ def test_a_robot_file_for_commands_asks_only_for_the_gains(write, log, tmp_path:
     assert len(draft.questions) == 1
     assert "gain of each drive" in draft.questions[0]
     gains = ", ".join(f"{name} = {own.kp}" for name, own in drives.items())
-    (tmp_path / "new.toml").write_text(draft.text.replace("kp = 10.0", f"kp = {{ {gains} }}"))
+    source = 'torque_source = "command"'
+    (tmp_path / "new.toml").write_text(draft.text.replace(source, f"{source}\nkp = {{ {gains} }}"))
     read, wanted = (read_log(tmp_path / log, Robot.from_file(tmp_path / name)) for name in ("new.toml", "robot.toml"))
     assert read.command is not None
     np.testing.assert_allclose(read.command, wanted.command, rtol=0.05, atol=0.2 if write is hobby_arm else 1e-9)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -15,14 +16,14 @@ from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.friction_torque.stage import LogsFriction, thinned_samples
 from stribeck.friction_torque.thinning import join_logs, take
 from stribeck.judgement.excitation import why_none
-from stribeck.judgement.joint_fit import JointFit, with_gain_error
+from stribeck.judgement.joint_fit import JointFit, in_channel_unit, with_gain_error
 from stribeck.judgement.own_friction import own_friction
 from stribeck.judgement.passivity import passivity_violated
 from stribeck.judgement.torque_error import torque_r2
 from stribeck.judgement.verdict import judge
 from stribeck.log import RobotLog
 from stribeck.methods import Fitted, Method
-from stribeck.result import Corrections, CouplingResult, Evidence, JointResult, Result, TorqueR2
+from stribeck.result import Corrections, CouplingResult, Evidence, JointResult, Result, TorqueR2, Validation
 from stribeck.result.provenance import log_summary, provenance
 from stribeck.robot import Robot
 from stribeck.settings import Settings
@@ -66,8 +67,14 @@ def compose(
         own_friction(part, fitted.fits, law, couplings) for part in (friction.samples, friction.logs[0].close_up)
     )
     fits = {name: _with_model_armature(fit, name, robot) for name, fit in fitted.fits.items()}
-    found = _joints(fitted, fits, samples, law, settings)
     correction = None if fitted.robot is robot else _before_and_after(friction, prepared, robot)
+    if rough := {name: gain for name, gain in prepared[0].log.unscaled.items() if name in samples.joint_names}:
+        samples, close_up = (_in_channel_units(part, rough, robot) for part in (samples, close_up))
+        if correction:
+            correction = _in_channel_units(correction[0], rough, robot), _in_channel_units(correction[1], rough, robot)
+        fits |= {name: in_channel_unit(fits[name], gain) for name, gain in rough.items() if name in fits}
+        fitted = replace(fitted, **_divided(fitted, rough))
+    found = _joints(fitted, fits, samples, law, settings)
     for name, r2 in _torque_r2(fitted, friction, prepared, robot, law).items():
         if found[name].curve:
             found[name] = replace(found[name], torque_r2=r2)
@@ -114,6 +121,29 @@ def compose(
     )
 
 
+def _in_channel_units(samples: FrictionSamples, rough: Mapping[str, float], robot: Robot) -> FrictionSamples:
+    """Divide the friction torque of joints by their rough gains."""
+    gains = np.array([rough.get(name, 1.0) for name in samples.joint_names])
+    units = {"motor_current": ("A", "A")}.get(robot.torque_source, ("rad", "m"))
+    return replace(
+        samples,
+        friction_torque=samples.friction_torque / gains,
+        units=tuple(units[samples.slides(k)] * (name in rough) for k, name in enumerate(samples.joint_names)),
+    )
+
+
+def _divided(fitted: Fitted, rough: Mapping[str, float]) -> dict[str, Any]:
+    """Divide the validations and loads of joints by their rough gains."""
+    validations, terms = dict(fitted.validations), dict(fitted.terms)
+    for name, gain in rough.items():
+        if (own := validations.get(name)) is not None:
+            validations[name] = Validation(**{key: value / gain for key, value in vars(own).items()})
+        if name in terms:
+            loads = {key: getattr(terms[name], key) / gain for key in ("mean_load", "load_deviation")}
+            terms[name] = replace(terms[name], **loads)
+    return {"validations": validations, "terms": terms}
+
+
 def _with_command_delays(corrections: Corrections | None, log: RobotLog) -> Corrections | None:
     """Add the delay of each joint's commands, which is found before the fit."""
     if corrections is None or not log.command_delays:
@@ -134,11 +164,14 @@ def _joints(
     explained = [  # residuals of the joints whose load the model explains
         residual
         for name, terms in fitted.terms.items()
-        if (residual := joints[name].residual_rms) and residual <= 0.5 * terms.mean_load
+        if joints[name].torque_unit is None
+        and (residual := joints[name].residual_rms)
+        and residual <= 0.5 * terms.mean_load
     ]
     for name, terms in fitted.terms.items():
         if joints[name].parameters:
-            joints[name] = with_terms(joints[name], terms, min(explained, default=0.0))
+            noise = 0.0 if joints[name].torque_unit else min(explained, default=0.0)
+            joints[name] = with_terms(joints[name], terms, noise)
     return joints
 
 

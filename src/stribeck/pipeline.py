@@ -93,13 +93,8 @@ def identify(
             *before, last = ((part.prints, part.log.path) for part in every)
             refuse_overlap(*last, before)
         prepared, unseen = every[: len(sources)], every[len(sources) :]
-        if unseen and unseen[0].log.in_amperes:
-            raise SettingsError(
-                f"{unseen[0].log.path or 'log'}: is to validate on, and its torques are currents, whose constants a "
-                "fit finds in its own logs; expected [robot.motors] with torque_constant and ratio"
-            )
         progress("auditing", 0.0)
-        every, of_torques, gain_errors = find_torques(prepared, robot, settings, unseen)
+        every, of_torques, gain_errors, robot = find_torques(prepared, robot, settings, unseen)
         prepared, unseen = every[: len(sources)], every[len(sources) :]
         audited = [*of_torques, *audit_or_stop([*prepared, *unseen], robot, settings, force)]
         findings += [str(each) for each in audited]

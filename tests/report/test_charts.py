@@ -80,7 +80,7 @@ def test_a_line_over_time_breaks_where_samples_are_missing(result: Result) -> No
     assert result.evidence is not None
     assert result.evidence.close_up is not None
     near = joint_samples(result.evidence.close_up, "left_hip_yaw")
-    measured, law = friction_over_time(near, result.joints["left_hip_yaw"], prismatic=False)["lines"]
+    measured, law = friction_over_time(near, result.joints["left_hip_yaw"], "N m")["lines"]
     assert len(measured["y"]) == len(law["y"]) <= MOST_POINTS + 2
     time = near.time[0] + measured["step"] * np.arange(len(measured["y"]))
     far = np.abs(time[:, None] - near.time).min(axis=1) > 0.05  # the foot stands

@@ -65,6 +65,7 @@ def findings(evidence: Evidence, late: dict[str, float]) -> list[Finding]:
     """
     samples, channels, positions = check_samples(evidence), check_channels(evidence), check_positions(evidence)
     explained = {name for finding in channels for name in finding.joints if finding.channel == "torque"}
+    explained |= evidence.prepared.log.unscaled.keys()  # their gains are rough
     unsigned = check_unsigned(evidence, explained)
     explained |= {name for finding in unsigned for name in finding.joints}
     lost = any(f.check == "channel-frozen" and f.channel == "position" for f in channels)

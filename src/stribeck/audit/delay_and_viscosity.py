@@ -23,6 +23,7 @@ def inseparable_delays(joints: Mapping[str, JointResult], log: RobotLog, robot: 
         return []
     found = {}
     for name, kp, (delay, error) in zip(robot.joint_names, robot.command_gains[0], log.command_delays, strict=True):
+        kp /= log.unscaled.get(name, 1.0)
         viscous = joints[name].parameters.get("viscous") if name in joints else None
         if viscous is not None and 2 * kp * error > SHARE * viscous.value:
             at_once = viscous.value + kp * delay

@@ -150,7 +150,7 @@ def inspect_log(log: LogLike, robot: Robot | str | Path, settings: Settings | No
     robot = robot if isinstance(robot, Robot) else Robot.from_file(robot)
     with one_blas_thread(), findings_kept(robot.warnings), errors_about(log_path(log)):
         settings = settings or robot.settings
-        (prepared,), found, _ = find_torques([prepare(log, robot, settings)], robot, settings)
+        (prepared,), found, _, robot = find_torques([prepare(log, robot, settings)], robot, settings)
         return _inspect(prepared, robot, settings, with_filter(prepared, robot, settings), found)
 
 

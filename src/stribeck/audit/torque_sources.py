@@ -1,9 +1,12 @@
 """Torques of logs whose source is a current or a command."""
 
 from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
 
 from stribeck.audit.command_delay import with_found_delays
-from stribeck.audit.currents import torques_of_currents
+from stribeck.audit.unknown_gains import Gain, find_gains, gain_findings, with_gains
 from stribeck.base.finding import Finding
 from stribeck.friction_torque.preparation import PreparedLog
 from stribeck.robot import Robot
@@ -12,22 +15,44 @@ from stribeck.settings import Settings
 
 def find_torques(
     prepared: Sequence[PreparedLog], robot: Robot, settings: Settings, unseen: Sequence[PreparedLog] = ()
-) -> tuple[list[PreparedLog], list[Finding], dict[str, float]]:
-    """Find unknown torque constants and delays of commands, and compute the torques with them.
+) -> tuple[list[PreparedLog], list[Finding], dict[str, float], Robot]:
+    """Find unknown torque constants, kp and delays of commands, and compute the torques with them.
 
-    Both are found only in the prepared logs; delays also apply to the logs that no fit may see.
+    They are found only in the prepared logs, and also apply to the logs that no fit may see. Torques of joints in
+    `RobotLog.unscaled` have a rough factor.
 
     Returns
     -------
-    logs, findings, gain_errors
+    logs, findings, gain_errors, robot
         All logs, unseen logs last; logs with measured torques are unchanged. Gain errors are relative standard errors
-        [1] by joint.
+        [1] by joint. The robot has kp of every joint.
 
     Raises
     ------
     LogError
-        If gravity does not determine the torque per ampere of a joint.
+        If the torque of a joint has the wrong sign.
     """
-    logs, findings, gain_errors = torques_of_currents(prepared, robot, settings)
-    logs, of_commands = with_found_delays(logs, robot, settings, unseen)
-    return logs, [*findings, *of_commands], gain_errors
+    every, count = [*prepared, *unseen], len(prepared)
+    rough = every[0].log.unscaled
+    if not rough:
+        return *with_found_delays(prepared, robot, settings, unseen), {}, robot
+    if every[0].log.command is not None:  # a delay hardly changes the gains, and they are needed to find it
+        gains = find_gains(prepared, robot, settings)
+        every, robot = [with_gains(part, gains, rough=True) for part in every], _with_kp(robot, gains)
+        every, of_delays = with_found_delays(every[:count], robot, settings, every[count:])
+        unit = "rad"
+    else:
+        of_delays, unit = [], "A"
+    gains = find_gains(every[:count], robot, settings)
+    every = [with_gains(part, gains, rough=False) for part in every]
+    errors = {name: gain.half_width / gain.value / 2 for name, gain in gains.items()}
+    return every, [*gain_findings(gains, unit), *of_delays], errors, _with_kp(robot, gains)
+
+
+def _with_kp(robot: Robot, gains: dict[str, Gain]) -> Robot:
+    """Complete kp of the drives if commands are the torque source."""
+    if robot.command_gains is None:
+        return robot
+    kp, kd = robot.command_gains
+    values = [gains[name].value if name in gains else own for name, own in zip(robot.joint_names, kp, strict=True)]
+    return replace(robot, command_gains=(np.array(values), kd))

@@ -129,15 +129,18 @@ def print_result(result: Result) -> None:
 def _lines_of_joints(result: Result, *, all_speeds: bool) -> TextTable:
     from stribeck.result.tables import advice
 
-    units = {joint.curve[0].unit for joint in result.all_friction.values() if joint.curve} or {"N m"}
+    units = {joint.units() for joint in result.all_friction.values() if joint.curve} or {("rad/s", "N m")}
     speeds = {"slow": 0, "middle": 1, "fast": 2} if all_speeds else {"friction": 1}
     mixed = len(units) > 1
-    unit = "" if mixed else f"{min(units)}, at {'rad/s' if units == {'N m'} else 'm/s'}"
+    unit = "" if mixed else "{1}, at {0}".format(*min(units))
     headings = [f"{speed}\n[{unit}]" if unit else speed for speed in speeds]
     rows = [
         [
             joint,
-            *(_at_speed(found.curve[k], mixed) if len(found.curve) > k else "" for k in speeds.values()),
+            *(
+                _at_speed(found.curve[k], found.units() if mixed else ()) if len(found.curve) > k else ""
+                for k in speeds.values()
+            ),
             f"{found.torque_r2.best:.3f}" if found.torque_r2 else "",
             found.verdict,
             advice(found),
@@ -154,11 +157,11 @@ def _lines_of_joints(result: Result, *, all_speeds: bool) -> TextTable:
     )
 
 
-def _at_speed(point: CurvePoint, with_units: bool) -> str:
+def _at_speed(point: CurvePoint, units: Sequence[str]) -> str:
     """Format friction and its speed, e.g. "0.30 ± 0.09 at 0.17"."""
     from stribeck.result.tables import point_text
 
-    unit, speed_unit = (f" {point.unit}", " rad/s" if point.unit == "N m" else " m/s") if with_units else ("", "")
+    speed_unit, unit = [f" {unit}" for unit in units] or ("", "")
     return f"{point_text(point)}{unit} at {point.velocity:.2g}{speed_unit}"
 
 

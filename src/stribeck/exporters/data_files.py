@@ -17,6 +17,7 @@ def yaml_text(request: Request) -> str:
     for name, terms in request.joints.items():
         joint = request.result.joints[name]
         lines += [f"  {json.dumps(name)}:", f"    verdict: {joint.verdict}"]
+        lines += [f"    torque_unit: {joint.torque_unit}"] * (joint.torque_unit is not None)
         lines += [f"    mean_temperature: {joint.mean_temperature}"] * (joint.mean_temperature is not None)
         plain = {word: value for word, (value, _) in terms.stated.items()}
         lines += _entries(plain if request.form == "plain" else numbers_of(joint))

@@ -72,6 +72,8 @@ def joint_terms(
     form: Form | None,
     joints: Collection[str] | None = None,
     include_weak: bool = False,
+    *,
+    any_unit: bool = False,
 ) -> dict[str, JointTerms]:
     """Select the exported terms of each joint.
 
@@ -89,6 +91,8 @@ def joint_terms(
         Joints to select; all if None.
     include_weak
         Whether to state weak friction and rotor inertias, too.
+    any_unit
+        Whether the target states units other than N m and N, of joints whose torque constant or kp is unknown.
 
     Raises
     ------
@@ -102,7 +106,11 @@ def joint_terms(
             f"{did_you_mean(unknown[0], result.joints)}"
         )
     good = ("identified", "weak") if include_weak else ("identified",)
-    own = {name: joint for name, joint in result.joints.items() if joints is None or name in joints}
+    own = {
+        name: joint
+        for name, joint in result.joints.items()
+        if (joints is None or name in joints) and (any_unit or joint.torque_unit is None)
+    }
     terms = {name: _terms(joint, form, good) for name, joint in own.items()}
     return {name: found for name, found in terms.items() if found.stated}
 
@@ -113,7 +121,7 @@ def _terms(joint: JointResult, form: Form | None, good: Collection[str]) -> Join
     if form is None:
         left_out = {name: own for name, own in quantities.items() if name in UNSTEADY}
         if joint.verdict == "no friction":
-            return JointTerms(stated={"friction": (0.0, "N m")}, left_out=left_out, note=joint.reason)
+            return JointTerms(stated={"friction": (0.0, joint.units()[1])}, left_out=left_out, note=joint.reason)
         steady = {name: own for name, own in quantities.items() if name not in UNSTEADY}
         return JointTerms(stated=steady if _has_friction(joint, good) else {}, left_out=left_out)
     words, rotor, (unit, units) = form.words, {}, _units(joint)
@@ -154,7 +162,7 @@ def _units(joint: JointResult) -> tuple[str, dict[str, str]]:
     """Find the unit of a joint's friction, "N m" or "N", and the units of a friction model's numbers."""
     dry = [own.unit for name, own in joint.parameters.items() if name.startswith("coulomb")]
     unit = joint.curve[0].unit if joint.curve else (dry or ["N m"])[0]
-    length = "m" if unit == "N" else "rad"
+    length = joint.units()[0].removesuffix("/s")
     units = {"coulomb": unit, "static": unit, "viscous": f"{unit} s/{length}", "stribeck_velocity": f"{length}/s"}
     return unit, units | {"bristle_stiffness": f"{unit}/{length}", "bristle_damping": f"{unit} s/{length}"}
 

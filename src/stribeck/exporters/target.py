@@ -64,6 +64,8 @@ class Target:
         Function that formats the file.
     models
         Kinds of robot models that the target writes with their inertias; empty for other kinds of files.
+    any_unit
+        Whether the file states the unit of each joint, which can then be A or rad of a command.
     ranges
         Function that formats a file of ranges from the lines of its head and the ranges of the form "plain"; None if
         the target does not support ranges.
@@ -73,6 +75,7 @@ class Target:
     suffix: str
     text: Callable[[Request], str]
     models: tuple[str, ...] = ()
+    any_unit: bool = False
     ranges: Callable[[list[str], Mapping[str, JointRanges]], str] | None = None
 
 
@@ -98,7 +101,8 @@ def summary(
     bodies = ", ".join(own.bodies) if own else ""
     temperatures = {name: result.joints[name].mean_temperature for name in joints}
     warm = ", ".join(f"{name} {mean:.3g}" for name, mean in temperatures.items() if mean is not None)
-    kept = ", ".join(name for name in result.joints if name not in joints)
+    scaled = {name: joint for name, joint in result.joints.items() if joint.torque_unit and name not in joints}
+    kept = ", ".join(name for name in result.joints if name not in joints and name not in scaled)
     changed, unchanged = "Cannot store corrected inertias", "Not identified or not requested"
     if target.models:
         changed = "Changed inertias of the links driven by"
@@ -108,6 +112,7 @@ def summary(
         f"{changed}: {bodies}.": bodies,
         f"{nearest}: {', '.join(impossible)}.": impossible,
         **{f"Joint {name}: {terms}.": True for name, terms in joints.items()},
+        **{f"Left out joint {name}: {joint.unit_note}.": True for name, joint in scaled.items()},
         f"Valid at the mean joint temperatures of the log [°C]: {warm}.": warm,
         f"{unchanged}: {kept}.": kept,
         f"Cannot store the friction of couplings: {', '.join(result.couplings)}.": result.couplings,

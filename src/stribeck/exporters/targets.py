@@ -41,6 +41,7 @@ TARGETS: dict[str, Target] = {
         forms={"all": None, "plain": plain(**{n: n for n in ("static", "coulomb", "viscous", "armature")})},
         suffix=".yaml",
         text=data_files.yaml_text,
+        any_unit=True,
         ranges=data_files.yaml_ranges,
     ),
     "table": Target(forms={"all": None}, suffix=".csv", text=data_files.table_text),

@@ -228,7 +228,9 @@ def _request(
     if friction is not None and friction not in own.forms:
         raise SettingsError(f"export: the friction model is '{friction}'; expected {_either(own.forms)}")
     forms = own.forms if friction is None else {friction: own.forms[friction]}
-    terms = {name: joint_terms(result, form, joints, include_weak) for name, form in forms.items()}
+    terms = {
+        name: joint_terms(result, form, joints, include_weak, any_unit=own.any_unit) for name, form in forms.items()
+    }
     form = min(terms, key=lambda name: round(sum(each.share for each in terms[name].values()), 6))
     found, corrections = terms[form], result.corrections
     links, impossible = corrected_links(robot, corrections) if own.models and corrections else ({}, [])

@@ -45,9 +45,10 @@ class Parameter:
     neutral: float | None = None
 
 
-def unit_for(parameter: Parameter, prismatic: bool) -> str:
-    """Return the unit of a parameter for a revolute or a prismatic joint, e.g. "N m" or "N"."""
-    return PRISMATIC_UNITS.get(parameter.unit, parameter.unit) if prismatic else parameter.unit
+def unit_for(parameter: Parameter, prismatic: bool, torque: str = "") -> str:
+    """Return the unit of a parameter for a revolute or a prismatic joint whose torque has a unit, N m or N if empty."""
+    unit = PRISMATIC_UNITS.get(parameter.unit, parameter.unit) if prismatic else parameter.unit
+    return unit.replace("N" if prismatic else "N m", torque) if torque else unit
 
 
 class FrictionLaw(abc.ABC):

@@ -1,7 +1,7 @@
 """Preparation of a log: reading, even sampling, and support phases."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from stribeck.base.spans import Span
@@ -64,6 +64,7 @@ def prepare(log: LogLike, robot: Robot, settings: Settings) -> PreparedLog:
         log, of_loops = closed_log(log, robot)
         notes += of_loops
         of_log = prints(log)
+        log = replace(log, desired_position=None, desired_velocity=None, desired_torque=None)  # `command` has them
         log, sampling = regularise(log, robot.log_table)
         notes += sampling.notes
         if not len(robot.torque_controlled):
@@ -101,7 +102,7 @@ def _read(log: LogLike, robot: Robot) -> RobotLog:
             f"log: is of type '{type(log).__name__}'; expected a RobotLog, a path, a frame, or a list of them"
         )
     applied_later = LogTable(max_gap=robot.log_table.max_gap, exclude=robot.log_table.exclude)
-    changes = robot.log_table != applied_later or robot.motors or robot.command_gains
+    changes = robot.log_table != applied_later or robot.motors or robot.has_kp
     if log.raw and (changes or log.joint_names != robot.joint_names or log.torque_source != robot.torque_source):
         raise LogError(
             f"{log.path or 'log'}: was read without the robot, so its settings for logs were not applied; "

@@ -35,6 +35,8 @@ class FrictionSamples:
         Every `stride`-th sample was kept.
     prismatic
         Whether each of the n joints is prismatic, with units m, m/s and N; empty if none is.
+    units
+        Unit of each joint's torque where it is not N m or N, or ""; empty if none is.
     nodes
         Instants around a sample over which the filter has averaged the friction torque; None without averaging.
     jerk, snap
@@ -58,6 +60,7 @@ class FrictionSamples:
     support_names: tuple[str, ...]
     stride: int = 1
     prismatic: tuple[bool, ...] = ()
+    units: tuple[str, ...] = ()
     nodes: Nodes | None = None
     jerk: Array | None = None
     snap: Array | None = None
@@ -67,6 +70,10 @@ class FrictionSamples:
     def slides(self, column: int) -> bool:
         """Whether the joint of a column is prismatic."""
         return bool(self.prismatic) and self.prismatic[column]
+
+    def torque_unit(self, column: int) -> str:
+        """Return the unit of the torque of a column if it is not N m or N, or ""."""
+        return self.units[column] if self.units else ""
 
     def velocity_around(self, column: int, rows: NDArray[np.int64]) -> Array | None:
         """Compute a joint's velocity at the nodes of some samples, shape (rows, K); None without nodes.

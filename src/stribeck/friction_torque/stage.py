@@ -122,7 +122,8 @@ class FrictionTorqueStage:
         settings = settings.model_copy(update={"filter": filter_})
         if settings.observer_bandwidth == "auto":
             settings = settings.model_copy(update={"observer_bandwidth": self._cutoff})
-        with friction_table(self._table) if self._table else nullcontext(_drop) as write:
+        rough = self._given[0].log.unscaled
+        with friction_table(self._table, rough) if self._table else nullcontext(_drop) as write:
             parts = [
                 log_friction(log, k, len(logs), robot, settings, write, self._progress) for k, log in enumerate(logs)
             ]

@@ -1,6 +1,6 @@
 """friction_torque.parquet: every sample at the full rate, written chunk by chunk."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -15,17 +15,17 @@ from stribeck.friction_torque.inverse_dynamics import Chunk
 
 
 @contextmanager
-def friction_table(path: str | Path) -> Iterator[Callable[[int, Chunk], None]]:
-    """Provide a function that appends a chunk of the n-th log to the table.
+def friction_table(path: str | Path, rough: Mapping[str, float]) -> Iterator[Callable[[int, Chunk], None]]:
+    """Provide a function that appends a chunk of the n-th log to the table, divided by the rough gains of joints.
 
-    Columns: `log`, `time` [s], `support`, `block`, then per joint `friction_torque.<joint>` [N m],
+    Columns: `log`, `time` [s], `support`, `block`, then per joint `friction_torque.<joint>` [N m] or `torque_unit`,
     `velocity.<joint>` [rad/s], and `usable.<joint>`: a fit may use the sample. A floating base has
     `ground_reaction.fx` to `.tz`: the predicted wrench on the only standing foot, in its frame [N, N m].
     """
     writers: list[pq.ParquetWriter] = []
 
     def write(log: int, chunk: Chunk) -> None:
-        table = _make_table(log, chunk)
+        table = _make_table(log, chunk, [rough.get(name, 1.0) for name in chunk.samples.joint_names])
         if not writers:
             writers.append(pq.ParquetWriter(path, table.schema, compression="lz4", use_dictionary=["support"]))
         writers[0].write_table(table)
@@ -37,7 +37,7 @@ def friction_table(path: str | Path) -> Iterator[Callable[[int, Chunk], None]]:
             writer.close()
 
 
-def _make_table(log: int, chunk: Chunk) -> pa.Table:
+def _make_table(log: int, chunk: Chunk, gains: list[float]) -> pa.Table:
     samples = chunk.samples
     columns = {
         "log": _wrap_array(np.full(len(samples.time), log, dtype=np.int32)),
@@ -46,7 +46,9 @@ def _make_table(log: int, chunk: Chunk) -> pa.Table:
         "block": _wrap_array(samples.block),
     }
     # single precision: seven digits in half of the bytes
-    torque, velocity = (values.T.astype(np.float32, "C") for values in (samples.friction_torque, samples.velocity))
+    torque, velocity = (
+        values.T.astype(np.float32, "C") for values in (samples.friction_torque / gains, samples.velocity)
+    )
     for k, joint in enumerate(samples.joint_names):
         columns[f"friction_torque.{joint}"] = _wrap_array(torque[k])
         columns[f"velocity.{joint}"] = _wrap_array(velocity[k])

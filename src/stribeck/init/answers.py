@@ -83,7 +83,7 @@ def _answer_from_log(draft: Draft, log: Path) -> None:
         draft.set(f"log.{channel}", "unit", unit, why)
         if channel == "position" and read.command is not None:
             draft.set("log.desired_position", "unit", unit, "as the positions.")
-    if read.command is None:  # the torques of commands are wrong until kp is known
+    if read.command is None:  # order and signs of commands are those of the positions
         answer_by_dynamics(draft, log, unsure)
     draft.document = {key: value for key, value in draft.document.items() if value}
 
@@ -236,8 +236,11 @@ def _write_torque_source(draft: Draft, source: Recording, by_name: TorqueSource 
         draft.ask("log.torque", f"are the motors' currents in {draft.document['log']['torque']['unit']}?")
     if by_name == "command" and "torque" not in source.channels:
         draft.set("robot", "torque_source", by_name, "the log has desired positions and no torques.")
-        draft.document["robot"]["kp"] = 10.0
-        draft.ask("robot.kp", "what is the position gain of each drive [N m/rad]? Add kd [N m s/rad] if you know it.")
+        draft.ask(
+            "robot.torque_source",
+            "what is the position gain of each drive? Add kp [N m/rad], and kd [N m s/rad] if known; otherwise "
+            "kp of joints that gravity loads is estimated.",
+        )
     elif source.torque_source:
         draft.set("robot", "torque_source", source.torque_source, "stated in the log.")
     elif by_name:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from stribeck.audit import delays, findings, gather, torques_of_currents
+from stribeck.audit import delays, find_torques, findings, gather
 from stribeck.base.finding import Finding
 from stribeck.errors import LogError, SettingsError, errors_about
 from stribeck.friction_torque.preparation import prepare
@@ -34,7 +34,7 @@ def answer_by_dynamics(draft: Draft, log: Path, unsure: Sequence[str]) -> None:
             if robot.base == "floating" and (not robot.contacts or base_unknown):
                 draft.ask("log", "units, order and signs could not be checked without contacts; are they right?")
                 return
-            (prepared,), _, _ = torques_of_currents([prepare(read, robot, robot.settings)], robot, robot.settings)
+            (prepared,), of_gains, *_ = find_torques([prepare(read, robot, robot.settings)], robot, robot.settings)
             with errors_about(str(log)):
                 evidence = gather(prepared, robot, robot.settings)
         except (LogError, SettingsError) as error:
@@ -50,7 +50,8 @@ def answer_by_dynamics(draft: Draft, log: Path, unsure: Sequence[str]) -> None:
         columns = [robot.joint_names.index(joint) for joint in unsure]
         if not _write_columns(draft, robot, find_columns_by_dynamics(read, robot, columns), read):
             break
-    for finding in left:
+    unknown = prepared.log.unscaled.keys()
+    for finding in (*left, *(each for each in of_gains if unknown & set(each.joints))):
         draft.ask("robot", f"{finding}.")
 
 

@@ -26,7 +26,9 @@ ROUNDING = 1e-9
 """Friction due to rounding errors [N m]."""
 
 
-def friction_curve(fit: JointFit, law: FrictionLaw, velocity: Array, prismatic: bool) -> tuple[CurvePoint, ...]:
+def friction_curve(
+    fit: JointFit, law: FrictionLaw, velocity: Array, prismatic: bool, torque_unit: str = ""
+) -> tuple[CurvePoint, ...]:
     """Compute the torque that resists motion [N m], [N], at the `SPEEDS`, given the velocities of the samples.
 
     It is the mean of both directions, r(v) = (R(v) - R(-v)) / 2, which cancels the offset, at the mean load,
@@ -43,11 +45,11 @@ def friction_curve(fit: JointFit, law: FrictionLaw, velocity: Array, prismatic: 
     errors = np.sqrt(np.maximum(np.einsum("sp,pq,sq->s", gradient, fit.covariance, gradient), 0.0))
     parts = gradient**2 * np.diag(fit.covariance) + np.finfo(float).tiny
     freedom = parts.sum(axis=1) / (parts / fit.degrees_of_freedom).sum(axis=1)
-    return curve_points(speeds, resisting, errors, stdtrit(freedom, 0.975), prismatic)
+    return curve_points(speeds, resisting, errors, stdtrit(freedom, 0.975), prismatic, torque_unit)
 
 
 def curve_points(
-    speeds: Array, values: Array, errors: Array, quantile: Array | float, prismatic: bool
+    speeds: Array, values: Array, errors: Array, quantile: Array | float, prismatic: bool, torque_unit: str = ""
 ) -> tuple[CurvePoint, ...]:
     """Build the points of a friction curve; the interval is ± quantile times error, clipped at zero."""
     return tuple(
@@ -56,7 +58,7 @@ def curve_points(
             value=float(value),
             standard_error=float(error),
             interval_95=(max(float(value - half), 0.0), float(value + half)),
-            unit=unit_for(COULOMB, prismatic),
+            unit=unit_for(COULOMB, prismatic, torque_unit),
         )
         for speed, value, error, half in zip(speeds, values, errors, quantile * errors, strict=True)
     )

@@ -90,6 +90,37 @@ def with_gain_error(fit: JointFit, error: float) -> JointFit:
     return replace(fit, covariance=covariance, standard_errors=fit.standard_errors * factor, intervals=intervals)
 
 
+def in_channel_unit(fit: JointFit, gain: float) -> JointFit:
+    """Divide a fit by the rough gain that its torques were multiplied by.
+
+    A rotor inertia is left out: only its sum with the model's inertia, which the gain scales, is known. The error of
+    the offset includes the mean load for the same reason.
+    """
+    kept = np.array([parameter.name != "armature" for parameter in fit.parameters])
+    parameters = tuple(parameter for parameter, own in zip(fit.parameters, kept, strict=True) if own)
+    factor = np.array([1 / gain if parameter.unit.startswith("N") else 1.0 for parameter in parameters])
+    values, ends = factor * fit.values[kept], factor[:, None] * fit.intervals[kept]
+    covariance = fit.covariance[np.ix_(kept, kept)] * np.outer(factor, factor)
+    errors = np.sqrt(np.diag(covariance))
+    offset = np.array([parameter.name == "offset" for parameter in parameters])
+    covariance[offset, offset] += (fit.mean_load / gain) ** 2
+    widened = np.sqrt(np.diag(covariance)) / np.maximum(errors, 1e-300)
+    shares = fit.variance_shares and tuple(own for own, one in zip(fit.variance_shares, kept, strict=True) if one)
+    return replace(
+        fit,
+        parameters=parameters,
+        values=values,
+        standard_errors=factor * fit.standard_errors[kept] * widened,
+        covariance=covariance,
+        intervals=values[:, None] + np.where(offset, widened, 1.0)[:, None] * (ends - values[:, None]),
+        degrees_of_freedom=fit.degrees_of_freedom[kept],
+        at_bound=fit.at_bound[kept],
+        rms=fit.rms / gain,
+        variance_shares=shares,
+        mean_load=fit.mean_load / gain,
+    )
+
+
 def near_bound(parameters: tuple[Parameter, ...], values: Array, deviation: Array, units: Array) -> NDArray[np.bool_]:
     """Find the values that are within 1 % of a standard error of a bound, shape (p,).
 

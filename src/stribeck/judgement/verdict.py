@@ -65,7 +65,10 @@ def judge(
             results[joint] = _not_excited(replace(moved, reason=ALWAYS_STANDS) if shared else moved)
         else:
             passive = not added_power(samples, column, fits[joint].by_name.get("offset", 0.0))
-            results[joint] = _judge_joint(fits[joint], problem, moved, validations[joint], prismatic, criteria, passive)
+            unit = samples.torque_unit(column)
+            found = _judge_joint(fits[joint], problem, moved, validations[joint], (prismatic, unit), criteria, passive)
+            found = replace(found, torque_unit=unit or None)
+            results[joint] = replace(found, reason="; ".join([found.reason, found.unit_note][: 1 + bool(unit)]))
     return results
 
 
@@ -85,13 +88,15 @@ def _judge_joint(
     problem: FitProblem,
     moved: Excitation,
     validation: Validation | None,
-    prismatic: bool,
+    kind: tuple[bool, str],
     criteria: Criteria,
     passive: bool,
 ) -> JointResult:
+    """Judge a joint that moves; its kind is whether it is prismatic, and the unit of its torque if not N m or N."""
+    prismatic, _ = kind
     unresolved = problem.along.unresolved if problem.along else np.nan
     weak = is_weak(fit, problem.velocity, criteria, unresolved)
-    curve = friction_curve(fit, problem.law, problem.velocity, prismatic)
+    curve = friction_curve(fit, problem.law, problem.velocity, *kind)
     added = positive_power_fraction(problem.velocity, problem.friction_torque - fit.by_name.get("offset", 0.0))
     wrong_sign = "" if passive else f"the fitted friction adds power in {100 * added:.0f} % of the samples"
     verdict, reason = _verdict(fit, curve, problem, validation, prismatic, wrong_sign)
@@ -108,7 +113,7 @@ def _judge_joint(
                 value=float(fit.values[i]),
                 standard_error=float(fit.standard_errors[i]),
                 interval_95=(float(fit.intervals[i, 0]), float(fit.intervals[i, 1])),
-                unit=unit_for(parameter, prismatic),
+                unit=unit_for(parameter, *kind),
                 verdict="weak" if weak[i] else "identified",
                 variance_shares=None if fit.variance_shares is None else fit.variance_shares[i],
             )

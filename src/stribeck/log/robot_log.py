@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, cast, runtime_checkable
@@ -65,6 +65,8 @@ class RobotLog:
         shape (T, n).
     torque_source
         Source of the torque.
+    desired_position, desired_velocity, desired_torque
+        Commands as logged [rad], [rad/s], [N m], shape (T, n); not used beyond `command`.
     command, feedback
         Parts of a commanded torque [N m], shape (T, n): the part of the command, which acts late, and that of measured
         positions and velocities, which acts at once. None where torques are measured.
@@ -72,8 +74,9 @@ class RobotLog:
         Largest commanded torque of each joint [N m]; empty where torques are measured.
     command_delays
         Time from the stamp of each joint's command until it acts, and its standard error [s]; empty until it is found.
-    in_amperes
-        Joints whose torque is a current [A], because their torque constant is unknown.
+    unscaled
+        Joints whose torque is a current [A] or a deflection of the command [rad], [m], because torque constant or kp is
+        unknown, and the rough factor by which it is multiplied (1 until it is estimated).
     notes
         Changes that the reader made to the data, one sentence each.
     path
@@ -114,12 +117,15 @@ class RobotLog:
     foot_force: Array | None = None
     temperature: Array | None = None
     external_torque: Array | None = None
+    desired_position: Array | None = None
+    desired_velocity: Array | None = None
+    desired_torque: Array | None = None
     command: Array | None = None
     feedback: Array | None = None
     effort_limits: tuple[float, ...] = ()
     command_delays: tuple[tuple[float, float], ...] = ()
     torque_source: TorqueSource = "link_side_sensor"
-    in_amperes: tuple[str, ...] = ()
+    unscaled: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     path: str = ""
     raw: bool = False
@@ -139,6 +145,7 @@ class RobotLog:
             "acceleration": (samples, joints),
             "temperature": (samples, joints),
             "external_torque": (samples, joints),
+            **dict.fromkeys(("desired_position", "desired_velocity", "desired_torque"), (samples, joints)),
             "command": (samples, joints),
             "feedback": (samples, joints),
             "base_orientation": (samples, 4),

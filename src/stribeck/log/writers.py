@@ -39,13 +39,19 @@ def write_log(log: RobotLog, path: str | Path) -> None:
     target = Path(path)
     if target.suffix not in WRITERS:
         raise LogError(f"{target}: unknown suffix '{target.suffix}'; expected {' or '.join(WRITERS)}")
-    if log.in_amperes:
+    if log.unscaled and log.command is None:
         raise LogError(
-            f"{log.path or 'log'}: torques of {', '.join(log.in_amperes)} are in amperes, but logs are "
+            f"{log.path or 'log'}: torques of {', '.join(log.unscaled)} are in amperes, but logs are "
             "written in N m; set [robot.motors.<joint>] torque_constant"
         )
     with whole_or_not_at_all(target) as temporary:
         WRITERS[target.suffix](log, temporary)
+
+
+def _channels(log: RobotLog) -> dict[str, NDArray[np.generic]]:
+    """List the written channels: of a commanded log the commands, not the torques that follow from them."""
+    computed = () if log.command is None else ("torque", "command", "feedback")
+    return {name: values for name, values in log.channels().items() if name not in computed}
 
 
 def _write_npz(log: RobotLog, path: Path) -> None:
@@ -53,7 +59,7 @@ def _write_npz(log: RobotLog, path: Path) -> None:
     if log.foot_names:
         names["foot_names"] = np.array(log.foot_names)
     with path.open("wb") as file:
-        np.savez(file, allow_pickle=False, **names, **log.channels())
+        np.savez(file, allow_pickle=False, **names, **_channels(log))
 
 
 def _write_parquet(log: RobotLog, path: Path) -> None:
@@ -67,7 +73,7 @@ def named_columns(log: RobotLog) -> dict[str, NDArray[np.generic]]:
     labels |= {"contact": log.foot_names, "foot_force": log.foot_names}
     labels["foot_wrench"] = tuple(f"{foot}.{axis}" for foot in log.foot_names for axis in WRENCH)
     columns: dict[str, NDArray[np.generic]] = {}
-    for channel, values in log.channels().items():
+    for channel, values in _channels(log).items():
         names = [f"{channel}.{label}" for label in labels[channel]] if channel != "time" else ["time"]
         columns |= dict(zip(names, values.reshape(len(values), -1).T, strict=True))
     return columns

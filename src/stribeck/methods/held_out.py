@@ -87,7 +87,7 @@ def _explained(
     rotor, friction = np.zeros(load.shape), np.full(load.shape, np.nan)
     for column, name in enumerate(names):
         joint = result.joints.get(name)
-        if joint is None or not (joint.parameters or joint.verdict == "no friction"):
+        if joint is None or joint.torque_unit or not (joint.parameters or joint.verdict == "no friction"):
             continue
         own = robot.armature[robot.joint_names.index(name)]
         rotor[:, column] = _rotor(joint, float(own)) * acceleration[:, column]

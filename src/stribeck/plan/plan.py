@@ -192,9 +192,10 @@ def _planned(name: str, joints: Mapping[str, JointResult], robot: Robot, posture
     """Describe a joint; without an estimate, its friction is the median of the other joints of its kind."""
     column, joint = robot.joint_names.index(name), joints[name]
     prismatic = robot.prismatic[column]
-    if guessed := not joint.curve:
+    if guessed := not joint.curve or joint.torque_unit is not None:
         same = (other for other in joints if robot.prismatic[robot.joint_names.index(other)] == prismatic)
-        joint = guess(joint, [joints[other] for other in same if joints[other].curve])
+        joint = replace(joint, curve=(), torque_unit=None)
+        joint = guess(joint, [found for other in same if (found := joints[other]).curve and found.torque_unit is None])
     return PlannedJoint(
         column=column,
         found=joint,

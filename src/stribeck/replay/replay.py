@@ -148,7 +148,7 @@ def replay(
     frictions = [_friction(each, notes) for each in (robot, other)]
     with one_blas_thread(), findings_kept(notes):
         progress("reading the log", 0.0)
-        (prepared,), of_torques, _ = find_torques([prepare(log, robot, settings)], robot, settings)
+        (prepared,), of_torques, _, robot = find_torques([prepare(log, robot, settings)], robot, settings)
         notes += [
             *map(str, of_torques),
             *(str(finding) for finding in audit_or_stop([prepared], robot, asked, force)),

@@ -46,9 +46,8 @@ def line(
     return found
 
 
-def velocity_axes(prismatic: bool, velocity: tuple[float, float], torque: tuple[float, float]) -> dict[str, Any]:
-    """Describe the axes of friction versus velocity."""
-    units = ("m/s", "N") if prismatic else ("rad/s", "N m")
+def velocity_axes(units: tuple[str, str], velocity: tuple[float, float], torque: tuple[float, float]) -> dict[str, Any]:
+    """Describe the axes of friction versus velocity, with the units of velocity and torque."""
     return {"x": axis(f"velocity [{units[0]}]", velocity), "y": axis(f"friction [{units[1]}]", torque)}
 
 

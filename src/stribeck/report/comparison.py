@@ -19,7 +19,7 @@ def write_comparison(found: Comparison, path: str | Path) -> None:
     >>> write_comparison(compare("out/result.json", result), "compare.html")
     """
     lead = render("comparison_heading.html.j2", found=found)
-    prismatic = {name for name, (a, b) in found.joints.items() for point in (*a.curve, *b.curve) if point.unit == "N"}
+    prismatic = {name for name, pair in found.joints.items() if any(joint.slides for joint in pair)}
     section = comparison_section(found, prismatic)
     write_page(path, f"{found.robot}: {found.a} and {found.b}", [section], lead=lead)
 
@@ -57,5 +57,5 @@ def _overlaid(curves: list[FrictionCurve | None], names: tuple[str, str]) -> Cha
         if curve
     ]
     speed, torque = (1.06 * max(curve.size[axis] for curve, _ in drawn) for axis in (0, 1))
-    axes = velocity_axes(drawn[0][0].prismatic, (-speed, speed), (-torque, torque))
+    axes = velocity_axes(drawn[0][0].units, (-speed, speed), (-torque, torque))
     return {**axes, "lines": [each for _, each in drawn]}

@@ -32,8 +32,8 @@ class FrictionCurve:
         Velocity [rad/s], [m/s] and torque [N m], [N], shape (K,).
     band
         Lower and upper end of the 95 % band [N m], [N], shape (2, K); None without a covariance.
-    prismatic
-        Whether the joint is prismatic; prismatic joints have separate scales.
+    units
+        Units of velocity and torque; joints with different ones have separate scales.
     significant
         Whether friction is significant at any speed of the joint's friction curve.
     samples
@@ -45,7 +45,7 @@ class FrictionCurve:
     velocity: Array
     torque: Array
     band: Array | None
-    prismatic: bool
+    units: tuple[str, str]
     significant: bool
     samples: tuple[Array, Array] | None = None
     reference: tuple[Array, Array] | None = None
@@ -100,7 +100,7 @@ def friction_curve(
         velocity=velocity,
         torque=fitted[0],
         band=fitted[1],
-        prismatic=prismatic,
+        units=joint.units(prismatic),
         significant=is_significant(joint),
         samples=None if samples is None else (samples.velocity, samples.torque - offset),
         reference=reference,
@@ -112,8 +112,8 @@ def curve_charts(curves: dict[str, FrictionCurve]) -> tuple[list[Chart], list[bo
     """Draw each curve, and mark those with finer scales."""
     scales: dict[str, tuple[float, float]] = {}
     finer: set[str] = set()
-    for prismatic in (False, True):
-        names = [name for name, curve in curves.items() if curve.prismatic == prismatic]
+    for units in dict.fromkeys(curve.units for curve in curves.values()):
+        names = [name for name, curve in curves.items() if curve.units == units]
         sizes, worth = [curves[name].size for name in names], [curves[name].significant for name in names]
         own = [common_scales([size[axis] for size in sizes], worth) for axis in (0, 1)]
         scales |= dict(zip(names, zip(*own, strict=True), strict=True))
@@ -121,13 +121,13 @@ def curve_charts(curves: dict[str, FrictionCurve]) -> tuple[list[Chart], list[bo
     charts = []
     for name, curve in curves.items():
         (speed, torque), (own_speed, own_torque) = 1.06 * np.array([scales[name], curve.size])
-        axes = velocity_axes(curve.prismatic, (-speed, speed), (-torque, torque))
+        axes = velocity_axes(curve.units, (-speed, speed), (-torque, torque))
         own_range = {"x": [-own_speed, own_speed], "y": [-own_torque, own_torque]}
         drawn = [line(curve.velocity, curve.torque, "law", band=curve.band)]
         if curve.reference:
             drawn.append(line(*curve.reference, "ink", "reference", width=1.2, dash=[4, 3]))
         images = [density(*curve.samples, (-speed, speed), (-torque, torque), (60, 100))] if curve.samples else []
-        sync = f"curves {curve.prismatic}"
+        sync = f"curves {curve.units[1]}"
         charts.append({**axes, "lines": drawn, "images": images, "own": own_range, "sync": sync})
     return charts, [name in finer for name in curves]
 

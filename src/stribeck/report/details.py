@@ -59,7 +59,7 @@ def verdict_table(result: Result, evidence: Evidence, law: FrictionLaw, referenc
             "reference": reference.parameters.get(name, {}),
             "friction": friction_text(joint),
             "explained": explained(joint),
-            "unit": "N" if name in evidence.prismatic else "N m",
+            "unit": joint.units(name in evidence.prismatic)[1],
         }
         for name, joint in result.joints.items()
     ]
@@ -171,13 +171,12 @@ def branch_charts(result: Result) -> list[tuple[Chart, str]]:
             )
             for branch, how in zip(pair, ("rising", "falling"), strict=True)
         ]
-        prismatic = name in evidence.prismatic
+        units = joint.units(name in evidence.prismatic)
         torque = robust_limits(np.array([y for each in lines for y in each["y"] if y is not None]), share=0.0)
         velocity = robust_limits(both[0][0], share=0.0, margin=0.03)
         splits = [f"{_split(up, down):.2g}" for _, up, down in both]
-        unit = "N" if prismatic else "N m"
-        caption = f"{name}: distance of the branches {splits[0]} {unit} before, {splits[1]} {unit} after (RMS)"
-        figures.append(({**velocity_axes(prismatic, velocity, torque), "lines": lines}, caption))
+        caption = f"{name}: distance of the branches {splits[0]} {units[1]} before, {splits[1]} {units[1]} after (RMS)"
+        figures.append(({**velocity_axes(units, velocity, torque), "lines": lines}, caption))
     return figures
 
 

@@ -84,7 +84,7 @@ def joint_panels(result: Result, evidence: Evidence, law: FrictionLaw, reference
     for index, (name, joint) in enumerate(result.joints.items()):
         figures = joint_charts(name, joint, evidence, reference)
         charts |= {f"j{index}{k}": chart | {"sync": f"j{index}"} for k, (chart, _) in enumerate(figures)}
-        prismatic = name in evidence.prismatic
+        velocity_unit, unit = joint.units(name in evidence.prismatic)
         panels.append(
             {
                 "anchor": f"joint-{index}",
@@ -93,8 +93,8 @@ def joint_panels(result: Result, evidence: Evidence, law: FrictionLaw, reference
                 "friction": friction_text(joint),
                 "figures": [(f"j{index}{k}", caption) for k, (_, caption) in enumerate(figures)],
                 "reference": reference.parameters.get(name, {}),
-                "unit": "N" if prismatic else "N m",
-                "velocity_unit": "m/s" if prismatic else "rad/s",
+                "unit": unit,
+                "velocity_unit": velocity_unit,
             }
         )
     body = render("joint_panels.html.j2", panels=panels, symbols=symbols(law), known=reference)
@@ -103,10 +103,10 @@ def joint_panels(result: Result, evidence: Evidence, law: FrictionLaw, reference
 
 def joint_charts(name: str, joint: JointResult, evidence: Evidence, reference: Reference) -> list[tuple[Chart, str]]:
     """Draw the charts of a joint with captions; without a fitted law, only the samples."""
-    shown, prismatic = joint_samples(evidence.samples, name, joint), name in evidence.prismatic
+    shown, units = joint_samples(evidence.samples, name, joint), joint.units(name in evidence.prismatic)
     if not len(shown.velocity):
         return []
-    over_velocity = friction_over_velocity(shown, joint, reference.curves.get(name), prismatic=prismatic)
+    over_velocity = friction_over_velocity(shown, joint, reference.curves.get(name), units)
     caption = "Friction torque versus velocity"
     if shown.omitted:
         caption += f"; without the much noisier samples of {', '.join(shown.omitted)}"
@@ -117,11 +117,10 @@ def joint_charts(name: str, joint: JointResult, evidence: Evidence, reference: R
     near = None if evidence.close_up is None else joint_samples(evidence.close_up, name, joint)
     if near is not None and len(near.time) > 1:
         span = f"{near.time[0]:.2f} to {near.time[-1]:.2f} s of the log"
-        figures.append((friction_over_time(near, joint, prismatic=prismatic), f"Over time, {span}"))
+        figures.append((friction_over_time(near, joint, units[1]), f"Over time, {span}"))
     stribeck = joint.parameters.get("stribeck_velocity")
     coverage = velocity_coverage(shown, stribeck.value if stribeck else None, over_velocity["x"])
-    unit = "m/s" if prismatic else "rad/s"
-    dashed = f"; dashed: Stribeck velocity ±{number(stribeck.value, 2)} {unit}" if stribeck else ""
+    dashed = f"; dashed: Stribeck velocity ±{number(stribeck.value, 2)} {units[0]}" if stribeck else ""
     return [
         *figures,
         (
@@ -133,7 +132,7 @@ def joint_charts(name: str, joint: JointResult, evidence: Evidence, reference: R
 
 
 def friction_over_velocity(
-    shown: JointSamples, joint: JointResult, reference: tuple[Array, Array] | None, *, prismatic: bool
+    shown: JointSamples, joint: JointResult, reference: tuple[Array, Array] | None, units: tuple[str, str]
 ) -> Chart:
     """Draw the samples' density, the fitted law with its 95 % band, and the reference if given."""
     limits = robust_limits(shown.velocity, share=0.0, margin=0.03)
@@ -146,10 +145,10 @@ def friction_over_velocity(
         if curve is not None and np.isfinite(curve).all():
             low, high = min(low, 1.08 * float(curve.min())), max(high, 1.08 * float(curve.max()))
     samples = density(shown.velocity, shown.torque, limits, (low, high))
-    return {**velocity_axes(prismatic, limits, (low, high)), "lines": lines, "images": [samples]}
+    return {**velocity_axes(units, limits, (low, high)), "lines": lines, "images": [samples]}
 
 
-def friction_over_time(near: JointSamples, joint: JointResult, *, prismatic: bool) -> Chart:
+def friction_over_time(near: JointSamples, joint: JointResult, unit: str) -> Chart:
     """Draw a few seconds of the friction torque and the law; lines break at missing samples."""
     step = max(float(np.median(np.diff(near.time))), (near.time[-1] - near.time[0]) / MOST_POINTS, 1e-9)
     rows = np.searchsorted(near.time, np.arange(near.time[0], near.time[-1] + step / 2, step))
@@ -160,7 +159,7 @@ def friction_over_time(near: JointSamples, joint: JointResult, *, prismatic: boo
     limits = robust_limits(near.torque, share=0.0)
     return {
         "x": axis("time [s]", (0.0, step * len(rows))),
-        "y": axis(f"friction [{'N' if prismatic else 'N m'}]", limits),
+        "y": axis(f"friction [{unit}]", limits),
         "lines": [
             line([0.0], torque, "data", "measured", width=1.1, step=step),
             line([0.0], law, "law", "law", width=1.2, step=step),

@@ -83,14 +83,14 @@ def _friction_range(result: Result) -> list[tuple[str, str]]:
     middles = {
         name: joint.curve[len(joint.curve) // 2]
         for name, joint in result.joints.items()
-        if joint.verdict == "identified" and joint.curve
+        if joint.verdict == "identified" and joint.curve and joint.torque_unit is None
     }
     ordered = sorted(middles, key=lambda name: middles[name].value)
     points = [(middles[name], name) for name in dict.fromkeys([*ordered[:1], *ordered[-1:]])]
     return [
         (
             f"{' ± '.join(brief(point.value, point.half_width))} {point.unit}",
-            f"{name} at {number(point.velocity, 2)} {_speed_unit(point)}",
+            f"{name} at {number(point.velocity, 2)} {result.joints[name].units()[0]}",
         )
         for point, name in points
     ]
@@ -109,10 +109,6 @@ def _deviations(result: Result, reference: Reference) -> list[float]:
         if np.isfinite(truth).all() and truth.any():
             deviations.append(float(np.linalg.norm(found - truth) / np.linalg.norm(truth)))
     return deviations
-
-
-def _speed_unit(point: CurvePoint) -> str:
-    return "rad/s" if point.unit == "N m" else "m/s"
 
 
 def _named(names: Sequence[str]) -> str:
@@ -144,6 +140,7 @@ def first_screen(result: Result, evidence: Evidence, reference: Reference = NO_R
         bound = _bound_text(_bound(joint)) if joint.curve else joint.reason
         without.append({"anchor": anchors[name], "name": name, "bound": bound})
     units = {row["unit"] for row in rows if row["unit"]}
+    kinds = list(dict.fromkeys(curve.units for curve in curves.values())) or [("rad/s", "N m")]
     body = render(
         "first_screen.html.j2",
         figures=[
@@ -153,6 +150,7 @@ def first_screen(result: Result, evidence: Evidence, reference: Reference = NO_R
                 "anchor": anchors[name],
                 "verdict": result.joints[name].verdict,
                 "finer": own,
+                "unit": curves[name].units[1] if len(kinds) > 1 else "",
             }
             for place, name, own in zip(places, curves, finer, strict=True)
         ],
@@ -162,7 +160,7 @@ def first_screen(result: Result, evidence: Evidence, reference: Reference = NO_R
         known=reference,
         most=_bound_text(max(bounds)) if bounds else "",
         unit=min(units) if len(units) == 1 else "",
-        units=("m/s", "N") if all(curve.prismatic for curve in curves.values()) else ("rad/s", "N m"),
+        units=[", ".join(dict.fromkeys(units)) for units in zip(*kinds, strict=True)],
         longest=24,  # characters of a joint's name that fit one line; longer names are broken, never cut
         compared=any(row["r2"] is not None for row in rows),
         total=len(result.joints),
@@ -172,7 +170,7 @@ def first_screen(result: Result, evidence: Evidence, reference: Reference = NO_R
 
 
 def _row(index: int, name: str, joint: JointResult) -> dict[str, Any]:
-    speeds = [_cell(point) for point in joint.curve]
+    speeds = [_cell(point, joint.units()[0]) for point in joint.curve]
     return {
         "index": index,
         "name": name,
@@ -186,7 +184,7 @@ def _row(index: int, name: str, joint: JointResult) -> dict[str, Any]:
     }
 
 
-def _cell(point: CurvePoint) -> dict[str, Any]:
+def _cell(point: CurvePoint, speed_unit: str) -> dict[str, Any]:
     """Format the friction at a speed, or its bound if it is not significant, with a number for sorting."""
     significant = point.interval_95[0] > 0
     value, error = brief(point.value, point.half_width)
@@ -194,7 +192,7 @@ def _cell(point: CurvePoint) -> dict[str, Any]:
         "value": value if significant else f"< {number(point.interval_95[1], 2)}",
         "error": error if significant else "",
         "velocity": number(point.velocity, 2),
-        "speed_unit": _speed_unit(point),
+        "speed_unit": speed_unit,
         "sort": f"{point.value:.6g}",
     }
 

@@ -56,9 +56,7 @@ def saved_evidence(result: Result) -> Evidence:
         (float(time[rows[0]]), float(time[rows[-1]]), str(support_names[support[rows[0]]]), bool(usable[rows].any()))
         for rows in np.split(np.arange(len(time)), edges)
     ]
-    prismatic = frozenset(
-        name for name, joint in result.all_friction.items() if any(point.unit == "N" for point in joint.curve)
-    )
+    prismatic = frozenset(name for name, joint in result.all_friction.items() if joint.slides)
     return Evidence(
         samples=samples, phases=phases, close_up=None, provenance=[], prismatic=prismatic, torque_source=None
     )

@@ -166,6 +166,11 @@ def _comparison(
     left_out: frozenset[str] = frozenset(),
 ) -> Comparison:
     """Compare pairs of joints; all differences are tested together."""
+    for joint, (first, second) in list(joints.items()):
+        if first.torque_unit != second.torque_unit:
+            units = " and ".join(one.units()[1] for one in (first, second))
+            missing[joint] = f"friction in {units}; set the missing torque constant or kp"
+    joints = {joint: pair for joint, pair in joints.items() if pair[0].torque_unit == pair[1].torque_unit}
     rows = [
         difference_of(joint, name, a.parameters[name], b.parameters[name])
         for joint, (a, b) in joints.items()

@@ -131,6 +131,7 @@ class JointResult:
     - `position_range`: lowest and highest position in the log [rad], [m].
     - `correlation`: correlation of the parameters' errors, in their order, shape (p, p); None if nothing was fitted.
     - `torque_r2`: explained share of the held-out torque; None if nothing was held out.
+    - `torque_unit`: unit of torques if torque constant or kp is unknown: "A", "rad" or "m"; None for N m and N.
     - `law`: name of the fitted law, set by the `Result` that contains the joint.
     - `measured`: velocity and friction torque of samples for plots, shape (N,) each; None after `read_result`.
     """
@@ -155,12 +156,30 @@ class JointResult:
     position_range: tuple[float, float] | None = None
     correlation: tuple[tuple[float, ...], ...] | None = None
     torque_r2: TorqueR2 | None = None
+    torque_unit: str | None = None
     law: str = field(default="", repr=False, compare=False)
     measured: Any = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Make dictionaries read-only."""
         freeze_dicts(self)
+
+    @property
+    def slides(self) -> bool:
+        """Whether the joint is prismatic, as far as its units tell."""
+        units = {*(point.unit for point in self.curve), *(own.unit for own in self.parameters.values())}
+        return any(unit in ("N", "m") or unit.endswith("s/m") for unit in units)
+
+    def units(self, prismatic: bool | None = None) -> tuple[str, str]:
+        """Return the units of velocity and torque; those of the result tell whether it is prismatic unless given."""
+        slides = self.slides if prismatic is None else prismatic
+        return "m/s" if slides else "rad/s", self.torque_unit or ("N" if slides else "N m")
+
+    @property
+    def unit_note(self) -> str:
+        """Note on the unit of a joint without a known torque constant or kp, and the missing factor; "" for others."""
+        factor = "torque constant and gear ratio" if self.torque_unit == "A" else "kp"
+        return f"friction in {self.torque_unit}, multiply by {factor} for N m" if self.torque_unit else ""
 
     def friction(
         self,

@@ -42,7 +42,7 @@ def draw_friction(axes: Axes, joint: JointResult) -> None:
         axes.set_yticks([])
         return
     torque, band = fitted
-    prismatic = bool(joint.curve) and joint.curve[0].unit == "N"
+    speed, unit = joint.units()
     if joint.measured is not None:
         axes.plot(*joint.measured, ".", color="0.7", markersize=2, zorder=1, rasterized=True)
         low, high = np.percentile(np.concatenate([np.percentile(joint.measured[1], [2, 98]), torque]), [0, 100])
@@ -50,8 +50,8 @@ def draw_friction(axes: Axes, joint: JointResult) -> None:
     if band is not None:
         axes.fill_between(velocity, *band, color="C1", alpha=0.25, linewidth=0)
     axes.plot(velocity, torque, color="C1")
-    axes.set_xlabel(f"velocity [{'m/s' if prismatic else 'rad/s'}]", fontsize=8)
-    axes.set_ylabel(f"friction torque [{'N' if prismatic else 'N m'}]", fontsize=8)
+    axes.set_xlabel(f"velocity [{speed}]", fontsize=8)
+    axes.set_ylabel(f"friction torque [{unit}]", fontsize=8)
     axes.tick_params(labelsize=8)
     axes.grid(alpha=0.25)
 

@@ -68,7 +68,7 @@ def friction_text(joint: JointResult) -> str:
     middle = joint.curve[len(joint.curve) // 2]
     if joint.verdict == "no friction":
         return f"below {max(point.interval_95[1] for point in joint.curve):.2g} {middle.unit}"
-    speed = f"{middle.velocity:.2g} {'rad/s' if middle.unit == 'N m' else 'm/s'}"
+    speed = f"{middle.velocity:.2g} {joint.units()[0]}"
     half = middle.half_width
     if not 1e-6 < half < 1e6:
         return f"{middle.value:.4g} ± {half:.2g} {middle.unit} at {speed}"
@@ -151,8 +151,7 @@ def _of_weak(joint: JointResult) -> str:
     if validation is not None and validation.rms >= validation.rms_zero_friction:
         return "check the model, signs and delays"
     point = max(joint.curve, key=_relative_width)
-    unit = "rad/s" if point.unit == "N m" else "m/s"
-    return f"record more motion near {point.velocity:.2g} {unit}"
+    return f"record more motion near {point.velocity:.2g} {joint.units()[0]}"
 
 
 def _relative_width(point: CurvePoint) -> float:

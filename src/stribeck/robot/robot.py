@@ -52,7 +52,7 @@ class Robot:
         Conversion from currents or torques before the gear to joint torques, by joint.
     command_gains
         Drive gains kp [N m/rad] and kd [N m s/rad] for commanded torques, shape (n,) each; zero for position-controlled
-        joints. None if the log contains torques.
+        joints, NaN where kp is unknown. None for other torque sources.
     command_delay
         Known time from the stamp of a command until it acts [s], shape (n,); None if it is not known.
     couplings
@@ -219,6 +219,11 @@ class Robot:
     def mass(self) -> float:
         """Total mass of the model, including a fixed base [kg]."""
         return float(sum(inertia.mass for inertia in self.tree.model.inertias))
+
+    @cached_property
+    def has_kp(self) -> bool:
+        """Whether kp of any drive is known, so that torques are computed from commands even if the log has torques."""
+        return self.command_gains is not None and bool(np.nan_to_num(self.command_gains[0]).any())
 
     @cached_property
     def armature(self) -> Array:

@@ -203,26 +203,27 @@ def _check_motors(table: RobotTable, measured: Sequence[str], where: str) -> dic
 def _sort_gains(
     table: RobotTable, joints: Sequence[str], measured: Sequence[str], where: str
 ) -> tuple[Array, Array] | None:
-    """Sort kp and kd in the order of the joints, shape (n,) each; None if the log contains torques."""
-    if table.kp is None and table.kd is None:
-        return None
-    found = []
-    for key, value in (("kp", table.kp), ("kd", table.kd)):
-        value = 0.0 if value is None and key == "kd" else value
-        by_joint = value if isinstance(value, dict) else {} if value is None else dict.fromkeys(measured, value)
-        _require(by_joint, measured, f"{where} {key}")
-        if table.torque_source != "command":
+    """Sort kp and kd in the order of the joints, shape (n,) each; None unless commands are the torque source.
+
+    An unknown kp is NaN, an unknown kd 0.
+    """
+    if table.torque_source != "command":
+        if table.kp is not None or table.kd is not None:
             raise RobotFileError(
                 f"{where} kp and kd are for torque_source 'command', not '{table.torque_source}'; remove them or "
                 "change the source"
             )
-        if missing := [name for name in measured if name not in by_joint]:
-            raise RobotFileError(
-                f"{where} {key} has no value for joint '{missing[0]}'; expected one number, or numbers for "
-                f"{', '.join(measured)} (0.0 for none)"
-            )
-        found.append(np.array([by_joint.get(name, 0.0) for name in joints]))
-    return found[0], found[1]
+        return None
+    kp, kd = (
+        value if isinstance(value, dict) else {} if value is None else dict.fromkeys(measured, value)
+        for value in (table.kp, table.kd)
+    )
+    for key, by_joint in (("kp", kp), ("kd", kd)):
+        _require(by_joint, measured, f"{where} {key}")
+    if lone := [name for name in kd if name not in kp]:
+        raise RobotFileError(f"{where} kp has no value for joint '{lone[0]}'; kd requires it")
+    kp = dict.fromkeys(measured, np.nan) | kp
+    return np.array([kp.get(name, 0.0) for name in joints]), np.array([kd.get(name, 0.0) for name in joints])
 
 
 def _sort_delays(table: RobotTable, joints: Sequence[str], measured: Sequence[str], where: str) -> Array | None:
@@ -232,8 +233,11 @@ def _sort_delays(table: RobotTable, joints: Sequence[str], measured: Sequence[st
         return None
     by_joint = delay if isinstance(delay, dict) else dict.fromkeys(measured, delay)
     _require(by_joint, measured, f"{where} command_delay")
-    if table.kp is None:
-        raise RobotFileError(f"{where} command_delay requires kp; add it, or set delay in [log.torque] instead")
+    if table.torque_source != "command":
+        raise RobotFileError(
+            f"{where} command_delay is for torque_source 'command', not '{table.torque_source}'; set delay in "
+            "[log.torque] instead"
+        )
     return np.array([by_joint.get(name, 0.0) for name in joints])
 
 

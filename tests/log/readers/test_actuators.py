@@ -43,7 +43,7 @@ def test_currents_become_torques_of_the_joints(log, tmp_path):
     path = save_npz(log, tmp_path / "log.npz", torque=None, i=1e3 * log.torque / (CONSTANT * RATIO))
     found = read_log(path, arm)
     np.testing.assert_allclose(found.torque, log.torque, rtol=1e-12)
-    assert found.in_amperes == ()
+    assert found.unscaled == {}
 
 
 def test_torques_before_the_gear_become_torques_of_the_joints(log, tmp_path):
@@ -158,8 +158,17 @@ def test_logs_without_the_command(log, tmp_path):
         read_log(save_npz(log, tmp_path / "a.npz", **whole | {"desired_position": None}), arm)
     found = read_log(save_npz(log, tmp_path / "b.npz", **whole, velocity=None), arm)
     assert any("differentiated velocity" in note for note in found.notes)
-    with pytest.raises(LogError, match=r"or \[robot\] kp and kd to compute torques from its desired positions"):
-        read_log(save_npz(log, tmp_path / "c.npz", **whole), robot(tmp_path, 'torque_source = "command"\n'))
+    path = save_npz(log, tmp_path / "c.npz", **whole)
+    with pytest.raises(LogError, match="kp has no value for joint 'shoulder'; the log's desired torques require it"):
+        read_log(path, robot(tmp_path, 'torque_source = "command"\n'))
+    with pytest.raises(LogError, match=r"or \[robot\] torque_source = 'command' to use its desired positions"):
+        read_log(path, robot(tmp_path, ""))
+    found = read_log(save_npz(log, tmp_path / "d.npz", **whole | {"desired_torque": None}), robot(tmp_path, COMMANDED))
+    assert found.unscaled == {}
+    some = robot(tmp_path, 'torque_source = "command"\nkp = { elbow = 60.0 }\n')
+    found = read_log(tmp_path / "d.npz", some)
+    assert found.unscaled == {"shoulder": 1.0, "slide": 1.0}
+    np.testing.assert_allclose(found.torque[:, 0], (whole["desired_position"] - log.position)[:, 0], atol=1e-12)
 
 
 def test_units_that_do_not_fit_the_source(log, tmp_path):
@@ -173,7 +182,7 @@ def test_units_that_do_not_fit_the_source(log, tmp_path):
 def test_currents_are_not_written_as_torques(log, tmp_path):
     arm = robot(tmp_path, 'torque_source = "motor_current"\n[log.torque]\nunit = "A"\n')
     found = read_log(save_npz(log, tmp_path / "log.npz"), arm)
-    assert found.in_amperes == JOINTS
+    assert tuple(found.unscaled) == JOINTS
     with pytest.raises(LogError, match="are in amperes"):
         write_log(found, tmp_path / "out.npz")
     assert not (tmp_path / "out.npz").exists()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stribeck.base.typing import Array
-from stribeck.errors import SettingsError
+from stribeck.errors import LogError, SettingsError
 from stribeck.log.readers.mapping import CURRENT
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def through_motors(torque: Array, robot: Robot) -> tuple[str, ...]:
 
     Returns
     -------
-    in_amperes
+    unscaled
         Joints whose torque is still a current, because their torque constant is unknown.
     """
     currents = robot.log_table.torque.unit in CURRENT
@@ -56,19 +56,36 @@ def through_motors(torque: Array, robot: Robot) -> tuple[str, ...]:
     return tuple(unknown)
 
 
+def without_kp(robot: Robot) -> tuple[str, ...]:
+    """List the joints whose kp is unknown."""
+    kp = () if robot.command_gains is None else robot.command_gains[0]
+    return tuple(name for name, value in zip(robot.joint_names, kp, strict=False) if np.isnan(value))
+
+
 def command_and_feedback(channels: dict[str, Array], time: Array, robot: Robot) -> tuple[Array, Array, str]:
     """Compute both parts of the torque kp (q_d - q) + kd (v_d - v) + tau_ff that drives apply, shape (T, n) each.
 
     The command, kp q_d + kd v_d + tau_ff, acts later than it is logged; the feedback of positions and velocities acts
     at once. Desired velocities and torques that the log does not have are zero; joint velocities are differentiated.
+    Joints without kp have kp = 1: their torque is the deflection of the command [rad], [m].
 
     Returns
     -------
     command, feedback, note
         Both torques [N m], and a sentence that lists their channels.
+
+    Raises
+    ------
+    LogError
+        If desired torques need an unknown kp.
     """
     assert robot.command_gains is not None
-    kp, kd = robot.command_gains
+    (kp, kd), unknown = robot.command_gains, without_kp(robot)
+    if unknown and channels.get("desired_torque", np.zeros(1)).any():
+        raise LogError(
+            f"{robot.path}: [robot] kp has no value for joint '{unknown[0]}'; the log's desired torques require it"
+        )
+    kp = np.nan_to_num(kp, nan=1.0)
     command, feedback = kp * channels["desired_position"], -kp * channels["position"]
     terms = ["kp (desired_position - position)"]
     if kd.any():

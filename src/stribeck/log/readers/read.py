@@ -13,14 +13,14 @@ from stribeck.base.outputs import check_name
 from stribeck.base.typing import Array, TorqueSource
 from stribeck.errors import LogError, SettingsError, errors_about
 from stribeck.log import RobotLog
-from stribeck.log.readers.actuators import check_current, command_and_feedback, through_motors
+from stribeck.log.readers.actuators import check_current, command_and_feedback, through_motors, without_kp
 from stribeck.log.readers.arrays import open_hdf5, open_npz
 from stribeck.log.readers.columns import source_of_columns
 from stribeck.log.readers.folder import open_folder, tables_in
 from stribeck.log.readers.lerobot import INFO, open_lerobot
 from stribeck.log.readers.mapping import advance, check_table, convert, seconds
 from stribeck.log.readers.matlab import open_matlab
-from stribeck.log.readers.recording import COMMAND, Arrays, Recording, foreign, listed
+from stribeck.log.readers.recording import Arrays, Recording, foreign, listed
 from stribeck.log.readers.selection import MOTION, Selection, select
 from stribeck.log.readers.tables import open_csv, open_parquet, table_of_frame
 from stribeck.log.readers.unitree import name_motors
@@ -124,10 +124,12 @@ def _read(source: Recording, robot: Robot | None, table: LogTable, where: str, p
     rows, delay_notes = advance(channels, time, table, source.path)
     time, channels = time[rows], {name: values[rows] for name, values in channels.items()}
     limits: tuple[float, ...] = ()
-    if robot and robot.command_gains:
-        channels, limits, command_notes = _replace_command(time, channels, robot)
-        delay_notes += command_notes
-    in_amperes = through_motors(channels["torque"], robot) if robot else ()
+    unscaled: tuple[str, ...] = ()
+    if robot and "torque" not in channels:
+        channels, limits, command_notes = _add_torques(time, channels, robot)
+        delay_notes, unscaled = [*delay_notes, *command_notes], without_kp(robot)
+    elif robot:
+        unscaled = through_motors(channels["torque"], robot)
     contact, contact_notes = _read_flags(channels.pop("contact", None), source.path)
     torque_source, torque_notes = _find_torque_source(source, robot)
     shape = (-1, len(selection.foot_names), 6)
@@ -141,7 +143,7 @@ def _read(source: Recording, robot: Robot | None, table: LogTable, where: str, p
         **channels,  # type: ignore[arg-type]
         effort_limits=limits,
         torque_source=torque_source,
-        in_amperes=in_amperes,
+        unscaled=dict.fromkeys(unscaled, 1.0),
         notes=(*notes, *delay_notes, *contact_notes, *torque_notes),
         path=path,
         raw=robot is None,
@@ -236,10 +238,10 @@ def _collect_channels(source: Recording, selection: Selection, loaded: Arrays, s
     return channels
 
 
-def _replace_command(
+def _add_torques(
     time: Array, channels: dict[str, Array], robot: Robot
 ) -> tuple[dict[str, Array], tuple[float, ...], list[str]]:
-    """Replace the channels of the command by the torques of the drives, and return the effort limits [N m] as well.
+    """Add the torques of the drives, and return the effort limits [N m] as well.
 
     A command acts `[robot] command_delay` later than it is logged, or `[log.torque] delay` earlier. An effort
     limit that more than a fifth of the samples exceed is not the drive's, and is ignored.
@@ -251,14 +253,14 @@ def _replace_command(
         if late:
             command[:, column] = np.interp(time - late, time[known], command[known, column])
     torque, notes = command + feedback, [note]
-    beyond = np.mean(np.abs(torque) > robot.effort_limits, axis=0)
-    limits = np.where(beyond < 0.2, robot.effort_limits, np.inf)
+    most = np.where(np.isin(robot.joint_names, without_kp(robot)), np.inf, robot.effort_limits)
+    beyond = np.mean(np.abs(torque) > most, axis=0)
+    limits = np.where(beyond < 0.2, most, np.inf)
     for what, share in (("clipped at", beyond < 0.2), ("not clipped: too many exceed", beyond >= 0.2)):
         if joints := [name for name, own, far in zip(robot.joint_names, share, beyond, strict=True) if own and far]:
             notes.append(f"Commanded torques of {listed(joints)} are {what} the effort limits of the model.")
-    kept = {name: values for name, values in channels.items() if name not in COMMAND}
     parts = {"torque": np.clip(torque, -limits, limits), "command": command, "feedback": feedback}
-    return kept | parts, tuple(limits.tolist()), notes
+    return channels | parts, tuple(limits.tolist()), notes
 
 
 def _fill(channels: dict[str, Array], selection: Selection, robot: Robot | None) -> list[str]:

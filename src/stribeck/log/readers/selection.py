@@ -65,8 +65,9 @@ def select(source: Recording, table: LogTable, robot: Robot | None) -> Selection
             f"[log.position] name (found {listed(_holdings(source))})"
         )
     notes: list[str] = []
-    commanded = robot is not None and robot.command_gains is not None
-    unused = ("torque",) if commanded else tuple(COMMAND)
+    by_command = robot is not None and robot.command_gains is not None
+    commanded = robot is not None and by_command and ("torque" not in source.channels or robot.has_kp)
+    unused = ("torque",) if commanded else tuple(COMMAND) if robot else ()
     labels = {
         name: _labels(name, channel, source, table, robot, notes)
         for name, channel in source.channels.items()
@@ -85,7 +86,7 @@ def select(source: Recording, table: LogTable, robot: Robot | None) -> Selection
             columns[name] = chosen
     if commanded and "desired_position" not in columns:
         raise LogError(
-            f"{source.path}: [robot] kp and kd require desired positions, and the log has none; "
+            f"{source.path}: torque_source 'command' requires torques or desired positions, and the log has none; "
             f"expected {_expected('desired_position', source)}, or its name as [log.desired_position] name (found "
             f"{listed(_holdings(source))})"
         )
@@ -101,8 +102,10 @@ def select(source: Recording, table: LogTable, robot: Robot | None) -> Selection
         for name in source.channels
         if name not in labels and name not in COMMAND
     ]
-    if idle := [name for name in COMMAND if name in source.channels and not commanded]:
-        notes.append(f"{listed(idle)} is ignored: the robot file has no kp and kd to compute torques from it.")
+    if idle := [name for name in COMMAND if robot and name in source.channels and not commanded]:
+        notes.append(
+            f"{listed(idle)} is ignored: the log's torques are used. Set [robot] kp to compute them from the command."
+        )
     notes += _ignored(source, at, joints)
     return Selection(joints, feet, columns | of_feet, labels, tuple(notes))
 
@@ -180,7 +183,7 @@ def _joint_columns(
     missing = [joint for joint in joints if joint not in places]
     if robot is not None and channel in MOTION:  # the passive joints of loops follow the others
         missing = [joint for joint in missing if joint not in robot.passive]
-    needed = channel in ("position", "torque", "desired_position")
+    needed = channel in ("position", "torque") or (robot is not None and channel == "desired_position")
     if channel in ("torque", *COMMAND) and robot is not None:
         missing_torque = [joint for joint in missing if joint not in robot.position_controlled]
         filled = [joint for joint in missing if joint in robot.position_controlled]
@@ -216,7 +219,7 @@ def _no_torque(source: Recording, joints: Sequence[str], robot: Robot | None) ->
     """Make a torque channel of zeros if every joint is position-controlled; refuse other logs without torque."""
     if robot is not None and set(joints) <= set(robot.position_controlled):
         return {"torque": [-1] * len(joints)}
-    command = ", or [robot] kp and kd to compute torques from its desired positions"
+    command = ", or [robot] torque_source = 'command' to use its desired positions"
     raise LogError(
         f"{source.path}: contains no joint torques; expected {_expected('torque', source)}, or its name as "
         f"[log.torque] name{command * ('desired_position' in source.channels)} (found {listed(_holdings(source))})"

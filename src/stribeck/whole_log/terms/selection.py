@@ -191,7 +191,8 @@ def with_terms(joint: JointResult, terms: JointTerms, noise: float = 0.0) -> Joi
         reason = joint.reason if joint.verdict == "weak" else f"{joint.reason}; {reason}"
         found = replace(joint, parameters=parameters | shared, reason=reason)
     if joint.verdict == "no friction" and (joint.residual_rms or 0.0) > max(2 * noise, 0.5 * terms.mean_load):
-        sizes = f"residual torque {joint.residual_rms:.2g} N m and mean load {terms.mean_load:.2g} N m"
+        unit = joint.torque_unit or "N m"
+        sizes = f"residual torque {joint.residual_rms:.2g} {unit} and mean load {terms.mean_load:.2g} {unit}"
         cause = "check for noise, a dead sensor, a wrong sign or a wrong model"
         found = replace(found, verdict="weak", reason=f"{sizes} are similar: {cause}")
     return replace(
