@@ -22,8 +22,12 @@ class StribeckError(Exception):
 
     exit_code = 2
 
-    def __init__(self, message: str) -> None:
+    option = ""
+    """Options of the command line that avoid the error, which the command line adds to the message."""
+
+    def __init__(self, message: str, option: str = "") -> None:
         super().__init__(_one_line(message))
+        self.option = option
 
 
 def _one_line(text: str) -> str:
@@ -112,6 +116,6 @@ def errors_about(path: str) -> Iterator[None]:
         message = str(error)
         if not path or not message.startswith("log: "):
             raise
-        about = LogError(path + message.removeprefix("log"))
+        about = LogError(path + message.removeprefix("log"), error.option)
         about.__notes__ = getattr(error, "__notes__", [])
         raise about from error

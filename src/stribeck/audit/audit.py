@@ -45,9 +45,8 @@ def audit_or_stop(prepared: Sequence[PreparedLog], robot: Robot, settings: Setti
         stops = next((finding for finding in each if finding.stops), None)
         if stops and not force:
             with findings_kept([str(finding) for finding in each if finding is not stops]):
-                raise LogError(
-                    f"{where}: {stops}. Every number would be wrong; --force continues anyway ({stops.place})"
-                )
+                message = f"{where}: {stops}. Every number would be wrong ({stops.place})"
+                raise LogError(message, option="--force continues anyway")
         found.append((where, each))
     return merged(found)
 

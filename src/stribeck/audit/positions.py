@@ -7,7 +7,10 @@ from numpy.typing import NDArray
 
 from stribeck.audit.evidence import Evidence
 from stribeck.base.finding import Finding
+from stribeck.base.typing import Array
 
+FEW = 0.02
+"""Largest distance outside the limits in degrees relative to that in radians [1], for positions in degrees."""
 OUTSIDE = 0.25
 """Distance outside the range beyond which no stop is plausible [rad] or [m]."""
 
@@ -48,18 +51,28 @@ def _degrees(evidence: Evidence) -> list[Finding]:
     turning = ~np.array(robot.prismatic)
     lowest, highest = evidence.position_range
     limited = turning & np.isfinite(low) & np.isfinite(high)
-    wide = limited & ((lowest < low - 1) | (highest > high + 1))
-    fits = (np.deg2rad(lowest) > low - 0.1) & (np.deg2rad(highest) < high + 0.1)
+    excess = _excess(lowest, highest, low, high)
+    left = _excess(np.deg2rad(lowest), np.deg2rad(highest), low, high)[limited]
+    wide = limited & (excess > 1.0)
     steps = np.percentile(np.abs(np.diff(log.position[:6000], axis=0)), 99, axis=0)
     fast = turning & (steps / evidence.prepared.sampling.period > 60.0)  # rad/s: faster than any joint
     moving = turning & (highest - lowest > 0.02)
-    far = np.count_nonzero(wide & fits)
-    of_limits = far >= max(1, 0.5 * np.count_nonzero(limited & moving)) and bool(np.all(fits[limited]))
+    fits = np.all(left < 0.1) or left.sum() < FEW * excess[limited].sum()
+    of_limits = fits and np.count_nonzero(wide) >= max(1, 0.5 * np.count_nonzero(limited & moving))
     of_speed = not limited.any() and np.count_nonzero(fast) >= max(1, 0.5 * np.count_nonzero(moving))
     if not of_limits and not of_speed:
         return []
     names = [robot.joint_names[k] for k in np.flatnonzero(wide if of_limits else fast)]
-    return [Finding.of("position-degrees", names, reach=float(np.maximum(-lowest, highest)[turning].max()))]
+    units = ['unit = "deg" in [log.position]']
+    units += ['unit = "deg" in [log.desired_position]'] * (log.command is not None)
+    units += ['unit = "deg/s" in [log.velocity]'] * (log.velocity is not None)
+    reach = float(np.maximum(-lowest, highest)[turning].max())
+    return [Finding.of("position-degrees", names, reach=reach, units=" and ".join(units))]
+
+
+def _excess(lowest: Array, highest: Array, low: Array, high: Array) -> Array:
+    """Compute how far each joint moves outside its limits [rad], shape (n,)."""
+    return np.maximum(0.0, np.maximum(low - lowest, highest - high))
 
 
 def _limits(evidence: Evidence, left_out: Collection[str]) -> list[Finding]:

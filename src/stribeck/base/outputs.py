@@ -87,7 +87,7 @@ def check_outputs(outputs: Iterable[Path], inputs: Iterable[Path], overwrite: bo
         if output.exists() and any(output.samefile(file) for file in read):
             raise SettingsError(f"{output}: is read, and is not written over; expected another output")
         if os.path.lexists(output) and not overwrite:
-            raise SettingsError(f"{output}: already exists; choose another -o, or pass --overwrite")
+            raise SettingsError(f"{output}: already exists", option="choose another -o, or pass --overwrite")
 
 
 @contextmanager

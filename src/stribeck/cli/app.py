@@ -181,7 +181,7 @@ def export(
         raise SettingsError("--ranges takes neither --samples, --strict nor --friction; leave them out")
     if samples is not None:
         if output.is_dir() and any(output.iterdir()) and not overwrite:
-            raise SettingsError(f"{output}: already exists; choose another -o, or pass --overwrite")
+            raise SettingsError(f"{output}: already exists", option="choose another -o, or pass --overwrite")
         with findings_kept([*machine.warnings, *found.warnings]):
             paths = export_samples(found, machine, output, to, samples, friction=friction, **chosen)
         if not quiet:
@@ -369,7 +369,7 @@ def run() -> None:
     except StribeckError as error:
         for finding in getattr(error, "__notes__", ()):
             console.print_error(f"note: {finding}")
-        console.print_error(str(error))
+        console.print_error("; ".join(filter(None, (str(error), error.option))))
         sys.exit(error.exit_code)
     except OSError as error:
         place = f"{error.filename}: " if error.filename else ""

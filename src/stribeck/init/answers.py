@@ -60,7 +60,7 @@ def draft_robot_file(model: str, log: Path | None, output: Path) -> Draft:
             draft.ask("robot", "no log was given; `stribeck init MODEL LOG` finds names, units, signs and delays.")
         else:
             _answer_from_log(draft, log)
-        draft.warnings = list(draft.robot().warnings)  # refuse now what `identify` would refuse
+        draft.warnings += draft.robot().warnings  # refuse now what `identify` would refuse
     return draft
 
 
@@ -175,7 +175,9 @@ def _match(draft: Draft, source: Recording) -> tuple[list[str], list[str], list[
             )
         extra = [] if rest else left
     if renamed:
-        draft.set("log", "joint_names", renamed, "matched by similar names; check them.")
+        draft.table("log")["joint_names"] = renamed
+    if set(renamed.values()) - set(unsure):
+        draft.note("log.joint_names", "matched by similar names; check them.")
     if unsure:
         draft.ask("log.joint_names", f"not matched by name; is this the order of {', '.join(unsure)}?")
     return names, unsure, extra

@@ -52,7 +52,7 @@ def answer_by_dynamics(draft: Draft, log: Path, unsure: Sequence[str]) -> None:
             break
     unknown = prepared.log.unscaled.keys()
     for finding in (*left, *(each for each in of_gains if unknown & set(each.joints))):
-        draft.ask("robot", f"{finding}.")
+        (draft.ask if finding.stops or finding not in left else draft.warn)("robot", f"{finding}.")
 
 
 def _apply_setting(draft: Draft, finding: Finding) -> bool:

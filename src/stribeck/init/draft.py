@@ -36,7 +36,7 @@ class Draft:
     questions
         Questions that neither model nor log answer, one sentence each.
     warnings
-        Problems of the model that do not prevent its use.
+        Problems of model and log that do not prevent their use, one sentence each.
     """
 
     facts: ModelFacts
@@ -67,11 +67,16 @@ class Draft:
         self.questions.append(text)
         self.note(key, f"TODO: {text}")
 
+    def warn(self, key: str, text: str) -> None:
+        """Add a warning as a comment."""
+        self.warnings.append(text)
+        self.note(key, f"Warning: {text}")
+
     @property
     def text(self) -> str:
         """Text of the robot file."""
         file = tomlkit.document()
-        heading = ["Written by `stribeck init`; every key is explained in docs/robot-file.md."]
+        heading = ['Written by `stribeck init`. The page "Robot file" of the documentation explains every key.']
         if self.questions:
             heading.append(f"Questions that model and log leave open are marked TODO ({len(self.questions)} of them).")
         for line in heading:

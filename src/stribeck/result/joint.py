@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -158,7 +158,7 @@ class JointResult:
     torque_r2: TorqueR2 | None = None
     torque_unit: str | None = None
     law: str = field(default="", repr=False, compare=False)
-    measured: Any = field(default=None, repr=False, compare=False)
+    measured: ClassVar[tuple[Array, Array] | None] = None
 
     def __post_init__(self) -> None:
         """Make dictionaries read-only."""

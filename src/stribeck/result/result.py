@@ -87,9 +87,10 @@ class Result:
         """Give every joint its law and measured samples; make dictionaries read-only."""
         measured = self.evidence.measured if self.evidence else {}
         for of in ("joints", "couplings"):
-            found = getattr(self, of).items()
-            joints = {name: replace(joint, law=self.law, measured=measured.get(name)) for name, joint in found}
-            object.__setattr__(self, of, joints)
+            found = {name: replace(joint, law=self.law) for name, joint in getattr(self, of).items()}
+            object.__setattr__(self, of, found)
+            for name in found.keys() & measured:
+                object.__setattr__(found[name], "measured", measured[name])
         freeze_dicts(self)
 
     @property

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Sequence
+import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+import tomlkit
 
 from stribeck.errors import LogError
 from stribeck.log.readers.feet import foot_columns, places_of, widened
@@ -204,15 +207,41 @@ def _joint_columns(
 def _missing_joint(
     channel: str, missing: list[str], places: dict[str, int], source: Recording, robot: Robot | None
 ) -> str:
-    close = difflib.get_close_matches(missing[0], list(places), n=3, cutoff=0.3)
-    found = f"the closest names are {listed(close)}" if close else f"the log has {listed(list(places))}"
     where = robot.path if robot and robot.path else "the robot file"
-    cure = f'in {where}, name it as [log] joint_names = {{ "<name in the log>" = "{missing[0]}" }}'
+    known = robot.joint_names if robot else missing
+    strangers = [name for name in places if name not in known]
     if channel == "position":
-        cure += f", or lock a joint that the log leaves out as [robot] locked = {{ {missing[0]} = 0.0 }}"
+        cure = f"lock joints that the log omits, as [robot] locked = {_toml({missing[0]: 0.0})}"
     else:
-        cure += f', or list a joint without torque as [robot] position_controlled = ["{missing[0]}"]'
-    return f"{source.path}: no {channel} of joint {listed(missing)} in the log; {found}; {cure}"
+        cure = f"list joints without {channel} in [robot] position_controlled = {_toml(missing[:1])}"
+    if strangers and robot:
+        named = dict(robot.log_table.joint_names) | _paired(strangers, missing)
+        cure = f"in {where}, set joint_names = {_toml(named)} in [log] and check the pairs, or {cure}"
+    names = f"the log has {listed(strangers or list(places))}"
+    return f"{source.path}: no {channel} of joint {listed(missing)} in the log; {names}; {cure}"
+
+
+def _paired(names: Sequence[str], joints: Sequence[str]) -> dict[str, str]:
+    """Pair names of a log with joints, in order if their numbers agree, otherwise with the closest name."""
+    if len(names) == len(joints):
+        return dict(zip(names, joints, strict=True))
+    pairs, left = {}, list(names)
+    for joint in joints:
+        if left:
+            closest = difflib.get_close_matches(joint, left, n=1, cutoff=0.0)[0]
+            left.remove(closest)
+            pairs[closest] = joint
+    return pairs
+
+
+def _toml(value: Mapping[str, object] | Sequence[str]) -> str:
+    """Format a value on one line, for a robot file."""
+    if not isinstance(value, Mapping):
+        return json.dumps(value, ensure_ascii=False)
+    table = tomlkit.inline_table()
+    for key, own in value.items():
+        table.add(key, own)
+    return table.as_string()
 
 
 def _no_torque(source: Recording, joints: Sequence[str], robot: Robot | None) -> dict[str, list[int]]:
