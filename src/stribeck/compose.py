@@ -155,7 +155,7 @@ def _joints(
     fitted: Fitted, fits: Mapping[str, JointFit], samples: FrictionSamples, law: FrictionLaw, settings: Settings
 ) -> dict[str, JointResult]:
     """Judge every joint and coupling, and add the terms of the law "auto"."""
-    joints = judge(fits, samples, law, settings, fitted.validations, fitted.criteria)
+    joints = judge(fits, samples, law, settings, fitted.validations, fitted.criteria, fitted.disturbed)
     if all(joint.verdict == "not excited" for joint in joints.values()):
         raise NothingIdentifiedError(why_none({name: joint.reason for name, joint in joints.items()}))
     for name, joint in joints.items():

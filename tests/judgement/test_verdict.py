@@ -11,6 +11,7 @@ from stribeck.judgement.curve_fit.fit import fit_law, validate
 from stribeck.judgement.verdict import judge
 from stribeck.judgement.weakness import USUAL, is_weak
 from stribeck.methods.whole_log import CRITERIA
+from stribeck.result import Validation
 from stribeck.settings import Settings
 
 
@@ -36,6 +37,18 @@ def test_a_well_moved_joint_is_identified(make_samples, make_joint, truth) -> No
     assert found.validation.rms == pytest.approx(0.05, rel=0.1)
     assert found.validation.rms < found.validation.rms_coulomb_only < found.validation.rms_zero_friction
     assert found.positive_power_fraction < 0.02
+
+
+@pytest.mark.parametrize(("left", "verdict"), [(0.28, "identified"), (0.35, "weak")])
+def test_in_a_disturbed_log_held_out_friction_must_be_explained(make_samples, make_joint, left, verdict) -> None:
+    samples = make_samples({"knee": make_joint()}, blocks=60)
+    problem = samples, get_law("stribeck"), Settings(law="stribeck")
+    seen = {"knee": Validation(rms=left, rms_zero_friction=1.0, rms_coulomb_only=0.5)}
+    fits = fit_law(*problem)
+    assert judge(fits, *problem, seen)["knee"].verdict == "identified"
+    found = judge(fits, *problem, seen, disturbed="from 40.2 to 70.1 s")["knee"]
+    assert found.verdict == verdict
+    assert ("something else acts on this joint from 40.2 to 70.1 s" in found.reason) == (verdict == "weak")
 
 
 def test_a_still_joint_gets_no_numbers(make_samples, make_joint) -> None:

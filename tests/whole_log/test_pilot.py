@@ -90,6 +90,15 @@ def test_a_payload_that_is_held_for_a_part_of_the_log_is_set_aside(
     covered(found, 0.02)
 
 
+def test_a_hand_that_guides_most_of_the_log_is_set_aside(arm: Robot) -> None:
+    log = arm_log(arm, duration=44.0, rate=250.0)
+    hand = 4 * np.sin(2.3 * log.time[:, None] ** 1.2 + np.arange(3)) * ((log.time > 8) & (log.time < 36))[:, None]
+    found = whole_log(replace(log, torque=log.torque + hand), arm)
+    ((start, end, _),) = found.set_aside[0]
+    assert (start, end) == (pytest.approx(8.0, abs=0.5), pytest.approx(36.0, abs=0.5))
+    covered(found, 0.03)
+
+
 def test_pushes_hardly_matter(arm: Robot, exact: RobotLog) -> None:
     found = whole_log(pushed(exact), arm)
     assert len(found.set_aside[0]) == 10

@@ -137,6 +137,8 @@ class Fitted:
         Names of the estimated couplings of the robot.
     set_aside
         Spans of each log that the method did not use, because something disturbs them; empty if unknown.
+    disturbed
+        Phrase on the spans in which something disturbs the joints; empty if nothing does.
     findings, notes
         Findings for the user, and sentences on the processing.
     """
@@ -153,6 +155,7 @@ class Fitted:
     terms: Mapping[str, JointTerms] = field(default_factory=dict)
     couplings: Sequence[str] = ()
     set_aside: Sequence[Sequence[Span]] = ()
+    disturbed: str = ""
     findings: Sequence[Finding] = ()
     notes: Sequence[str] = ()
 

@@ -45,6 +45,9 @@ CRITERIA = Criteria(assumes_exact_law=False, shares_shapes=True)
 FEW = 0.01
 """Share of windows that are set aside [1] from which a warning is given."""
 
+DIFFERENT = 50.0
+"""Heterogeneity [1] from which something acts in parts of a log; real robots without disturbances reach 29."""
+
 FAR = 10.0
 """Corrections [1], in prior standard deviations, from which a warning is given: no real model has such errors."""
 
@@ -152,6 +155,13 @@ class WholeLog:
         if 0 < self.fit.set_aside <= FEW:
             found.append(f"Outliers are set aside: {listed_spans(list(chain(*self.set_aside)))}.")
         return found
+
+    @property
+    def disturbed(self) -> str:
+        """Phrase on the spans in which something else acts, or on parts of the log that differ; "" without either."""
+        if self.fit.set_aside > FEW:
+            return f"from {listed_spans(list(chain(*self.set_aside)))}"
+        return "in some parts of the log" if self.fit.heterogeneity > DIFFERENT else ""
 
     @property
     def findings(self) -> list[Finding]:
@@ -311,6 +321,7 @@ def find(
         terms=found.terms,
         couplings=tuple(robot.couplings),
         set_aside=found.set_aside,
+        disturbed=found.disturbed,
         findings=found.findings,
         notes=[*(note for _, note in cleaned if note), *found.notes],
     )

@@ -75,7 +75,7 @@ def unseen_r2(joint: JointResult) -> float | None:
     found = joint.validation
     if found is None or found.rms_zero_friction <= 0 or joint.verdict == "no friction":
         return None
-    return 1 - min(found.rms / found.rms_zero_friction, 1e3) ** 2
+    return 1 - min(found.unexplained, 1e3) ** 2
 
 
 def _friction_range(result: Result) -> list[tuple[str, str]]:
@@ -180,6 +180,7 @@ def _row(index: int, name: str, joint: JointResult) -> dict[str, Any]:
         "speeds": speeds if len(speeds) == 3 else [None] * 3,
         "unit": joint.curve[0].unit if joint.curve else "",
         "r2": joint.torque_r2,
+        "left": number(joint.validation.unexplained, 2) if joint.validation and joint.curve else "",
         "advice": advice(joint),
     }
 

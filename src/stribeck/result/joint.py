@@ -78,6 +78,11 @@ class Validation:
     rms_zero_friction: float
     rms_coulomb_only: float
 
+    @property
+    def unexplained(self) -> float:
+        """Residual relative to the residual without friction [1]."""
+        return self.rms / max(self.rms_zero_friction, 1e-300)
+
 
 @dataclass(frozen=True, kw_only=True)
 class TorqueR2:

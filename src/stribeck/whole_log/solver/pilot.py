@@ -29,6 +29,9 @@ LONGEST_DELAY, MOST_ROUNDS, OPERATIONS = 0.1, 10, 3e9
 """Limits that save time: largest delay in the search [s], number of rounds [1], operations for a sum of products [1].
 """
 
+ENOUGH_FOR_QUARTERS = 24
+"""Fewest segments of a pilot that is searched for a consistent quarter [1]: six, more than their own fit explains."""
+
 LINEAR = 0.5e-3
 """Largest delay in which torques are treated as linear [s]."""
 
@@ -208,7 +211,7 @@ def predict(
     """
     count = sum(each.count for each in groups)
     f, slopes = len(precision), model.slopes(np.zeros(model.layout.size))
-    information, right = _normal_equations([each.whitened(components) for each in groups], model, precision)
+    information, right = _normal_equations(_product([each.whitened(components) for each in groups]), model, precision)
     covariance = inverse_of(information)
     values = covariance @ right
     known = len(values) - np.sum(np.diag(covariance)[:f] * precision) - np.sum(model.precision * covariance[f:, f:])
@@ -218,17 +221,22 @@ def predict(
     return Prediction(values, covariance, components), count / max(count - known, 1.0)
 
 
-def _normal_equations(whitened: Sequence[Array], model: ModelCorrections, precision: Array) -> tuple[Array, Array]:
-    """Compute information and right side for friction coefficients and correction coordinates, with the prior."""
+def _product(whitened: Sequence[Array]) -> Array:
+    """Compute the products of the columns of some whitened groups, shape (D + 1, D + 1)."""
     rows = np.concatenate([each.reshape(-1, each.shape[-1]) for each in whitened])
-    product = _in_coordinates(rows.T @ rows, model.slopes(np.zeros(model.layout.size)), len(precision))
+    return np.asarray(rows.T @ rows)
+
+
+def _normal_equations(product: Array, model: ModelCorrections, precision: Array) -> tuple[Array, Array]:
+    """Compute information and right side for friction coefficients and correction coordinates, with the prior."""
+    product = _in_coordinates(product, model.slopes(np.zeros(model.layout.size)), len(precision))
     pull = np.append(np.zeros(len(precision)), model.precision @ model.prior_mean)
     return product[:-1, :-1] + block_diag(np.diag(precision), model.precision), product[:-1, -1] + pull
 
 
-def _fitted(whitened: Sequence[Array], model: ModelCorrections, precision: Array) -> Array:
-    """Fit whitened groups linearly; return the values, then -1 for the left side, shape (D + 1,)."""
-    values = solve(*_normal_equations(whitened, model, precision), assume_a="pos")
+def _fitted(product: Array, model: ModelCorrections, precision: Array) -> Array:
+    """Fit whitened groups linearly by their product; return the values, then -1 for the left side."""
+    values = solve(*_normal_equations(product, model, precision), assume_a="pos")
     values[len(precision) :] = model.slopes(np.zeros(model.layout.size)).pushed(values[len(precision) :, None])[:, 0]
     return np.append(values, -1.0)
 
@@ -278,43 +286,51 @@ def _consistent(
 
     Least trimmed squares (Rousseeuw and Van Driessen 1999): from several starts, fits are repeated on the half of each
     contact mode's segments that the previous fit explained best, until this half is constant. The best of these fits
-    may explain far more than half. Segments are rejected if their chi^2 per equation exceeds `INCONSISTENT` times the
-    median of this half, for example due to a payload, a moving base or a guiding hand. Undisturbed logs reach 17 times.
-    Only this half is used for the delay, because a delay partly explains any disturbance.
+    may explain far more than half. If a quarter is explained four times better, most of the log is disturbed, and the
+    quarter is used instead. Segments are rejected if their chi^2 per equation exceeds `INCONSISTENT` times the median
+    of this part, for example due to a payload, a moving base or a guiding hand. Undisturbed logs reach 17 times. Only
+    this part is used for the delay, because a delay partly explains any disturbance.
     """
     counts = np.array([each.count for each in groups])
     modes = np.unique([each.part.standing for each in groups], axis=0, return_inverse=True)[1]
-    whitened = [each.whitened(components) for each in groups]
+    products = np.stack([_product([each.whitened(components)]) for each in groups])
 
     def sizes(own: NDArray[np.int64]) -> Array:
         """Compute each segment's chi^2 per equation for the fit to some segments."""
-        values = _fitted([whitened[k] for k in own], model, precision)
-        squares = [np.sum((each @ values) ** 2) for each in whitened]
-        return np.asarray(squares / np.maximum(counts, 1))
+        values = _fitted(products[own].sum(axis=0), model, precision)
+        return np.asarray((products @ values) @ values / np.maximum(counts, 1))
 
-    def half(size: Array) -> NDArray[np.int64]:
-        """Select the half of each contact mode's segments that the fit explains best."""
+    def share(size: Array, parts: int) -> NDArray[np.int64]:
+        """Select the fraction 1 / `parts` of each contact mode's segments that the fit explains best."""
         each = [np.flatnonzero(modes == mode) for mode in np.unique(modes)]
         return np.sort(
-            np.concatenate([own[np.argsort(size[own], kind="stable")[: (len(own) + 1) // 2]] for own in each])
+            np.concatenate([own[np.argsort(size[own], kind="stable")[: -(-len(own) // parts)]] for own in each])
         )
 
     everything = np.arange(len(groups))
     first = sizes(everything)
     if first.max() < 3.0:  # relative to the errors of a good model
         return groups
-    random, best, chosen, least = np.random.default_rng(0), first, everything, np.inf
-    for start in range(12):
-        own = half(first) if not start else random.permutation(everything)[: max(3, len(groups) // 6)]
-        for _ in range(MOST_ROUNDS):
-            size = sizes(own)
-            before, own = own, half(size)
-            if np.array_equal(before, own):
-                break
-        trimmed = float(size[own].mean())
-        if trimmed < least:
-            chosen, best, least = own, size / np.median(size[own]), trimmed
-    far = ~np.isin(everything, chosen) if half_alone else best > INCONSISTENT
+    random, few = np.random.default_rng(0), max(3, len(groups) // 6)
+
+    def best_explained(parts: int) -> tuple[float, NDArray[np.int64], Array]:
+        """Find the part that one model explains best: its mean chi^2, its segments, and the chi^2 of all segments."""
+        found = []
+        starts = [share(first, parts), *(random.permutation(everything)[:few] for _ in range(11))]
+        for own in [*starts, *np.array_split(everything, 6)]:  # a disturbance leaves some of the last six alone
+            for _ in range(MOST_ROUNDS):
+                size = sizes(own)
+                before, own = own, share(size, parts)
+                if np.array_equal(before, own):
+                    break
+            found.append((float(size[own].mean()), own, size))
+        return min(found, key=lambda each: each[0])
+
+    least, chosen, size = best_explained(2)
+    if least > 1.5 and len(groups) >= ENOUGH_FOR_QUARTERS:
+        quarter = best_explained(4)
+        least, chosen, size = quarter if 4 * quarter[0] < least else (least, chosen, size)
+    far = ~np.isin(everything, chosen) if half_alone else size > INCONSISTENT * np.median(size[chosen])
     return [
         replace(each, part=replace(each.part, set_aside=np.ones(len(each.part.time), dtype=bool))) if aside else each
         for each, aside in zip(groups, far, strict=True)
@@ -332,7 +348,7 @@ def _undisturbed(
     weighted = whitened
     used = np.concatenate([each.of_windows(each.part.used).any(axis=1) for each in groups])
     for number in range(2 * ROUNDS):
-        values = _fitted(weighted, model, precision)
+        values = _fitted(_product(weighted), model, precision)
         sizes = [np.mean((each @ values) ** 2, axis=1) for each in whitened]
         usual = np.median(np.concatenate(sizes)[used])
         if not number and max(size.max(initial=0.0) for size in sizes) < INCONSISTENT * usual:
