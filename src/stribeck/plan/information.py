@@ -171,7 +171,7 @@ def read_present(path: Path, joints: Iterable[str], rate: float) -> dict[str, Pr
     SettingsError
         If there is no such table, or it belongs to another result.
     """
-    needed = "expected the friction_torque.parquet that 'stribeck identify' wrote beside this result.json"
+    needed = "expected the friction_torque.parquet that `stribeck identify` wrote next to this result.json"
     if not path.is_file():
         raise SettingsError(f"{path}: no such file; {needed}")
     try:
