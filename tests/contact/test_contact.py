@@ -41,6 +41,9 @@ class Walker:
     def contacts(self):
         return {foot: Contact(foot, f"{foot}_frame", self.kind) for foot in self.feet}
 
+    def standing(self, feet):  # noqa: ARG002
+        return np.ones(3 * len(self.feet) + 3, dtype=bool)
+
     def foot_pose(self, contact, position):
         k = self.feet.index(contact)
         return Rotation.from_rotvec(position[:, -3:]).inv().as_matrix(), position[:, 3 * k : 3 * k + 3]

@@ -41,6 +41,8 @@ def check_contacts(evidence: Evidence) -> list[Finding]:
     for phase in support.phases:
         known[phase.start : phase.stop] = phase.kind != "touching"
         standing[phase.start : phase.stop] = [foot in phase.feet for foot in feet]
+    if not standing.any():  # a hung robot
+        return []
     rows = np.flatnonzero(known)
     rows = rows[:: max(1, len(rows) // 4000)]  # about 4000 samples are sufficient
     standing = standing[rows]
@@ -145,7 +147,7 @@ def _orientation(evidence: Evidence) -> list[Finding]:
     quaternions = root_quaternions(robot, log.position[evidence.rows], log.base_orientation[evidence.rows])  # type: ignore[index]
     base = Rotation.from_quat(quaternions)
     foot = _standing_sole(evidence)
-    if foot is None:
+    if foot is None or not (foot >= 0).any():
         return []
     known = np.flatnonzero(foot >= 0)
     poses = np.tile(np.eye(3), (len(evidence.rows), 1, 1))

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.contact.forces import foot_loads, force_channel, standing_from_forces
-from stribeck.contact.kinematics import standing_from_kinematics
+from stribeck.contact.kinematics import share_at_rest, standing_from_kinematics
 from stribeck.contact.phases import (
     FALLEN,
     Source,
@@ -29,6 +29,9 @@ from stribeck.errors import LogError, RobotFileError
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.settings import SupportSettings
+
+HANGS = 0.7
+"""Share at rest [1] of the stillest foot below which no foot stands: at most 0.3 in a gantry, at least 0.8 on walks."""
 
 
 def find_support_phases(
@@ -50,7 +53,8 @@ def find_support_phases(
     Returns
     -------
     SupportPhases
-        Phases that cover all segments without gap or overlap, up to a fall of the robot.
+        Phases that cover all segments without gap or overlap, up to a fall of the robot. If no foot ever stands, the
+        robot is hung up, provided that the base orientation is measured.
 
     Raises
     ------
@@ -80,6 +84,12 @@ def find_support_phases(
     if fall is not None:
         segments = tuple(slice(s.start, min(s.stop, fall)) for s in segments if s.start < fall)
     standing, touching, notes = _find_standing(log, robot, feet, segments, settings, source)
+    if fall is None and (source == "kinematics" or not any(standing[segment].any() for segment in segments)):
+        rest = share_at_rest(log, robot, feet, segments)
+        still = rest is None and log.base_orientation is not None and source != "kinematics"
+        if still or (rest is not None and rest < HANGS):
+            note = "No foot ever stands: the robot is taken as hung up at its base, which may move."
+            return SupportPhases(phases=fixed_phases(segments, "hung"), source=source, notes=(note,))
     found = [
         phase
         for segment in segments
@@ -155,7 +165,10 @@ def _describe_no_standing(
             f"{start}: the largest load of a foot in {force_channel(log)} is {most:.4g} N, but the threshold is "
             f"{settings.force_on * weight:.4g} N ([identify.support] force_on times the weight of {weight:.4g} N)"
         )
-    return f"{start}: all contact flags of {', '.join(feet)} are false; if the base is held, set [robot] base = 'fixed'"
+    flags = f"all contact flags of {', '.join(feet)} are false"
+    if log.base_orientation is not None:
+        return f"{start}: {flags}, but some foot always rests; set [identify.support] source = 'kinematics'"
+    return f"{start}: {flags}; if the robot hangs, log its base orientation or set [robot] base = 'fixed'"
 
 
 def _note_short_phases(phases: list[SupportPhase], settings: SupportSettings) -> list[str]:

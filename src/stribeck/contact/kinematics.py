@@ -1,7 +1,7 @@
 """Standing feet from kinematics: standing feet neither rise above the others nor move relative to them."""
 
 from dataclasses import dataclass
-from itertools import permutations
+from itertools import combinations, permutations
 
 import numpy as np
 import scipy  # its ndimage is slow to import: loaded at its first use
@@ -17,6 +17,8 @@ from stribeck.robot import Robot
 
 SLOWEST = 0.02
 """Foot speed [m/s] below which a foot stands, regardless of the others."""
+LEAST_MOTION = 0.05
+"""Speed of the legs' fastest joint [rad/s] from which it shows that feet rest."""
 
 
 def standing_from_kinematics(
@@ -61,6 +63,39 @@ def standing_from_kinematics(
         "flight is not detected."
     )
     return standing, [note]
+
+
+def share_at_rest(log: RobotLog, robot: Robot, feet: tuple[str, ...], segments: tuple[slice, ...]) -> float | None:
+    """Compute how much less the stillest foot moves than its leg [1]: 1 for a foot at rest, 0 for a hung robot.
+
+    A standing sole does not turn, and two standing points keep their distance. Median over time; None if the base
+    orientation is missing or the legs hardly move. In a log of less than 0.15 s feet count as at rest.
+    """
+    if log.base_orientation is None:
+        return None
+    if len(log.time) < 2:
+        return 1.0
+    step = max(1, round(0.05 / float(np.median(np.diff(log.time)))))  # velocities over 50 ms
+    rows = np.concatenate([np.arange(segment.start, segment.stop, step) for segment in segments])
+    if len(rows) < 3:
+        return 1.0
+    legs = log.position[rows][:, robot.standing(feet)]
+    part = log.take(rows)
+    turn = Rotation.from_quat(root_quaternions(robot, part.position, part.base_orientation))  # type: ignore[arg-type]
+    poses = [robot.foot_pose(foot, part.position) for foot in feet]
+    duration = np.diff(part.time)
+    moving = np.abs(np.diff(legs, axis=0)).max(axis=1, initial=0.0) / duration
+    rates = []  # of soles [rad/s], and of points divided by the length of their legs [1/s]
+    for rotation, _ in (pose for foot, pose in zip(feet, poses, strict=True) if robot.contacts[foot].kind == "surface"):
+        own = turn * Rotation.from_matrix(rotation)
+        rates.append((own[:-1].inv() * own[1:]).magnitude() / duration)
+    points = [place for foot, (_, place) in zip(feet, poses, strict=True) if robot.contacts[foot].kind != "surface"]
+    for one, other in combinations(points, 2):
+        between = np.diff(turn.apply(one - other), axis=0)
+        rates.append(np.linalg.norm(between, axis=1) / np.linalg.norm(one, axis=1)[1:] / duration)
+    if not rates or np.median(moving) < LEAST_MOTION:
+        return None
+    return 1 - float(np.clip(np.median(np.min(rates, axis=0)) / np.median(moving), 0, 1))
 
 
 @dataclass(frozen=True, eq=False)

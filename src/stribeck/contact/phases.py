@@ -19,7 +19,10 @@ from stribeck.settings import SupportSettings
 FALLEN = np.deg2rad(60.0)
 """Base tilt above which the robot has fallen [rad]."""
 
-Kind = Literal["fixed", "single", "double", "multiple", "flight", "touching"]
+HUNG = "hung"
+"""Name in place of the feet while something unknown, such as a gantry, carries the base."""
+
+Kind = Literal["fixed", "hung", "single", "double", "multiple", "flight", "touching"]
 Source = Literal["fixed", "flags", "forces", "kinematics"]
 
 
@@ -32,7 +35,7 @@ class SupportPhase:
     start, stop
         The whole phase is rows [start, stop).
     feet
-        Names of the standing contacts, in the robot's order; ("base",) for a fixed base.
+        Names of the standing contacts, in the robot's order; ("base",) for a fixed base, ("hung",) in a gantry.
     kind
         "single", "double" and "multiple" count the standing feet; "flight" has none. In "touching", some foot carries a
         part of its load, so that it neither stands nor swings: none of its rows are used.
@@ -62,10 +65,11 @@ class SupportPhases:
     notes: tuple[str, ...] = ()
 
 
-def fixed_phases(segments: tuple[slice, ...]) -> tuple[SupportPhase, ...]:
-    """Make the phases of a fixed base: one per segment, not trimmed."""
+def fixed_phases(segments: tuple[slice, ...], kind: Literal["fixed", "hung"] = "fixed") -> tuple[SupportPhase, ...]:
+    """Make the phases of a fixed or hung base: one per segment, not trimmed."""
+    feet = ("base",) if kind == "fixed" else (HUNG,)
     return tuple(
-        SupportPhase(start=a, stop=b, feet=("base",), kind="fixed", first=a, last=b, steady_first=a, steady_last=b)
+        SupportPhase(start=a, stop=b, feet=feet, kind=kind, first=a, last=b, steady_first=a, steady_last=b)
         for a, b in ((segment.start, segment.stop) for segment in segments)
         if b > a
     )

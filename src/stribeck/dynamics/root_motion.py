@@ -73,6 +73,26 @@ def base_root(robot: Robot, feet: tuple[str, ...], state: State) -> RootMotion:
     )
 
 
+def hung_root(robot: Robot, state: State) -> RootMotion:
+    """Compute the motion of the root link of a robot that hangs, or rolls on wheels.
+
+    It turns at the measured, nearly constant speed: its angular acceleration is smaller than the noise of a measured
+    one. The accelerometer gives gravity minus the linear acceleration; without it, the link stays in place.
+
+    Raises
+    ------
+    LogError
+        If the base orientation is missing.
+    """
+    turn = state.orientation
+    if turn is None:
+        raise LogError("log: the base hangs freely, and its tilt is not used; expected base_orientation and tilt 'imu'")
+    gravity = turn.apparent_gravity
+    if gravity is None:
+        gravity = gravity_in_root_link(turn.quaternion, robot.gravity)
+    return RootMotion(gravity, np.hstack([np.zeros_like(turn.angular_velocity), turn.angular_velocity]))
+
+
 def flying_root(rooted: RootedModel, state: State) -> RootMotion:
     """Compute the motion of the root link of a flying robot: no wrench acts on it.
 

@@ -24,11 +24,14 @@ class Orientation:
         Quaternion xyzw from root link to world, shape (T, 4).
     angular_velocity, angular_acceleration
         Rates [rad/s], [rad/s^2], shape (T, 3).
+    apparent_gravity
+        Gravity minus the link's acceleration [m/s^2], shape (T, 3); None if not measured or not needed.
     """
 
     quaternion: Array
     angular_velocity: Array
     angular_acceleration: Array
+    apparent_gravity: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +47,9 @@ class State:
         """Select samples."""
         turn = self.orientation
         if turn is not None:
-            turn = Orientation(turn.quaternion[rows], turn.angular_velocity[rows], turn.angular_acceleration[rows])
+            apparent = None if turn.apparent_gravity is None else turn.apparent_gravity[rows]
+            rates = turn.angular_velocity[rows], turn.angular_acceleration[rows]
+            turn = Orientation(turn.quaternion[rows], *rates, apparent)
         return State(self.position[rows], self.velocity[rows], self.acceleration[rows], turn)
 
 
@@ -61,6 +66,14 @@ def orientation_from_derivatives(quaternion: Array, rate: Array, change: Array) 
 def _conjugate_product(a: Array, b: Array) -> Array:
     """Compute the vector part of a* b, shape (T, 3)."""
     return np.asarray(a[:, 3:] * b[:, :3] - b[:, 3:] * a[:, :3] - np.cross(a[:, :3], b[:, :3]))
+
+
+def apparent_gravity(robot: Robot, position: Array, linear_acceleration: Array) -> Array:
+    """Transform an accelerometer's reading to gravity minus acceleration in the root link, shape (T, 3)."""
+    if robot.base_frame == BASE_FRAME:
+        return -linear_acceleration
+    rotation, _ = frame_pose(robot.tree, robot.tree.model.getFrameId(robot.base_frame), position)
+    return np.asarray(-np.einsum("tij,tj->ti", rotation, linear_acceleration))
 
 
 def root_quaternions(robot: Robot, position: Array, base_orientation: Array) -> Array:

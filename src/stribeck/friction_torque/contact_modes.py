@@ -2,9 +2,9 @@
 
     R = tau - inverse_dynamics(q, v, a)
 
-On one standing surface, the tree is rooted at that foot and all joints are known. On several surfaces, and on point
-feet, the individual foot wrenches are unknown, so only swinging limbs are known. If wrenches are measured, they
-determine the joints between base and feet (docs/other-methods.md).
+On one standing surface, the tree is rooted at that foot and all joints are known, as they are while the robot hangs. On
+several surfaces, and on point feet, the individual foot wrenches are unknown, so only swinging limbs are known. If
+wrenches are measured, they determine the joints between base and feet (docs/other-methods.md).
 """
 
 from collections.abc import Mapping
@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
 from stribeck.contact import SupportPhase
+from stribeck.contact.phases import HUNG
 from stribeck.differentiation.averaging import Nodes
 from stribeck.dynamics.loops import without_loop_forces
-from stribeck.dynamics.root_motion import base_root, standing_root
+from stribeck.dynamics.root_motion import base_root, hung_root, standing_root
 from stribeck.dynamics.rooted import RootMotion, rooted_inverse_dynamics
 from stribeck.dynamics.state import State
 from stribeck.friction_torque.foot_wrenches import effect_on_joints
@@ -82,6 +83,8 @@ def contact_root(robot: Robot, mode: StandingFeet, state: State) -> tuple[Rooted
     """
     if robot.base == "fixed":
         return robot.tree, None
+    if HUNG in mode.feet:
+        return robot.tree, hung_root(robot, state)
     surface = _select_root_foot(robot, mode)
     if surface is None:
         return robot.tree, base_root(robot, mode.feet, state)
@@ -115,8 +118,9 @@ def takes_wrenches(robot: Robot, settings: Settings) -> bool:
 
 
 def leaves_open(robot: Robot, feet: tuple[str, ...]) -> bool:
-    """Return whether joints of standing limbs are unknown: not on a fixed base or on one standing surface."""
-    return robot.base == "floating" and (len(feet) > 1 or robot.contacts[feet[0]].kind == "point")
+    """Return whether joints of standing limbs are unknown: not on a fixed or hung base or on one standing surface."""
+    known = robot.base == "fixed" or HUNG in feet
+    return not known and (len(feet) > 1 or robot.contacts[feet[0]].kind == "point")
 
 
 def by_inverse_dynamics(

@@ -1,7 +1,7 @@
 """Friction torque of every joint at every usable sample of a log, chunk by chunk."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -12,7 +12,7 @@ from stribeck.contact import SupportPhase
 from stribeck.differentiation import Filter, make_filter
 from stribeck.differentiation.averaging import average_nodes
 from stribeck.differentiation.filters import sharper_filter
-from stribeck.dynamics.state import State, orientation_from_derivatives, root_quaternions
+from stribeck.dynamics.state import State, apparent_gravity, orientation_from_derivatives, root_quaternions
 from stribeck.errors import LogError
 from stribeck.friction_torque.contact_modes import (
     StandingFeet,
@@ -225,6 +225,10 @@ def differentiate(
         wide = _widen(rows, turn_filter)
         quaternions = root_quaternions(robot, log.position[wide], log.base_orientation[wide])
         orientation = orientation_from_derivatives(*turn_filter.apply(quaternions))
+        if log.linear_acceleration is not None:
+            wide = _widen(rows, motion_filter)
+            apparent = apparent_gravity(robot, log.position[wide], log.linear_acceleration[wide])
+            orientation = replace(orientation, apparent_gravity=motion_filter.smooth(apparent))
     acceleration = log.acceleration
     if acceleration is None and log.velocity is not None and settings.observer_bandwidth:
         acceleration = np.broadcast_to(np.nan, log.velocity.shape)  # an observer does not use it

@@ -292,8 +292,11 @@ class Robot:
         return self._rooted[contact]
 
     def standing(self, feet: tuple[str, ...]) -> NDArray[np.bool_]:
-        """Find the joints between the base and a standing foot, or in a loop with one of them, shape (n,)."""
-        found = set[int]().union(*(self._path(self.contacts[foot].frame) for foot in feet))
+        """Find the joints between the base and a standing foot, or in a loop with one of them, shape (n,).
+
+        Names that are not contacts, such as "hung", count as no foot.
+        """
+        found = set[int]().union(*(self._path(self.contacts[foot].frame) for foot in feet if foot in self.contacts))
         for group in self._loop_groups():  # a ground force on a loop acts on all of its joints
             if found & group:
                 found |= group

@@ -111,7 +111,7 @@ class WeakForm:
             measured = np.stack([smooth_torque, rate]), None if wrench is None else window.apply(wrench)
             regressors = summed(correction_regressors(self.corrections, mode, centers, on_joints, *measured))
         time = log.time[segment.first + half :: window.step][: len(centers.position)]
-        standing = self.robot.standing(segment.feet)[joints] if self.robot.base != "fixed" else np.zeros(len(joints))
+        standing = self.robot.standing(segment.feet)[joints]
         overlaps = window.overlaps(self.sharp[2], np.ones(1))
         return WeakEquations(
             time=time,

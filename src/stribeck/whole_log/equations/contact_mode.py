@@ -7,7 +7,9 @@ unknown: it takes the place of the forces, and the inertia matrix's columns of t
 contain no joints without a measured torque, so that no sum needs them.
 
 Contact forces do not act on the rows of joints that are not between the base and a standing foot, such as the arms.
-On several soles, only these rows are used, unless `double_support` is "fit".
+On several soles, only these rows are used, unless `double_support` is "fit". The same rows serve a robot that hangs,
+because the unknown wrench on its base acts on none of them. Where there are many, the base's acceleration is unknown,
+too, as in flight, because feet rock and gantries swing; where there are few, only the linear one of a hung base is.
 """
 
 from collections.abc import Sequence
@@ -18,8 +20,9 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
+from stribeck.contact.phases import HUNG
 from stribeck.dynamics.loops import without_loop_forces
-from stribeck.dynamics.root_motion import ENOUGH_POINTS, base_root, flying_root, standing_root
+from stribeck.dynamics.root_motion import ENOUGH_POINTS, base_root, flying_root, hung_root, standing_root
 from stribeck.dynamics.rooted import RootMotion, inertia_matrix, rooted_inverse_dynamics, workspace
 from stribeck.dynamics.state import State
 from stribeck.robot import Robot
@@ -27,6 +30,8 @@ from stribeck.robot.rooting import RootedModel
 from stribeck.settings import Settings
 from stribeck.whole_log.equations.segments import Segment
 
+MANY_ROWS = 12
+"""Number of rows [1] that can spare six: twice as many."""
 ENOUGH = 0.1
 """Share of a log [1] in modes that have the rows of all joints, above which other modes are not used."""
 
@@ -47,6 +52,8 @@ class ContactMode:
         Columns of the joints that are used, shape (n,).
     with_rows
         Whether the row of each of these joints is used, shape (n,).
+    hung
+        Whether the base is carried in an unknown way, or taken as if it was.
     sensor
         Number of the wrench sensor on `foot`, if the wrench is used: the root's own six rows are used too then.
     """
@@ -57,22 +64,26 @@ class ContactMode:
     feet: tuple[str, ...]
     joints: NDArray[np.int64]
     with_rows: NDArray[np.bool_]
+    hung: bool = False
     sensor: int | None = None
 
     @property
     def flies(self) -> bool:
         """Whether nothing stands, so that the root's acceleration follows from the joints'."""
-        return self.rooted.floating and not self.foot and not self.feet
+        return self.rooted.floating and not self.foot and not self.feet and not self.hung
 
     @property
     def forces(self) -> int:
-        """Number of unknown forces and moments on the rows."""
+        """Number of unknown forces and moments on the rows, or of unknown accelerations of a hung root."""
+        if self.hung:
+            return 6 if self.with_rows.sum() >= MANY_ROWS else 3
         return sum(self.robot.contacts[foot].size for foot in self.feet)
 
     @property
     def rows(self) -> NDArray[np.int64]:
         """Rows of the equation of motion: the root's six, if free or sensed, the joints'; as in `inertia_matrix`."""
-        own = np.arange(self.rooted.root_size) if self.sensor is not None or not self.foot else np.arange(0)
+        without = self.hung or (self.foot and self.sensor is None)
+        own = np.arange(0 if without else self.rooted.root_size)
         return np.concatenate([own, self.rooted.root_size + self.joints[self.with_rows]])
 
     def on_rows(self, on_joints: Array) -> Array:
@@ -84,6 +95,8 @@ class ContactMode:
         """Compute how the root moves."""
         if not self.rooted.floating:
             return None
+        if self.hung:
+            return hung_root(self.robot, state)
         if self.flies:
             return flying_root(self.rooted, state)
         return standing_root(self.robot, self.foot, state) if self.foot else base_root(self.robot, self.feet, state)
@@ -98,7 +111,8 @@ class ContactMode:
         joints = without_loop_forces(self.robot, state.position, torque - needed)[:, self.joints[self.with_rows]]
         if measured is not None:
             return np.hstack([measured - wrench, joints])
-        return joints if self.foot or not self.rooted.floating else np.hstack([-wrench, joints])
+        free = not self.foot and not self.hung and self.rooted.floating
+        return np.hstack([-wrench, joints]) if free else joints
 
     def used(self, position: Array, of_all: Array) -> Array:
         """Select the used rows from the rows of the root and all joints, shape (K, r + n, c) -> (K, rows, c).
@@ -133,7 +147,8 @@ class ContactMode:
         inertia, size = self.used(position, inertia_matrix(self.rooted, position)), self.rooted.root_size
         encoder, root = inertia[:, :, size:], inertia[:, :, :size]
         if not self.feet:
-            return encoder, root, root.transpose(0, 2, 1) if self.flies else None
+            unknown = 6 if self.flies else self.forces
+            return encoder, root, root.transpose(0, 2, 1)[:, :unknown] if unknown else None
         jacobian = self.jacobian(position)
         if not self.foot:
             encoder = encoder + root @ _root_from_joints(jacobian)
@@ -155,13 +170,18 @@ def find_contact_mode(
     every = np.ones(len(joints), dtype=bool)
     if robot.base == "fixed":
         return ContactMode(robot, robot.tree, "", (), joints, every)
+    if HUNG in feet:
+        return ContactMode(robot, robot.tree, "", (), joints, every, hung=True)
     surface = next((foot for foot in feet if robot.contacts[foot].kind == "surface"), "")
     rooted = robot.rooted_at(surface) if surface else robot.tree
     others = tuple(foot for foot in feet if foot != surface)
-    if surface and others and not loops:
-        return ContactMode(robot, rooted, surface, (), joints, ~robot.standing(feet)[joints])
+    free = ~robot.standing(feet)[joints]
+    if surface and others and (free.all() or not loops):
+        if free.sum() >= MANY_ROWS:  # feet rock on the ground: their motion matters more than the six sums
+            return ContactMode(robot, robot.tree, "", (), joints, free, hung=True)
+        return ContactMode(robot, rooted, surface, (), joints, free)
     sensor = sensed.index(surface) if surface in sensed and not others else None
-    return ContactMode(robot, rooted, surface, others, joints, every, sensor)
+    return ContactMode(robot, rooted, surface, others, joints, every, sensor=sensor)
 
 
 def find_contact_modes(
@@ -189,8 +209,9 @@ def find_contact_modes(
         feet: mode
         for feet, mode in modes.items()
         if mode.with_rows.any()
-        and (tilted or not mode.flies)
-        and not (mode.feet and (calibrated or len(mode.rows) <= mode.forces))
+        and (tilted or not (mode.flies or mode.hung))
+        and not (mode.feet and calibrated)
+        and (mode.flies or len(mode.rows) > mode.forces)
     }
     whole = {feet: mode for feet, mode in modes.items() if mode.with_rows.all()}
     return whole if sum(time[feet] for feet in whole) > ENOUGH * sum(time.values()) else modes

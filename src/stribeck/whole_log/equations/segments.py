@@ -56,8 +56,8 @@ def cut_segments(
     for phase in (phase for phase in phases if phase.kind != "touching"):
         part = next(each for each in unbroken if each.start <= phase.start < each.stop)
         first, last = max(phase.start, part.start + margin), min(phase.stop, part.stop - margin)
-        begins = phase.start if phase.start > part.start and phase.kind != "fixed" else None
-        ends = phase.stop if phase.stop < part.stop and phase.kind != "fixed" else None
+        begins = phase.start if phase.start > part.start and phase.kind not in ("fixed", "hung") else None
+        ends = phase.stop if phase.stop < part.stop and phase.kind not in ("fixed", "hung") else None
         if begins is not None:
             settling = 0.05 if set(phase.feet) <= set(before) else 0.07  # [s]; a foot that has landed chatters
             first = max(first, begins + round(settling / period))
