@@ -7,7 +7,8 @@ C and Python evaluate one function that covers all laws:
                 + (mu |load| + Fc_T dT + Fc_c (cos q - c) + Fc_s (sin q - s)) rise,   rise = tanh(a v)
     Fv = Fv0 + Fv_T dT
 
-with a load, dT the temperature above its mean, and q the position.
+with a load, dT the temperature above its mean, and q the position. Beyond the top speed of a slow joint, v is its top
+speed, and R grows by the viscous friction of `beyond` times the excess.
 """
 
 import re
@@ -19,6 +20,7 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
 from stribeck.errors import SettingsError
+from stribeck.exporters.beyond import Beyond
 from stribeck.exporters.ranges import JointRanges
 from stribeck.exporters.target import Request
 from stribeck.friction.auto import JUMP
@@ -37,12 +39,14 @@ NUMBERS = {
     **dict.fromkeys(("ripple_cosine", "ripple_sine", "ripple_per_turn"), 0.0),
     "lowest": -1e9,
     "highest": 1e9,
+    "top_speed": 1e9,
+    "viscous_beyond": 0.0,
 }
 """Values for a joint without friction: Fv0, Fv', Fc, Fc', S, vs, delta, a, offset, mu, Fc_T, Fv_T, Fc_c, Fc_s, c, s,
-tau_c, tau_s, k, and the position range of the log, to which positions are clipped."""
+tau_c, tau_s, k, the position range of the log, to which positions are clipped, and the limit of extrapolated speeds."""
 
 
-def numbers_of(joint: JointResult) -> dict[str, float]:
+def numbers_of(joint: JointResult, beyond: Beyond | None = None) -> dict[str, float]:
     """Compute the values of `NUMBERS` for a joint's friction, without drift, which is zero in the middle of a log.
 
     Raises
@@ -65,6 +69,8 @@ def numbers_of(joint: JointResult) -> dict[str, float]:
             numbers |= {name: (forward + backward) / 2, f"{name}_difference": (forward - backward) / 2}
     if joint.mean_direction:
         numbers |= {"mean_cosine": joint.mean_direction[0], "mean_sine": joint.mean_direction[1]}
+    if beyond:
+        numbers |= {"top_speed": beyond.top, "viscous_beyond": beyond.slope}
     return numbers | {"ripple_per_turn": joint.ripple_per_turn or 0.0}
 
 
@@ -78,7 +84,7 @@ def c_text(request: Request) -> str:
             raise SettingsError(
                 f"export: joints '{other}' and '{name}' have the same identifier {own}; rename one of them"
             )
-        numbers = _with_confidence(request.result.joints[name]).values()
+        numbers = _with_confidence(request, name).values()
         rows[own] = f"{{{', '.join(f'(friction_real){number!r}' for number in numbers)}}}"
     lines = [re.sub(r"\*/|/\*", "", line).encode("ascii", "replace").decode() for line in request.lines]
     lines = [" ".join(line.split()).replace("??", "?") for line in lines]  # no end of comment, no trigraphs
@@ -88,7 +94,7 @@ def c_text(request: Request) -> str:
 
 def python_text(request: Request) -> str:
     """Format a Python module with the friction of the joints and its compensation, for NumPy and torch."""
-    joints = {name: _with_confidence(request.result.joints[name]) for name in request.joints}
+    joints = {name: _with_confidence(request, name) for name in request.joints}
     return _module("python", request.lines, joints=joints)
 
 
@@ -133,13 +139,15 @@ def mujoco_ranges(lines: list[str], joints: Mapping[str, JointRanges]) -> str:
     return _module("mujoco_ranges", lines, ranges=fields)
 
 
-def _with_confidence(joint: JointResult) -> dict[str, float]:
+def _with_confidence(request: Request, name: str) -> dict[str, float]:
     """Collect a joint's values, the compensated share of its friction, and the log's mean temperature [°C].
 
     Half of weak friction is compensated, because overcompensation would drive the joint.
     """
+    joint = request.result.joints[name]
     share = 0.5 if joint.verdict == "weak" else 1.0
-    return numbers_of(joint) | {"confidence": share, "mean_temperature": joint.mean_temperature or 0.0}
+    numbers = numbers_of(joint, request.joints[name].beyond)
+    return numbers | {"confidence": share, "mean_temperature": joint.mean_temperature or 0.0}
 
 
 def _identifier(name: str) -> str:

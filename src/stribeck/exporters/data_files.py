@@ -5,8 +5,8 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+from stribeck.exporters.beyond import top_speed
 from stribeck.exporters.code_files import numbers_of
-from stribeck.exporters.forms import top_speed
 from stribeck.exporters.ranges import JointRanges
 from stribeck.exporters.target import Request
 
@@ -20,7 +20,7 @@ def yaml_text(request: Request) -> str:
         lines += [f"    torque_unit: {joint.torque_unit}"] * (joint.torque_unit is not None)
         lines += [f"    mean_temperature: {joint.mean_temperature}"] * (joint.mean_temperature is not None)
         plain = {word: value for word, (value, _) in terms.stated.items()}
-        lines += _entries(plain if request.form == "plain" else numbers_of(joint))
+        lines += _entries(plain if request.form == "plain" else numbers_of(joint, terms.beyond))
     return _text(request.lines, lines)
 
 

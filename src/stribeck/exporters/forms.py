@@ -5,7 +5,8 @@ form. Its coefficients c solve
 
     min sum (R(x_k) - B(x_k) c)^2,    c >= 0        (Lawson and Hanson 1974)
 
-The RMS of the residual is reported.
+The RMS of the residual is reported. Below a joint's top speed the residuals are weighted by INSIDE of the friction, and
+one more residual is that of the friction extrapolated by `beyond`, weighted by OUTSIDE of it.
 """
 
 from collections.abc import Mapping
@@ -16,6 +17,7 @@ from scipy.optimize import nnls
 
 from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
+from stribeck.exporters.beyond import Beyond, top_speed
 from stribeck.result import JointResult
 
 SPEEDS = 40
@@ -23,6 +25,9 @@ SPEEDS = 40
 
 SLOW_SPEEDS = 100
 """Number of speeds in each direction, down to a thousandth of the top speed, for the torque at rest."""
+
+INSIDE, OUTSIDE = 0.05, 0.2
+"""Tolerances of a form's friction within the log and beyond it, relative to the friction [1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,11 +92,11 @@ class Nearest:
     of: float
 
 
-def nearest(joint: JointResult, form: Form) -> Nearest:
+def nearest(joint: JointResult, form: Form, beyond: Beyond | None = None) -> Nearest:
     """Fit a form to the identified friction of a joint.
 
     The fit covers speeds up to the curve's top speed in both directions and, where friction depends on them, loads
-    (mean and standard deviation) and positions of the log.
+    (mean and standard deviation) and positions of the log, and the extrapolated friction.
 
     Raises
     ------
@@ -102,10 +107,16 @@ def nearest(joint: JointResult, form: Form) -> Nearest:
         found = {name: parameter.value for name, parameter in joint.parameters.items()}
         velocity, friction = _resistance(joint, found, np.arange(1, SPEEDS + 1) / SPEEDS)
         columns = form.columns(velocity, found)
-        unit = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-        if not np.isfinite(np.append(unit, np.linalg.norm(friction))).all():
+        rows, values = columns, friction
+        if beyond:
+            tolerance = OUTSIDE if "coulomb" in form.numbers else INSIDE  # viscous friction alone cannot fit both
+            weight = INSIDE / tolerance * np.linalg.norm(friction) / beyond.friction
+            rows = np.vstack([columns, weight * form.columns(np.array([beyond.speed]), found)])
+            values = np.append(friction, weight * beyond.friction)
+        unit = np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
+        if not np.isfinite(np.append(unit, np.linalg.norm(values))).all():
             raise SettingsError(f"export: the friction of the result is {friction.max():g}; expected a finite value")
-        coefficients = nnls(columns / unit, friction)[0] / unit
+        coefficients = nnls(rows / unit, values)[0] / unit
         numbers = dict(zip(form.numbers, coefficients.tolist(), strict=True))
         numbers["static"] = numbers.get("coulomb", 0.0) + numbers.get("stribeck", _stiction(joint, found, numbers))
         numbers["stribeck_velocity"] = found.get("stribeck_velocity", 1.0)
@@ -131,11 +142,6 @@ def _stiction(joint: JointResult, found: Mapping[str, float], numbers: Mapping[s
     resisting = np.sign(velocity) * (friction - numbers["viscous"] * velocity)
     levels = resisting.reshape(2, SLOW_SPEEDS, -1).mean(axis=2)  # decreasing speeds, then increasing
     return max(float((levels[0, ::-1] + levels[1]).max() / 2) - numbers.get("coulomb", 0.0), 0.0)
-
-
-def top_speed(joint: JointResult) -> float:
-    """Return the top speed of a joint's friction curve [rad/s], [m/s]."""
-    return joint.curve[-1].velocity if joint.curve else max(map(abs, joint.velocity_range))
 
 
 def _resistance(joint: JointResult, found: Mapping[str, float], shares: Array) -> tuple[Array, Array]:

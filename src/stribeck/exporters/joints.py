@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from stribeck.errors import SettingsError, did_you_mean
-from stribeck.exporters.forms import Form, nearest, top_speed
+from stribeck.exporters.beyond import Beyond, friction_beyond, top_speed
+from stribeck.exporters.forms import Form, nearest
 from stribeck.friction import get_law
 from stribeck.friction.terms import PRESLIDING, SLOW
 from stribeck.result import JointResult, Result
@@ -41,6 +42,8 @@ class JointTerms:
         Parameters that the target cannot store.
     note
         Note on a joint without friction.
+    beyond
+        Friction beyond the log's speeds; None if the log covers them or no friction is stated.
     """
 
     stated: dict[str, Quantity]
@@ -49,6 +52,7 @@ class JointTerms:
     of: float = 0.0
     left_out: dict[str, Quantity] = field(default_factory=dict)
     note: str = ""
+    beyond: Beyond | None = None
 
     def __str__(self) -> str:
         """Describe the stated quantities, the approximation error and the parameters left out."""
@@ -59,6 +63,8 @@ class JointTerms:
                 share = f"{100 * self.share:.0f}" if self.share > 0.1 else f"{100 * self.share:.1f}"
                 error = f", error {self.remains[0]:.2g} {self.remains[1]}, {share} %"
             text += f" (approximates {listed(self.projected)}{error})"
+        if self.beyond:
+            text += f". {self.beyond}"
         return text + (f". Cannot store: {listed(self.left_out)}" if self.left_out else "")
 
     @property
@@ -111,11 +117,17 @@ def joint_terms(
         for name, joint in result.joints.items()
         if (joints is None or name in joints) and (any_unit or joint.torque_unit is None)
     }
-    terms = {name: _terms(joint, form, good) for name, joint in own.items()}
+    known = {
+        name: joint
+        for name, joint in result.joints.items()
+        if joint.torque_unit is None and _has_friction(joint, ("identified", "weak"))
+    }
+    beyond = friction_beyond(known)
+    terms = {name: _terms(joint, form, good, beyond.get(name)) for name, joint in own.items()}
     return {name: found for name, found in terms.items() if found.stated}
 
 
-def _terms(joint: JointResult, form: Form | None, good: Collection[str]) -> JointTerms:
+def _terms(joint: JointResult, form: Form | None, good: Collection[str], beyond: Beyond | None) -> JointTerms:
     there = joint.parameters
     quantities = {name: (found.value, found.unit) for name, found in there.items()}
     if form is None:
@@ -123,7 +135,7 @@ def _terms(joint: JointResult, form: Form | None, good: Collection[str]) -> Join
         if joint.verdict == "no friction":
             return JointTerms(stated={"friction": (0.0, joint.units()[1])}, left_out=left_out, note=joint.reason)
         steady = {name: own for name, own in quantities.items() if name not in UNSTEADY}
-        return JointTerms(stated=steady if _has_friction(joint, good) else {}, left_out=left_out)
+        return JointTerms(stated=steady if _has_friction(joint, good) else {}, left_out=left_out, beyond=beyond)
     words, rotor, (unit, units) = form.words, {}, _units(joint)
     if "armature" in there and "armature" in words and there["armature"].verdict in good:
         rotor[words["armature"]] = _rounded(there["armature"].value, there["armature"].standard_error), "kg m^2"
@@ -135,7 +147,7 @@ def _terms(joint: JointResult, form: Form | None, good: Collection[str]) -> Join
         return JointTerms(stated=zero | rotor, left_out=left_out, note=joint.reason)
     if not _has_friction(joint, good):
         return JointTerms(stated=rotor, left_out=left_out)
-    found, errors = nearest(joint, form), _errors(joint)
+    found, errors = nearest(joint, form, beyond), _errors(joint)
     friction = {
         words[name]: (_rounded(value, errors.get(name, 0.0)), units[name])
         for name, value in found.numbers.items()
@@ -146,6 +158,7 @@ def _terms(joint: JointResult, form: Form | None, good: Collection[str]) -> Join
         projected={name: own for name, own in quantities.items() if name not in FORMLESS and name not in form.of_law},
         remains=(found.remains, unit),
         of=found.of,
+        beyond=beyond,
         left_out={name: own for name, own in left_out.items() if words.get(BRISTLES.get(name, name)) not in friction},
     )
 

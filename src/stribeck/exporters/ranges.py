@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stribeck.base.typing import Array
-from stribeck.exporters.forms import Form, top_speed
+from stribeck.exporters.beyond import top_speed
+from stribeck.exporters.forms import Form
 from stribeck.exporters.joints import JointTerms, joint_terms
 from stribeck.exporters.samples import drawn
 from stribeck.result import JointResult, Result

@@ -103,6 +103,7 @@ def summary(
     warm = ", ".join(f"{name} {mean:.3g}" for name, mean in temperatures.items() if mean is not None)
     scaled = {name: joint for name, joint in result.joints.items() if joint.torque_unit and name not in joints}
     kept = ", ".join(name for name in result.joints if name not in joints and name not in scaled)
+    slow = ", ".join(name for name, terms in joints.items() if isinstance(terms, JointTerms) and terms.beyond)
     changed, unchanged = "Cannot store corrected inertias", "Not identified or not requested"
     if target.models:
         changed = "Changed inertias of the links driven by"
@@ -113,6 +114,7 @@ def summary(
         f"{nearest}: {', '.join(impossible)}.": impossible,
         **{f"Joint {name}: {terms}.": True for name, terms in joints.items()},
         **{f"Left out joint {name}: {joint.unit_note}.": True for name, joint in scaled.items()},
+        f"Extrapolated beyond the log's speeds, with the other joints: {slow}.": slow,
         f"Valid at the mean joint temperatures of the log [°C]: {warm}.": warm,
         f"{unchanged}: {kept}.": kept,
         f"Cannot store the friction of couplings: {', '.join(result.couplings)}.": result.couplings,

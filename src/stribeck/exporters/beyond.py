@@ -1,0 +1,113 @@
+"""Friction beyond a log's speeds: the identified law there, shrunk towards the viscous friction of the whole robot.
+
+A joint with friction R(v_top) = c at its top speed has the friction c + b (v - v_top) beyond. The law gives a slope
+b_l, whose error sigma includes that of the viscous coefficient and that of a small error of the level, LEVEL c / v_top.
+Among the joints of a robot, ln(b) is distributed normally about mu + ln(c) / 2, and the estimate of b minimizes
+
+    (b - b_l)^2 / sigma^2 + (ln b - mu - ln(c) / 2)^2 / SPREAD^2
+
+mu is the mean over the joints, weighted by their information, with a friction that grows by GROWTH c as weak prior.
+The constants were chosen on simulated arms and humanoids, and judged on other robots.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from stribeck.result import JointResult
+
+REACH = {"rad/s": 5.0, "m/s": 1.0}
+"""Speed up to which friction is extrapolated."""
+FORCE = {"rad/s": "N m", "m/s": "N"}
+"""Unit of friction by the unit of speed."""
+LEVEL, SPREAD = 0.1, 0.7
+"""Error of a friction level relative to its value [1], and standard deviation of ln(b) among joints [1]."""
+GROWTH, DOUBT = 0.2, 1.2
+"""Slope relative to the level at top speed [s/rad], and standard deviation of its logarithm [1], without any log."""
+VISCOUS = ("viscous", "viscous_positive", "viscous_negative")
+"""Parameters of viscous friction in the laws."""
+SLOW = 0.2
+"""Top speed relative to `REACH` [1] below which friction is extrapolated; faster joints keep their law."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Beyond:
+    """Friction beyond the top speed of a joint.
+
+    Attributes
+    ----------
+    top, speed, unit
+        Top speed of the log, speed of the extrapolation, and their unit.
+    friction, slope
+        Estimated friction at that speed [N m], [N], and slope beyond the top speed [N m s/rad], [N s/m].
+    """
+
+    top: float
+    speed: float
+    unit: str
+    friction: float
+    slope: float
+
+    def __str__(self) -> str:
+        """State the estimated friction in a sentence."""
+        return (
+            f"Above {self.top:.2g} {self.unit}, friction is estimated with that of the other joints: "
+            f"{self.friction:.2g} {FORCE[self.unit]} at {self.speed:g} {self.unit}"
+        )
+
+
+def top_speed(joint: JointResult) -> float:
+    """Return the top speed of a joint's friction curve [rad/s], [m/s]."""
+    return joint.curve[-1].velocity if joint.curve else max(map(abs, joint.velocity_range))
+
+
+def friction_beyond(joints: Mapping[str, JointResult]) -> dict[str, Beyond]:
+    """Extrapolate the friction of slow joints, given all joints of a robot that have friction."""
+    found: dict[str, Beyond] = {}
+    for unit, reach in REACH.items():
+        group = {name: joint for name, joint in joints.items() if _speed_unit(joint) == unit}
+        with np.errstate(all="ignore"):  # joints with absurd friction are left out
+            found |= {name: own for name, own in _extrapolate(group, unit, reach) if own.top < SLOW * reach}
+    return found
+
+
+def _speed_unit(joint: JointResult) -> str:
+    units = {point.unit for point in joint.curve} | {own.unit for own in joint.parameters.values()}
+    return "m/s" if "N" in units else "rad/s"
+
+
+def _extrapolate(joints: Mapping[str, JointResult], unit: str, reach: float) -> Iterator[tuple[str, Beyond]]:
+    """Estimate the slopes of a group of joints beyond their top speeds."""
+    top = np.array([top_speed(joint) for joint in joints.values()])
+    far = np.maximum(reach, 2 * top)
+    level, of_law = (np.array([*map(_resisting, joints.values(), speeds)]) for speeds in (top, far))
+    slope = np.maximum(of_law - level, 0) / (far - top)
+    error = np.hypot([_viscous_error(joint) for joint in joints.values()], LEVEL * level / top)
+    known = np.isfinite(slope) & (level > 0) & (top > 0)
+    if not known.any():
+        return
+    usual = np.sqrt(level * np.exp(np.mean(np.log(level[known]))))
+    weight = np.where(known & (slope > 0), 1 / (SPREAD**2 + (error / slope) ** 2), 0.0)
+    weighted = np.where(weight > 0, weight * np.log(slope / usual), 0.0)
+    total = weight.sum() + 1 / DOUBT**2
+    center = (weighted.sum() + np.log(GROWTH) / DOUBT**2) / total
+    z = np.linspace(-5, 5, 501) * np.hypot(SPREAD, total**-0.5)
+    for k in np.flatnonzero(known):
+        trials = usual[k] * np.exp(center + z)
+        cost = ((trials - slope[k]) / error[k]) ** 2 + (z / z[-1] * 5) ** 2
+        best = float(trials[np.argmin(cost)])
+        friction = float(level[k] + best * (reach - top[k]))
+        yield list(joints)[k], Beyond(top=float(top[k]), speed=reach, unit=unit, friction=friction, slope=best)
+
+
+def _resisting(joint: JointResult, speed: float) -> float:
+    """Compute the friction at a speed, mean of both directions [N m], [N]."""
+    forward, backward = joint.friction([speed, -speed])
+    return float(forward - backward) / 2
+
+
+def _viscous_error(joint: JointResult) -> float:
+    """Compute the standard error of viscous friction; zero if the law has none, because its level limits it then."""
+    errors = [own.standard_error for name, own in joint.parameters.items() if name in VISCOUS]
+    return float(np.nan_to_num(np.mean(errors), nan=np.inf)) if errors else 0.0

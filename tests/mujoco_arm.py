@@ -1,0 +1,57 @@
+"""Log of an arm with three joints, simulated with MuJoCo alone, whose friction is known."""
+
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+
+STEP = 2.5e-4
+"""Time step of the simulation [s]."""
+JOINTS = ("shoulder 1", "elbow 2", "wrist 3")
+COULOMB, VISCOUS = np.array([1.5, 0.8, 0.4]), np.array([0.6, 0.3, 0.2])
+"""Friction [N m], [N m s/rad]."""
+
+
+def friction(velocity: np.ndarray, gain: float = 0.0, stribeck_velocity: float = 0.1) -> np.ndarray:
+    """Compute the ground truth for velocities, shape (..., 3)."""
+    height = 1 + gain * np.exp(-((velocity / stribeck_velocity) ** 2))
+    return COULOMB * np.tanh(60.0 * velocity) * height + VISCOUS * velocity
+
+
+def urdf(again: str = "", products: str = 'ixy="0" ixz="0" iyz="0"', tool: str = "", limit: str = "") -> str:
+    """Make the arm's URDF; the arguments put faults into it."""
+    links, joints = '<link name="base link"/>', ""
+    for k, (name, axis) in enumerate(zip(JOINTS, ("0 1 0", "1 0 0", "0 1 0"), strict=True)):
+        parent = f"link {k}" if k else "base link"
+        links += (
+            f'<link name="link {k + 1}"><inertial><origin xyz="0 0.02 0.2"/>{again}<mass value="{3 - k}"/>'
+            f'<inertia ixx="0.03" {products} iyy="0.03" izz="0.01"/></inertial></link>'
+        )
+        joints += (
+            f'<joint name="{name}" type="continuous"><origin xyz="0 0 0.4"/>{again}<parent link="{parent}"/>'
+            f'<child link="link {k + 1}"/><axis xyz="{axis}"/>{limit}</joint>'
+        )
+    return f'<robot name="arm">{links}{joints}{tool}</robot>'
+
+
+def record(speed: Sequence[float], seconds: float = 10.0, **law: float) -> dict[str, np.ndarray]:
+    """Record the arm at 200 Hz while its joints follow sums of sines with these largest speeds [rad/s]."""
+    spec = mujoco.MjSpec.from_string(urdf())
+    spec.option.timestep = STEP
+    for name in JOINTS:
+        spec.joint(name).armature = 0.05
+    arm = spec.compile()
+    data, time = mujoco.MjData(arm), np.arange(0, seconds, STEP)
+    omega = np.random.default_rng(0).uniform(1.5, 5.0, (4, 3))
+    goal = np.sum(np.sin(omega * time[:, None, None]) / omega, axis=1) * np.array(speed) / 3
+    rows = []
+    for target in goal:
+        mujoco.mj_step1(arm, data)
+        torque = 200 * (target - data.qpos) - 20 * data.qvel + data.qfrc_bias
+        data.qfrc_applied[:] = torque - friction(data.qvel, **law)
+        rows.append([data.qpos.copy(), data.qvel.copy(), torque])
+        mujoco.mj_step2(arm, data)
+    every = round(0.005 / STEP)
+    position, velocity, torque = np.swapaxes(np.array(rows)[::every], 0, 1)
+    noise = np.random.default_rng(1).normal(size=torque.shape)
+    return {"time": time[::every], "position": position, "velocity": velocity, "torque": torque + 0.02 * noise}
