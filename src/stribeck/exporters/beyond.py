@@ -17,10 +17,8 @@ import numpy as np
 
 from stribeck.result import JointResult
 
-REACH = {"rad/s": 5.0, "m/s": 1.0}
-"""Speed up to which friction is extrapolated."""
-FORCE = {"rad/s": "N m", "m/s": "N"}
-"""Unit of friction by the unit of speed."""
+REACH = {("rad/s", "N m"): 5.0, ("m/s", "N"): 1.0}
+"""Speed up to which friction is extrapolated, by the units of velocity and friction."""
 LEVEL, SPREAD = 0.1, 0.7
 """Error of a friction level relative to its value [1], and standard deviation of ln(b) among joints [1]."""
 GROWTH, DOUBT = 0.2, 1.2
@@ -37,23 +35,26 @@ class Beyond:
 
     Attributes
     ----------
-    top, speed, unit
-        Top speed of the log, speed of the extrapolation, and their unit.
+    top, speed
+        Top speed of the log, and speed of the extrapolation [rad/s], [m/s].
     friction, slope
         Estimated friction at that speed [N m], [N], and slope beyond the top speed [N m s/rad], [N s/m].
+    units
+        Units of velocity and friction.
     """
 
     top: float
     speed: float
-    unit: str
+    units: tuple[str, str]
     friction: float
     slope: float
 
     def __str__(self) -> str:
         """State the estimated friction in a sentence."""
+        unit, force = self.units
         return (
-            f"Above {self.top:.2g} {self.unit}, friction is estimated with that of the other joints: "
-            f"{self.friction:.2g} {FORCE[self.unit]} at {self.speed:g} {self.unit}"
+            f"Above {self.top:.2g} {unit}, friction is estimated with that of the other joints: "
+            f"{self.friction:.2g} {force} at {self.speed:g} {unit}"
         )
 
 
@@ -65,19 +66,16 @@ def top_speed(joint: JointResult) -> float:
 def friction_beyond(joints: Mapping[str, JointResult]) -> dict[str, Beyond]:
     """Extrapolate the friction of slow joints, given all joints of a robot that have friction."""
     found: dict[str, Beyond] = {}
-    for unit, reach in REACH.items():
-        group = {name: joint for name, joint in joints.items() if _speed_unit(joint) == unit}
+    for units, reach in REACH.items():
+        group = {name: joint for name, joint in joints.items() if joint.units() == units}
         with np.errstate(all="ignore"):  # joints with absurd friction are left out
-            found |= {name: own for name, own in _extrapolate(group, unit, reach) if own.top < SLOW * reach}
+            found |= {name: own for name, own in _extrapolate(group, units, reach) if own.top < SLOW * reach}
     return found
 
 
-def _speed_unit(joint: JointResult) -> str:
-    units = {point.unit for point in joint.curve} | {own.unit for own in joint.parameters.values()}
-    return "m/s" if "N" in units else "rad/s"
-
-
-def _extrapolate(joints: Mapping[str, JointResult], unit: str, reach: float) -> Iterator[tuple[str, Beyond]]:
+def _extrapolate(
+    joints: Mapping[str, JointResult], units: tuple[str, str], reach: float
+) -> Iterator[tuple[str, Beyond]]:
     """Estimate the slopes of a group of joints beyond their top speeds."""
     top = np.array([top_speed(joint) for joint in joints.values()])
     far = np.maximum(reach, 2 * top)
@@ -98,7 +96,7 @@ def _extrapolate(joints: Mapping[str, JointResult], unit: str, reach: float) -> 
         cost = ((trials - slope[k]) / error[k]) ** 2 + (z / z[-1] * 5) ** 2
         best = float(trials[np.argmin(cost)])
         friction = float(level[k] + best * (reach - top[k]))
-        yield list(joints)[k], Beyond(top=float(top[k]), speed=reach, unit=unit, friction=friction, slope=best)
+        yield list(joints)[k], Beyond(top=float(top[k]), speed=reach, units=units, friction=friction, slope=best)
 
 
 def _resisting(joint: JointResult, speed: float) -> float:

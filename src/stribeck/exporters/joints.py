@@ -117,11 +117,7 @@ def joint_terms(
         for name, joint in result.joints.items()
         if (joints is None or name in joints) and (any_unit or joint.torque_unit is None)
     }
-    known = {
-        name: joint
-        for name, joint in result.joints.items()
-        if joint.torque_unit is None and _has_friction(joint, ("identified", "weak"))
-    }
+    known = {name: joint for name, joint in result.joints.items() if _has_friction(joint, ("identified", "weak"))}
     beyond = friction_beyond(known)
     terms = {name: _terms(joint, form, good, beyond.get(name)) for name, joint in own.items()}
     return {name: found for name, found in terms.items() if found.stated}
