@@ -68,10 +68,10 @@ def compose(
     )
     fits = {name: _with_model_armature(fit, name, robot) for name, fit in fitted.fits.items()}
     correction = None if fitted.robot is robot else _before_and_after(friction, prepared, robot)
-    if rough := {name: gain for name, gain in prepared[0].log.unscaled.items() if name in samples.joint_names}:
-        samples, close_up = (_in_channel_units(part, rough, robot) for part in (samples, close_up))
+    if rough := (log := prepared[0].log).unscaled:
+        samples, close_up = (_in_channel_units(part, log) for part in (samples, close_up))
         if correction:
-            correction = _in_channel_units(correction[0], rough, robot), _in_channel_units(correction[1], rough, robot)
+            correction = _in_channel_units(correction[0], log), _in_channel_units(correction[1], log)
         fits |= {name: in_channel_unit(fits[name], gain) for name, gain in rough.items() if name in fits}
         fitted = replace(fitted, **_divided(fitted, rough))
     found = _joints(fitted, fits, samples, law, settings)
@@ -121,14 +121,13 @@ def compose(
     )
 
 
-def _in_channel_units(samples: FrictionSamples, rough: Mapping[str, float], robot: Robot) -> FrictionSamples:
+def _in_channel_units(samples: FrictionSamples, log: RobotLog) -> FrictionSamples:
     """Divide the friction torque of joints by their rough gains."""
-    gains = np.array([rough.get(name, 1.0) for name in samples.joint_names])
-    units = {"motor_current": ("A", "A")}.get(robot.torque_source, ("rad", "m"))
+    names, unscaled = samples.joint_names, log.unscaled
     return replace(
         samples,
-        friction_torque=samples.friction_torque / gains,
-        units=tuple(units[samples.slides(k)] * (name in rough) for k, name in enumerate(samples.joint_names)),
+        friction_torque=samples.friction_torque / [unscaled.get(name, 1.0) for name in names],
+        units=tuple(log.channel_unit(samples.slides(k)) * (name in unscaled) for k, name in enumerate(names)),
     )
 
 

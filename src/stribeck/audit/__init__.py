@@ -4,8 +4,8 @@ from stribeck.audit.audit import audit as audit
 from stribeck.audit.audit import audit_or_stop as audit_or_stop
 from stribeck.audit.audit import findings as findings
 from stribeck.audit.audit import model_findings as model_findings
+from stribeck.audit.command_delay import inseparable_delays as inseparable_delays
 from stribeck.audit.delay import delays as delays
-from stribeck.audit.delay_and_viscosity import inseparable_delays as inseparable_delays
 from stribeck.audit.evidence import Evidence as Evidence
 from stribeck.audit.evidence import gather as gather
 from stribeck.audit.torque_sources import find_torques as find_torques

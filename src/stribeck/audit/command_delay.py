@@ -11,7 +11,7 @@ A, b, F, o and the initial state of each piece minimize the distance to measured
 System Identification, 1999, section 7.2).
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -24,7 +24,9 @@ from stribeck.base.typing import Array
 from stribeck.dynamics.rooted import joint_inertia
 from stribeck.friction_torque.inverse_dynamics import torque_chunks
 from stribeck.friction_torque.preparation import PreparedLog
+from stribeck.log import RobotLog
 from stribeck.log.commands import with_command_delay
+from stribeck.result import JointResult
 from stribeck.robot import Robot
 from stribeck.settings import FilterSettings, Settings
 
@@ -48,6 +50,12 @@ UNKNOWN = 30e-3
 
 ROUNDS = 40
 """Largest number of steps of the Levenberg-Marquardt method [1]."""
+
+SHARE = 0.25
+"""Share of the viscous friction [1] that the 95 % interval of the delay may change before it is reported."""
+
+PERIOD = 0.02
+"""Delay for which the change of the viscous friction is reported [s]."""
 
 
 def with_found_delays(
@@ -239,3 +247,20 @@ def _fit(pieces: Pieces, robot: Robot, limits: Array) -> tuple[Array, Array]:
     scatter *= (number / np.maximum(number - 5, 0.5))[:, None, None]
     error = scale[0] * np.sqrt(np.einsum("nij,njk,nki->ni", inverse, scatter, inverse)[:, 0])
     return np.maximum(kept[0] - 0.5 * STEP, EARLIEST), np.where(active, UNKNOWN, error)
+
+
+def inseparable_delays(joints: Mapping[str, JointResult], log: RobotLog, robot: Robot) -> list[Finding]:
+    """Report joints whose viscous friction depends on the delay of their commands more than the log determines it.
+
+    A command that acts d later adds kp d to the viscous friction that a log without delays seems to show.
+    """
+    if not log.command_delays or robot.command_gains is None:
+        return []
+    found = {}
+    for name, kp, (delay, error) in zip(robot.joint_names, robot.command_gains[0], log.command_delays, strict=True):
+        kp /= log.unscaled.get(name, 1.0)
+        viscous = joints[name].parameters.get("viscous") if name in joints else None
+        if viscous is not None and 2 * kp * error > SHARE * viscous.value:
+            at_once = viscous.value + kp * delay
+            found[name] = f" ({at_once:.2g} {viscous.unit} if commands act at once, {kp * PERIOD:.2g} less per 20 ms)"
+    return [Finding.of("command-delay.inseparable", found)] if found else []

@@ -29,13 +29,15 @@ class JointInspection:
     Attributes
     ----------
     position_range, velocity_range, torque_range
-        Smallest and largest value [rad], [rad/s], [N m].
+        Smallest and largest value [rad], [rad/s], [N m] or `torque_unit`.
     correlation
         Correlation of measured torque and inverse dynamics; None if the model's torque is unknown or constant.
     delay
         Delay of the torque relative to the motion [s]; None if the model explains too little of the torque.
     sign
         "opposite" if the audit reports it, "agrees" if the torque correlates with the model.
+    torque_unit
+        Unit of the torque if a torque constant or kp is unknown, "A", "rad" or "m"; None for N m and N.
     """
 
     position_range: tuple[float, float]
@@ -44,6 +46,7 @@ class JointInspection:
     correlation: float | None
     delay: float | None
     sign: Literal["agrees", "opposite", "unclear"]
+    torque_unit: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -96,7 +99,8 @@ class Inspection:
         rows = [
             [
                 name,
-                *map(span, (joint.position_range, joint.velocity_range, joint.torque_range)),
+                *map(span, (joint.position_range, joint.velocity_range)),
+                span(joint.torque_range) + f" {joint.torque_unit}" * (joint.torque_unit is not None),
                 "" if joint.correlation is None else f"{joint.correlation:.2f}",
                 *["" if joint.delay is None else f"{1e3 * joint.delay:+.2f}"] * late,
                 "unclear: the model's torque is too small" if joint.sign == "unclear" else joint.sign,
@@ -200,6 +204,7 @@ def _inspect_joint(
     evidence: Evidence, k: int, delay: float | None, sign: Literal["opposite"] | None
 ) -> JointInspection:
     log, column = evidence.prepared.log, evidence.robot.torque_controlled[k]
+    gain = log.unscaled.get(evidence.joints[k])
     known = np.isfinite(evidence.model[:, k])
     torque, model = evidence.torque[known, k], evidence.model[known, k]
     correlation = None
@@ -209,9 +214,10 @@ def _inspect_joint(
     return JointInspection(
         position_range=_span(log.position[:, column]),
         velocity_range=_span(velocity),
-        torque_range=_span(log.torque[:, column]),
+        torque_range=_span(log.torque[:, column] / (gain or 1.0)),
         correlation=correlation,
         delay=delay,
+        torque_unit=log.channel_unit(evidence.robot.prismatic[column]) if gain else None,
         sign=sign or ("agrees" if correlation is not None and correlation > 0.3 else "unclear"),
     )
 

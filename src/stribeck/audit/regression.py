@@ -83,23 +83,18 @@ def fit(evidence: Evidence, k: int, model: Array | None = None, torque: Array | 
     if rows.sum() < FEWEST:
         return None
     shapes = friction_shapes(evidence, k, rows)
-    y, m, run = torque[rows], model[rows], evidence.run[rows]
-    own, left = without(shapes, m, y)
-    power = float(own @ own)
+    y, m = torque[rows], model[rows]
+    gain, deviation, own, error = regress(shapes, m, y, evidence.run[rows])
+    left, power = gain * own + error, float(own @ own)
     if power <= 1e-12 * float(m @ m) or float(left @ left) == 0:
         return None
-    gain = float(own @ left) / power
-    error = left - gain * own
-    independent = effective_share(own, error, run)
-    freedom = max(1.0, len(y) * independent - shapes.shape[1] - 1)
-    variance = float(error @ error) / freedom * independent
     coefficients = np.linalg.lstsq(shapes, y - gain * m, rcond=None)[0]
     friction = shapes[:, 1:4] @ coefficients[1:4] if shapes.shape[1] >= 4 else np.zeros(len(y))
     speed = evidence.velocity[rows, k]
     size = float(np.linalg.norm(friction) * np.linalg.norm(speed))
     return Fit(
         gain=gain,
-        error=float(np.sqrt(variance / power / independent)),
+        error=deviation,
         share=1 - float(error @ error) / float(left @ left),
         swing=float(np.sqrt(power / len(y))),
         leverage=float(np.sqrt(power / len(y)) / m.std()),
@@ -108,6 +103,22 @@ def fit(evidence: Evidence, k: int, model: Array | None = None, torque: Array | 
         residual=float(np.sqrt(np.mean(error**2))),
         friction_and_error=float(np.std(y - gain * m)),
     )
+
+
+def regress(shapes: Array, model: Array, torque: Array, run: NDArray[np.int64]) -> tuple[float, float, Array, Array]:
+    """Regress a torque on modeled torque and shapes.
+
+    Returns
+    -------
+    gain, deviation, own, error
+        Gain and its standard error; modeled torque without the shapes, and the residual, shape (B,) each.
+    """
+    own, left = without(shapes, model, torque)
+    power = max(float(own @ own), 1e-300)
+    gain = float(own @ left) / power
+    error = left - gain * own
+    freedom = max(1.0, len(error) * effective_share(own, error, run) - shapes.shape[1] - 1)
+    return gain, float(np.sqrt(float(error @ error) / freedom / power)), own, error
 
 
 def unexplained(evidence: Evidence, k: int, sign: float) -> float:

@@ -14,11 +14,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from stribeck.audit.evidence import Evidence, gather
 from stribeck.audit.motion import gravity_torques
-from stribeck.audit.regression import FEWEST, effective_share, friction_shapes, without
+from stribeck.audit.regression import FEWEST, friction_shapes, regress
 from stribeck.base.finding import Finding, listed
 from stribeck.base.typing import Array
 from stribeck.errors import LogError
@@ -65,9 +64,10 @@ def find_gains(prepared: Sequence[PreparedLog], robot: Robot, settings: Settings
     usual = float(np.median(values)) if values else 1.0
     gains = {name: gain if np.isfinite(gain.value) else replace(gain, value=usual) for name, gain in gains.items()}
     if turned := [name for name, gain in gains.items() if gain.value < 0]:
+        channel = "torque" if prepared[0].log.command is None else "desired_position"
         raise LogError(
             f"{log_names(prepared)[0]}: the torque of {listed(turned)} opposes gravity; "
-            "set its scale in [log.torque] to -1"
+            f"set its scale in [log.{channel}] to -1"
         )
     return gains
 
@@ -126,8 +126,8 @@ def _gain(logs: Sequence[tuple[Evidence, Array]], k: int, factor: float) -> Gain
         return Gain(np.nan, unknown="too little motion")
     (gravity, *drawn), channel, run = np.concatenate(gravities, axis=1), np.concatenate(channels), np.concatenate(runs)
     model, shapes = np.concatenate(models), np.concatenate(parts)
-    slope, deviation, own = _slope(np.column_stack([shapes, model - gravity]), gravity, channel, run)
-    varies = f"gravity varies by {gravity.std():.2g} N m"
+    slope, deviation, own, _ = regress(np.column_stack([shapes, model - gravity]), gravity, channel, run)
+    varies = f"gravity varies by {round(float(gravity.std()), 6):.2g} N m"
     if float(own @ own) <= max(0.2**2 * float(np.sum((gravity - gravity.mean()) ** 2)), 1e-12 * len(gravity)):
         slope = 0.0
     if slope < 0 and -slope > 2 * deviation / WIDEST:
@@ -138,15 +138,5 @@ def _gain(logs: Sequence[tuple[Evidence, Array]], k: int, factor: float) -> Gain
             return Gain(1 / slope, 2 / slope * float(np.hypot(deviation / slope, of_model)))
         varies += f", uncertain by {200 * of_model:.0f} % because of the model's weights"
     elif slope <= 2 * deviation:  # inertia gives a rough factor
-        slope, deviation, _ = _slope(shapes[:, :-1], model, channel, run)
+        slope, deviation, *_ = regress(shapes[:, :-1], model, channel, run)
     return Gain(1 / slope if slope > 2 * deviation else np.nan, unknown=varies)
-
-
-def _slope(shapes: Array, model: Array, channel: Array, run: NDArray[np.int64]) -> tuple[float, float, Array]:
-    """Regress a channel on modeled torque and shapes; return slope, standard error and torque without the shapes."""
-    own, left = without(shapes, model, channel)
-    power = max(float(own @ own), 1e-300)
-    slope = float(own @ left) / power
-    error = left - slope * own
-    freedom = max(1.0, len(error) * effective_share(own, error, run) - shapes.shape[1] - 1)
-    return slope, float(np.sqrt(float(error @ error) / freedom / power)), own

@@ -193,6 +193,10 @@ class RobotLog:
         torque = self.torque[rows]
         return torque if self.external_torque is None else torque + self.external_torque[rows]
 
+    def channel_unit(self, prismatic: bool) -> str:
+        """Return the unit of a current or of the deflection of a command, for joints in `unscaled`."""
+        return "A" if self.torque_source == "motor_current" else "m" if prismatic else "rad"
+
     @staticmethod
     def from_frame(frame: object, robot: Robot | None = None) -> RobotLog:
         """Read a log from a table in memory.

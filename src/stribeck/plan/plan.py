@@ -192,9 +192,8 @@ def _planned(name: str, joints: Mapping[str, JointResult], robot: Robot, posture
     """Describe a joint; without an estimate, its friction is the median of the other joints of its kind."""
     column, joint = robot.joint_names.index(name), joints[name]
     prismatic = robot.prismatic[column]
-    if guessed := not joint.curve or joint.torque_unit is not None:
+    if guessed := not joint.curve:
         same = (other for other in joints if robot.prismatic[robot.joint_names.index(other)] == prismatic)
-        joint = replace(joint, curve=(), torque_unit=None)
         joint = guess(joint, [found for other in same if (found := joints[other]).curve and found.torque_unit is None])
     return PlannedJoint(
         column=column,

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from statistics import median
 
@@ -149,6 +149,9 @@ def replay(
     with one_blas_thread(), findings_kept(notes):
         progress("reading the log", 0.0)
         (prepared,), of_torques, _, robot = find_torques([prepare(log, robot, settings)], robot, settings)
+        driven = [*prepared.log.unscaled]  # these joints move as measured
+        robot = replace(robot, position_controlled=(*robot.position_controlled, *driven))
+        other = replace(other, position_controlled=(*other.position_controlled, *driven))
         notes += [
             *map(str, of_torques),
             *(str(finding) for finding in audit_or_stop([prepared], robot, asked, force)),

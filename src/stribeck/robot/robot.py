@@ -223,7 +223,7 @@ class Robot:
     @cached_property
     def has_kp(self) -> bool:
         """Whether kp of any drive is known, so that torques are computed from commands even if the log has torques."""
-        return self.command_gains is not None and bool(np.nan_to_num(self.command_gains[0]).any())
+        return self.command_gains is not None and bool(np.isfinite(self.command_gains[0][self.torque_controlled]).any())
 
     @cached_property
     def armature(self) -> Array:
