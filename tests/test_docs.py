@@ -51,7 +51,7 @@ SECTIONS: dict[str, type[BaseModel]] = {
     "`[identify.support]`": settings.SupportSettings,
     "`[identify.priors]`": settings.Priors,
 }
-"""Headings of docs/robot-file.md and what they describe."""
+"""Headings of docs/robot-file.md and docs/settings.md, and what they describe."""
 
 
 class Block(NamedTuple):
@@ -205,8 +205,9 @@ def test_every_field_of_a_result_is_explained() -> None:
 
 @pytest.mark.parametrize("name", ["findings", "cli"])
 def test_generated_pages_are_current(name: str) -> None:
-    page = runpy.run_path(str(DOCS / f"extensions/{name}.py"))["page"]()
-    assert page == PAGES[f"docs/{name}.md"], f"run `python docs/extensions/{name}.py`"
+    run = runpy.run_path(str(DOCS / f"extensions/{name}.py"))
+    for file, page in run["pages"]().items() if "pages" in run else [(f"{name}.md", run["page"]())]:
+        assert page == PAGES[f"docs/{file}"], f"run `python docs/extensions/{name}.py`"
 
 
 def test_every_finding_of_the_code_is_in_the_catalogue_with_an_explanation_and_an_example() -> None:
@@ -228,7 +229,7 @@ def test_every_verdict_is_explained_with_an_example_and_a_cure() -> None:
 
 
 def test_every_column_of_the_table_is_explained(tmp_path: Path) -> None:
-    rows = list(rows_below("docs/result.md", "`friction_torque.parquet`"))
+    rows = list(rows_below("docs/samples.md", "`friction_torque.parquet`"))
     named = {names_in(row[0])[0] for row in rows}
     friction = {"common": STRIBECK, "joints": {"*": {}}}
     biped = Scenario.model_validate({"robot": "biped", "simulator": "exact", "duration": 16.0, "friction": friction})
@@ -243,7 +244,8 @@ def test_every_column_of_the_table_is_explained(tmp_path: Path) -> None:
 @pytest.mark.parametrize("heading", SECTIONS)
 def test_every_setting_is_named_with_its_default(heading: str) -> None:
     fields = SECTIONS[heading].model_fields
-    rows = {names_in(row[0])[0]: row for row in rows_below("docs/robot-file.md", heading) if len(row) == 5}
+    page = "docs/settings.md" if "[identify" in heading else "docs/robot-file.md"
+    rows = {names_in(row[0])[0]: row for row in rows_below(page, heading) if len(row) == 5}
     channels = set(UNITS) if heading == "`[log]`" else set()
     assert set(rows) | channels == set(fields)
     for key, row in rows.items():
@@ -261,7 +263,7 @@ def test_every_setting_is_named_with_its_default(heading: str) -> None:
 
 TABLES = [
     ("docs/robot-file.md", "`[log.<channel>]`", 2, list, {name: list(units) for name, units in UNITS.items()}),
-    ("docs/robot-file.md", "`[identify.filter]`", 3, set, TAKES),
+    ("docs/settings.md", "`[identify.filter]`", 3, set, TAKES),
     ("docs/laws/auto.md", "How terms are chosen", 3, tuple, {term.name: term.parameters for term in LADDER}),
 ]
 """Page, heading and columns of tables that have, by a name, other names; whether their order counts; those names."""

@@ -1,10 +1,10 @@
-"""The page on the estimator's mathematics names modules that are there, and numbers its equations in order."""
+"""The pages on the estimator's mathematics name existing modules, and number their equations in order."""
 
 import re
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-PAGE = (ROOT / "docs/estimator.md").read_text()
+PAGE = "".join((ROOT / "docs" / name).read_text() for name in ("estimator.md", "estimator-fit.md"))
 
 
 def test_modules_are_there() -> None:

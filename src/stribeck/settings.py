@@ -215,7 +215,7 @@ class Priors(Table):
 
 
 class Settings(Table):
-    """`[identify]`: all settings of `identify`, explained in docs/robot-file.md.
+    """`[identify]`: all settings of `identify`, explained in docs/settings.md.
 
     Raises
     ------

@@ -7,7 +7,7 @@ and finding, where `{study.text}` stands for a text of a study.
 import json
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from studies.markdown import markdown_table, with_table
@@ -33,12 +33,20 @@ def read_statements() -> list[dict[str, str]]:
 
 
 def filled(page: str, texts: Mapping[str, str]) -> str:
-    """Replace the table of statements in a page; a KeyError names a text that no study has."""
+    """Replace the table of statements in a page; a KeyError names a text that no study has.
+
+    Of the confirmed statements, the page has only the tables of the paper.
+    """
+    shown = (each for each in read_statements() if each["outcome"] != "confirmed" or "Table" in each["place"])
+    return with_table(page, _table(shown, texts))
+
+
+def _table(statements: Iterable[Mapping[str, str]], texts: Mapping[str, str]) -> str:
     rows = []
-    for each in read_statements():
+    for each in statements:
         finding = re.sub(r"\{(\w+\.[\w-]+)\}", lambda match: texts[match[1]], each.get("finding", ""))
         rows.append((each["place"], each["claim"], f"**{each['outcome']}**", finding))
-    return with_table(page, markdown_table(("place", "the paper", "outcome", "here"), rows, 4))
+    return markdown_table(("place", "the paper", "outcome", "here"), rows, 4)
 
 
 def fill_page() -> None:
@@ -47,7 +55,8 @@ def fill_page() -> None:
 
 
 def print_numbers() -> None:
-    """Print each study's description, tables and numbers."""
+    """Print all statements, then each study's description, tables and numbers."""
+    print(_table(read_statements(), all_texts()))
     for name, study in find_studies().items():
         print(f"\n# {name}\n\n{study.__doc__}")
         for label, text in study.texts(json.loads((NUMBERS / f"{name}.json").read_text(encoding="utf-8"))).items():

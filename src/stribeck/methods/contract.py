@@ -8,7 +8,7 @@ To add a method:
 2. Create a `Method`. `uses` is `SHARED`, without settings that the method overrides, plus its own settings, with dots
    as after `--set`. All other settings are refused. `laws` are the laws that it can fit; `defaults` contains the
    default law.
-3. Add its own settings to `Settings` in `settings.py`, with a line in docs/robot-file.md.
+3. Add its own settings to `Settings` in `settings.py`, with a line in docs/settings.md.
 4. Add it to `METHODS` in `methods/__init__.py`. Robot file, command line, table, report and provenance then support it.
    No other code depends on which method ran; its particular results are data in `Fitted`.
 5. Test in tests/methods/test_methods.py that it recovers a known truth, and describe it in docs/.

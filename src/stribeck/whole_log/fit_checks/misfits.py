@@ -1,4 +1,4 @@
-"""Misfits: friction that a law does not describe, and errors that look like friction (docs/estimator.md, equation 33).
+"""Misfits: friction outside the law, and errors that look like friction (docs/estimator-fit.md, equation 33).
 
 A law that cannot describe a joint's friction yields an average, with intervals that do not show the misfit. Each joint
 is therefore tried with each kind of column that its law does not contain (`terms/trials.py`). A kind is flagged under

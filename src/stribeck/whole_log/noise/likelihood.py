@@ -1,4 +1,4 @@
-"""Variance components by maximum likelihood, from groups of windows (docs/estimator.md, equation 15).
+"""Variance components by maximum likelihood, from groups of windows (docs/estimator-fit.md, equation 15).
 
 A group contains as many windows as errors reach over. Every other group is used: these share no error and are whitened
 individually, while each group contains the correlation of its errors.

@@ -1,4 +1,4 @@
-"""Elimination of the linear corrections, and joint fits of all laws to the remaining equations (docs/estimator.md).
+"""Elimination of the linear corrections, and joint fits of all laws to the remaining equations (docs/estimator-fit.md).
 
 With the corrections x(u) ~ x_0 + T u, chi^2 is a quadratic of the coefficients theta of friction and of u, and the
 best u for given theta is linear in them. Inserted, it leaves a quadratic of only theta (Schur complement),

@@ -1,4 +1,4 @@
-"""Empirical Bayes: standard deviations of priors, estimated from the log (docs/estimator.md, equations 23 to 25).
+"""Empirical Bayes: standard deviations of priors, estimated from the log (docs/estimator-fit.md, equations 23 to 25).
 
 The standard deviation s maximizes the likelihood of the log. With coordinates u_i of variance C_ii,
 

@@ -1,4 +1,4 @@
-"""Damped Gauss-Newton within bounds, several descents at once (docs/estimator.md, equation 20).
+"""Damped Gauss-Newton within bounds, several descents at once (docs/estimator-fit.md, equation 20).
 
 With the gradient g of a cost and Gauss-Newton's matrix H of its second derivatives, a step goes from x to
 

@@ -1,6 +1,6 @@
 """The pilot: a linear fit to some windows before the whole log is read.
 
-It estimates the delay of the torques, variance components and outliers (docs/estimator.md, equations 14 to 16), the
+It estimates the delay of the torques, variance components and outliers (docs/estimator-fit.md, equations 14 to 16), the
 first stage of two-stage generalized least squares.
 """
 

@@ -1,4 +1,4 @@
-"""Normal equations of a whole log: sufficient statistics of fixed size (docs/estimator.md, equations 17 and 18)."""
+"""Normal equations of a whole log: sufficient statistics of fixed size (docs/estimator-fit.md, equations 17 and 18)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stepwise selection of a joint's terms by held-out scores (docs/estimator.md, equation 22).
+"""Stepwise selection of a joint's terms by held-out scores (docs/estimator-fit.md, equation 22).
 
 Cross-validation: Stone 1974; stepwise: Efroymson 1960; the simplest within a standard error: Breiman et al. 1984.
 """

@@ -1,4 +1,4 @@
-"""Selection of every joint's friction terms on held-out folds (docs/estimator.md, equation 22)."""
+"""Selection of every joint's friction terms on held-out folds (docs/estimator-fit.md, equation 22)."""
 
 from __future__ import annotations
 

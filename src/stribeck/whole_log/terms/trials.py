@@ -1,4 +1,4 @@
-"""Trials of terms: held-out scores of a joint's law with some terms, in closed form (docs/estimator.md, equation 21).
+"""Trials of terms: held-out scores of a joint's law in closed form (docs/estimator-fit.md, equation 21).
 
 Terms of one joint are tried many times. Therefore everything else, the other joints' friction and the corrections, is
 eliminated first, by one Newton step from a fit of all joints; for the joint i and all else o,

@@ -1,4 +1,4 @@
-"""The covariance budget: the parts of an interval, by name (docs/estimator.md, "Intervals").
+"""The covariance budget: the parts of an interval, by name (docs/estimator-fit.md, "Intervals").
 
 With the inverse curvature C and the coordinates x of the model, the uncertainty of the model adds C_.x C_xx^-1 C_x. to
 friction's covariance; the rest is noise. Random effects of the gait phase, the group mean, and the model's

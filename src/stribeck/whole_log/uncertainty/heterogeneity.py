@@ -1,4 +1,4 @@
-"""Heterogeneity: differences between folds relative to their errors (docs/estimator.md, equations 26 and 27).
+"""Heterogeneity: differences between folds relative to their errors (docs/estimator-fit.md, equations 26 and 27).
 
 Errors of real robots last longer than a window: friction outside the law, cables, belts. For a set of coordinates with
 curvature S (all others refitted), gradient h_f of fold f of F at the common fit, and K = S^-1 (S - prior),

@@ -1,4 +1,4 @@
-"""Fits of single joints with their intervals, from the covariance budget (docs/estimator.md, "Intervals")."""
+"""Fits of single joints with their intervals, from the covariance budget (docs/estimator-fit.md, "Intervals")."""
 
 from dataclasses import dataclass, replace
 

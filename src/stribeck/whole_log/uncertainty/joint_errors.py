@@ -1,7 +1,7 @@
 """Joint covariance of friction and bodies, for random models of the robot.
 
 Bodies have log-Cholesky coordinates y(x), so that every draw is physically possible. With the covariance C of the fit's
-coordinates x (docs/estimator.md, "Intervals"), the covariance of y is T C T^T, where T = dy/dx at the solution.
+coordinates x (docs/estimator-fit.md, "Intervals"), the covariance of y is T C T^T, where T = dy/dx at the solution.
 """
 
 import numpy as np

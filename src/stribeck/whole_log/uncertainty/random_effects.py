@@ -1,4 +1,4 @@
-"""Random effects of the gait phase: errors that recur at the same place of every step (docs/estimator.md, equation 28).
+"""Random effects of the gait phase: errors that recur in every step (docs/estimator-fit.md, equation 28).
 
 Feet rock in the same way after every lift-off, and an inertia that is wrong is wrong in every step. Such errors do not
 average out over steps; treated as noise, they would make intervals too narrow. Therefore every joint may have a smooth

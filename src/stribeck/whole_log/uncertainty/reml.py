@@ -1,6 +1,6 @@
 """Variances of the gait-phase random effects by REML, and their part of the covariance.
 
-Equations (29) to (32) of docs/estimator.md (Patterson and Thompson 1971; DerSimonian and Laird 1986).
+Equations (29) to (32) of docs/estimator-fit.md (Patterson and Thompson 1971; DerSimonian and Laird 1986).
 """
 
 import numpy as np
