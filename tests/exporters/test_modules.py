@@ -54,10 +54,11 @@ def test_pinocchio_has_it(tmp_path: Path) -> None:
     assert not other.damping.any()
 
 
-def test_isaac_lab_gets_keywords_of_its_actuators(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    words = ("armature", "friction", "dynamic_friction", "viscous_friction")
+@pytest.mark.parametrize("effort", ["effort_limit_sim", "joint_effort_limit"], ids=["2.3", "3.0"])
+def test_isaac_lab_gets_keywords_of_its_actuators(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, effort: str) -> None:
+    words = ("armature", "friction", "dynamic_friction", "viscous_friction", effort)
     fields = ["joint_names_expr", "stiffness", "damping", *((word, Any, None) for word in words)]
-    actuator = make_dataclass("ImplicitActuatorCfg", fields)  # the fields of Isaac Lab 2.3 and 3.0 that are written
+    actuator = make_dataclass("ImplicitActuatorCfg", fields)  # the fields of Isaac Lab that are written
     stub = SimpleNamespace(ImplicitActuatorCfg=actuator)
     monkeypatch.setitem(sys.modules, "isaaclab", SimpleNamespace(actuators=stub))  # type: ignore[arg-type]
     monkeypatch.setitem(sys.modules, "isaaclab.actuators", stub)  # type: ignore[arg-type]
@@ -68,6 +69,24 @@ def test_isaac_lab_gets_keywords_of_its_actuators(tmp_path: Path, monkeypatch: p
     assert first.viscous_friction == {"shoulder": 0.3, "slide": 20.0}
     assert (second.joint_names_expr, second.armature, second.friction) == (["elbow"], {"elbow": 0.1}, None)
     assert (second.stiffness, second.damping) == (80.0, 2.0)
+    assert getattr(first, effort) == {"shoulder": 100.0, "slide": 100.0}
+    assert getattr(second, effort) is None  # the model has no limit
+
+
+def test_mjlab_gets_keywords_of_its_actuators(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    words = ("armature", "frictionloss", "viscous_damping", "effort_limit")
+    fields = ["target_names_expr", "stiffness", "damping", *((word, Any, None) for word in words)]
+    actuator = make_dataclass("BuiltinPositionActuatorCfg", fields, kw_only=True)  # of mjlab 1.3 and newer
+    stub = SimpleNamespace(BuiltinPositionActuatorCfg=actuator)
+    monkeypatch.setitem(sys.modules, "mjlab", SimpleNamespace(actuator=stub))  # type: ignore[arg-type]
+    monkeypatch.setitem(sys.modules, "mjlab.actuator", stub)  # type: ignore[arg-type]
+    path, _ = written("mjlab", tmp_path)
+    gains = {"shoulder": 80.0, "elbow": 60.0, "slide": 900.0}
+    shoulder, elbow, slide = module(path).actuators(stiffness=gains, damping=2.0)
+    assert (shoulder.target_names_expr, shoulder.stiffness, shoulder.damping) == (("shoulder",), 80.0, 2.0)
+    assert (shoulder.frictionloss, shoulder.viscous_damping, shoulder.armature) == (1.2, 0.3, 0.05)
+    assert (elbow.frictionloss, elbow.armature, elbow.effort_limit) == (None, 0.1, None)
+    assert (slide.viscous_damping, slide.effort_limit) == (20.0, 100.0)
 
 
 @pytest.fixture
@@ -143,7 +162,7 @@ def test_physx_gets_efforts_and_degrees(recipes: dict[str, Any], monkeypatch: py
     assert "base" not in found
 
 
-@pytest.mark.parametrize("target", ["isaaclab", "pinocchio", "python"])
+@pytest.mark.parametrize("target", ["isaaclab", "mjlab", "pinocchio", "python"])
 def test_names_cannot_break_a_module(target: str, tmp_path: Path) -> None:
     name = 'a"""\'b.c{x}\\'
     write_arm(tmp_path)

@@ -1,4 +1,4 @@
-"""Source files: a C header and a Python module with all friction terms, and modules for Pinocchio and Isaac Lab.
+"""Source files: a C header and a Python module with all friction terms, and modules for other libraries.
 
 C and Python evaluate one function that covers all laws:
 
@@ -17,6 +17,7 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
 from stribeck.errors import SettingsError
@@ -111,15 +112,26 @@ def isaaclab_text(request: Request) -> str:
     same keys. Since Isaac Sim 5.0 (PhysX 5.6), `friction` and `dynamic_friction` are efforts [N m], [N], and
     `viscous_friction` is in [N m s/rad], [N s/m]; before, `friction` was a coefficient without a unit.
     """
-    groups: dict[tuple[str, ...], list[str]] = defaultdict(list)
-    for name, terms in request.joints.items():
-        groups[tuple(sorted(terms.stated))].append(name)
-    actuators: list[dict[str, object]] = []
-    for words, names in groups.items():
-        actuators.append({"joint_names_expr": [re.escape(name) for name in names]})
-        for word in words:
-            actuators[-1][word] = {re.escape(name): request.joints[name].stated[word][0] for name in names}
+    groups: dict[tuple[str, ...], dict[str, dict[str, float]]] = defaultdict(dict)
+    for name, values in _actuators(request, "effort_limit_sim").items():
+        groups[tuple(sorted(values))][re.escape(name)] = values
+    actuators: list[dict[str, object]] = [
+        {"joint_names_expr": [*joints]} | {word: {name: own[word] for name, own in joints.items()} for word in words}
+        for words, joints in groups.items()
+    ]
     return _module("isaaclab", request.lines, groups=actuators)
+
+
+def mjlab_text(request: Request) -> str:
+    """Format a Python module with actuators for mjlab, one per joint, because each has single numbers."""
+    return _module("mjlab", request.lines, joints=_actuators(request, "effort_limit"))
+
+
+def _actuators(request: Request, effort: str) -> dict[str, dict[str, float]]:
+    """Collect each joint's stated values, and its effort limit in the model [N m], [N] under this name."""
+    limits = dict(zip(request.robot.joint_names, request.robot.effort_limits.tolist(), strict=True))
+    found = {name: {word: value for word, (value, _) in own.stated.items()} for name, own in request.joints.items()}
+    return {name: own | ({effort: limits[name]} if np.isfinite(limits[name]) else {}) for name, own in found.items()}
 
 
 def isaaclab_ranges(lines: list[str], joints: Mapping[str, JointRanges]) -> str:

@@ -55,6 +55,11 @@ TARGETS: dict[str, Target] = {
         text=code_files.isaaclab_text,
         ranges=code_files.isaaclab_ranges,
     ),
+    "mjlab": Target(
+        forms={"plain": plain(coulomb="frictionloss", viscous="viscous_damping", armature="armature")},
+        suffix=".py",
+        text=code_files.mjlab_text,
+    ),
     "pinocchio": Target(
         forms={"plain": plain(coulomb="friction", viscous="damping", armature="armature")},
         suffix=".py",
