@@ -165,6 +165,8 @@ def test_logs_without_the_command(log, tmp_path):
         read_log(path, robot(tmp_path, ""))
     found = read_log(save_npz(log, tmp_path / "d.npz", **whole | {"desired_torque": None}), robot(tmp_path, COMMANDED))
     assert found.unscaled == {}
+    late = robot(tmp_path, 'torque_source = "command"\ncommand_delay = 0.01\n')
+    assert any("command_delay is ignored" in note for note in read_log(save_npz(log, tmp_path / "e.npz"), late).notes)
     some = robot(tmp_path, 'torque_source = "command"\nkp = { elbow = 60.0 }\n')
     found = read_log(tmp_path / "d.npz", some)
     assert found.unscaled == {"shoulder": 1.0, "slide": 1.0}

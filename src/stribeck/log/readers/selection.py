@@ -109,6 +109,8 @@ def select(source: Recording, table: LogTable, robot: Robot | None) -> Selection
         notes.append(
             f"{listed(idle)} is ignored: the log's torques are used. Set [robot] kp to compute them from the command."
         )
+    if robot and by_command and not commanded and robot.command_delay is not None:
+        notes.append("command_delay is ignored: the log's torques are used. Set delay in [log.torque] to shift them.")
     notes += _ignored(source, at, joints)
     return Selection(joints, feet, columns | of_feet, labels, tuple(notes))
 
