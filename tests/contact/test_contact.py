@@ -180,19 +180,43 @@ class TestFlags:
         assert (phases[0].first, phases[0].last) == (0, phases[0].stop - 10)
         assert (phases[-1].first, phases[-1].last) == (phases[-1].start + 20, 250)
 
-    def test_short_phases_remain_without_used_rows(self):
+    def test_short_phases_keep_more_than_half(self):
         flags = np.ones((1000, 2), dtype=bool)
-        flags[100:106, 0] = False  # 0.03 s
-        flags[300:326, 0] = False  # 0.13 s, less than what is trimmed
+        flags[300:308, 0] = False  # 0.04 s, shorter than min_duration
+        flags[400:426, 0] = False  # 0.13 s, less than trim_start and trim_end
         flags[500:600, 0] = False
         log = Gait(np.zeros((1000, 2, 3)), flags).log(BIPED, contact=flags)
         found = find_support_phases(log, Walker(BIPED), whole(log), AUTO)
         singles = [phase for phase in found.phases if phase.kind == "single"]
-        assert [phase.last - phase.first for phase in singles] == [0, 0, 70]
-        assert "2 of 7 support phases are ignored" in found.notes[0]
+        assert [phase.last - phase.first for phase in singles] == [0, 14, 70]
+        assert "1 of 7 support phases are ignored" in found.notes[0]
         untrimmed = SupportSettings(trim_start=0.0, trim_end=0.0)
         kept = find_support_phases(log, Walker(BIPED), whole(log), untrimmed).phases
         assert [phase.last - phase.first for phase in kept if phase.kind == "single"] == [0, 26, 100]
+
+    def test_flags_that_flicker_at_touchdown_follow_the_majority(self):
+        gait = biped()
+        flags = gait.standing.copy()
+        changes = np.flatnonzero(np.diff(flags[:, 0])) + 1
+        flags[changes - 3, 0] ^= True
+        flags[changes + 2, 0] ^= True
+        flags[::97, 1] ^= True  # noise
+        found = find_support_phases(gait.log(BIPED, contact=flags), Walker(BIPED), whole(gait.log(BIPED)), AUTO)
+        used = [(phase.feet, phase.start, phase.stop) for phase in found.phases if phase.stop - phase.start > 8]
+        clean = find_support_phases(gait.log(BIPED, contact=gait.standing), Walker(BIPED), whole(gait.log(BIPED)), AUTO)
+        assert [feet for feet, *_ in used] == [phase.feet for phase in clean.phases]
+        assert np.abs(np.subtract([row for _, *row in used], [(p.start, p.stop) for p in clean.phases])).max() <= 6
+
+    def test_a_foot_that_bounces_neither_stands_nor_swings(self):
+        flags = np.ones((1000, 2), dtype=bool)
+        flags[300:400, 0] = False
+        flags[410:415, 0] = False  # off the ground for 0.025 s, after the landing
+        log = Gait(np.zeros((1000, 2, 3)), flags).log(BIPED, contact=flags)
+        phases = find_support_phases(log, Walker(BIPED), whole(log), AUTO).phases
+        assert [(phase.kind, phase.start, phase.stop) for phase in phases[2:4]] == [
+            ("double", 400, 410),
+            ("touching", 410, 415),
+        ]
 
     def test_feet_come_in_the_robots_order(self):
         gait = biped()
@@ -210,14 +234,18 @@ class TestFlags:
         assert trimmed == [False, True, False, True, False, True, False, True, False]  # where some limb swings
 
 
-@given(
-    st.lists(st.tuples(st.integers(1, 80), st.integers(0, 7)), min_size=1, max_size=12),
-    st.lists(st.integers(1, 400), max_size=3),
-)
+def pieces_from(shortest):
+    return st.lists(st.tuples(st.integers(shortest, 80), st.integers(0, 7)), min_size=1, max_size=12)
+
+
+@given(st.one_of(pieces_from(1), pieces_from(8)), st.lists(st.integers(1, 400), max_size=3))
 @settings(deadline=None, max_examples=60)
 def test_phases_partition_every_segment(pieces, cuts):
     """Phases are contiguous; rows of one phase are alike and differ from the neighboring phases."""
     flags = np.concatenate([np.tile([bool(code & bit) for bit in (1, 2, 4)], (n, 1)) for n, code in pieces])
+    flickers = min(rows for rows, _ in pieces) < 8  # 0.04 s
+    if flickers:  # some foot stands, whatever is removed
+        flags = np.vstack([flags, np.ones((400, 3), dtype=bool)])
     feet = ("a", "b", "c")
     log = Gait(np.zeros((len(flags), 3, 3)), flags).log(feet, contact=flags)
     edges = sorted({0, len(flags), *(cut for cut in cuts if cut < len(flags))})
@@ -230,7 +258,8 @@ def test_phases_partition_every_segment(pieces, cuts):
     assert [phase.start for phase in phases] == [0, *(phase.stop for phase in phases[:-1])]
     assert phases[-1].stop == len(flags)
     assert set(edges) <= {0, *(phase.stop for phase in phases)}
-    np.testing.assert_array_equal(standing_of(SupportPhases(phases=phases, source="flags"), feet, len(flags)), flags)
+    found = standing_of(SupportPhases(phases=phases, source="flags"), feet, len(flags))
+    assert flickers or np.array_equal(found, flags)
     assert all(phase.start <= phase.first <= phase.last <= phase.stop for phase in phases)
     assert all(phase.first <= phase.steady_first <= phase.steady_last <= phase.last for phase in phases)
 

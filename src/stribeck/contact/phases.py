@@ -22,6 +22,16 @@ FALLEN = np.deg2rad(60.0)
 HUNG = "hung"
 """Name in place of the feet while something unknown, such as a gantry, carries the base."""
 
+FLICKER = 0.04
+"""Longest gap or blip of a contact [s] that is removed: the fastest robots stand and swing for 0.06 s and more."""
+NOISE = 0.01
+"""Longest gap or blip of a contact that noise of a sensor makes [s]."""
+TRIMMED = 0.25, 0.45
+"""Largest shares of a phase that are trimmed where it would be too short otherwise, and elsewhere [1].
+
+Feet settle faster in fast gaits.
+"""
+
 Kind = Literal["fixed", "hung", "single", "double", "multiple", "flight", "touching"]
 Source = Literal["fixed", "flags", "forces", "kinematics"]
 
@@ -85,10 +95,11 @@ def phases_of_segment(
 ) -> list[SupportPhase]:
     """Cut a segment into phases that cover it completely.
 
-    A phase loses `trim_start` at its start and `trim_end` at its end, because liftoff and touchdown are impacts. Phases
-    in which all feet stand are used completely. Standing feet rock and slip a little after an impact and while the
-    weight shifts: the steady part loses both times at both ends. Nothing is trimmed where a phase starts or ends with
-    the segment, because there is no impact. A phase shorter than `min_duration` remains, but none of its rows are used.
+    A phase loses `trim_start` at its start and `trim_end` at its end, because liftoff and touchdown are impacts, but at
+    most a share of its duration (`trims`). Phases in which all feet stand are used completely. Standing feet rock and
+    slip a little after an impact and while the weight shifts: the steady part loses both times at both ends. Nothing is
+    trimmed where a phase starts or ends with the segment, because there is no impact. A phase shorter than
+    `min_duration` remains, but none of its rows are used.
 
     Parameters
     ----------
@@ -114,11 +125,12 @@ def phases_of_segment(
     both = settings.trim_start + settings.trim_end
     phases = []
     for start, stop in pairwise(edges):
+        after, before = trims((stop - start) * period, settings.trim_start, settings.trim_end)
         row = rows[start - segment.start]
         standing_feet = tuple(foot for foot, stands in zip(feet, row[:-1], strict=True) if stands)
         first, last = start, stop
         if len(standing_feet) < len(feet):
-            first, last = trim(start, stop, settings.trim_start, settings.trim_end)
+            first, last = trim(start, stop, after, before)
         steady_first, steady_last = trim(start, stop, both, both)
         if last <= first or (stop - start) * period < settings.min_duration or row[-1]:
             first = last = start
@@ -138,6 +150,53 @@ def phases_of_segment(
             )
         )
     return phases
+
+
+def falls(phase: SupportPhase, period: float) -> bool:
+    """Return whether a flight is plausible: flights longer than 1 s indicate wrong contact flags."""
+    return (phase.stop - phase.start) * period <= 1.0  # [s]
+
+
+def trims(duration: float, start: float, end: float, shortest: float = 0.0) -> tuple[float, float]:
+    """Limit the times that are trimmed at both ends of a phase to a share of its duration, all in [s].
+
+    Phases keep the time `shortest`, if that is possible.
+    """
+    few, many = np.multiply(TRIMMED, duration)
+    share = min(1.0, float(np.clip(duration - shortest, few, many)) / max(start + end, 1e-9))
+    return share * start, share * end
+
+
+def without_flicker(standing: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:
+    """Remove gaps and blips shorter than `shortest` rows from contacts, shape (T, feet).
+
+    The result has the fewest rows that differ from `standing`, where each change counts as half of `shortest` rows
+    (Potts functional). Raw flags flicker around touchdown, where it follows the majority.
+    """
+    found = standing.copy()
+    for foot in range(standing.shape[1]):
+        edges = np.flatnonzero(np.diff(standing[:, foot], prepend=~standing[:1, foot])).tolist()
+        lengths = np.diff([*edges, len(standing)])
+        if (lengths[1:-1] >= shortest).all():
+            continue
+        found[:, foot] = np.repeat(_fewest_changes(lengths.tolist(), bool(standing[0, foot]), shortest / 2), lengths)
+    return found
+
+
+def _fewest_changes(lengths: list[int], first: bool, price: float) -> list[bool]:
+    """Choose a state for each of some alternating runs, by dynamic programming: a change costs `price` rows."""
+    cost, origins = (0.0, 0.0), []
+    for number, length in enumerate(lengths):
+        off, on = cost
+        stands = first ^ bool(number % 2)
+        changed = off > on + price, on > off + price
+        cost = min(off, on + price) + length * stands, min(on, off + price) + length * (not stands)
+        origins.append(changed)
+    state, found = cost[1] < cost[0], []
+    for changed in reversed(origins):
+        found.append(state)
+        state ^= changed[state]
+    return found[::-1]
 
 
 def switch(signal: Array, on: float, off: float) -> NDArray[np.bool_]:

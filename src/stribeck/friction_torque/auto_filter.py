@@ -40,7 +40,7 @@ def cutoff_from_log(prepared: PreparedLog, robot: Robot, settings: Settings) -> 
     raw = {"filter": shortest, "filter_torque": False, "averaged_law": False, "observer_bandwidth": None}
     settings = settings.model_copy(update=raw | {"standing_legs": settings.standing_legs is True})
     rate = 1 / prepared.sampling.period
-    phases = [phase for phase in prepared.support.phases if phase.kind != "flight"]
+    phases = prepared.support.phases
     rows = np.concatenate([np.empty(0, dtype=np.int64), *(np.arange(phase.first, phase.last) for phase in phases)])
     end = int(rows[:MOST_SAMPLES].max(initial=-1)) + 1
     examined = tuple(replace(phase, last=min(phase.last, end)) for phase in phases)
@@ -55,8 +55,8 @@ def cutoff_from_log(prepared: PreparedLog, robot: Robot, settings: Settings) -> 
             "log: no support phase is suitable to choose a filter: feet always stand together or contacts change "
             "too often; expected phases on one foot, or [identify.filter] kind = 'savitzky-golay' and a window"
         )
-    lengths = [len(segment) for segment in accelerations]
-    if max(lengths) < MIN_SAMPLES < sum(lengths) / 4:  # many short segments, as of a trot
+    longest = max(int(np.isfinite(segment).sum(axis=0).max()) for segment in accelerations)
+    if longest < MIN_SAMPLES + 2:  # as in a trot; differences lose two
         window = 2 * max(3, round(SHORT / 2 * rate)) + 1
         reason = f"no segment has the {MIN_SAMPLES} samples of a spectrum, so a window of {1e3 * SHORT:.0f} ms is taken"
         return CutoffChoice(cutoff=savgol_cutoff(window, ORDER, rate), window=window, reason=reason)

@@ -2,9 +2,10 @@
 
     R = tau - inverse_dynamics(q, v, a)
 
-On one standing surface, the tree is rooted at that foot and all joints are known, as they are while the robot hangs. On
-several surfaces, and on point feet, the individual foot wrenches are unknown, so only swinging limbs are known. If
-wrenches are measured, they determine the joints between base and feet (docs/other-methods.md).
+On one standing surface, the tree is rooted at that foot and all joints are known. They are also known while the robot
+hangs, and in flight, because the base falls freely. On several surfaces, and on point feet, the individual foot
+wrenches are unknown, so only swinging limbs are known. If wrenches are measured, they determine the joints between base
+and feet (docs/other-methods.md).
 """
 
 from collections.abc import Mapping
@@ -18,7 +19,7 @@ from stribeck.contact import SupportPhase
 from stribeck.contact.phases import HUNG
 from stribeck.differentiation.averaging import Nodes
 from stribeck.dynamics.loops import without_loop_forces
-from stribeck.dynamics.root_motion import base_root, hung_root, standing_root
+from stribeck.dynamics.root_motion import base_root, flying_root, hung_root, standing_root
 from stribeck.dynamics.rooted import RootMotion, rooted_inverse_dynamics
 from stribeck.dynamics.state import State
 from stribeck.friction_torque.foot_wrenches import effect_on_joints
@@ -79,12 +80,14 @@ def next_mode(before: StandingFeet | None, feet: tuple[str, ...]) -> StandingFee
 def contact_root(robot: Robot, mode: StandingFeet, state: State) -> tuple[RootedModel, RootMotion | None]:
     """Select the tree of a contact mode, rooted at the foot that has stood longest, and compute its root motion.
 
-    A robot on point feet keeps its own root. The root motion of a fixed base is None.
+    A robot on point feet or in flight keeps its own root. The root motion of a fixed base is None.
     """
     if robot.base == "fixed":
         return robot.tree, None
     if HUNG in mode.feet:
         return robot.tree, hung_root(robot, state)
+    if not mode.feet:
+        return robot.tree, flying_root(robot.tree, state)
     surface = _select_root_foot(robot, mode)
     if surface is None:
         return robot.tree, base_root(robot, mode.feet, state)
@@ -118,9 +121,9 @@ def takes_wrenches(robot: Robot, settings: Settings) -> bool:
 
 
 def leaves_open(robot: Robot, feet: tuple[str, ...]) -> bool:
-    """Return whether joints of standing limbs are unknown: not on a fixed or hung base or on one standing surface."""
+    """Return whether joints of standing limbs are unknown: on several feet or on points, unless the base is held."""
     known = robot.base == "fixed" or HUNG in feet
-    return not known and (len(feet) > 1 or robot.contacts[feet[0]].kind == "point")
+    return not known and (len(feet) > 1 or any(robot.contacts[foot].kind == "point" for foot in feet))
 
 
 def by_inverse_dynamics(
@@ -155,7 +158,7 @@ def _explain(
     friction, usable = torque - needed, seen_joints(robot, mode.feet, settings)
     if robot.base == "fixed":
         return without_loop_forces(robot, state.position, friction), usable, np.nan
-    if measured:
+    if measured and mode.feet:
         standing_on = {foot: measured[foot] for foot in mode.feet}
         friction += effect_on_joints(robot, state.position, standing_on, _select_root_foot(robot, mode), wrench)
     friction = without_loop_forces(robot, state.position, friction)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
 from stribeck.contact import SupportPhase
+from stribeck.contact.phases import falls
 from stribeck.differentiation import Filter, make_filter
 from stribeck.differentiation.averaging import average_nodes
 from stribeck.differentiation.filters import sharper_filter
@@ -101,10 +102,13 @@ def torque_chunks(
     observer = LogObserver(period, bandwidth) if bandwidth else None
     require_channels(robot, log, settings)
     phases = prepared.support.phases if phases is None else phases
-    labels = _label_rows(phases, len(log.time), max(1, round(settings.block / period)))
+    flies = observer is None and _uses_orientation(robot, log, settings)
+    used = tuple(phase for phase in phases if phase.kind != "flight" or (flies and falls(phase, period)))
+    labels = _label_rows(used, len(log.time), max(1, round(settings.block / period)))
     modes, mode_of_row, block_of_row, steady = labels
-    names = tuple(dict.fromkeys("+".join(mode.feet) for mode in modes))
-    name_of = np.array([names.index("+".join(mode.feet)) for mode in modes], dtype=np.int64)
+    labels_of_modes = ["+".join(mode.feet) or "flight" for mode in modes]
+    names = tuple(dict.fromkeys(labels_of_modes))
+    name_of = np.array([names.index(name) for name in labels_of_modes], dtype=np.int64)
     motion_filter = motion_filter or make_filter(settings.filter, period)
     turn_filter = orientation_filter(robot, log, motion_filter, period, settings)
     known = robot.torque_controlled
@@ -164,9 +168,7 @@ def _label_rows(
     A block is a phase, or an equal part of a phase longer than `longest` rows.
     """
     used = [
-        (phase, mode)
-        for phase, mode in zip(phases, contact_modes(phases), strict=True)
-        if phase.kind != "flight" and phase.last > phase.first
+        (phase, mode) for phase, mode in zip(phases, contact_modes(phases), strict=True) if phase.last > phase.first
     ]
     modes = tuple(dict.fromkeys(mode for _, mode in used))
     mode, block, steady = np.full(rows, -1), np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=bool)

@@ -196,7 +196,7 @@ def log_friction(
                 float(log.time[phase.start]),
                 float(log.time[phase.stop - 1]),
                 support_name(phase),
-                phase.last > phase.first and phase.kind != "flight",
+                support_name(phase) in samples.support_names and phase.last > phase.first,
             )
             for phase in phases
         ],

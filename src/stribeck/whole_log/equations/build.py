@@ -234,7 +234,7 @@ def weak_form(
     smooth, sharp = filters.derivative_kernels(float(np.median(noise.position[columns])), period)
     accelerations = filters.joint_acceleration(log.position, noise.position, unbroken, period, window, smooth[2])
     margin = max(smooth.shape[1] // 2, sharp.shape[1] // 2, accelerations.margin)
-    shortest = len(window.taps) + 3 * window.step
+    shortest = len(window.taps) + window.step
     surfaces = [foot for foot, contact in robot.contacts.items() if contact.kind == "surface"]
     segments = cut_segments(phases, unbroken, period, margin, shortest, surfaces)
     measured = log.foot_names if wrenches and log.foot_wrench is not None and settings.corrections != "none" else ()

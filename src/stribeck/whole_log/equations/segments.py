@@ -4,7 +4,10 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from itertools import pairwise
 
+import numpy as np
+
 from stribeck.contact import SupportPhase
+from stribeck.contact.phases import falls, trims
 
 LONGEST_SEGMENT = 1.6
 """Longest segment [s]: errors of different segments count as independent."""
@@ -44,13 +47,31 @@ def cut_segments(
     margin
         Rows on either side of a segment that filters need.
     shortest
-        Smallest number of rows of a segment.
+        Smallest number of rows of a segment. Where little of the log would be left, phases are trimmed less.
     surfaces
         Feet that a tree may be rooted at. The feet that have just landed come last in a segment, because they still
         settle.
     """
-    duration = sum(phase.stop - phase.start for phase in phases) * period
-    longest = min(LONGEST_SEGMENT, max(0.4, duration / 12))  # [s]; more segments than folds, windows still overlap
+    rows = sum(phase.stop - phase.start for phase in phases)
+    longest = min(LONGEST_SEGMENT, max(0.4, rows * period / 12))  # [s]; more segments than folds, windows still overlap
+    found = _cut(phases, unbroken, period, margin, shortest, longest, surfaces, hurried=False)
+    if sum(segment.last - segment.first for segment in found) > 0.2 * rows:  # [1]
+        return found
+    return _cut(phases, unbroken, period, margin, shortest, longest, surfaces, hurried=True)
+
+
+def _cut(
+    phases: tuple[SupportPhase, ...],
+    unbroken: tuple[slice, ...],
+    period: float,
+    margin: int,
+    shortest: int,
+    longest: float,
+    surfaces: Collection[str],
+    *,
+    hurried: bool,
+) -> tuple[Segment, ...]:
+    """Cut phases into segments up to `longest` [s]; `hurried` phases are trimmed by a share of their duration."""
     found: list[Segment] = []
     before: tuple[str, ...] = ()
     for phase in (phase for phase in phases if phase.kind != "touching"):
@@ -58,15 +79,16 @@ def cut_segments(
         first, last = max(phase.start, part.start + margin), min(phase.stop, part.stop - margin)
         begins = phase.start if phase.start > part.start and phase.kind not in ("fixed", "hung") else None
         ends = phase.stop if phase.stop < part.stop and phase.kind not in ("fixed", "hung") else None
+        settling = 0.05 if set(phase.feet) <= set(before) else 0.07  # [s]; a foot that has landed chatters
+        duration = (phase.stop - phase.start) * period if hurried else np.inf
+        after, until = trims(duration, settling, 0.02, shortest * period)
         if begins is not None:
-            settling = 0.05 if set(phase.feet) <= set(before) else 0.07  # [s]; a foot that has landed chatters
-            first = max(first, begins + round(settling / period))
+            first = max(first, begins + round(after / period))
         if ends is not None:
-            last = min(last, ends - round(0.02 / period))  # [s]
+            last = min(last, ends - round(until / period))
         feet = tuple(sorted(phase.feet, key=lambda foot: foot in surfaces and foot not in before))
         before = phase.feet
-        falls = phase.kind == "flight" and (phase.stop - phase.start) * period > 1.0  # [s]: the contacts must be wrong
-        if falls or last - first < shortest:
+        if (phase.kind == "flight" and not falls(phase, period)) or last - first < shortest:
             continue
         parts = -(-(last - first) // max(shortest, round(longest / period)))
         edges = [first + (last - first) * k // parts for k in range(parts + 1)]
