@@ -1,13 +1,15 @@
 """Settings of the robot file and the command line, with their defaults, validated by pydantic."""
 
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
 from math import inf
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
+from stribeck.base.spans import Span
 from stribeck.base.typing import TorqueSource
 from stribeck.errors import SettingsError
 
@@ -77,6 +79,40 @@ class LoopTable(Table):
         return 3 if self.kind == "point" else 6
 
 
+Times = (
+    Annotated[tuple[NonNegative, NonNegative], Field(strict=False)]
+    | Annotated[tuple[str, NonNegative, NonNegative], Field(strict=False)]
+)
+
+
+def _ends_after_start(span: Times) -> Times:
+    if span[-2] >= span[-1]:
+        raise ValueError(f"the span ends at {span[-1]:g} s, but starts at {span[-2]:g} s")
+    return span
+
+
+Excluded = Annotated[Times, AfterValidator(_ends_after_start)]
+"""Start and end [s] after the start of every log, or of the log whose file name comes first."""
+
+
+def spans_of_log(spans: Sequence[Times], path: str) -> list[Span]:
+    """Select the spans of a log by the name of its file."""
+    return [Span(each[-2], each[-1]) for each in spans if len(each) == 2 or each[0] == PurePath(path).name]
+
+
+class PayloadTable(Table):
+    """`[[robot.payload]]`: a mass that a fixed-base robot carries in spans of its logs."""
+
+    link: str
+    mass: Positive  # [kg]
+    com: Annotated[tuple[Finite, Finite, Finite], Field(strict=False)] = (0.0, 0.0, 0.0)  # [m], in the link's frame
+    spans: list[Excluded]
+
+    def present(self, time: float, path: str) -> bool:
+        """Whether the robot carries it at a time [s] after the start of a log."""
+        return any(start <= time < end for start, end, _ in spans_of_log(self.spans, path))
+
+
 class RobotTable(Table):
     """`[robot]`: the model and the roles of its joints."""
 
@@ -91,6 +127,7 @@ class RobotTable(Table):
     couplings: list[CouplingTable] = []
     passive: list[str] = []  # joints without a motor, moved by the loops
     loops: list[LoopTable] = []
+    payload: list[PayloadTable] = []
     motors: dict[str, MotorTable] = {}
     kp: NonNegative | dict[str, NonNegative] | None = None  # [N m/rad], drive gain, for torque_source "command"
     kd: NonNegative | dict[str, NonNegative] | None = None  # [N m s/rad], drive gain, for torque_source "command"
@@ -121,22 +158,6 @@ class ChannelTable(Table):
     delay: Finite = 0.0  # [s]
     unwrap: bool = False  # remove jumps by full turns
     order: Literal["xyzw", "wxyz"] | None = None  # quaternions only
-
-
-Times = (
-    Annotated[tuple[NonNegative, NonNegative], Field(strict=False)]
-    | Annotated[tuple[str, NonNegative, NonNegative], Field(strict=False)]
-)
-
-
-def _ends_after_start(span: Times) -> Times:
-    if span[-2] >= span[-1]:
-        raise ValueError(f"the span ends at {span[-1]:g} s, but starts at {span[-2]:g} s")
-    return span
-
-
-Excluded = Annotated[Times, AfterValidator(_ends_after_start)]
-"""Start and end [s] after the start of every log, or of the log whose file name comes first."""
 
 
 class LogTable(Table):

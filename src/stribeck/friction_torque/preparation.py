@@ -4,17 +4,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from stribeck.base.spans import Span
 from stribeck.contact import SupportPhases, find_support_phases
 from stribeck.differentiation import make_filter
 from stribeck.dynamics.loops import closed_log
 from stribeck.errors import LogError, RobotFileError, errors_about, findings_kept
+from stribeck.friction_torque.payload import changes_of_payload, with_payloads
 from stribeck.log import Frame, LogLike, RobotLog
 from stribeck.log.overlap import Prints, prints
 from stribeck.log.readers import read_log
 from stribeck.log.sampling import Sampling, regularise
 from stribeck.robot import Robot
-from stribeck.settings import LogTable, Settings
+from stribeck.settings import LogTable, Settings, spans_of_log
 
 Progress = Callable[[str, float], None]
 """Callback `progress(stage, fraction)` with fraction from 0 to 1."""
@@ -57,15 +57,15 @@ def prepare(log: LogLike, robot: Robot, settings: Settings) -> PreparedLog:
     """
     with errors_about(log_path(log)), findings_kept() as notes:
         log = _read(log, robot)
-        name, spans = Path(log.path).name, robot.log_table.exclude
-        if own := [Span(span[-2], span[-1]) for span in spans if len(span) == 2 or span[0] == name]:
-            log = log.excluding(own)
+        if spans := [*spans_of_log(robot.log_table.exclude, log.path), *changes_of_payload(robot, log.path)]:
+            log = log.excluding(spans)
         notes += log.notes
         log, of_loops = closed_log(log, robot)
         notes += of_loops
         of_log = prints(log)
         log = replace(log, desired_position=None, desired_velocity=None, desired_torque=None)  # `command` has them
         log, sampling = regularise(log, robot.log_table)
+        log = with_payloads(log, robot, sampling)
         notes += sampling.notes
         if not len(robot.torque_controlled):
             raise RobotFileError(

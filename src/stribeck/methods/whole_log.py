@@ -24,6 +24,7 @@ from stribeck.judgement.excitation import NOISE_FACTOR
 from stribeck.judgement.joint_fit import JointFit
 from stribeck.judgement.weakness import Criteria
 from stribeck.log import RobotLog
+from stribeck.methods.carried import Carried, find_carried
 from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method, Unseen, cut
 from stribeck.methods.corrected import corrected_log, corrected_robot
 from stribeck.methods.moving import joints_that_move
@@ -73,6 +74,8 @@ class WholeLog:
         Rows of each log that `fit.training` has not seen.
     set_aside, used
         Spans of each log that are set aside, and used.
+    carried
+        Payloads that explain spans set aside.
     """
 
     fit: WholeLogFit
@@ -82,6 +85,7 @@ class WholeLog:
     held_out: Sequence[Sequence[slice]]
     set_aside: Sequence[Sequence[Span]]
     used: Sequence[Sequence[Span]]
+    carried: Sequence[Carried] = ()
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -169,8 +173,13 @@ class WholeLog:
         fit = self.fit
         found = []
         if fit.set_aside > FEW:
-            aside, rest = list(chain(*self.set_aside)), listed_spans(list(chain(*self.used)))
-            found.append(Finding.of("set-aside", spans=listed_spans(aside), rest=rest, exclude=exclude_options(aside)))
+            explained = {span for payload in self.carried for span in payload.spans}
+            if aside := [span for span in chain(*self.set_aside) if span not in explained]:
+                options, rest = exclude_options(aside), listed_spans(list(chain(*self.used)))
+                found.append(Finding.of("set-aside", spans=listed_spans(aside), rest=rest, exclude=options))
+            if self.carried:
+                tables = ", ".join(payload.table for payload in self.carried)
+                found.append(Finding.of("payload", masses="; ".join(map(str, self.carried)), tables=tables))
         if fit.chi_square >= 1.5:  # per degree of freedom
             found.append(Finding.of("chi-square", chi_square=fit.chi_square))
         if fit.heterogeneity >= 4.0:  # folds differ by twice as much as errors explain
@@ -245,6 +254,8 @@ def identify_whole_log(
     held_out: list[list[slice]] = [[] for _ in forms]
     for log, segment in fit.held_out:
         held_out[log].append(slice(segment.first, segment.last))
+    aside, starts = _spans(prepared, fit, used=False), [part.log.start for part in prepared]
+    carried = find_carried(robot, equations, fit, aside, starts) if fit.set_aside > FEW else []
     robot = corrected_robot(robot, equations.corrections, fit.corrections)
     return WholeLog(
         fit=fit,
@@ -252,8 +263,9 @@ def identify_whole_log(
         couplings=couplings,
         robot=robot,
         held_out=held_out,
-        set_aside=_spans(prepared, fit, used=False),
+        set_aside=aside,
         used=_spans(prepared, fit, used=True),
+        carried=carried,
     )
 
 

@@ -21,7 +21,7 @@ from stribeck.robot.model_file import take_model
 from stribeck.robot.packages import model_path
 from stribeck.robot.robot_file import Contact, read_robot_file, robot_fields, validated
 from stribeck.robot.rooting import BASE_FRAME, RootedModel, is_floating, root_at
-from stribeck.settings import LogTable, LoopTable, MotorTable, RobotFile, Settings
+from stribeck.settings import LogTable, LoopTable, MotorTable, PayloadTable, RobotFile, Settings
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -46,8 +46,9 @@ class Robot:
         Gravity in the frame of the world or of a fixed base [m/s^2], shape (3,).
     torque_source, log_table, settings
         Entries of the robot file.
-    passive, loops
-        Joints without a motor (also listed as position-controlled), and the loops that move them (`dynamics.loops`).
+    passive, loops, payloads
+        Joints without a motor (also listed as position-controlled), the loops that move them (`dynamics.loops`), and
+        masses that the robot carries for some time (`friction_torque.payload`).
     motors
         Conversion from currents or torques before the gear to joint torques, by joint.
     command_gains
@@ -83,6 +84,7 @@ class Robot:
     torque_source: TorqueSource = "link_side_sensor"
     passive: tuple[str, ...] = ()
     loops: tuple[LoopTable, ...] = ()
+    payloads: tuple[PayloadTable, ...] = ()
     motors: dict[str, MotorTable] = field(default_factory=dict)
     command_gains: tuple[Array, Array] | None = None
     command_delay: Array | None = None

@@ -14,8 +14,8 @@ from stribeck.base.typing import Array
 from stribeck.errors import RobotFileError, did_you_mean
 from stribeck.robot.model_file import joint_names, load_model, lock_joints
 from stribeck.robot.packages import model_path
-from stribeck.robot.rooting import BASE_FRAME, root_at
-from stribeck.settings import MotorTable, RobotFile, RobotTable, describe, parse_toml
+from stribeck.robot.rooting import BASE_FRAME, RootedModel, root_at
+from stribeck.settings import MotorTable, PayloadTable, RobotFile, RobotTable, describe, parse_toml
 
 ARMATURE_ADVICE = {
     "link_side_sensor": "a torque sensor behind the gear does not measure the rotor; set [robot] armature to 0 for "
@@ -110,6 +110,7 @@ def robot_fields(file: RobotFile, path: Path, loaded: tuple[pin.Model, list[str]
         "position_controlled": (*table.position_controlled, *table.passive),
         "passive": tuple(table.passive),
         "loops": tuple(table.loops),
+        "payloads": _check_payloads(table, tree, f"{path}: [[robot.payload]]"),
         "contacts": contacts,
         "base_frame": table.base_frame or BASE_FRAME,
         "gravity": np.array(table.gravity),
@@ -239,6 +240,18 @@ def _sort_delays(table: RobotTable, joints: Sequence[str], measured: Sequence[st
             "[log.torque] instead"
         )
     return np.array([by_joint.get(name, 0.0) for name in joints])
+
+
+def _check_payloads(table: RobotTable, tree: RootedModel, where: str) -> tuple[PayloadTable, ...]:
+    """Check that payloads hang on links of a tree on a fixed base."""
+    links = [str(frame.name) for frame in tree.model.frames if frame.type == pin.FrameType.BODY]
+    if table.payload and (tree.floating or table.loops):
+        raise RobotFileError(f"{where} requires base = 'fixed' and no loops; exclude its spans with [log] exclude")
+    for payload in table.payload:
+        if payload.link not in links:
+            expected = f"one of the links {', '.join(links)}{did_you_mean(payload.link, links)}"
+            raise RobotFileError(f"{where} names link '{payload.link}'; expected {expected}")
+    return tuple(table.payload)
 
 
 def _check_couplings(

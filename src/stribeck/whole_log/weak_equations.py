@@ -8,6 +8,7 @@ from scipy.linalg import helmert
 
 from stribeck.base.typing import Array
 from stribeck.friction.presliding import SMOOTH_SIGN, lag_behind
+from stribeck.robot.inertial_parameters import SIZE
 
 WRENCH_SIZE = 7
 """Number of corrections of a wrench sensor: its zeros, then its gain."""
@@ -39,6 +40,8 @@ class CorrectionLayout:
         Indices of joints and couplings with a corrected rotor inertia [kg m^2].
     armature
         Rotor inertias of these in the model [kg m^2], shape (rotors,).
+    payloads
+        Masses of the payloads [kg], whose inertial parameters are corrected, ten columns each.
     log_offsets
         Number of contrasts between logs, one fewer than the logs, and number of joints whose offsets differ between
         logs [N m]; (0, 0) if offsets are equal in all logs.
@@ -54,6 +57,7 @@ class CorrectionLayout:
     wrenches: int = 0
     rotors: tuple[int, ...] = ()
     armature: Array = field(default_factory=lambda: np.zeros(0))
+    payloads: tuple[float, ...] = ()
     log_offsets: tuple[int, int] = (0, 0)
 
     def offsets_of_logs(self, contrasts: Array) -> Array:
@@ -66,7 +70,9 @@ class CorrectionLayout:
         sensors = (
             self.gains + self.zeros + self.tilts + self.delays + len(self.command_delays) + WRENCH_SIZE * self.wrenches
         )
-        return self.inertial_parameters.size + sensors + len(self.rotors) + self.log_offsets[0] * self.log_offsets[1]
+        payloads = SIZE * len(self.payloads)
+        offsets = self.log_offsets[0] * self.log_offsets[1]
+        return self.inertial_parameters.size + sensors + len(self.rotors) + payloads + offsets
 
 
 def contrasts_of_logs(logs: int) -> Array:

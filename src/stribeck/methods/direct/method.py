@@ -88,7 +88,7 @@ def _row_maker(
         joints=joints,
         couplings=robot.coefficients(names[: len(joints)], couplings),
         rest=settings.rest * top_speed,
-        corrections=replace(find_corrections(robot, names, settings), delays=0),
+        corrections=replace(find_corrections(robot, names, settings), delays=0, payloads=()),
     )
     return maker, names, top_speed
 

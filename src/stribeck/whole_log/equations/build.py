@@ -18,7 +18,7 @@ from stribeck.settings import Settings
 from stribeck.whole_log.equations import filters
 from stribeck.whole_log.equations.contact_mode import ContactMode, find_contact_modes, null_projection, without_forces
 from stribeck.whole_log.equations.noise import NoiseLevels, measure_noise
-from stribeck.whole_log.equations.regressors import correction_regressors, find_corrections
+from stribeck.whole_log.equations.regressors import correction_regressors, find_corrections, payload_regressors
 from stribeck.whole_log.equations.segments import Segment, cut_segments
 from stribeck.whole_log.weak_equations import CorrectionLayout, WeakEquations
 
@@ -110,6 +110,10 @@ class WeakForm:
             rate = window.apply(np.gradient(self._late(segment, torque)[:, joints], self.period, axis=0))
             measured = np.stack([smooth_torque, rate]), None if wrench is None else window.apply(wrench)
             regressors = summed(correction_regressors(self.corrections, mode, centers, on_joints, *measured))
+            if self.corrections.payloads:
+                middle = float(log.time[(segment.first + segment.last) // 2]) - log.start
+                present = [each.present(middle, log.path) for each in self.robot.payloads]
+                regressors = np.concatenate([regressors, payload_regressors(self.robot, regressors, present)], axis=2)
         time = log.time[segment.first + half :: window.step][: len(centers.position)]
         standing = self.robot.standing(segment.feet)[joints]
         overlaps = window.overlaps(self.sharp[2], np.ones(1))

@@ -55,6 +55,7 @@ def find_corrections(
         wrenches=wrenches,
         rotors=rotors,
         armature=armature,
+        payloads=tuple(payload.mass for payload in robot.payloads),
     )
 
 
@@ -102,6 +103,17 @@ def correction_regressors(
         turned = state.acceleration[:, mode.joints] @ on_joints[:, rotors]
         found.append(turned[:, None] * acting[:, rotors])
     return np.concatenate(found, axis=2)
+
+
+def payload_regressors(robot: Robot, regressors: Array, carried_now: Sequence[bool]) -> Array:
+    """Select the derivatives by the payloads' parameters in their links' frames, zero of absent ones."""
+    found = np.zeros((*regressors.shape[:2], len(robot.payloads), SIZE))
+    for k, payload in enumerate(robot.payloads):
+        frame = robot.tree.model.frames[robot.tree.model.getFrameId(payload.link)]
+        if carried_now[k]:
+            own = regressors[:, :, SIZE * (frame.parentJoint - 1) : SIZE * frame.parentJoint]
+            found[:, :, k] = own @ carried(frame.placement.homogeneous)
+    return found.reshape(*regressors.shape[:2], -1)
 
 
 def inertia_regressors(

@@ -26,6 +26,10 @@ The prior is so small that the log does not change the error; `covariance_budget
 """
 
 
+PAYLOAD = (0.05, 0.02, 0.01)
+"""Prior errors of a payload relative to its mass: mass [1], first moments [m], second moments [m^2]."""
+
+
 @dataclass(frozen=True, eq=False)
 class Layout:
     """Named slices of the parameter vector; only this class computes offsets.
@@ -51,6 +55,7 @@ class Layout:
             "command_delays": len(c.command_delays),
             "wrenches": WRENCH_SIZE * c.wrenches,
             "rotors": len(c.rotors),
+            "payloads": SIZE * len(c.payloads),
             "log_offsets": math.prod(c.log_offsets),
         }
         ends = np.cumsum([0, *sizes.values()]).tolist()
@@ -180,7 +185,8 @@ class ModelCorrections:
         wrench = np.repeat([priors.wrench_force, priors.wrench_moment, priors.wrench_gain], [3, 3, 1])
         rotors = np.where(c.armature > 0, priors.rotor_share * c.armature, priors.rotor)
         offsets = np.full(math.prod(c.log_offsets), priors.log_offset * self.torque)
-        return np.concatenate([sensors, late, np.tile(wrench, c.wrenches), rotors, offsets])
+        payloads = np.outer(c.payloads, np.repeat(PAYLOAD, [1, 3, 6])).ravel()
+        return np.concatenate([sensors, late, np.tile(wrench, c.wrenches), rotors, payloads, offsets])
 
     def groups(self) -> Iterator[NDArray[np.int64]]:
         """Yield groups of coordinates that share a prior standard deviation.
