@@ -9,6 +9,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.csv
 import pytest
+from tests.arm import URDF
 from tests.models import CASSIE, EXAMPLES, POSTURES, STRIBECK, example_robot
 
 from stribeck import Robot, Settings, identify, read_log
@@ -336,6 +337,16 @@ def test_feet_are_found_by_name_and_shape(model: str | Path, feet: dict[str, str
     facts = read_model(model if isinstance(model, Path) else model_path(f"package:{model}", Path()))
     assert {foot.frame: foot.kind for foot in facts.feet} == feet
     assert facts.base == ("floating" if feet else "fixed")
+
+
+@pytest.mark.parametrize("base", ["fixed", "floating"])
+def test_a_free_joint_at_the_root_of_a_urdf_is_the_base(tmp_path: Path, base: str) -> None:
+    free = '<link name="ground"/><joint name="free" type="floating"><parent link="ground"/><child link="base"/></joint>'
+    (tmp_path / "arm.urdf").write_text(URDF.replace("</robot>", free + "</robot>"))
+    draft = draft_robot_file(str(tmp_path / "arm.urdf"), None, tmp_path / "robot.toml")
+    assert "locked" not in draft.document["robot"]
+    draft.document["robot"]["base"] = base
+    assert (draft.robot().base, draft.robot().mass) == (base, 6.0)
 
 
 def test_names_are_matched_by_what_they_mean() -> None:

@@ -79,7 +79,9 @@ def _build_from_urdf(xml: XmlFile, root: pin.JointModelFreeFlyer | None) -> tupl
         for element in list(parent):
             if element.tag not in kept:
                 parent.remove(element)
-    model = pin.buildModelFromXML(xml.text, root) if root else pin.buildModelFromXML(xml.text)
+    model = pin.buildModelFromXML(xml.text)
+    if root and not (is_floating(model) and all(parent > 0 for parent in list(model.parents)[2:])):
+        model = pin.buildModelFromXML(xml.text, root)
     check_finite(xml.path, model)
     require_same_joints(xml.path, moving_joints(xml.root), model)
     masses = [float(element.get("value", "nan")) for element in xml.root.findall("link/inertial/mass")]

@@ -179,6 +179,8 @@ def _move_bodies(model: pin.Model, rooted: pin.Model, placed: dict[int, tuple[in
     for body, (joint, pose) in placed.items():
         rooted.appendBodyToJoint(joint, model.inertias[body], pose)
     for frame in model.frames[1:]:
+        if int(frame.parentJoint) not in placed:  # of the ground, above a free joint
+            continue
         joint, pose = placed[int(frame.parentJoint)]
         if frame.type != pin.FrameType.JOINT:
             rooted.addFrame(pin.Frame(frame.name, joint, 0, pose * frame.placement, frame.type), False)
