@@ -7,6 +7,7 @@ import shutil
 import tomllib
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +16,10 @@ from scipy.spatial.transform import Rotation
 from studies import held_out, real
 
 from stribeck import Robot, Settings, identify, read_log
+from stribeck.audit.command_delay import with_found_delays
 from stribeck.audit.inspection import inspect_log
 from stribeck.errors import LogError, NothingIdentifiedError
+from stribeck.friction_torque.preparation import prepare
 from stribeck.init import draft_robot_file
 from stribeck.settings import FilterSettings, LogTable
 
@@ -154,6 +157,21 @@ def test_go2_friction_and_rotor_inertia_are_of_the_order_that_least_squares_give
     assert np.all((coulomb[:, :2] > 0.95 * 0.15) & (coulomb[:, :2] < 1.05 * 0.28))  # hips and thighs
     assert np.all((coulomb[:, 2] > 0.95 * 0.58) & (coulomb[:, 2] < 1.05 * 1.26))  # calves
     assert np.all((armature > 0.95 * 0.013) & (armature < 1.05 * 0.043))
+
+
+def test_go2_commands_act_late(converted, tmp_path):
+    """Hips and thighs agree about the delay if the quarters of the log, some of which are slow, are fitted together."""
+    raw, (logs, robot) = np.load(DATA / "go2" / "go2_traj_0.npz"), opened(converted("go2"))
+    arrays = {name: np.load(logs[0])[name] for name in ("time", "joint_names", "position")}
+    np.savez(tmp_path / "log.npz", **arrays, desired_position=raw["des_dof_pos"].astype(float))
+    robot = replace(robot, command_gains=(np.full(12, 20.0), np.full(12, 1.5)))
+    whole = read_log(tmp_path / "log.npz", robot)
+    edges = np.linspace(0, len(whole.time), 5).astype(int)
+    quarters = [prepare(whole.take(slice(*rows)), robot, robot.settings) for rows in pairwise(edges)]
+    found = with_found_delays(quarters, robot, robot.settings)[0]
+    delay, error = np.array(found[0].log.command_delays).reshape(4, 3, 2)[:, :2].T
+    assert np.all((delay > 6e-3) & (delay < 10e-3))
+    assert np.all(error < 2e-3)
 
 
 def test_double_pendulum_friction_is_of_the_published_order(converted):

@@ -11,8 +11,8 @@ A, b, F, o and the initial state of each piece minimize the distance to measured
 System Identification, 1999, section 7.2).
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -76,8 +76,7 @@ def with_found_delays(
         return [*prepared, *unseen], []
     delay, error = robot.command_delay, np.full(len(robot.joint_names), ERROR)
     if delay is None:
-        each = np.array([command_delays(part, robot, settings) for part in commanded])
-        delay, error = _average(each[:, 0], each[:, 1])
+        delay, error = command_delays(commanded, robot, settings)
     logs = []
     for part in (*prepared, *unseen):
         log = part.log
@@ -86,14 +85,6 @@ def with_found_delays(
             log = replace(log, command_delays=tuple(zip(delay.tolist(), error.tolist(), strict=True)))
         logs.append(replace(part, log=log))
     return logs, _report(robot, delay[robot.torque_controlled], error[robot.torque_controlled])
-
-
-def _average(delays: Array, errors: Array) -> tuple[Array, Array]:
-    """Average the delays of several logs, shape (logs, n), with a standard error that covers their scatter [s]."""
-    weights = errors**-2.0
-    delay = np.average(delays, axis=0, weights=weights)
-    scatter = np.average((delays - delay) ** 2, axis=0, weights=weights) / max(1, len(delays) - 1)
-    return delay, np.sqrt(np.maximum(1 / weights.sum(axis=0), scatter))
 
 
 def _report(robot: Robot, value: Array, error: Array) -> list[Finding]:
@@ -117,18 +108,18 @@ def _text(value: float, error: float) -> str:
     return f"{1e3 * value:.1f} ± {2e3 * error:.1f} ms"
 
 
-def command_delays(prepared: PreparedLog, robot: Robot, settings: Settings) -> tuple[Array, Array]:
-    """Estimate the delay of each joint's commands and its standard error [s], shape (n,) each.
+def command_delays(logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> tuple[Array, Array]:
+    """Estimate the delay of each joint's commands in all logs and its standard error [s], shape (n,) each.
 
     Similar delays of different joints are pulled towards their mean. A joint that does not move enough gets the mean.
     Without any motion the delay is zero, with the standard error of an unknown delay.
     """
     size = len(robot.joint_names)
-    pieces = _pieces(prepared, robot, settings)
+    pieces = _pieces(logs, robot, settings)
     if pieces is None:
         return np.zeros(size), np.full(size, UNKNOWN)
     own = np.unique(pieces.joint)
-    value, error = _fit(pieces, robot, np.array(prepared.log.effort_limits))
+    value, error = _fit(pieces, robot, np.max([part.log.effort_limits for part in logs], axis=0))
     found, variance = value[own], error[own] ** 2 + SPREAD**2
     middle = float(np.median(found))
     between = max((1.48 * float(np.median(np.abs(found - middle)))) ** 2 - float(np.median(variance)), SPREAD**2)
@@ -137,53 +128,76 @@ def command_delays(prepared: PreparedLog, robot: Robot, settings: Settings) -> t
     delay, spread = np.full(size, mean), np.full(size, 1 / weights.sum() + between)
     delay[own] += share * (found - mean)
     spread[own] = share * variance + (1 - share) ** 2 / weights.sum() + (delay[own] - found) ** 2
-    return delay, np.sqrt(spread + ERROR**2 + (0.5 * prepared.sampling.jitter) ** 2)
+    return delay, np.sqrt(spread + ERROR**2 + (0.5 * max(part.sampling.jitter for part in logs)) ** 2)
 
 
-def _pieces(prepared: PreparedLog, robot: Robot, settings: Settings) -> Pieces | None:
-    """Cut pieces out of a log in which a joint of a swinging limb, or of an arm, moves in one direction."""
+@dataclass(frozen=True)
+class _Piece:
+    """Part of a log in which a joint moves: its column, and samples of `Pieces`, one every `stride` rows."""
+
+    log: RobotLog
+    joint: int
+    rows: NDArray[np.int64]
+    stride: int
+    period: float
+    velocity: Array
+    inertia: Array
+    others: Array
+
+
+def _pieces(logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> Pieces | None:
+    """Cut pieces out of logs in which a joint of a swinging limb, or of an arm, moves in one direction."""
+    found = [piece for part in logs for piece in _cut(part, robot, settings)]
+    chosen = [
+        each[place]
+        for joint in robot.torque_controlled
+        if (each := [piece for piece in found if piece.joint == joint])
+        for place in np.unique(np.linspace(0, len(each) - 1, MOST).astype(int))
+    ]
+    if not chosen:
+        return None
+    longest = max(len(piece.rows) for piece in chosen)
+    period = np.array([piece.period for piece in chosen])
+    lead = int(np.ceil(LATEST / period.min())) + 1
+
+    def command(piece: _Piece) -> Array:
+        rows = piece.rows[0] + piece.stride * np.arange(-lead, longest + 1)
+        assert piece.log.command is not None
+        found: Array = piece.log.command[rows.clip(0, len(piece.log.time) - 1), piece.joint]
+        return found
+
+    def padded(values: Iterable[Array]) -> Array:
+        return np.stack([np.pad(each, (0, longest - len(each)), mode="edge") for each in values], axis=1)
+
+    return Pieces(
+        joint=np.array([piece.joint for piece in chosen]),
+        known=np.arange(longest)[:, None] < [len(piece.rows) for piece in chosen],
+        command=np.stack([command(piece) for piece in chosen], axis=1),
+        lead=lead,
+        position=padded(piece.log.position[piece.rows, piece.joint] for piece in chosen),
+        velocity=padded(piece.velocity for piece in chosen),
+        inertia=padded(piece.inertia for piece in chosen),
+        others=padded(piece.others for piece in chosen),
+        period=period,
+    )
+
+
+def _cut(prepared: PreparedLog, robot: Robot, settings: Settings) -> Iterator[_Piece]:
+    """Yield the pieces of a log, with the torques c and inertias M along the measured motion."""
     log, period, known = prepared.log, prepared.sampling.period, robot.torque_controlled
-    assert log.command is not None
     window = 2 * max(3, round(0.05 / period)) + 1  # of 0.1 s
     plain = {"averaged_law": False, "filter_torque": False, "standing_legs": False, "observer_bandwidth": None}
     of_filter = {"filter": FilterSettings(kind="savitzky-golay", window=window)}
     stride = max(1, round(0.004 / period))
-    found: list[tuple[int, NDArray[np.int64], Array, Array, Array]] = []
     for chunk in torque_chunks(prepared, robot, settings.model_copy(update=plain | of_filter), stride=stride):
         samples, position = chunk.samples, log.position[chunk.rows]
         inertia = np.einsum("tjj->tj", joint_inertia(robot.tree, position))[:, known]
         needed = log.applied_torque()[chunk.rows][:, known] - samples.friction_torque
         others = needed - inertia * samples.acceleration
-        for k in range(len(known)):
+        for k, joint in enumerate(known.tolist()):
             for run in _moving(samples.velocity[:, k], samples.usable[:, k], chunk.runs(), stride * period):
-                found.append((k, chunk.rows[run], samples.velocity[run, k], inertia[run, k], others[run, k]))
-    chosen = [
-        each[place]
-        for k in range(len(known))
-        if (each := [piece for piece in found if piece[0] == k])
-        for place in np.unique(np.linspace(0, len(each) - 1, MOST).astype(int))
-    ]
-    if not chosen:
-        return None
-    longest, lead = max(len(piece[1]) for piece in chosen), int(np.ceil(LATEST / period / stride)) + 1
-    tail = int(np.ceil(-EARLIEST / period / stride)) + 1
-    rows = np.stack([piece[1][0] + stride * np.arange(-lead, longest + tail) for piece in chosen], axis=1)
-    joint = known[[piece[0] for piece in chosen]]
-
-    def padded(values: Sequence[Array]) -> Array:
-        return np.stack([np.pad(each, (0, longest - len(each)), mode="edge") for each in values], axis=1)
-
-    return Pieces(
-        joint=joint,
-        known=np.arange(longest)[:, None] < [len(piece[1]) for piece in chosen],
-        command=log.command[rows.clip(0, len(log.time) - 1), joint],
-        lead=lead,
-        position=padded([log.position[piece[1], column] for piece, column in zip(chosen, joint, strict=True)]),
-        velocity=padded([piece[2] for piece in chosen]),
-        inertia=padded([piece[3] for piece in chosen]),
-        others=padded([piece[4] for piece in chosen]),
-        period=stride * period,
-    )
+                along = (samples.velocity[run, k], inertia[run, k], others[run, k])
+                yield _Piece(log, joint, chunk.rows[run], stride, stride * period, *along)
 
 
 def _moving(velocity: Array, usable: NDArray[np.bool_], runs: Iterator[slice], period: float) -> Iterator[slice]:
@@ -201,7 +215,9 @@ def _moving(velocity: Array, usable: NDArray[np.bool_], runs: Iterator[slice], p
 
 
 def _fit(pieces: Pieces, robot: Robot, limits: Array) -> tuple[Array, Array]:
-    """Fit the simulation of all joints at once by Levenberg and Marquardt's method.
+    """Fit the simulation of all joints twice; the second fit whitens residuals by their correlation in the first.
+
+    Inexact models and friction laws leave slow residuals, which hide the delay; fast residuals follow the commands.
 
     Returns
     -------
@@ -215,18 +231,34 @@ def _fit(pieces: Pieces, robot: Robot, limits: Array) -> tuple[Array, Array]:
     np.maximum.at(torque, pieces.joint, 0.3 * np.abs(pieces.others).max(axis=0))
     scale = np.stack([np.full(size, 0.01), 1e-3 * kp, 0.02 * kp, torque, torque])  # delay, A, b, F, o
     values = np.stack([np.full(size, 0.02), 1e-3 * kp, 0.02 * kp, 0.5 * torque, 0 * torque])
+    correlation = np.zeros(size)
+    for _ in range(2):
+        given = (scale, kp, robot.command_gains[1], limits, correlation)
+        values, error, correlation = _minimize(pieces, values, *given)
+    return np.maximum(values[0] - 0.5 * STEP, EARLIEST), error
+
+
+def _minimize(
+    pieces: Pieces, values: Array, scale: Array, kp: Array, kd: Array, limits: Array, correlation: Array
+) -> tuple[Array, Array, Array]:
+    """Minimize the residuals of all joints at once by Levenberg and Marquardt's method.
+
+    Return parameters, shape (5, n), standard errors of delays [s], and correlations of successive residuals [1].
+    """
+    size = values.shape[1]
     lower = np.array([EARLIEST, 0.0, 0.0, 0.0, -np.inf])[:, None]
     upper = np.array([LATEST, np.inf, np.inf, np.inf, np.inf])[:, None]
-    damping, best, kept = np.full(size, 1e-3), np.full(size, np.inf), values
+    damping, best, kept, lagged = np.full(size, 1e-3), np.full(size, np.inf), values, np.zeros(size)
     information, right = np.zeros((size, 5, 5)), np.zeros((size, 5))
     scatter, number = np.zeros((size, 5, 5)), np.bincount(pieces.joint, minlength=size)
     active = number > 0
     for _ in range(ROUNDS):
         own = pieces.take(np.flatnonzero(active[pieces.joint]))
-        residual, slopes = linearize(own, values, scale, kp, robot.command_gains[1], limits)
+        residual, slopes = linearize(own, values, scale, kp, kd, limits, correlation)
         cost = np.bincount(own.joint, (residual**2).sum(axis=0), size)
         better = active & (cost <= best)
         kept, best = np.where(better, values, kept), np.where(better, cost, best)
+        lagged = np.where(better, np.bincount(own.joint, (residual[1:] * residual[:-1]).sum(axis=0), size), lagged)
         damping = np.where(better, damping / 5, damping * 10)
         gradient = np.einsum("atb,tb->ba", slopes, residual)
         for total, each in (
@@ -237,7 +269,8 @@ def _fit(pieces: Pieces, robot: Robot, limits: Array) -> tuple[Array, Array]:
             total[better] = 0.0
             places = better[own.joint]
             np.add.at(total, own.joint[places], each[places])
-        ridge = damping[:, None, None] * information * np.eye(5) + 1e-12 * np.eye(5)
+        blocked = np.where(right.T < 0, kept <= lower, kept >= upper).T  # cost falls beyond a bound
+        ridge = (damping[:, None, None] * information + 1e-12 + 1e12 * blocked[:, :, None]) * np.eye(5)
         step = np.linalg.solve(information + ridge, right[:, :, None])[:, :, 0].T
         values = np.clip(kept + scale * step, lower, upper)
         active &= np.abs((values - kept) / scale).max(axis=0) > 0.02
@@ -246,7 +279,7 @@ def _fit(pieces: Pieces, robot: Robot, limits: Array) -> tuple[Array, Array]:
     inverse = np.linalg.pinv(information)
     scatter *= (number / np.maximum(number - 5, 0.5))[:, None, None]
     error = scale[0] * np.sqrt(np.einsum("nij,njk,nki->ni", inverse, scatter, inverse)[:, 0])
-    return np.maximum(kept[0] - 0.5 * STEP, EARLIEST), np.where(active, UNKNOWN, error)
+    return kept, np.where(active, UNKNOWN, error), lagged / np.maximum(best, 1e-30)
 
 
 def inseparable_delays(joints: Mapping[str, JointResult], log: RobotLog, robot: Robot) -> list[Finding]:

@@ -26,7 +26,7 @@ class Pieces:
     position, velocity, inertia, others
         Measured position [rad], its derivative [rad/s], inertia M [kg m^2] and torques c [N m], shape (T, B).
     period
-        Sampling period [s].
+        Sampling period [s], shape (B,).
     """
 
     joint: NDArray[np.int64]
@@ -37,7 +37,7 @@ class Pieces:
     velocity: Array
     inertia: Array
     others: Array
-    period: float
+    period: Array
 
     def take(self, own: NDArray[np.int64]) -> "Pieces":
         """Select some pieces by their numbers."""
@@ -45,10 +45,13 @@ class Pieces:
         return replace(self, **{name: array[..., own] for name, array in arrays.items() if np.ndim(array)})
 
 
-def linearize(pieces: Pieces, values: Array, scale: Array, kp: Array, kd: Array, limits: Array) -> tuple[Array, Array]:
+def linearize(
+    pieces: Pieces, values: Array, scale: Array, kp: Array, kd: Array, limits: Array, correlation: Array
+) -> tuple[Array, Array]:
     """Compute residuals [rad], shape (T, B), and slopes by each parameter over its scale, shape (5, T, B).
 
-    The initial state of each piece is fitted, too: residuals and slopes are orthogonal to its effect.
+    Both are whitened, e(t) - rho e(t - 1), with the correlation rho of successive residuals of each joint [1], shape
+    (n,). The initial state of each piece is fitted, too: residuals and slopes are orthogonal to its effect.
     """
     small = 1e-3
     changes = np.concatenate([np.zeros((1, 7)), small * np.eye(7)])  # of five parameters, position and velocity
@@ -59,10 +62,12 @@ def linearize(pieces: Pieces, values: Array, scale: Array, kp: Array, kd: Array,
     )
     gains = kp[pieces.joint], kd[pieces.joint], limits[pieces.joint]
     motion = simulate(pieces, parameters, starts, *gains)
-    residual = (pieces.position - motion[0]) * pieces.known
-    slopes = (motion[1:] - motion[0]) * (pieces.known / small)
-    state, _ = np.linalg.qr(slopes[5:].transpose(2, 1, 0))  # (B, T, 2)
-    both = np.concatenate([residual[None], slopes[:5]]).transpose(2, 1, 0)
+    both = np.concatenate([(pieces.position - motion[0])[None], (motion[1:] - motion[0]) / small])
+    rho = correlation[pieces.joint]
+    first = np.sqrt(1 - rho**2) * both[:, :1]
+    both = pieces.known * np.concatenate([first, both[:, 1:] - rho * both[:, :-1]], axis=1)
+    state, _ = np.linalg.qr(both[6:].transpose(2, 1, 0))  # (B, T, 2)
+    both = both[:6].transpose(2, 1, 0)
     both = (both - state @ (state.transpose(0, 2, 1) @ both)).transpose(2, 1, 0)
     return both[0], both[1:]
 
@@ -75,7 +80,7 @@ def simulate(pieces: Pieces, parameters: Array, starts: Array, kp: Array, kd: Ar
     delay, rotor, viscous, coulomb, offset = parameters.transpose(1, 0, 2)
     position, velocity = starts.transpose(1, 0, 2).copy()
     samples, count = pieces.position.shape
-    parts = max(1, int(np.ceil(pieces.period / STEP)))
+    parts = max(1, int(np.ceil(pieces.period.max() / STEP)))
     step, column = pieces.period / parts, np.arange(count)
     late, most = pieces.lead - delay / pieces.period, len(pieces.command) - 2
     slow = 1e-3 * np.abs(pieces.velocity).max(axis=0)
