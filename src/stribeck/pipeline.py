@@ -10,6 +10,7 @@ from stribeck.audit import audit_or_stop, find_torques
 from stribeck.base.outputs import check_outputs, whole_or_not_at_all
 from stribeck.base.threads import one_blas_thread
 from stribeck.compose import compose
+from stribeck.contact.rolling import with_rolling_feet
 from stribeck.errors import LogError, SettingsError, findings_kept
 from stribeck.friction_torque.preparation import Progress, log_path, prepare, quiet
 from stribeck.friction_torque.stage import FrictionTorqueStage
@@ -93,6 +94,9 @@ def identify(
             *before, last = ((part.prints, part.log.path) for part in every)
             refuse_overlap(*last, before)
         prepared, unseen = every[: len(sources)], every[len(sources) :]
+        standing = [(part.log, part.support.phases, part.sampling.period) for part in prepared]
+        robot, rolling = with_rolling_feet(robot, standing)
+        findings += rolling
         progress("auditing", 0.0)
         every, of_torques, gain_errors, robot = find_torques(prepared, robot, settings, unseen)
         prepared, unseen = every[: len(sources)], every[len(sources) :]

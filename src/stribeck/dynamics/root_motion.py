@@ -1,11 +1,13 @@
 """Motion and tilt of the root of the tree, from standing feet, base orientation and joints."""
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from stribeck.base.typing import Array
 from stribeck.dynamics.rooted import RootMotion, inertia_matrix, rooted_inverse_dynamics
-from stribeck.dynamics.state import State
+from stribeck.dynamics.state import Orientation, State
 from stribeck.errors import LogError
 from stribeck.robot import Robot
 from stribeck.robot.kinematics import PointMotion, direction_in_root, point_motion
@@ -36,10 +38,11 @@ def standing_root(robot: Robot, contact: str, state: State) -> RootMotion:
 def base_root(robot: Robot, feet: tuple[str, ...], state: State) -> RootMotion:
     """Compute the motion of the root link of a robot on point feet that neither slip nor lift.
 
-    With p a standing point in root link coordinates and w the link's angular velocity, the point is at rest:
+    With p a standing point in root link coordinates, w the link's angular velocity, W the foot's, and u up, the point
+    is the center of a ball of radius r that rolls:
 
-        v + w x p + p' = 0
-        A + w' x p + w x (w x p) + 2 w x p' + p'' = 0
+        v + w x p + p' = r W x u
+        A + w' x p + w x (w x p) + 2 w x p' + p'' = r W' x u
 
     Three points give v, w, A and w' by least squares. With one or two points, the base orientation gives w and w'.
 
@@ -54,8 +57,12 @@ def base_root(robot: Robot, feet: tuple[str, ...], state: State) -> RootMotion:
             f"log: {'+'.join(feet)} are point feet, which do not determine the tilt of the base; "
             "expected a channel base_orientation"
         )
-    points = [_compute_point_motion(robot, foot, state) for foot in feet]
+    gravity = gravity_in_root_link(turn.quaternion, robot.gravity)
     omega, alpha = turn.angular_velocity, turn.angular_acceleration
+    points = [_compute_point_motion(robot, foot, state) for foot in feet]
+    points = [
+        _roll(point, robot.contacts[foot].radius, turn, gravity) for point, foot in zip(points, feet, strict=True)
+    ]
     if len(points) >= ENOUGH_POINTS:
         twist = _solve_twist(points, [-point.velocity for point in points])
         velocity, omega = twist[:, :3], twist[:, 3:]
@@ -67,7 +74,7 @@ def base_root(robot: Robot, feet: tuple[str, ...], state: State) -> RootMotion:
             [_compute_apparent_acceleration(point, omega) + np.cross(alpha, point.position) for point in points], axis=0
         )
     return RootMotion(
-        gravity=gravity_in_root_link(turn.quaternion, robot.gravity),
+        gravity=gravity,
         velocity=np.hstack([velocity, omega]),
         acceleration=np.hstack([linear - np.cross(omega, velocity), alpha]),
     )
@@ -113,6 +120,19 @@ def flying_root(rooted: RootedModel, state: State) -> RootMotion:
 def _compute_point_motion(robot: Robot, foot: str, state: State) -> PointMotion:
     frame = robot.tree.model.getFrameId(robot.contacts[foot].frame)
     return point_motion(robot.tree, frame, state.position, state.velocity, state.acceleration)
+
+
+def _roll(point: PointMotion, radius: float, turn: Orientation, gravity: Array) -> PointMotion:
+    """Subtract the motion of the center of a rolling ball, so that the point is at rest."""
+    if not radius:
+        return point
+    omega = turn.angular_velocity
+    spin = omega + point.turning
+    spin_rate = turn.angular_acceleration + np.cross(omega, point.turning) + point.turning_rate
+    lever = -radius * gravity / np.linalg.norm(gravity, axis=1, keepdims=True)
+    velocity = point.velocity - np.cross(spin, lever)
+    acceleration = point.acceleration - np.cross(spin_rate, lever) + 2 * np.cross(omega, np.cross(spin, lever))
+    return replace(point, velocity=velocity, acceleration=acceleration)
 
 
 def _compute_apparent_acceleration(point: PointMotion, omega: Array) -> Array:

@@ -98,22 +98,33 @@ def _transform_wrench(placement: pin.SE3, force: Array, moment: Array) -> tuple[
 
 @dataclass(frozen=True, eq=False)
 class PointMotion:
-    """Position, velocity and acceleration of a point relative to the root, in its coordinates, shape (T, 3) each."""
+    """Motion of a frame's origin relative to the root, in its coordinates, shape (T, 3) each.
+
+    Attributes
+    ----------
+    position, velocity, acceleration
+        Of the origin [m], [m/s], [m/s^2].
+    turning, turning_rate
+        Angular velocity and acceleration of the frame [rad/s], [rad/s^2].
+    """
 
     position: Array
     velocity: Array
     acceleration: Array
+    turning: Array
+    turning_rate: Array
 
 
 def point_motion(rooted: RootedModel, frame: int, position: Array, velocity: Array, acceleration: Array) -> PointMotion:
-    """Compute the motion of a frame's origin relative to the root.
+    """Compute the motion of a frame relative to the root.
 
     Each array is (T, n) in robot order. From a joint's child to its parent, with axis u and rotation R,
 
         p -> R p,    p' -> R (p' + q' u x p),    p'' -> R (p'' + 2 q' u x p' + q'' u x p + q'^2 u x (u x p))
+        w -> R w + q' u,    w' -> R (w' + q' u x w) + q'' u
     """
     point = np.tile(rooted.model.frames[frame].placement.translation, (len(position), 1))
-    rate, change = np.zeros((2, *point.shape))
+    rate, change, turning, turning_rate = np.zeros((4, *point.shape))
     for about, column, placement in _walk_to_root(rooted, frame):
         axis = about.direction
         q, dq, ddq = (motion[:, column, None] for motion in (position, velocity, acceleration))
@@ -123,7 +134,10 @@ def point_motion(rooted: RootedModel, frame: int, position: Array, velocity: Arr
             cross = pin.skew(axis).T  # u x p = p @ cross, for all samples at once
             swept = point @ cross
             change = change + 2 * dq * (rate @ cross) + ddq * swept + dq**2 * (swept @ cross)
-            point, rate, change = (_rotate(axis, q, vectors) for vectors in (point, rate + dq * swept, change))
+            vectors = point, rate + dq * swept, change, turning, turning_rate + dq * (turning @ cross)
+            point, rate, change, turning, turning_rate = (_rotate(axis, q, each) for each in vectors)
+            turning, turning_rate = turning + dq * axis, turning_rate + ddq * axis
         point = point @ placement.rotation.T + placement.translation
-        rate, change = (vectors @ placement.rotation.T for vectors in (rate, change))
-    return PointMotion(point, rate, change)
+        rates = rate, change, turning, turning_rate
+        rate, change, turning, turning_rate = (each @ placement.rotation.T for each in rates)
+    return PointMotion(point, rate, change, turning, turning_rate)

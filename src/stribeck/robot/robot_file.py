@@ -28,11 +28,15 @@ ARMATURE_ADVICE = {
 
 @dataclass(frozen=True)
 class Contact:
-    """Frame that can stand on the ground: a `surface` constrains six degrees of freedom, a `point` three."""
+    """Frame that can stand on the ground: a `surface` constrains six degrees of freedom, a `point` three.
+
+    A point is the center of a ball that rolls on the ground, with a `radius` [m].
+    """
 
     name: str
     frame: str
     kind: Literal["surface", "point"] = "surface"
+    radius: float = 0.0
 
     @property
     def size(self) -> int:

@@ -9,10 +9,14 @@ from scipy.integrate import solve_ivp
 
 from stribeck import Robot, Settings
 from stribeck.base.typing import Array
-from stribeck.contact.phases import phases_of_segment
+from stribeck.contact.phases import SupportPhase, phases_of_segment
+from stribeck.friction_torque.inverse_dynamics import torque_chunks
+from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
 from stribeck.log.sampling import regularise
+from stribeck.settings import FilterSettings
 from stribeck.whole_log.equations.build import WeakForm, weak_form
+from stribeck.whole_log.equations.segments import cut_segments
 from stribeck_simulation.robots import MODELS
 
 COULOMB = 2.0
@@ -119,3 +123,38 @@ def test_nothing_flies_for_a_second(robot: Robot, fall: tuple[RobotLog, Array]) 
 
 def test_a_flight_without_a_base_orientation_is_not_used(robot: Robot, fall: tuple[RobotLog, Array]) -> None:
     assert form_of(robot, replace(fall[0], base_orientation=None)).segments == ()
+
+
+def test_friction_torques_of_a_flight_are_those_of_every_joint(robot: Robot, fall: tuple[RobotLog, Array]) -> None:
+    """Verdicts rest on these samples: the fit uses flights too."""
+    log, friction = fall
+    assert log.contact is not None
+    standing = np.broadcast_to(log.time[:, None] < 0.06, log.contact.shape)
+    before_it_tips_over = replace(log, contact=standing).take(slice(0, 330))
+    ready = prepare(before_it_tips_over, robot, robot.settings)
+    settings = Settings(filter=FilterSettings(kind="savitzky-golay", window=9))
+    chunks = [chunk for chunk in torque_chunks(ready, robot, settings) if "flight" in chunk.samples.support_names]
+    assert chunks
+    for chunk in chunks:
+        samples = chunk.samples
+        flies = samples.support == samples.support_names.index("flight")
+        legs = samples.usable[flies].all(axis=0)
+        assert legs.sum() >= 12
+        expected = friction[chunk.rows[flies]][:, robot.torque_controlled]
+        np.testing.assert_allclose(samples.friction_torque[flies], expected, atol=0.02 * COULOMB)
+
+
+def test_short_flights_are_used_where_the_log_has_no_long_ones() -> None:
+    edges = range(0, 2000, 100)
+    phases = tuple(
+        SupportPhase(
+            start=row, stop=row + 100, feet=feet, kind="double", first=row, last=row, steady_first=row, steady_last=row
+        )
+        for row, feet in zip(edges, [(), ("a", "b")] * 10, strict=True)
+    )
+    whole = (slice(0, 2000),)
+    segments = cut_segments(phases, whole, period=1e-3, margin=10, shortest=53)
+    assert len(segments) >= 18
+    long = (*phases, replace(phases[0], start=2000, stop=4000))
+    found = cut_segments(long, (slice(0, 4000),), period=1e-3, margin=10, shortest=53)
+    assert sum(segment.first < 2000 for segment in found) <= 1  # the first one has no touchdown

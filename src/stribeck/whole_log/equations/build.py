@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
 from stribeck.contact import SupportPhase
+from stribeck.dynamics.root_motion import gravity_in_root_link
 from stribeck.dynamics.state import Orientation, State, orientation_from_derivatives, root_quaternions
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
@@ -92,7 +93,11 @@ class WeakForm:
         external = 0.0 if log.external_torque is None else log.external_torque[here]
         left = mode.left_side(state, torque + external, wrench)
         centers = self._at_windows(state, segment)
-        encoder, root, unknowns = mode.responses(centers.position)
+        up = None
+        if centers.orientation is not None:
+            gravity = gravity_in_root_link(centers.orientation.quaternion, self.robot.gravity)
+            up = -gravity / np.linalg.norm(gravity, axis=1, keepdims=True)
+        encoder, root, unknowns = mode.responses(centers.position, up)
         free, half = None, len(window.taps) // 2
         if unknowns is not None:
             free = null_projection(unknowns)

@@ -80,6 +80,12 @@ class ContactMode:
         return sum(self.robot.contacts[foot].size for foot in self.feet)
 
     @property
+    def sums(self) -> int:
+        """Number of sums of rows without unknown forces and accelerations."""
+        unknown = 6 * self.flies + self.forces + 3 * (bool(self.feet) and not self.foot)
+        return len(self.rows) - unknown
+
+    @property
     def rows(self) -> NDArray[np.int64]:
         """Rows of the equation of motion: the root's six, if free or sensed, the joints'; as in `inertia_matrix`."""
         without = self.hung or (self.foot and self.sensor is None)
@@ -125,34 +131,47 @@ class ContactMode:
             of_all = np.concatenate([of_all[:, :size], joints], axis=1)
         return np.asarray(of_all[:, self.rows])
 
-    def jacobian(self, position: Array) -> Array:
-        """Compute the Jacobian of the feet, foot by foot in its own frame, shape (T, c, 6 + all joints)."""
+    def jacobian(self, position: Array, up: Array | None = None) -> Array:
+        """Compute the Jacobian of the feet, foot by foot in its own frame, shape (T, c, 6 + all joints).
+
+        A ball touches the ground below its center: `up` is the upward direction in the root link, shape (T, 3).
+        """
         (model, data), contacts = workspace(self.rooted), [self.robot.contacts[foot] for foot in self.feet]
-        frames = [(model.getFrameId(each.frame), each.size) for each in contacts]
+        frames = [(model.getFrameId(each.frame), each.size, each.radius) for each in contacts]
+        up = np.zeros((len(position), 3)) if up is None else up
         configuration = np.tile(pin.neutral(model), (len(position), 1))
         configuration[:, 7:] = position[:, self.rooted.columns]
         found = np.empty((len(position), self.forces, model.nv))
-        for own, row in zip(found, configuration, strict=True):  # Pinocchio has no batched call for it
+        for own, row, lever in zip(found, configuration, up, strict=True):  # Pinocchio has no batched call for it
             pin.computeJointJacobians(model, data, row)
-            own[:] = np.vstack([pin.getFrameJacobian(model, data, frame, pin.LOCAL)[:size] for frame, size in frames])
+            rows = []
+            for frame, size, radius in frames:
+                jacobian = pin.getFrameJacobian(model, data, frame, pin.LOCAL)
+                if radius:
+                    turn = pin.updateFramePlacement(model, data, frame).rotation
+                    jacobian[:3] += radius * pin.skew(turn.T @ lever) @ jacobian[3:]
+                rows.append(jacobian[:size])
+            own[:] = np.vstack(rows)
         return found[:, :, self.rooted.order]
 
-    def responses(self, position: Array) -> tuple[Array, Array, Array | None]:
+    def responses(self, position: Array, up: Array | None = None) -> tuple[Array, Array, Array | None]:
         """Compute the responses of the rows to errors of accelerations of the joints and the root, and to unknowns.
 
-        Shapes (K, rows, n), (K, rows, 6 or 0) and (K, u, rows). Unknowns are contact forces, or accelerations of a
-        flying root; None if there are none. A root that does not itself stand moves as the joints and the standing
-        points make it.
+        Shapes (K, rows, n), (K, rows, 6 or 0) and (K, u, rows). Unknowns are contact forces, and accelerations of a
+        flying root, or the linear ones of a root on points, which slip and sink in; None if there are none. A root that
+        does not itself stand moves as the joints and the standing points make it.
         """
         inertia, size = self.used(position, inertia_matrix(self.rooted, position)), self.rooted.root_size
         encoder, root = inertia[:, :, size:], inertia[:, :, :size]
         if not self.feet:
-            unknown = 6 if self.flies else self.forces
-            return encoder, root, root.transpose(0, 2, 1)[:, :unknown] if unknown else None
-        jacobian = self.jacobian(position)
+            count = 6 if self.flies else self.forces
+            return encoder, root, root.transpose(0, 2, 1)[:, :count] if count else None
+        jacobian = self.jacobian(position, up)
+        unknown = self.used(position, jacobian.transpose(0, 2, 1)).transpose(0, 2, 1)
         if not self.foot:
             encoder = encoder + root @ _root_from_joints(jacobian)
-        return encoder, root, self.used(position, jacobian.transpose(0, 2, 1)).transpose(0, 2, 1)
+            unknown = np.concatenate([unknown, root[:, :, :3].transpose(0, 2, 1)], axis=1)
+        return encoder, root, unknown
 
 
 def find_contact_mode(
@@ -196,8 +215,8 @@ def find_contact_modes(
     """Build the contact modes of a log that the settings allow, by standing feet.
 
     `tilted` states whether the base orientation is measured and used; flight requires it. Encoder zeros turn the
-    contact forces of loops, which are not used then. Modes without the rows of some joints are used only if the log has
-    little else: equations that contain all joints are worth more.
+    contact forces of loops, which are not used then. Modes without the rows of some joints, and modes with few sums
+    in a log with flights, are used only if the log has little else: equations of all joints are worth more.
     """
     calibrated = settings.corrections == "calibration"
     loops = settings.double_support == "fit" and not calibrated  # soles that stand together add little
@@ -211,9 +230,10 @@ def find_contact_modes(
         if mode.with_rows.any()
         and (tilted or not (mode.flies or mode.hung))
         and not (mode.feet and calibrated)
-        and (mode.flies or len(mode.rows) > mode.forces)
+        and mode.sums > 0
     }
-    whole = {feet: mode for feet, mode in modes.items() if mode.with_rows.all()}
+    least = 0.5 * len(joints) if () in modes and time[()] > ENOUGH * sum(time.values()) else 0  # feet slip on landing
+    whole = {feet: mode for feet, mode in modes.items() if mode.with_rows.all() and mode.sums >= least}
     return whole if sum(time[feet] for feet in whole) > ENOUGH * sum(time.values()) else modes
 
 

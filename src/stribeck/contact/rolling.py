@@ -1,0 +1,94 @@
+"""Radius of ball feet, which roll while they stand, from the motion of standing feet relative to each other."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from stribeck.base.typing import Array
+from stribeck.contact.phases import SupportPhase
+from stribeck.differentiation.savitzky_golay import correlate_valid, savgol_kernels
+from stribeck.dynamics.root_motion import gravity_in_root_link
+from stribeck.dynamics.state import orientation_from_derivatives, root_quaternions
+from stribeck.log import RobotLog
+from stribeck.robot import Robot
+from stribeck.robot.kinematics import point_motion
+
+RADII = (0.008, 0.06)
+"""Smallest and largest plausible radius [m]; smaller feet count as points."""
+SLIP = 0.02
+"""Largest median speed of standing feet relative to each other [m/s] that shows a radius; faster feet slip."""
+
+
+def with_rolling_feet(
+    robot: Robot, logs: Sequence[tuple[RobotLog, tuple[SupportPhase, ...], float]]
+) -> tuple[Robot, list[str]]:
+    """Find the radius of the point feet, and write a note.
+
+    With v the velocities of the centers of two standing feet, W their angular velocities, and u up,
+
+        v_1 - v_2 = r (W_1 - W_2) x u
+
+    The radius is a robust least-squares estimate (Geman and McClure 1985) from its weighted median.
+
+    Parameters
+    ----------
+    logs
+        Logs, their support phases, and their sampling periods [s].
+    """
+    points = {name: contact for name, contact in robot.contacts.items() if contact.kind == "point"}
+    usable = [log for log in logs if log[0].base_orientation is not None]
+    parts = [part for log in usable for part in _pairs(robot, *log)] if points and robot.base == "floating" else []
+    if not parts:
+        return robot, []
+    turn, speed = np.concatenate([own for own, _ in parts]), np.concatenate([own for _, own in parts])
+    weight, product = np.sum(turn**2, axis=1), np.sum(turn * speed, axis=1)
+    ratio = product / np.maximum(weight, 1e-12)
+    order = np.argsort(ratio)
+    total = np.cumsum(np.sqrt(weight[order]))
+    radius = float(ratio[order][np.searchsorted(total, total[-1] / 2)])
+    for _ in range(30):
+        error = np.linalg.norm(speed - radius * turn, axis=1)
+        trust = (1 + (error / max(float(np.median(error)), 1e-6)) ** 2) ** -2.0
+        radius = float(trust @ product / max(trust @ weight, 1e-12))
+    if np.median(error) > SLIP or not RADII[0] <= radius <= RADII[1]:
+        return robot, []
+    rolling = {name: replace(contact, radius=radius) for name, contact in points.items()}
+    note = f"Standing feet roll like balls with a radius of {1e3 * radius:.0f} mm."
+    return replace(robot, contacts={**robot.contacts, **rolling}), [note]
+
+
+def _pairs(
+    robot: Robot, log: RobotLog, phases: tuple[SupportPhase, ...], period: float
+) -> Iterator[tuple[Array, Array]]:
+    """Yield (W_1 - W_2) x u and the horizontal part of v_1 - v_2 for pairs of standing points, shape (t, 3) each."""
+    half = max(3, round(0.015 / period))
+    kernels, step = savgol_kernels(2 * half + 1, 4, period), max(1, round(0.01 / period))
+    long = [phase for phase in phases if len(phase.feet) > 1 and (phase.stop - phase.start) * period > 0.06]  # [s]
+    for phase in long[:: max(1, len(long) // 400)]:
+        rows = phase.stop - phase.start
+        first, last = (
+            max(phase.start + round(0.3 * rows), half),
+            min(phase.stop - round(0.15 * rows), len(log.time) - half),
+        )
+        if last - first < 3:
+            continue
+        wide = slice(first - half, last + half)
+        position, velocity = (each[::step] for each in correlate_valid(log.position[wide], kernels[:2], (0, 1)))
+        assert log.base_orientation is not None
+        quaternions = root_quaternions(robot, log.position[wide], log.base_orientation[wide])
+        turn = orientation_from_derivatives(
+            *(each[::step] for each in correlate_valid(quaternions, kernels, (0, 1, 2)))
+        )
+        gravity = gravity_in_root_link(turn.quaternion, robot.gravity)
+        up = -gravity / np.linalg.norm(gravity, axis=1, keepdims=True)
+        moves = {}
+        for foot in phase.feet:
+            if robot.contacts[foot].kind == "point":
+                frame = robot.tree.model.getFrameId(robot.contacts[foot].frame)
+                point = point_motion(robot.tree, frame, position, velocity, np.zeros_like(position))
+                moves[foot] = point.velocity + np.cross(turn.angular_velocity, point.position), point.turning
+        for (one, its_turn), (other, other_turn) in combinations(moves.values(), 2):
+            apart = one - other
+            yield np.cross(its_turn - other_turn, up), apart - np.sum(apart * up, axis=1, keepdims=True) * up
