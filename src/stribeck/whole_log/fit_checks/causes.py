@@ -22,7 +22,7 @@ EXPLAINED = 0.95
 CHANGE = 0.25
 """Time at both ends of a span in which a payload may change [s]."""
 
-SAME = 0.05
+SAME = 0.02
 """Largest difference of the masses of one payload in several spans, relative to the mass [1]."""
 
 
@@ -91,7 +91,7 @@ def find_payloads(
 def _point_mass(product: Array) -> tuple[list[float], float]:
     """Fit a point mass: mass [kg] and position [m], and the share of chi^2 that it explains [1].
 
-    The fit starts from mass and first moments alone; Gauss-Newton steps add the second moments.
+    The fit starts with only mass and first moments; Gauss-Newton steps add the second moments.
     """
     start = np.linalg.lstsq(product[:4, :4], product[:4, -1], rcond=1e-9)[0]
     point = np.append(start[0], start[1:] / start[0]) if start[0] > 0 else np.zeros(4)
