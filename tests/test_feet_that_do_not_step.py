@@ -5,6 +5,7 @@ import pytest
 from tests.standing import UPPER, still_humanoid
 
 from stribeck import LogError, Settings, identify
+from stribeck.init import draft_robot_file
 
 
 def worst_error(result, truth, joints) -> float:
@@ -47,3 +48,13 @@ def test_loops_of_legs_that_hardly_move_are_left_out(corrections, tmp_path) -> N
     settings = Settings(double_support="fit", corrections=corrections, law="coulomb-viscous")
     result = identify(tmp_path / "log.npz", tmp_path / "robot.toml", settings)
     assert [joint for joint, found in result.joints.items() if found.curve] == UPPER
+
+
+def test_arms_and_trunk_are_identified_while_the_robot_rolls_on_wheels(tmp_path) -> None:
+    truth = still_humanoid(tmp_path, "roll")
+    draft = draft_robot_file(str(tmp_path / "humanoid.xml"), None, tmp_path / "draft.toml").text
+    assert draft.count('kind = "wheel"') == 4
+    result = identify(tmp_path / "log.npz", tmp_path / "robot.toml")
+    assert {joint: bool(result.joints[joint].curve) for joint in truth} == {joint: joint in UPPER for joint in truth}
+    assert worst_error(result, truth, UPPER) < 0.05
+    assert "jack the robot up" in result.joints["FL_foot"].reason

@@ -141,7 +141,7 @@ class ContactTable(Table):
     """`[contacts.<foot>]`: a frame that can stand on the ground."""
 
     frame: str
-    kind: Literal["surface", "point"] = "surface"
+    kind: Literal["surface", "point", "wheel"] = "surface"
 
 
 class ChannelTable(Table):

@@ -168,6 +168,8 @@ def _find_standing(
     if source == "forces":
         return standing_from_forces(log, robot, feet, segments, settings)
     none = np.zeros((len(log.time), len(feet)), dtype=bool)
+    if source == "kinematics" and "wheel" in {contact.kind for contact in robot.contacts.values()}:
+        return ~none, none, ["The log has neither contact flags nor foot forces: wheels are taken as on the ground."]
     if source == "kinematics":
         standing, notes = standing_from_kinematics(log, robot, feet, segments)
         return standing, none, notes

@@ -72,7 +72,7 @@ def foot_loads(log: RobotLog, robot: Robot, feet: tuple[str, ...]) -> Array:
     loads = np.empty((len(log.time), len(feet)))
     for k, foot in enumerate(feet):
         force = wrench[:, log.foot_names.index(foot), :3]
-        if robot.contacts[foot].kind == "point" and np.any(force[:, :2]):
+        if robot.contacts[foot].kind != "surface" and np.any(force[:, :2]):
             rotation, _ = robot.foot_pose(foot, log.position)
             loads[:, k] = np.einsum("ti,tij,tj->t", up_in_base(log, robot), rotation, force)
         else:

@@ -69,9 +69,9 @@ def share_at_rest(log: RobotLog, robot: Robot, feet: tuple[str, ...], segments: 
     """Compute how much less the stillest foot moves than its leg [1]: 1 for a foot at rest, 0 for a hung robot.
 
     A standing sole does not turn, and two standing points keep their distance. Median over time; None if the base
-    orientation is missing or the legs hardly move. In a log of less than 0.15 s feet count as at rest.
+    orientation is missing, the legs hardly move, or wheels turn. In a log of less than 0.15 s feet count as at rest.
     """
-    if log.base_orientation is None:
+    if log.base_orientation is None or "wheel" in {robot.contacts[foot].kind for foot in feet}:
         return None
     if len(log.time) < 2:
         return 1.0

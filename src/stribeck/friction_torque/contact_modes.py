@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
 from stribeck.contact import SupportPhase
-from stribeck.contact.phases import HUNG
 from stribeck.differentiation.averaging import Nodes
 from stribeck.dynamics.loops import without_loop_forces
 from stribeck.dynamics.root_motion import base_root, flying_root, hung_root, standing_root
@@ -84,7 +83,7 @@ def contact_root(robot: Robot, mode: StandingFeet, state: State) -> tuple[Rooted
     """
     if robot.base == "fixed":
         return robot.tree, None
-    if HUNG in mode.feet:
+    if robot.carried(mode.feet):
         return robot.tree, hung_root(robot, state)
     if not mode.feet:
         return robot.tree, flying_root(robot.tree, state)
@@ -122,8 +121,7 @@ def takes_wrenches(robot: Robot, settings: Settings) -> bool:
 
 def leaves_open(robot: Robot, feet: tuple[str, ...]) -> bool:
     """Return whether joints of standing limbs are unknown: on several feet or on points, unless the base is held."""
-    known = robot.base == "fixed" or HUNG in feet
-    return not known and (len(feet) > 1 or any(robot.contacts[foot].kind == "point" for foot in feet))
+    return bool(robot.standing(feet).any()) and (len(feet) > 1 or robot.contacts[feet[0]].kind != "surface")
 
 
 def by_inverse_dynamics(

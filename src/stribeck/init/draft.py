@@ -138,6 +138,8 @@ def write_contacts(draft: Draft, labels: Sequence[str]) -> None:
     for foot in facts.feet:
         name = foot.name if foot.name in topics.values() else names.get(foot.name, foot.name)
         contacts[name] = {"frame": foot.frame, "kind": foot.kind}
+        if foot.kind == "wheel":
+            draft.note(f"contacts.{name}", "this wheel rolls, so joints of its leg are identified only off the ground.")
         if foot.name in facts.tilted:
             draft.ask(f"contacts.{name}", "does the z axis of this frame point up when the sole lies flat?")
     draft.document["contacts"] = contacts

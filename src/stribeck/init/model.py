@@ -7,15 +7,16 @@ from pathlib import Path
 from typing import Literal
 from xml.etree.ElementTree import Element
 
+import numpy as np
 import pinocchio as pin
 
 from stribeck.init.names import words
 from stribeck.robot import Contact
 from stribeck.robot.model_file import joint_names, kind_of, load_model
-from stribeck.robot.rooting import position_range
+from stribeck.robot.rooting import joint_axis, position_range
 from stribeck.robot.xml_file import read_xml
 
-FOOT = {"sole": 4.0, "foot": 3.0, "feet": 3.0, "toe": 2.0, "ankle": 1.0}
+FOOT = {"sole": 4.0, "foot": 3.0, "feet": 3.0, "wheel": 3.0, "toe": 2.0, "ankle": 1.0}
 """Words in names of foot frames, with a score: larger for frames more likely to touch the ground."""
 
 
@@ -86,11 +87,14 @@ def _find_feet(model: pin.Model, balls: set[str]) -> tuple[tuple[Contact, ...], 
     data = model.createData()
     pin.framesForwardKinematics(model, data, pin.neutral(model))
     parents = set(list(model.parents)[1:])
+    limited = [joint for joint in range(2, model.njoints) if np.isfinite(position_range(model, joint)).all()]
     best: dict[int, tuple[float, int]] = {}
     for index, frame in enumerate(model.frames):
         joint = int(frame.parentJoint)
         named = [FOOT[word] for word in words(str(frame.name)) if word in FOOT]
         if frame.type == pin.FrameType.JOINT or not named or joint in parents or joint < 2:
+            continue
+        if "wheel" in words(str(frame.name)) and len(model.supports[joint]) < 5:  # no leg: a mobile base
             continue
         up = abs(float(data.oMf[index].rotation[2, 2]))
         score = max(named) - 0.6 * len(beside & set(words(str(frame.name)))) + 0.3 * (up > 0.9)  # nearly vertical
@@ -104,8 +108,11 @@ def _find_feet(model: pin.Model, balls: set[str]) -> tuple[tuple[Contact, ...], 
         leg = set(model.supports[joint]) - others - {0, 1}
         # A leg with at least five joints can place a sole flat on the ground.
         point = len(leg) < 5 or str(frame.name) in balls
-        contacts.append(Contact(name, str(frame.name), "point" if point else "surface"))
-        if not point and data.oMf[model.getFrameId(frame.name)].rotation[2, 2] < 0.9:
+        # The axle of a wheel is unlimited in a model whose other joints have limits, and the frame lies on the axle.
+        off_axle = np.cross(frame.placement.translation, joint_axis(model, joint).direction)
+        rolls = np.linalg.norm(off_axle) < 1e-3 and joint not in limited and len(limited) > 0
+        contacts.append(Contact(name, str(frame.name), "wheel" if rolls else "point" if point else "surface"))
+        if not (point or rolls) and data.oMf[model.getFrameId(frame.name)].rotation[2, 2] < 0.9:
             tilted.append(name)
     return tuple(contacts), tuple(tilted)
 

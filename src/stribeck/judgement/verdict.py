@@ -33,8 +33,8 @@ NOT_FITTED = "too little motion in the parts that the method can use; record lon
 """Reason for a joint that moves, but not in the contact modes that the fit uses."""
 
 ALWAYS_STANDS = (
-    "0 usable samples: several feet always stand, which leaves the contact forces on this joint unknown; lift one foot "
-    "at a time, or hang the robot up"
+    "0 usable samples: several feet or wheels always stand, which leaves the contact forces on this joint unknown; "
+    "lift one foot at a time, or hang or jack the robot up"
 )
 """Reason for a joint of a leg that always shares the load with others."""
 

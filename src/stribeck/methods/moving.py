@@ -39,6 +39,12 @@ def joints_that_move(
         )
         return excitation(problem, prismatic).reason
 
+    if not used.any() and "wheel" in {contact.kind for contact in robot.contacts.values()}:
+        raise NothingIdentifiedError(
+            f"no joint can be identified from this log: the wheels {', '.join(robot.contacts)} always roll on the "
+            "ground, with unknown forces; jack the robot up so that its wheels turn freely, and set "
+            "[robot] base = 'fixed' without [contacts]"
+        )
     if not used.any():
         raise NothingIdentifiedError(
             "no joint can be identified from this log: contact forces act on all joints that corrections = "

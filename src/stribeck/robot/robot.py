@@ -304,6 +304,11 @@ class Robot:
                 found |= group
         return np.isin(np.arange(len(self.joint_names)), list(found))
 
+    def carried(self, feet: tuple[str, ...]) -> bool:
+        """Return whether the base moves in a way that the joints do not show: on wheels, or if it hangs."""
+        kinds = {self.contacts[foot].kind if foot in self.contacts else "wheel" for foot in feet}
+        return self.base == "floating" and "wheel" in kinds
+
     def _path(self, frame: str) -> set[int]:
         """Find the columns of the joints between the base and a frame."""
         joint = int(self.tree.model.frames[self.tree.model.getFrameId(frame)].parentJoint)

@@ -28,14 +28,15 @@ ARMATURE_ADVICE = {
 
 @dataclass(frozen=True)
 class Contact:
-    """Frame that can stand on the ground: a `surface` constrains six degrees of freedom, a `point` three.
+    """Frame that can stand on the ground.
 
-    A point is the center of a ball that rolls on the ground, with a `radius` [m].
+    A `surface` constrains six degrees of freedom, a `point` three: it is the center of a ball that rolls on the ground,
+    with a `radius` [m]. A driven `wheel` does not constrain the base.
     """
 
     name: str
     frame: str
-    kind: Literal["surface", "point"] = "surface"
+    kind: Literal["surface", "point", "wheel"] = "surface"
     radius: float = 0.0
 
     @property

@@ -1,7 +1,7 @@
 """Rows of the equation of motion from logs: filtered motion, torque and friction columns, sample by sample."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import groupby, pairwise
 
 import numpy as np
@@ -103,7 +103,8 @@ class RowMaker:
 
     def _mode(self, feet: tuple[str, ...]) -> ContactMode:
         if feet not in self._modes:
-            self._modes[feet] = find_contact_mode(self.robot, feet, self.joints)
+            every = np.ones(len(self.joints), dtype=bool)  # rows are selected by the samples in which they are seen
+            self._modes[feet] = replace(find_contact_mode(self.robot, feet, self.joints), with_rows=every)
         return self._modes[feet]
 
     def _of_log(

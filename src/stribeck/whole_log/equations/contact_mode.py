@@ -7,9 +7,10 @@ unknown: it takes the place of the forces, and the inertia matrix's columns of t
 contain no joints without a measured torque, so that no sum needs them.
 
 Contact forces do not act on the rows of joints that are not between the base and a standing foot, such as the arms.
-On several soles, only these rows are used, unless `double_support` is "fit". The same rows serve a robot that hangs,
-because the unknown wrench on its base acts on none of them. Where there are many, the base's acceleration is unknown,
-too, as in flight, because feet rock and gantries swing; where there are few, only the linear one of a hung base is.
+On several soles, only these rows are used, unless `double_support` is "fit". The same rows serve a robot that rolls on
+wheels or hangs: an unknown wrench on its base acts on none of them. Where there are many, the base's acceleration is
+unknown, too, as in flight, because feet rock and gantries swing; where there are few, only the linear one of such a
+base is.
 """
 
 from collections.abc import Sequence
@@ -20,7 +21,6 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
-from stribeck.contact.phases import HUNG
 from stribeck.dynamics.loops import without_loop_forces
 from stribeck.dynamics.root_motion import ENOUGH_POINTS, base_root, flying_root, hung_root, standing_root
 from stribeck.dynamics.rooted import RootMotion, inertia_matrix, rooted_inverse_dynamics, workspace
@@ -189,12 +189,12 @@ def find_contact_mode(
     every = np.ones(len(joints), dtype=bool)
     if robot.base == "fixed":
         return ContactMode(robot, robot.tree, "", (), joints, every)
-    if HUNG in feet:
-        return ContactMode(robot, robot.tree, "", (), joints, every, hung=True)
+    free = ~robot.standing(feet)[joints]
+    if robot.carried(feet):
+        return ContactMode(robot, robot.tree, "", (), joints, free, hung=True)
     surface = next((foot for foot in feet if robot.contacts[foot].kind == "surface"), "")
     rooted = robot.rooted_at(surface) if surface else robot.tree
     others = tuple(foot for foot in feet if foot != surface)
-    free = ~robot.standing(feet)[joints]
     if surface and others and (free.all() or not loops):
         if free.sum() >= MANY_ROWS:  # feet rock on the ground: their motion matters more than the six sums
             return ContactMode(robot, robot.tree, "", (), joints, free, hung=True)
