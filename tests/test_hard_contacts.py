@@ -29,7 +29,7 @@ CONTACTS = {
     "contacts at random": np.random.default_rng(0).random((len(ROWS), 2)) > 0.5,
     "another foot each row": every(1),
     "another foot each 20 rows": every(20),
-    "another foot each 60 rows": every(60),
+    "another foot each 24 rows": every(24),
     "a foot stands for two rows": np.stack([(ROWS > 1000) & (ROWS < 1003), ROWS < 0], axis=1),
 }
 FILTERS = {"auto": FilterSettings(), "window": FilterSettings(kind="savitzky-golay", window=15)}
