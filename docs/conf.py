@@ -39,6 +39,7 @@ NAVIGATION = {
             "export",
             "replay",
             "compare",
+            "fleet",
             "test-bed",
             "observer",
             "extending",

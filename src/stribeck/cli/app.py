@@ -16,6 +16,7 @@ import typer
 
 from stribeck.base.outputs import check_name, check_outputs, staged_folder
 from stribeck.cli import console, options
+from stribeck.cli.fleet import fleet, trends
 from stribeck.cli.simulation import demo, simulate
 from stribeck.cli.values import (
     REPORT,
@@ -329,6 +330,8 @@ def convert(
     console.print_paths([output])
 
 
+command()(fleet)
+command()(trends)
 command()(simulate)
 command()(demo)
 

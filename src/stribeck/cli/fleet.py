@@ -1,0 +1,113 @@
+"""Commands on the logs of many robots: `fleet` and `trends`."""
+
+from __future__ import annotations
+
+import json as json_format
+import sys
+from dataclasses import asdict
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from stribeck.base.outputs import check_outputs
+from stribeck.cli import console, options
+from stribeck.cli.values import REPORT
+from stribeck.errors import SettingsError
+
+if TYPE_CHECKING:
+    from stribeck.fleet.run import FleetRun
+
+FAILED = 3
+"""Exit code if a log has no result."""
+
+
+def fleet(
+    logs: Annotated[
+        list[str], typer.Argument(metavar="[LOGS]", help="Files, folders, globs or URLs (s3://, gs://).")
+    ] = [],  # noqa: B006
+    output: Annotated[Path | None, options.output("STORE", "Folder of the store.")] = None,
+    robot: Annotated[Path | None, typer.Option("--robot", "-r", metavar="FILE", help="Robot file of all logs.")] = None,
+    manifest: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="CSV with log, robot_file, robot, and start and note, if known.")
+    ] = None,
+    workers: Annotated[int, typer.Option("--jobs", metavar="N", help="Logs at a time.  [default: one per core]")] = -1,
+    backend: Annotated[str, typer.Option(metavar="NAME", help="loky, ray or dask.  [default: loky]")] = "loky",
+    timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Longest time for one log.")] = None,
+    memory: Annotated[float | None, typer.Option(metavar="GB", help="Most memory for one log.")] = None,
+    again: Annotated[bool, typer.Option("--retry-failed", help="Try logs again that failed.")] = False,
+    compacted: Annotated[
+        Path | None, typer.Option("--compact", metavar="STORE", help="Merge the store's files.")
+    ] = None,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+) -> None:
+    """Identify the friction of many robots' logs, and add it to a store.
+
+    Logs that the store has are skipped, so an interrupted run continues where it stopped. Without a manifest, the
+    folder of a log is its robot's id.
+    """
+    _require_fleet()
+    from stribeck.fleet.jobs import jobs_of_logs, jobs_of_manifest
+    from stribeck.fleet.run import run_fleet
+    from stribeck.fleet.store import compact
+    from stribeck.fleet.worker import Limits
+
+    if compacted is not None:
+        before, after = compact(compacted)
+        typer.echo(f"{compacted}: {before} files merged into {after}")
+        return
+    if output is None:
+        raise SettingsError("fleet: has no store to write to; expected -o STORE")
+    if bool(logs) == bool(manifest) or bool(logs) != bool(robot):
+        raise SettingsError("fleet: expected LOGS and --robot FILE, or --manifest FILE")
+    jobs = jobs_of_manifest(manifest) if manifest else jobs_of_logs(logs, robot or Path())
+    limits = Limits(timeout=timeout, memory=memory, again=again)
+    with console.progress_bar(quiet) as progress:
+        found = run_fleet(jobs, output, workers=workers, backend=backend, limits=limits, progress=progress)
+    if json:
+        typer.echo(json_format.dumps(asdict(found), indent=2))
+    elif not quiet:
+        _show_run(found, output)
+    if found.failed:
+        sys.exit(FAILED)
+
+
+def _show_run(found: FleetRun, store: Path) -> None:
+    for each in found.failed:
+        typer.echo(f"{each.status}: {each.error}")
+    typer.echo(f"{found.line}; {store}")
+
+
+def trends(
+    store: Annotated[Path, typer.Argument(metavar="STORE", help="Folder that `stribeck fleet` wrote.")],
+    output: Annotated[Path | None, options.output("FOLDER", "Folder for report.html.")] = None,
+    logs_per_false_alarm: Annotated[
+        float, typer.Option("--logs-per-false-alarm", metavar="N", help="Mean number of logs between false alarms.")
+    ] = 1000.0,
+    overwrite: options.Overwrite = False,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+) -> None:
+    """Show the friction of a robot type, robots that differ from it, and joints that changed."""
+    _require_fleet()
+    from stribeck.fleet.report import write_trends
+    from stribeck.fleet.trends import find_trends
+
+    if output is not None:
+        check_outputs([output / REPORT], [], overwrite)
+    found = find_trends(store, logs_per_false_alarm=logs_per_false_alarm)
+    if output is not None:
+        write_trends(found, output / REPORT)
+    if json:
+        typer.echo(found.to_json(), nl=False)
+    elif not quiet:
+        typer.echo(found.summary())
+        console.print_paths([output / REPORT] if output else [])
+
+
+def _require_fleet() -> None:
+    missing = [name for name in ("joblib", "duckdb", "fsspec") if find_spec(name) is None]
+    if missing:
+        raise SettingsError(f"fleet: {missing[0]} is not installed; expected it: pip install 'stribeck[fleet]'")

@@ -1,0 +1,158 @@
+"""Jobs of a fleet: which log belongs to which robot, from paths, globs, URLs or a manifest."""
+
+import csv
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import fsspec
+
+from stribeck.base.files import read_text
+from stribeck.errors import LogError, SettingsError
+from stribeck.log.readers import FORMATS
+
+COLUMNS = ("log", "robot_file", "robot", "start", "note")
+"""Columns of a manifest; the last two are optional."""
+ROBOT_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
+"""Serial numbers that are also names of folders."""
+FOLDERS = {"metadata.yaml": 1, "meta/info.json": 2}
+"""Files that make a folder one log (rosbag2, LeRobot), and their depth in it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Job:
+    """Log of a robot.
+
+    Attributes
+    ----------
+    log
+        Path or URL.
+    size, modified
+        Bytes, and time of the last change [s since 1970]; 0 if unknown.
+    robot_file
+        Path of the robot file.
+    robot
+        Robot id, e.g. the serial number.
+    start
+        Start of the log [s since 1970]: of the manifest, or the time of the last change.
+    note
+        Note of the manifest.
+    """
+
+    log: str
+    size: int
+    modified: float
+    robot_file: str
+    robot: str
+    start: float
+    note: str = ""
+
+
+def jobs_of_logs(logs: Sequence[str], robot_file: Path) -> list[Job]:
+    """List the logs at paths, globs and URLs; folders are searched. The folder of a log is its robot's id.
+
+    Raises
+    ------
+    LogError
+        If a place has no log, or the name of its folder cannot be a robot id.
+    """
+    found = []
+    for place in logs:
+        own = [_job(url, info, str(robot_file), _folder_of(url)) for url, info in _logs_at(place)]
+        if not own:
+            raise LogError(f"{place}: has no log; expected {', '.join(FORMATS)} files, or folders that have some")
+        found += own
+    return list({job.log: job for job in found}.values())
+
+
+def jobs_of_manifest(path: Path) -> list[Job]:
+    """List the logs of a manifest, a CSV table with a header; relative paths start at its folder.
+
+    Raises
+    ------
+    SettingsError
+        If columns or values are missing or wrong.
+    LogError
+        If a log does not exist.
+    """
+    rows = list(csv.DictReader(read_text(path, "a manifest (CSV)", SettingsError).splitlines()))
+    if not rows or not set(COLUMNS[:3]) <= rows[0].keys():
+        raise SettingsError(f"{path}: expected a header with the columns {', '.join(COLUMNS)} (the last two optional)")
+    found = []
+    for line, row in enumerate(rows, 2):
+        where = f"{path}: line {line}"
+        if missing := [name for name in COLUMNS[:3] if not row[name]]:
+            raise SettingsError(f"{where}: has no '{missing[0]}'; expected a log, its robot file and its robot's id")
+        log = row["log"] if "://" in row["log"] else str(path.parent / row["log"])
+        places = list(_logs_at(log))
+        if len(places) != 1:
+            raise LogError(f"{where}: {log} is {len(places)} logs; expected one log per line")
+        job = _job(*places[0], str(path.parent / row["robot_file"]), row["robot"], row.get("note") or "")
+        found.append(job if not row.get("start") else _started(job, row["start"], where))
+    return found
+
+
+def _started(job: Job, text: str, where: str) -> Job:
+    try:
+        start = datetime.fromisoformat(text).timestamp()
+    except ValueError as error:
+        raise SettingsError(f"{where}: start is '{text}'; expected a time such as 2026-03-01T12:30:00+00:00") from error
+    return Job(**{**vars(job), "start": start})
+
+
+def _logs_at(place: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Find the logs at a place: path or URL, and what the file system knows of it."""
+    try:
+        files, root = fsspec.core.url_to_fs(place)
+        found = sorted(files.glob(root)) if "*" in root else [root]
+        for each in found:
+            if files.isdir(each):
+                yield from _logs_in(files, each)
+            elif files.exists(each) and (len(found) == 1 or Path(each).suffix.lower() in FORMATS):
+                yield _named(files, each), files.info(each)
+    except (ImportError, ValueError, OSError) as error:
+        raise LogError(f"{place}: cannot be listed ({error}); expected a path or a URL that fsspec opens") from error
+
+
+def _logs_in(files: Any, folder: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Find the logs in a folder and its folders; some folders are one log."""
+    inside = files.find(folder, detail=True)
+    whole = {
+        path.rsplit("/", depth)[0] for path in inside for end, depth in FOLDERS.items() if path.endswith(f"/{end}")
+    }
+    for each in sorted(whole):
+        parts = [info for path, info in inside.items() if path.startswith(f"{each}/")]
+        size, modified = sum(info["size"] for info in parts), max(_modified(info) for info in parts)
+        yield _named(files, each), {"size": size, "mtime": modified}
+    for path, info in sorted(inside.items()):
+        if Path(path).suffix.lower() in FORMATS and not any(path.startswith(f"{each}/") for each in whole):
+            yield _named(files, path), info
+
+
+def _named(files: Any, path: str) -> str:
+    return path if "file" in files.protocol else files.unstrip_protocol(path)
+
+
+def _folder_of(url: str) -> str:
+    return Path(url.partition("://")[2] or url).resolve().parent.name
+
+
+def _job(url: str, info: dict[str, Any], robot_file: str, robot: str, note: str = "") -> Job:
+    if not ROBOT_ID.fullmatch(robot):
+        raise LogError(f"{url}: its robot's id is '{robot}'; expected letters, digits, '.', '_', '-' (see --manifest)")
+    modified = _modified(info)
+    size = int(info.get("size") or 0)
+    return Job(log=url, size=size, modified=modified, robot_file=robot_file, robot=robot, start=modified, note=note)
+
+
+def _modified(info: dict[str, Any]) -> float:
+    """Find the time of the last change [s since 1970], which file systems name differently; 0 if unknown."""
+    found = next(
+        (info[key] for key in ("mtime", "LastModified", "last_modified", "updated", "created") if key in info), 0
+    )
+    if isinstance(found, str):
+        found = datetime.fromisoformat(found)
+    return found.timestamp() if isinstance(found, datetime) else float(found or 0)

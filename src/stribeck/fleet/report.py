@@ -1,0 +1,66 @@
+"""Page of `stribeck trends`: alarms, friction of each joint over time, and the friction of the type."""
+
+from pathlib import Path
+
+import numpy as np
+
+from stribeck.fleet.trends import Trends
+from stribeck.report.charts import Chart, axis, density, line, robust_limits
+from stribeck.report.page import Section, render, write_page
+
+DAY = np.timedelta64(1, "D")
+SHOWN = 4
+"""Robots of a chart that are drawn as lines [1], at most."""
+
+
+def write_trends(found: Trends, path: str | Path) -> None:
+    """Write the trends as one self-contained HTML file, completely or not at all."""
+    charts, figures = dict[str, Chart](), list[tuple[str, str]]()
+    shown = {(each.robot, each.joint): "ink" for each in found.odd} | {
+        (each.robot, each.joint): "law" for each in reversed(found.alarms)
+    }
+    for joint in dict.fromkeys(joint for joint, _, _ in found.fleet.channels):
+        name = f"t{len(charts)}"
+        charts[name], caption = _chart(
+            found, joint, {robot: colour for (robot, of), colour in shown.items() if of == joint}
+        )
+        figures.append((name, caption))
+    sections = [
+        Section(anchor="alarms", title="Changes", body=render("trends_tables.html.j2", found=found)),
+        Section(
+            anchor="joints", title="Joints over time", body=render("trends.html.j2", figures=figures), charts=charts
+        ),
+        Section(anchor="type", title="Friction of the type", body=render("trends_type.html.j2", found=found)),
+    ]
+    write_page(path, found.title, sections)
+
+
+def _chart(found: Trends, joint: str, shown: dict[str, str]) -> tuple[Chart, str]:
+    """Draw the friction of a joint at its middle speed over the days since the first log."""
+    fleet = found.fleet
+    own = [channel for channel, (of, _, _) in enumerate(fleet.channels) if of == joint]
+    alarms = [each for each in found.alarms if each.joint == joint]
+    wanted = [channel for channel in own if alarms and fleet.channels[channel][1] == alarms[0].velocity]
+    channel = wanted[0] if wanted else own[len(own) // 2]
+    _, velocity, unit = fleet.channels[channel]
+    day = (fleet.start - fleet.start.min()) / DAY
+    friction = fleet.friction[:, channel]
+    known = np.flatnonzero(np.isfinite(friction))
+    lines = []
+    spread = next(each.log_spread for each in found.friction if (each.joint, each.velocity) == (joint, velocity))
+    for robot, colour in list(shown.items())[:SHOWN]:
+        logs = np.flatnonzero((fleet.robots == robot) & np.isfinite(friction))
+        half = 1.96 * spread * np.array([[-1.0], [1.0]])
+        lines.append(line(day[logs], friction[logs], colour, robot, band=friction[logs] + half, width=1.5))
+    first, last = float(day.min()), float(day.max())
+    days = first - 0.02 * (last - first), last + 0.02 * (last - first) + 1e-6
+    limits = robust_limits(friction[known], share=0.0, margin=0.15)
+    chart = {
+        "x": axis("days since the first log [d]", days),
+        "y": axis(f"friction [{unit}]", limits),
+        "images": [density(day[known], friction[known], days, limits)],
+        "lines": lines,
+        "marks": [float((np.datetime64(each.start.replace(tzinfo=None)) - fleet.start.min()) / DAY) for each in alarms],
+    }
+    speed = f"{velocity:g} {'rad/s' if unit == 'N m' else 'm/s'}"
+    return chart, f"{joint} at {speed}"

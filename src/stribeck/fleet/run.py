@@ -1,0 +1,133 @@
+"""Identification of all logs of a fleet, in parallel by joblib."""
+
+import os
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+
+import joblib
+
+from stribeck.base.version import __version__
+from stribeck.errors import SettingsError
+from stribeck.fleet.jobs import Job
+from stribeck.fleet.store import IDENTIFIED, connect, locked
+from stribeck.fleet.worker import Limits, Outcome, robot_hash, work
+
+BACKENDS = {"loky": "joblib", "ray": "ray", "dask": "distributed"}
+"""Backends, and the package that each needs."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FleetRun:
+    """Outcome of a run: number of logs by status, and the outcomes of logs without a result."""
+
+    counts: dict[str, int]
+    failed: list[Outcome]
+    seconds: float
+
+    @property
+    def line(self) -> str:
+        """One line, e.g. "200 logs: 193 identified, 5 refused, 2 known"."""
+        said = ", ".join(f"{count} {status}" for status, count in self.counts.items())
+        return f"{sum(self.counts.values())} logs: {said}"
+
+
+def run_fleet(
+    jobs: Sequence[Job],
+    store: str | Path,
+    *,
+    workers: int = -1,
+    backend: str = "loky",
+    limits: Limits = Limits(),  # noqa: B008
+    progress: Callable[[str, float], None] = lambda *_: None,
+) -> FleetRun:
+    """Identify the friction of every log that the store does not have.
+
+    Parameters
+    ----------
+    jobs
+        Logs (see `jobs_of_logs` and `jobs_of_manifest`).
+    store
+        Folder of the store; all workers must see it.
+    workers
+        Number of logs at a time; -1 for one per core.
+    backend
+        "loky" (processes of this machine), "ray" (RAY_ADDRESS names a cluster) or "dask" (DASK_SCHEDULER_ADDRESS does).
+    limits
+        Limits of one log.
+    progress
+        Callback `progress(message, fraction)`.
+
+    Raises
+    ------
+    SettingsError
+        If the backend is unknown or not installed, or another run writes to the store.
+    """
+    place, outcomes = Path(store).absolute(), list[Outcome]()
+    with locked(place):
+        known = _known(place, limits.again)
+        hashes = {file: robot_hash(file) for file in {job.robot_file for job in jobs}}
+        counts = Counter({IDENTIFIED: 0})
+        todo = [job for job in jobs if _mark(job, hashes[job.robot_file]) not in known]
+        counts["known"] = len(jobs) - len(todo)
+        with _engine(backend, workers):
+            kind = "list" if backend == "ray" else "generator_unordered"  # Ray's joblib backend has no generators
+            parallel = joblib.Parallel(return_as=kind, batch_size=1)
+            for outcome in parallel(joblib.delayed(work)(job, place, hashes[job.robot_file], limits) for job in todo):
+                outcomes.append(outcome)
+                counts[outcome.status] += 1
+                progress(f"{len(outcomes)} of {len(todo)} logs", len(outcomes) / len(todo))
+    failed = [each for each in outcomes if each.status not in (IDENTIFIED, "known")]
+    counts = Counter({status: count for status, count in counts.items() if count})
+    seconds = sum(each.seconds for each in outcomes)
+    return FleetRun(counts=dict(counts), failed=sorted(failed, key=lambda each: each.log), seconds=seconds)
+
+
+def _mark(job: Job, robot: str) -> tuple[str, str, str, int, float]:
+    """Describe a log so that it is known again without being read."""
+    return job.log, job.robot, robot, job.size, job.modified
+
+
+def _known(store: Path, again: bool) -> set[tuple[str, str, str, int, float]]:
+    """Find the logs that this version has done; `again`: failed ones are to be done again."""
+    if not any(store.glob("robot=*/*.parquet")):
+        return set()
+    done = f"version = ? AND (status = '{IDENTIFIED}' OR ?)"
+    query = f"SELECT log, robot, robot_sha256, size, modified FROM logs WHERE {done}"
+    with connect(store) as connection:
+        return set(connection.execute(query, [__version__, not again]).fetchall())
+
+
+@contextmanager
+def _engine(backend: str, workers: int) -> Iterator[None]:
+    """Let joblib use a backend inside."""
+    if backend not in BACKENDS:
+        raise SettingsError(f"backend: found '{backend}', expected one of {', '.join(BACKENDS)}")
+    if find_spec(BACKENDS[backend]) is None:
+        extra = "fleet" if backend == "loky" else backend
+        raise SettingsError(f"backend {backend}: is not installed; expected it: pip install 'stribeck[{extra}]'")
+    if backend == "ray":
+        import ray
+        from ray.util.joblib import register_ray
+
+        register_ray()  # type: ignore[no-untyped-call]
+        if not ray.is_initialized():
+            ray.init(num_cpus=None if workers < 0 or "RAY_ADDRESS" in os.environ else workers, log_to_driver=False)
+        with joblib.parallel_config(backend="ray", n_jobs=workers):
+            yield
+        ray.shutdown()
+    elif backend == "dask":
+        import dask
+        from distributed import Client
+
+        dask.config.set({"distributed.worker.daemon": False})  # workers start a process per log
+        here = {} if "DASK_SCHEDULER_ADDRESS" in os.environ else {"n_workers": max(workers, 1), "threads_per_worker": 1}
+        client = Client(**here)  # type: ignore[no-untyped-call]
+        with client, joblib.parallel_config(backend="dask", n_jobs=workers):
+            yield
+    else:
+        with joblib.parallel_config(backend="loky", n_jobs=workers):
+            yield

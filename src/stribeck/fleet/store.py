@@ -1,0 +1,248 @@
+"""Store of a fleet: one Parquet file per log, in a folder per robot, readable at any time.
+
+    STORE/robot=R1 -> .versions/R1.0/      a link, which `compact` exchanges
+    STORE/robot=R1/<key>.parquet           one row: the log, with its joints, curves and so on as lists
+    STORE/robot=R1/2026-03.parquet         rows of that month, merged by `compact`
+
+A file is written under a temporary name and renamed. A reader that has listed a folder can read its files until the
+next but one compaction.
+"""
+
+import fcntl
+import hashlib
+import os
+import secrets
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import duckdb
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from stribeck.errors import SettingsError
+from stribeck.result import JointResult, Result
+
+NUMBER, TEXT, COUNT = pa.float64(), pa.string(), pa.int64()
+TABLES = {
+    "joints": {"joint": TEXT, "verdict": TEXT, "reason": TEXT, "samples": COUNT, "top_speed": NUMBER,
+               "residual_rms": NUMBER, "torque_r2": NUMBER},
+    "curves": {"joint": TEXT, "velocity": NUMBER, "friction": NUMBER, "standard_error": NUMBER, "low": NUMBER,
+               "high": NUMBER, "unit": TEXT},
+    "parameters": {"joint": TEXT, "parameter": TEXT, "value": NUMBER, "standard_error": NUMBER, "low": NUMBER,
+                   "high": NUMBER, "unit": TEXT, "verdict": TEXT},
+    "corrections": {"correction": TEXT, "of": TEXT, "value": NUMBER, "standard_error": NUMBER, "unit": TEXT},
+    "findings": {"check": TEXT, "joints": pa.list_(TEXT), "text": TEXT, "remedy": TEXT},
+}  # fmt: skip
+"""Tables of a log, and their columns."""
+LOGS = {
+    "key": TEXT, "log": TEXT, "sha256": TEXT, "size": COUNT, "modified": NUMBER, "robot_file": TEXT,
+    "robot_sha256": TEXT, "start": pa.timestamp("us", "UTC"), "note": TEXT, "settings": TEXT, "version": TEXT,
+    "status": TEXT, "error": TEXT, "duration": NUMBER, "seconds": NUMBER, "peak_memory": NUMBER,
+    "finished": pa.timestamp("us", "UTC"),
+}  # fmt: skip
+"""Columns of the table of logs."""
+SCHEMA = pa.schema({**LOGS, **{name: pa.list_(pa.struct(of)) for name, of in TABLES.items()}})
+IDENTIFIED = "identified"
+"""Status of a log with a result; the others have an error, and a separate file, which the next try replaces."""
+SPEEDS = tuple(digit * 10.0**power for power in range(-3, 3) for digit in (1, 2, 5))
+"""Speeds of all curves [rad/s], [m/s], so that logs can be compared."""
+
+
+def key_of(*parts: str) -> str:
+    """Name a row by all that it depends on: contents of log and robot file, settings, version."""
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:32]
+
+
+def folder_of(store: Path, robot: str) -> Path:
+    """Find the folder of a robot, and make it if needed."""
+    link = store / f"robot={robot}"
+    if not link.exists():
+        version = store / ".versions" / f"{robot}.0"
+        version.mkdir(parents=True, exist_ok=True)
+        _link(version, link)
+    return link
+
+
+def has_row(store: Path, robot: str, key: str) -> bool:
+    """Whether a robot's folder has a row, in a separate file or a merged one."""
+    folder = store / f"robot={robot}"
+    if (folder / f"{key}.parquet").exists():
+        return True
+    merged = [path for path in folder.glob("*.parquet") if len(path.stem) < len(key)]
+    return any(key in pq.read_table(path, columns=["key"])["key"].to_pylist() for path in merged)
+
+
+def write_row(store: Path, robot: str, row: dict[str, Any]) -> None:
+    """Write the row of a log, completely or not at all."""
+    _write(pa.Table.from_pylist([row], SCHEMA), folder_of(store, robot) / f"{row['key']}.parquet")
+
+
+def rows_of(result: Result) -> dict[str, list[dict[str, Any]]]:
+    """Make the tables of a log from its result."""
+    rows: dict[str, list[dict[str, Any]]] = {name: [] for name in TABLES}
+    for joint, found in result.all_friction.items():
+        own = {"joint": joint, "verdict": found.verdict, "reason": found.reason, "samples": found.samples}
+        own |= {"top_speed": max(map(abs, found.velocity_range)), "residual_rms": found.residual_rms}
+        rows["joints"].append(own | {"torque_r2": found.torque_r2.best if found.torque_r2 else None})
+        for name, each in found.parameters.items():
+            ends = {"standard_error": each.standard_error, "low": each.interval_95[0], "high": each.interval_95[1]}
+            about = {"joint": joint, "parameter": name, "unit": each.unit, "verdict": each.verdict}
+            rows["parameters"].append(about | {"value": each.value} | ends)
+        rows["curves"] += _curve(joint, found)
+    rows["findings"] = [
+        {"check": each.check, "joints": list(each.joints), "text": each.text, "remedy": each.cure}
+        for each in result.findings
+    ]
+    rows["corrections"] = list(_corrections(result))
+    return rows
+
+
+def _curve(joint: str, found: JointResult) -> Iterator[dict[str, Any]]:
+    """Evaluate the friction of a joint at those of `SPEEDS` that its log reaches: mean of both directions."""
+    reached = [v for v in SPEEDS if found.curve and found.curve[0].velocity <= v <= found.curve[-1].velocity]
+    forward, backward = (found.band(sign * np.array(reached), offset=False) for sign in (1.0, -1.0))
+    if not reached or forward is None or backward is None or forward[1] is None:
+        return
+    half = (forward[1][1] - forward[1][0]) / 2
+    for k, velocity in enumerate(reached):
+        friction, own = float(forward[0][k] - backward[0][k]) / 2, float(half[k])
+        ends = {"standard_error": own / 1.96, "low": friction - own, "high": friction + own}
+        yield {"joint": joint, "velocity": velocity, "friction": friction, "unit": found.curve[0].unit} | ends
+
+
+def _corrections(result: Result) -> Iterator[dict[str, Any]]:
+    found = result.corrections
+    if found is None:
+        return
+    by_joint = (("torque_gain", "1"), ("encoder_zero", "rad"), ("command_delay", "s"))
+    pairs = [(name, joint, *pair, unit) for name, unit in by_joint for joint, pair in getattr(found, name).items()]
+    pairs += [("mass", body, own.mass[1] - own.mass[0], own.mass_error, "kg") for body, own in found.bodies.items()]
+    for name in ("torque_delay", "base_delay"):
+        if getattr(found, name):
+            pairs.append((name, "", *getattr(found, name), "s"))
+    for name, of, value, error, unit in pairs:
+        yield {"correction": name, "of": of, "value": value, "standard_error": error, "unit": unit}
+
+
+def connect(store: str | Path) -> duckdb.DuckDBPyConnection:
+    """Open a store for queries.
+
+    Parameters
+    ----------
+    store
+        Folder that `stribeck fleet` wrote.
+
+    Returns
+    -------
+    connection
+        DuckDB connection with the views `logs`, `joints`, `curves`, `parameters`, `corrections` and `findings`. Of a
+        log that was identified again, with other settings, they have the newest row.
+
+    Raises
+    ------
+    SettingsError
+        If the folder is not a store.
+    """
+    store = Path(store)
+    if not any(store.glob("robot=*/*.parquet")):
+        raise SettingsError(f"{store}: is no store; expected a folder that `stribeck fleet` wrote")
+    connection = duckdb.connect()
+    connection.execute(views(store))
+    return connection
+
+
+def views(store: Path) -> str:
+    """Write the SQL of the views, for DuckDB."""
+    files = str(store.absolute() / "robot=*" / "*.parquet").replace("'", "''")
+    last = "QUALIFY row_number() OVER (PARTITION BY sha256, robot ORDER BY finished DESC) = 1"
+    read = f"read_parquet('{files}', hive_partitioning = true, hive_types = {{'robot': VARCHAR}}, union_by_name = true)"
+    newest = f"{read} AS rows SEMI JOIN (SELECT key, robot FROM {read} {last}) USING (key, robot)"
+    parts = [f"CREATE OR REPLACE TEMP VIEW newest AS SELECT * FROM {newest};"]
+    parts.append(f"CREATE OR REPLACE TEMP VIEW logs AS SELECT * EXCLUDE ({', '.join(TABLES)}) FROM newest;")
+    for name in TABLES:
+        own = f"SELECT key, robot, start, unnest({name}, recursive := true) FROM newest"
+        parts.append(f"CREATE OR REPLACE TEMP VIEW {name} AS {own};")
+    return "\n".join(parts) + "\n"
+
+
+def compact(store: Path) -> tuple[int, int]:
+    """Merge the files of each robot and month; logs without a result keep their own files.
+
+    Returns
+    -------
+    before, after
+        Number of files.
+    """
+    counts = [0, 0]
+    with locked(store):
+        for link in sorted(store.glob("robot=*")):
+            files = sorted(link.glob("*.parquet"))
+            counts[0] += len(files)
+            counts[1] += _compact_robot(store, link, files)
+    return counts[0], counts[1]
+
+
+def _compact_robot(store: Path, link: Path, files: list[Path]) -> int:
+    """Write a new version of a robot's folder, exchange the link, and remove the version before the last."""
+    last = Path(os.readlink(link)).name
+    robot, _, number = last.rpartition(".")
+    version = store / ".versions" / f"{robot}.{int(number) + 1}"
+    shutil.rmtree(version, ignore_errors=True)
+    version.mkdir()
+    rows = pa.concat_tables([pq.read_table(path, schema=SCHEMA, partitioning=None) for path in files])
+    done = [status == IDENTIFIED for status in rows["status"].to_pylist()]
+    months = [f"{start:%Y-%m}" for start in rows["start"].to_pylist()]
+    for key, own in zip(rows["key"].to_pylist(), done, strict=True):
+        if not own:
+            os.link(link / f"{key}.parquet", version / f"{key}.parquet")
+    for month in sorted({month for month, own in zip(months, done, strict=True) if own}):
+        mask = pa.array([own and each == month for each, own in zip(months, done, strict=True)])
+        _write(rows.filter(mask), version / f"{month}.parquet")
+    _link(version, link)
+    for old in (store / ".versions").glob(f"{robot}.*"):
+        if old.name not in (version.name, last) and old.name.removeprefix(f"{robot}.").isdigit():
+            shutil.rmtree(old, ignore_errors=True)
+    return len(list(version.iterdir()))
+
+
+@contextmanager
+def locked(store: Path) -> Iterator[None]:
+    """Keep other runs from writing to a store; the system ends the lock of a process that dies.
+
+    Raises
+    ------
+    SettingsError
+        If another process writes to the store.
+    """
+    store.mkdir(parents=True, exist_ok=True)
+    with (store / ".lock").open("w") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            raise SettingsError(f"{store}: another `stribeck fleet` writes to it; wait until it has ended") from error
+        yield
+
+
+def _write(table: pa.Table, path: Path) -> None:
+    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+    try:
+        pq.write_table(table, temporary, compression="zstd")
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _link(version: Path, link: Path) -> None:
+    temporary = link.with_name(f".{link.name}.{secrets.token_hex(4)}")
+    temporary.symlink_to(Path(".versions") / version.name)
+    temporary.replace(link)
+
+
+def time_of(seconds: float) -> datetime:
+    """Convert seconds since 1970 to a time in UTC."""
+    return datetime.fromtimestamp(seconds, UTC)

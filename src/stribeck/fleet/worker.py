@@ -1,0 +1,163 @@
+"""Identification of one log in a separate process, with limits of time and memory."""
+
+import multiprocessing
+import os
+import resource
+import signal
+import tempfile
+from dataclasses import dataclass
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from threading import Thread
+from time import monotonic, time
+from typing import Any
+
+import fsspec
+
+from stribeck.base.version import __version__
+from stribeck.errors import StribeckError
+from stribeck.fleet.jobs import Job
+from stribeck.fleet.store import IDENTIFIED, has_row, key_of, rows_of, time_of, write_row
+from stribeck.pipeline import identify
+from stribeck.result.provenance import sha256
+from stribeck.robot import Robot
+
+OUT_OF_MEMORY = 77
+"""Exit code of a process that needs more memory than allowed."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limits:
+    """Limits of one log: time [s] and memory [GB]; None for none. `again`: whether failed logs are tried again."""
+
+    timeout: float | None = None
+    memory: float | None = None
+    again: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """What became of a log: status, error (empty if identified), and seconds; status "known" if it was done before."""
+
+    log: str
+    status: str
+    error: str = ""
+    seconds: float = 0.0
+
+
+def robot_hash(robot_file: str) -> str:
+    """Compute the SHA-256 of a robot file and its model; "" if the robot file cannot be read."""
+    try:
+        model = Robot.from_file(robot_file).model_path
+    except (StribeckError, OSError):
+        return sha256(robot_file)
+    return key_of(sha256(robot_file), sha256(model))
+
+
+def work(job: Job, store: Path, robot: str, limits: Limits) -> Outcome:
+    """Identify the friction of a log unless the store has it, and write its row.
+
+    Parameters
+    ----------
+    job
+        The log.
+    store
+        Folder of the store, which all workers see.
+    robot
+        Hash of the robot file (see `robot_hash`).
+    limits
+        Limits of time and memory.
+    """
+    with tempfile.TemporaryDirectory(prefix="stribeck-") as folder:
+        began = monotonic()
+        about: dict[str, Any] = {"log": job.log, "size": job.size, "modified": job.modified, "note": job.note}
+        about |= {"robot_file": job.robot_file, "robot_sha256": robot, "start": time_of(job.start)}
+        about |= {"version": __version__}
+        try:
+            path = _local(job.log, Path(folder))
+            about["sha256"] = sha256(path)
+        except OSError as problem:
+            path, about["sha256"], unread = "", "", f"{job.log}: cannot be read ({problem})"
+        about["key"] = key_of(about["sha256"] or job.log, robot, job.robot, __version__)
+        if has_row(store, job.robot, about["key"]) and not limits.again:
+            return Outcome(log=job.log, status="known")
+        status, error = ("refused", unread) if not path else _in_process(path, job, store, about, limits)
+        if status != IDENTIFIED:
+            end = {"seconds": monotonic() - began, "finished": time_of(time())}
+            write_row(store, job.robot, about | end | {"status": status, "error": error})
+        return Outcome(log=job.log, status=status, error=error, seconds=monotonic() - began)
+
+
+def _in_process(path: str, job: Job, store: Path, about: dict[str, Any], limits: Limits) -> tuple[str, str]:
+    """Identify a log in a process that begins with all libraries, and return its status and error."""
+    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ[name] = "1"
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload([__name__])
+    receiver, sender = context.Pipe(duplex=False)
+    process = context.Process(target=_identify, args=(path, job, store, about, limits.memory, sender), daemon=True)
+    process.start()
+    sender.close()
+    process.join(limits.timeout)
+    if process.is_alive():
+        process.kill()
+        process.join()
+        return "timeout", f"{job.log}: took more than {limits.timeout:g} s; expected less (--timeout)"
+    try:
+        status, error = receiver.recv()
+    except EOFError:
+        return _ended(process, job.log, limits)
+    return status, error
+
+
+def _ended(process: BaseProcess, log: str, limits: Limits) -> tuple[str, str]:
+    """Explain the end of a process that could not report."""
+    code = process.exitcode or 0
+    if code == OUT_OF_MEMORY or (code and limits.memory):  # libraries may abort
+        return "memory", f"{log}: needs more than {limits.memory or 0:g} GB of memory; expected less (--memory)"
+    if code == -signal.SIGKILL:
+        return "memory", f"{log}: was ended by the system, most likely as memory ran out; use fewer --jobs"
+    return "failed", f"{log}: its process ended with code {code}"
+
+
+def _identify(path: str, job: Job, store: Path, about: dict[str, Any], memory: float | None, sender: Any) -> None:
+    """Identify a log, write its row, and send its status and error."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the worker ends this process
+    Thread(target=_end_with_parent, daemon=True).start()
+    if memory:
+        limit = int(memory * 1e9)
+        resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
+    began = monotonic()
+    try:
+        robot = Robot.from_file(job.robot_file)
+        result = identify(path, robot)
+        row = about | {"settings": robot.settings.model_dump_json(), "status": IDENTIFIED}
+        row |= {"duration": result.log.duration, "seconds": monotonic() - began, "finished": time_of(time())}
+        row |= {"peak_memory": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6}
+        write_row(store, job.robot, row | rows_of(result))
+        sender.send((IDENTIFIED, ""))
+    except MemoryError:
+        os._exit(OUT_OF_MEMORY)
+    except StribeckError as error:
+        if isinstance(error.__cause__, MemoryError):
+            os._exit(OUT_OF_MEMORY)
+        sender.send(("refused", str(error).replace(path, job.log)))
+    except Exception as error:  # a fault of ours must not stop the other logs
+        sender.send(("failed", f"{job.log}: {type(error).__name__}: {error}"))
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _local(url: str, folder: Path) -> str:
+    """Copy a remote log to a folder; a local one stays where it is."""
+    files, path = fsspec.core.url_to_fs(url)
+    if "file" in files.protocol:
+        return str(path)
+    target = folder / Path(path).name
+    files.get(path, str(target), recursive=files.isdir(path))
+    return str(target)

@@ -1,0 +1,127 @@
+"""Changes of friction in a fleet of one arm: how soon they are seen, and how often nothing is seen that did not happen.
+
+    python -m studies.fleet --save studies/fleet.json
+
+Ten robots have 20 logs of ten seconds each, a week apart. Friction differs by 8 % from robot to robot and by 2 % from
+log to log. From the 13th log on, the elbow of r03 has 25 % more friction; from the 9th log on, the shoulder of r06 has
+20 % more Coulomb friction; all friction of r07 is twice that of the others. Encoders and torque sensors have
+white noise. Each log is identified by `curve-fit`, and `stribeck trends` reads the store.
+"""
+
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from stribeck.base.typing import Array
+from stribeck.fleet import find_trends, run_fleet
+from stribeck.fleet.jobs import jobs_of_logs
+from stribeck.robot import Robot
+from studies.command import Row, command
+from studies.markdown import markdown_table
+
+ROBOTS, LOGS, SECONDS, RATE = 10, 20, 10.0, 200.0
+COULOMB, VISCOUS = np.array([1.2, 0.8, 2.0]), np.array([0.3, 0.2, 1.0])
+WEAR = {("r03", "elbow"): 12, ("r06", "shoulder"): 8}
+"""First log with more friction, of robot and joint."""
+ODD = "r07"
+URDF = """<robot name="arm"><link name="base"/>
+<joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 1 0"/>
+<limit lower="-3" upper="3" effort="100" velocity="5"/></joint>
+<link name="upper"><inertial><origin xyz="0.02 0 0.2"/><mass value="3"/>
+<inertia ixx="0.04" ixy="0" ixz="0" iyy="0.04" iyz="0" izz="0.005"/></inertial></link>
+<joint name="elbow" type="revolute"><origin xyz="0 0 0.4"/><parent link="upper"/><child link="fore"/><axis xyz="1 0 0"/>
+<limit lower="-3" upper="3" effort="100" velocity="5"/></joint>
+<link name="fore"><inertial><origin xyz="0 0.01 0.15"/><mass value="2"/>
+<inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.003"/></inertial></link>
+<joint name="slide" type="prismatic"><origin xyz="0 0 0.3"/><parent link="fore"/><child link="hand"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="1" effort="100" velocity="5"/></joint>
+<link name="hand"><inertial><mass value="1"/>
+<inertia ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.001"/></inertial></link></robot>
+"""
+ROBOT_FILE = """[robot]
+model = "arm.urdf"
+base = "fixed"
+
+[identify]
+method = "curve-fit"
+
+[identify.filter]
+kind = "savitzky-golay"
+window = 31
+"""
+
+
+def write_fleet(folder: Path, seed: int) -> Path:
+    """Write model, robot file and logs, and return the robot file."""
+    (folder / "arm.urdf").write_text(URDF)
+    robot_file = folder / "robot.toml"
+    robot_file.write_text(ROBOT_FILE)
+    robot, generator = Robot.from_file(robot_file), np.random.default_rng(seed)
+    for number in range(ROBOTS):
+        name = f"r{number:02d}"
+        own = (1 + 0.08 * generator.standard_normal((2, 3))) * (2 if name == ODD else 1)
+        place = folder / "logs" / name
+        place.mkdir(parents=True)
+        for log in range(LOGS):
+            friction = own * (1 + 0.02 * generator.standard_normal((2, 3)))
+            friction[:, 1] *= 1.25 if name == "r03" and log >= WEAR[name, "elbow"] else 1
+            friction[0, 0] *= 1.2 if name == "r06" and log >= WEAR[name, "shoulder"] else 1
+            path = place / f"log_{log:02d}.npz"
+            channels = _channels(robot, friction, generator) | {"joint_names": np.array(robot.joint_names)}
+            np.savez(path, allow_pickle=False, **channels)
+            start = 1767225600 + 7 * 86400 * log + 60 * number
+            os.utime(path, (start, start))
+    return robot_file
+
+
+def _channels(robot: Robot, friction: Array, generator: np.random.Generator) -> dict[str, Array]:
+    """Simulate one log: sums of four sines per joint, with friction scaled by factors of shape (2, 3)."""
+    time = np.arange(round(SECONDS * RATE)) / RATE
+    omega = 2 * np.pi * generator.uniform(0.3, 1.6, (4, 1, 3))
+    angle = omega * time[:, None] + generator.uniform(0, 2 * np.pi, (4, 1, 3))
+    size = generator.uniform(0.3, 0.6, (4, 1, 3)) / omega
+    q = np.sum(size * np.sin(angle), axis=0)
+    v = np.sum(size * omega * np.cos(angle), axis=0)
+    a = -np.sum(size * omega**2 * np.sin(angle), axis=0)
+    model, data = robot.tree.model, robot.tree.model.createData()
+    torque = np.array([pin.rnea(model, data, *row) for row in zip(q, v, a, strict=True)])
+    torque += COULOMB * friction[0] * np.tanh(v / 0.01) + VISCOUS * friction[1] * v
+    noise = generator.standard_normal((2, *q.shape))
+    return {"time": time, "position": q + 1e-5 * noise[0], "torque": torque + 0.03 * noise[1]}
+
+
+def measure(seed: int) -> Row:
+    """Identify a fleet, and compare what `trends` finds with the truth."""
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder)
+        jobs = jobs_of_logs([str(place / "logs")], write_fleet(place, seed))
+        counts = run_fleet(jobs, place / "store").counts
+        found = find_trends(place / "store")
+    seen, false = dict[str, int](), list[str]()
+    for alarm in found.alarms:
+        onset, name = WEAR.get((alarm.robot, alarm.joint)), f"{alarm.robot} {alarm.joint}"
+        if onset is None or name in seen:
+            false.append(alarm.line)
+        else:
+            seen[name] = int(Path(alarm.seen).stem[-2:]) - onset + 1
+    return {"logs": counts, "seen": seen, "false": false, "odd": sorted({each.robot for each in found.odd})}
+
+
+def tables(rows: list[Row]) -> list[str]:
+    """Count changes that were seen, false alarms, and odd robots."""
+    delays = [delay for row in rows for delay in row["seen"].values()]
+    changes, logs = len(WEAR) * len(rows), ROBOTS * LOGS * len(rows)
+    lines = [
+        ["changes seen", f"{len(delays)} of {changes}"],
+        ["of these within three logs", sum(delay <= 3 for delay in delays)],
+        ["false alarms", f"{sum(len(row['false']) for row in rows)} in {logs:,} logs"],
+        ["only the odd robot stands out", f"{sum(row['odd'] == [ODD] for row in rows)} of {len(rows)}"],
+    ]
+    return [markdown_table(["fleets of ten robots", f"{len(rows)} seeds"], lines)]
+
+
+if __name__ == "__main__":
+    command(__doc__, ({"seed": seed} for seed in range(20)), measure, tables)

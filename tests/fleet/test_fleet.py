@@ -1,0 +1,235 @@
+"""A store of many logs: what is done once, what fails, what is interrupted, and what the tables hold."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import duckdb
+import polars
+import pytest
+from tests.arm import arm_log, save_npz, write_arm
+
+from stribeck import LogError, SettingsError, identify
+from stribeck.fleet import compact, connect, run_fleet
+from stribeck.fleet.jobs import Job, jobs_of_logs, jobs_of_manifest
+from stribeck.fleet.store import TABLES, locked, views
+from stribeck.fleet.worker import Limits
+from stribeck.robot import Robot
+
+SAME = "SELECT * EXCLUDE (finished, seconds, peak_memory) FROM logs ORDER BY key"
+"""Rows that two runs have in common; the others are times and memory."""
+QUICK = '\n[identify]\nmethod = "curve-fit"\n[identify.filter]\nkind = "savitzky-golay"\nwindow = 31\n'
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Make three logs of two robots each."""
+    folder = tmp_path_factory.mktemp("fleet")
+    robot = Robot.from_file(write_arm(folder, QUICK))
+    for seed in range(6):
+        place = folder / "logs" / f"R{seed % 2}" / f"log_{seed}.npz"
+        place.parent.mkdir(parents=True, exist_ok=True)
+        save_npz(arm_log(robot, duration=8, rate=200, seed=seed), place)
+        start = 1.7e9 + 2e6 * seed
+        os.utime(place, (start, start))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def store(logs: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Identify these logs."""
+    place = tmp_path_factory.mktemp("store")
+    run_fleet(all_jobs(logs), place, workers=1)
+    return place
+
+
+def all_jobs(folder: Path) -> list[Job]:
+    return jobs_of_logs([str(folder / "logs")], folder / "robot.toml")
+
+
+def rows(store: Path, query: str = SAME) -> list[Any]:
+    with connect(store) as connection:
+        return connection.execute(query).fetchall()
+
+
+def command(*arguments: object) -> list[str]:
+    return [sys.executable, "-m", "stribeck", "fleet", *map(str, arguments)]
+
+
+def test_tables_contain_what_results_contain(logs: Path, store: Path) -> None:
+    job = all_jobs(logs)[0]
+    result = identify(job.log, job.robot_file)
+    where = f"JOIN logs USING (key) WHERE log = '{job.log}'"
+    found = rows(store, f"SELECT joint, parameter, value, low FROM parameters {where} ORDER BY ALL")
+    wanted = [
+        (joint, name, each.value, each.interval_95[0])
+        for joint, own in result.joints.items()
+        for name, each in own.parameters.items()
+    ]
+    assert found == sorted(wanted)
+    for joint, velocity, friction, low, high in rows(
+        store, f"SELECT joint, velocity, friction, low, high FROM curves {where}"
+    ):
+        assert low < friction < high
+        assert friction == pytest.approx(float(result.joints[joint].friction(velocity)), rel=0.05)
+    assert rows(store, "SELECT robot, count(*) FROM logs GROUP BY 1 ORDER BY 1") == [("R0", 3), ("R1", 3)]
+
+
+def test_a_log_is_known_by_its_content_and_its_robot_file(logs: Path, store: Path, tmp_path: Path) -> None:
+    own = tmp_path / "store"
+    shutil.copytree(store, own, symlinks=True)
+    assert run_fleet(all_jobs(logs), own, workers=1).counts == {"known": 6}
+    copied = tmp_path / "logs/R0/other.npz"
+    copied.parent.mkdir(parents=True)
+    shutil.copy(logs / "logs/R0/log_0.npz", copied)
+    assert run_fleet(jobs_of_logs([str(copied)], logs / "robot.toml"), own, workers=1).counts == {"known": 1}
+    changed = write_arm(tmp_path, QUICK.replace("31", "41"))
+    assert run_fleet(jobs_of_logs([str(copied)], changed), own, workers=1).counts == {"identified": 1}
+    assert len(rows(own)) == 6  # views show the newest row of a log
+
+
+def test_logs_that_fail_are_rows_and_stop_no_other(logs: Path, tmp_path: Path) -> None:
+    place, own = tmp_path / "logs/R7", tmp_path / "store"
+    place.mkdir(parents=True)
+    (place / "damaged.npz").write_bytes((logs / "logs/R0/log_0.npz").read_bytes()[:5000])
+    shutil.copy(logs / "logs/R0/log_2.npz", place / "good.npz")
+    jobs = jobs_of_logs([str(place)], logs / "robot.toml")
+    for limits, status, words in (
+        (Limits(memory=0.15), "memory", "needs more than 0.15 GB"),
+        (Limits(timeout=0.02, again=True), "timeout", "took more than 0.02 s"),
+    ):
+        found = run_fleet(jobs, own, workers=1, limits=limits)
+        damaged, good = rows(own, "SELECT status, error FROM logs ORDER BY log")
+        assert damaged[1].startswith(str(place / "damaged.npz"))
+        assert good[0] == status
+        assert words in good[1]
+        assert len(found.failed) == 2
+    last = run_fleet(jobs, own, workers=1, limits=Limits(again=True))
+    assert last.counts == {"identified": 1, "refused": 1}
+    assert [each.status for each in last.failed] == ["refused"]
+
+
+@pytest.mark.parametrize(
+    "backend", ["loky", pytest.param("ray", marks=pytest.mark.long), pytest.param("dask", marks=pytest.mark.long)]
+)
+def test_backends_give_the_same_store(logs: Path, store: Path, tmp_path: Path, backend: str) -> None:
+    if backend != "loky":
+        pytest.importorskip({"ray": "ray", "dask": "distributed"}[backend])
+    done = subprocess.run(
+        command(
+            logs / "logs", "-r", logs / "robot.toml", "-o", tmp_path / "s", "--jobs", 2, "--backend", backend, "--json"
+        ),
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert json.loads(done.stdout)["counts"] == {"identified": 6}
+    assert rows(tmp_path / "s") == rows(store)
+
+
+@pytest.mark.parametrize("seconds", [2.0, pytest.param(3.5, marks=pytest.mark.long)])
+def test_a_killed_run_is_resumed(logs: Path, store: Path, tmp_path: Path, seconds: float) -> None:
+    start = command(logs / "logs", "-r", logs / "robot.toml", "-o", tmp_path / "s", "--jobs", 2)
+    with subprocess.Popen(start, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True) as run:
+        time.sleep(seconds)
+        run.kill()
+    deadline = time.monotonic() + 30
+    while True:  # workers of the killed run may still end their logs
+        try:
+            with locked(tmp_path / "s"):
+                break
+        except SettingsError:
+            assert time.monotonic() < deadline
+            time.sleep(0.1)
+    subprocess.run(start, check=True, stdout=subprocess.DEVNULL)
+    assert rows(tmp_path / "s") == rows(store)
+
+
+def test_an_interrupted_run_ends_with_a_line(logs: Path, tmp_path: Path) -> None:
+    start = command(logs / "logs", "-r", logs / "robot.toml", "-o", tmp_path / "s", "--jobs", 2)
+    with subprocess.Popen(start, stderr=subprocess.PIPE, text=True, start_new_session=True) as run:
+        time.sleep(2)
+        run.send_signal(signal.SIGINT)
+        assert run.stderr is not None
+        assert "interrupted" in run.stderr.read()
+    assert run.returncode == 130
+
+
+def test_compaction_keeps_every_row_and_readers(logs: Path, store: Path, tmp_path: Path) -> None:
+    own = tmp_path / "store"
+    shutil.copytree(store, own, symlinks=True)
+    before = rows(own)
+    listed = list(own.glob("robot=*/*.parquet"))
+    opened = [path.resolve() for path in listed]
+    assert compact(own) == (6, 6)  # each log is of a month of its own
+    assert all(path.exists() for path in opened)
+    assert rows(own) == before
+    assert run_fleet(all_jobs(logs), own, workers=1).counts == {"known": 6}
+    assert compact(own) == (6, 6)
+    assert not any(path.exists() for path in opened)
+
+
+def test_another_run_waits_its_turn(logs: Path, tmp_path: Path) -> None:
+    with locked(tmp_path), pytest.raises(SettingsError, match="another `stribeck fleet` writes to it"):
+        run_fleet(all_jobs(logs), tmp_path)
+
+
+def test_other_tools_read_the_store(store: Path, tmp_path: Path) -> None:
+    script = tmp_path / "views.sql"
+    script.write_text(views(store))
+    with duckdb.connect() as connection:
+        connection.execute(script.read_text())
+        for name in TABLES:
+            connection.execute(f"SELECT * FROM {name}").fetchall()
+    frame = polars.read_parquet(f"{store}/robot=*/*.parquet", hive_partitioning=True)
+    curves = frame.select("robot", "curves").explode("curves").unnest("curves")
+    assert len(curves) == rows(store, "SELECT count(*) FROM curves")[0][0]
+
+
+def test_a_manifest_names_robots_starts_and_notes(logs: Path) -> None:
+    manifest = logs / "fleet.csv"
+    manifest.write_text(
+        "log,robot_file,robot,start,note\nlogs/R0/log_0.npz,robot.toml,A-1,2026-03-01T12:00:00+00:00,new gear\n"
+        "logs/R0/log_2.npz,robot.toml,A-2,,\n"
+    )
+    first, second = jobs_of_manifest(manifest)
+    assert (first.robot, first.start, first.note) == ("A-1", 1772366400.0, "new gear")
+    assert (second.robot, second.start) == ("A-2", second.modified)
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("log,robot\n", "expected a header with the columns"),
+        ("log,robot_file,robot\nlogs/R0/log_0.npz,robot.toml,\n", "line 2: has no 'robot'"),
+        ("log,robot_file,robot\nlogs/R0/none.npz,robot.toml,A\n", "line 2: .* is 0 logs; expected one"),
+        ("log,robot_file,robot\nlogs/R0/log_0.npz,robot.toml,a/b\n", "its robot's id is 'a/b'"),
+        ("log,robot_file,robot,start\nlogs/R0/log_0.npz,robot.toml,A,monday\n", "line 2: start is 'monday'"),
+    ],
+)
+def test_a_wrong_manifest_is_refused(logs: Path, text: str, problem: str) -> None:
+    (logs / "wrong.csv").write_text(text)
+    with pytest.raises((SettingsError, LogError), match=problem):
+        jobs_of_manifest(logs / "wrong.csv")
+
+
+def test_logs_are_found_by_globs_and_urls(logs: Path, tmp_path: Path) -> None:
+    import fsspec
+
+    assert [Path(job.log).name for job in jobs_of_logs([str(logs / "logs/*/log_[01].npz")], logs)] == [
+        "log_0.npz",
+        "log_1.npz",
+    ]
+    memory = fsspec.filesystem("memory")
+    memory.put(str(logs / "logs/R0/log_0.npz"), "/plant/R9/log.npz")
+    jobs = jobs_of_logs(["memory://plant"], logs / "robot.toml")
+    assert [(job.log, job.robot) for job in jobs] == [("memory:///plant/R9/log.npz", "R9")]
+    assert run_fleet(jobs, tmp_path / "s", workers=1).counts == {"identified": 1}
+    with pytest.raises(LogError, match="has no log"):
+        jobs_of_logs([str(tmp_path / "nowhere")], logs / "robot.toml")
