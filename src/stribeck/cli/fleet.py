@@ -43,7 +43,7 @@ def fleet(
     json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> None:
-    """Identify the friction of many robots' logs, and add it to a store.
+    """Identify the logs of many robots, and add them to a store.
 
     Logs that the store has are skipped, so an interrupted run continues where it stopped. Without a manifest, the
     folder of a log is its robot's id.
@@ -90,7 +90,10 @@ def trends(
     json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> None:
-    """Show the friction of a robot type, robots that differ from it, and joints that changed."""
+    """Show joints that changed, and robots that differ.
+
+    Also prints the friction of the robot type.
+    """
     _require_fleet()
     from stribeck.fleet.report import write_trends
     from stribeck.fleet.trends import find_trends

@@ -21,7 +21,7 @@ def standing_from_forces(
 
     A foot lands when its load rises above `force_on` times the robot's weight, and lifts when its load falls below
     `force_off` times the weight. A foot with a load in between that has not landed touches: it neither stands nor
-    swings freely.
+    swings freely. Neither does one that something pulls by `force_on` times the weight.
 
     Raises
     ------
@@ -41,7 +41,8 @@ def standing_from_forces(
     standing = np.zeros(loads.shape, dtype=bool)
     for segment in segments:
         standing[segment] = switch(loads[segment], settings.force_on * weight, settings.force_off * weight)
-    return standing, ~standing & (loads > settings.force_off * weight), notes
+    pulled = loads < -settings.force_on * weight
+    return standing, ~standing & (pulled | (loads > settings.force_off * weight)), notes
 
 
 def force_channel(log: RobotLog) -> str | None:

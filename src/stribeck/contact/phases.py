@@ -125,7 +125,9 @@ def phases_of_segment(
     both = settings.trim_start + settings.trim_end
     phases = []
     for start, stop in pairwise(edges):
-        after, before = trims((stop - start) * period, settings.trim_start, settings.trim_end)
+        cut = start == segment.start or stop == segment.stop  # the log does not show how long the phase is
+        duration = np.inf if cut else (stop - start) * period
+        after, before = trims(duration, settings.trim_start, settings.trim_end)
         row = rows[start - segment.start]
         standing_feet = tuple(foot for foot, stands in zip(feet, row[:-1], strict=True) if stands)
         first, last = start, stop

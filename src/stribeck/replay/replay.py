@@ -157,6 +157,8 @@ def replay(
             *(str(finding) for finding in audit_or_stop([prepared], robot, asked, force)),
             *_flight(prepared),
         ]
+        grounded = tuple(phase for phase in prepared.support.phases if phase.kind != "flight")
+        prepared = replace(prepared, support=replace(prepared.support, phases=grounded))
         settings, _ = with_filter(prepared, robot, settings)
         logs = [with_joints(prepared, each.joint_names) for each in (robot, other)]
         massless = [
