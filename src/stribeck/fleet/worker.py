@@ -93,7 +93,7 @@ def _in_process(path: str, job: Job, store: Path, about: dict[str, Any], limits:
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ[name] = "1"
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload([__name__])
+    context.set_forkserver_preload([__name__, "pandas"])  # PyArrow imports pandas, if there, in a second
     receiver, sender = context.Pipe(duplex=False)
     process = context.Process(target=_identify, args=(path, job, store, about, limits.memory, sender), daemon=True)
     process.start()
