@@ -133,7 +133,8 @@ def test_backends_give_the_same_store(logs: Path, store: Path, tmp_path: Path, b
     assert rows(tmp_path / "s") == rows(store)
 
 
-@pytest.mark.parametrize("seconds", [2.0, pytest.param(3.5, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("seconds", [2.0, 3.5])
 def test_a_killed_run_is_resumed(logs: Path, store: Path, tmp_path: Path, seconds: float) -> None:
     start = command(logs / "logs", "-r", logs / "robot.toml", "-o", tmp_path / "s", "--jobs", 2)
     with subprocess.Popen(start, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True) as run:
