@@ -102,15 +102,15 @@ def test_logs_that_fail_are_rows_and_stop_no_other(logs: Path, tmp_path: Path) -
     jobs = jobs_of_logs([str(place)], logs / "robot.toml")
     for limits, status, words in (
         (Limits(memory=0.15), "memory", "needs more than 0.15 GB"),
-        (Limits(timeout=0.02, again=True), "timeout", "took more than 0.02 s"),
+        (Limits(timeout=0.02), "timeout", "took more than 0.02 s"),
     ):
-        found = run_fleet(jobs, own, workers=1, limits=limits)
+        found = run_fleet(jobs, own, workers=1, limits=limits, again=True)
         damaged, good = rows(own, "SELECT status, error FROM logs ORDER BY log")
         assert damaged[1].startswith(str(place / "damaged.npz"))
         assert good[0] == status
         assert words in good[1]
         assert len(found.failed) == 2
-    last = run_fleet(jobs, own, workers=1, limits=Limits(again=True))
+    last = run_fleet(jobs, own, workers=1, again=True)
     assert last.counts == {"identified": 1, "refused": 1}
     assert [each.status for each in last.failed] == ["refused"]
 

@@ -11,7 +11,7 @@ from stribeck.base.typing import Array
 from stribeck.fleet import connect, find_trends
 from stribeck.fleet.changes import find_changes, threshold
 from stribeck.fleet.report import write_trends
-from stribeck.fleet.trends import outliers, reml
+from stribeck.fleet.spreads import outliers, reml
 
 PAGE = Path(__file__).parents[2] / "docs/fleet.md"
 

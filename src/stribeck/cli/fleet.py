@@ -63,9 +63,9 @@ def fleet(
     if bool(logs) == bool(manifest) or bool(logs) != bool(robot):
         raise SettingsError("fleet: expected LOGS and --robot FILE, or --manifest FILE")
     jobs = jobs_of_manifest(manifest) if manifest else jobs_of_logs(logs, robot or Path())
-    limits = Limits(timeout=timeout, memory=memory, again=again)
+    limits = Limits(timeout=timeout, memory=memory)
     with console.progress_bar(quiet) as progress:
-        found = run_fleet(jobs, output, workers=workers, backend=backend, limits=limits, progress=progress)
+        found = run_fleet(jobs, output, workers=workers, backend=backend, limits=limits, again=again, progress=progress)
     if json:
         typer.echo(json_format.dumps(asdict(found), indent=2))
     elif not quiet:

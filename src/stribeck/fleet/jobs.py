@@ -3,7 +3,7 @@
 import csv
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -100,7 +100,7 @@ def _started(job: Job, text: str, where: str) -> Job:
         start = datetime.fromisoformat(text).timestamp()
     except ValueError as error:
         raise SettingsError(f"{where}: start is '{text}'; expected a time such as 2026-03-01T12:30:00+00:00") from error
-    return Job(**{**vars(job), "start": start})
+    return replace(job, start=start)
 
 
 def _logs_at(place: str) -> Iterator[tuple[str, dict[str, Any]]]:

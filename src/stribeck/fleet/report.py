@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from stribeck.fleet.friction import speed_text
 from stribeck.fleet.trends import Trends
 from stribeck.report.charts import Chart, axis, density, line, robust_limits
 from stribeck.report.page import Section, render, write_page
@@ -36,7 +37,7 @@ def write_trends(found: Trends, path: str | Path) -> None:
 
 
 def _chart(found: Trends, joint: str, shown: dict[str, str]) -> tuple[Chart, str]:
-    """Draw the friction of a joint at its middle speed over the days since the first log."""
+    """Draw the friction of a joint over the days since the first log, at the speed of its largest change."""
     fleet = found.fleet
     own = [channel for channel, (of, _, _) in enumerate(fleet.channels) if of == joint]
     alarms = [each for each in found.alarms if each.joint == joint]
@@ -62,5 +63,4 @@ def _chart(found: Trends, joint: str, shown: dict[str, str]) -> tuple[Chart, str
         "lines": lines,
         "marks": [float((np.datetime64(each.start.replace(tzinfo=None)) - fleet.start.min()) / DAY) for each in alarms],
     }
-    speed = f"{velocity:g} {'rad/s' if unit == 'N m' else 'm/s'}"
-    return chart, f"{joint} at {speed}"
+    return chart, f"{joint} at {speed_text(velocity, unit)}"

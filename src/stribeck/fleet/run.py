@@ -3,7 +3,7 @@
 import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -26,7 +26,6 @@ class FleetRun:
 
     counts: dict[str, int]
     failed: list[Outcome]
-    seconds: float
 
     @property
     def line(self) -> str:
@@ -42,6 +41,7 @@ def run_fleet(
     workers: int = -1,
     backend: str = "loky",
     limits: Limits = Limits(),  # noqa: B008
+    again: bool = False,
     progress: Callable[[str, float], None] = lambda *_: None,
 ) -> FleetRun:
     """Identify the friction of every log that the store does not have.
@@ -58,6 +58,8 @@ def run_fleet(
         "loky" (processes of this machine), "ray" (RAY_ADDRESS names a cluster) or "dask" (DASK_SCHEDULER_ADDRESS does).
     limits
         Limits of one log.
+    again
+        Whether logs that failed before are tried again.
     progress
         Callback `progress(message, fraction)`.
 
@@ -68,22 +70,18 @@ def run_fleet(
     """
     place, outcomes = Path(store).absolute(), list[Outcome]()
     with locked(place):
-        known = _known(place, limits.again)
+        known = _known(place, again)
         hashes = {file: robot_hash(file) for file in {job.robot_file for job in jobs}}
-        counts = Counter({IDENTIFIED: 0})
         todo = [job for job in jobs if _mark(job, hashes[job.robot_file]) not in known]
-        counts["known"] = len(jobs) - len(todo)
-        with _engine(backend, workers):
+        with _engine(backend, workers) if todo else nullcontext():
             kind = "list" if backend == "ray" else "generator_unordered"  # Ray's joblib backend has no generators
-            parallel = joblib.Parallel(return_as=kind, batch_size=1)
-            for outcome in parallel(joblib.delayed(work)(job, place, hashes[job.robot_file], limits) for job in todo):
+            tasks = [joblib.delayed(work)(job, place, hashes[job.robot_file], limits, again) for job in todo]
+            for outcome in joblib.Parallel(return_as=kind, batch_size=1)(tasks):
                 outcomes.append(outcome)
-                counts[outcome.status] += 1
                 progress(f"{len(outcomes)} of {len(todo)} logs", len(outcomes) / len(todo))
+    counts = Counter(each.status for each in outcomes) + Counter(known=len(jobs) - len(todo))
     failed = [each for each in outcomes if each.status not in (IDENTIFIED, "known")]
-    counts = Counter({status: count for status, count in counts.items() if count})
-    seconds = sum(each.seconds for each in outcomes)
-    return FleetRun(counts=dict(counts), failed=sorted(failed, key=lambda each: each.log), seconds=seconds)
+    return FleetRun(counts=dict(counts), failed=sorted(failed, key=lambda each: each.log))
 
 
 def _mark(job: Job, robot: str) -> tuple[str, str, str, int, float]:

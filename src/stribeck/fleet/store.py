@@ -68,13 +68,14 @@ def folder_of(store: Path, robot: str) -> Path:
     return link
 
 
-def has_row(store: Path, robot: str, key: str) -> bool:
-    """Whether a robot's folder has a row, in a separate file or a merged one."""
+def status_of(store: Path, robot: str, key: str) -> str:
+    """Find the status of a row, in a separate file or a merged one; "" if a robot's folder has no such row."""
     folder = store / f"robot={robot}"
-    if (folder / f"{key}.parquet").exists():
-        return True
-    merged = [path for path in folder.glob("*.parquet") if len(path.stem) < len(key)]
-    return any(key in pq.read_table(path, columns=["key"])["key"].to_pylist() for path in merged)
+    if (own := folder / f"{key}.parquet").exists():
+        return str(pq.read_table(own, columns=["status"], partitioning=None)["status"][0])
+    merged = [path for path in folder.glob("*.parquet") if len(path.stem) < len(key)]  # these have a result
+    found = any(key in pq.read_table(path, columns=["key"], partitioning=None)["key"].to_pylist() for path in merged)
+    return IDENTIFIED if found else ""
 
 
 def write_row(store: Path, robot: str, row: dict[str, Any]) -> None:

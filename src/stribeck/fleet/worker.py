@@ -17,7 +17,7 @@ import fsspec
 from stribeck.base.version import __version__
 from stribeck.errors import StribeckError
 from stribeck.fleet.jobs import Job
-from stribeck.fleet.store import IDENTIFIED, has_row, key_of, rows_of, time_of, write_row
+from stribeck.fleet.store import IDENTIFIED, key_of, rows_of, status_of, time_of, write_row
 from stribeck.pipeline import identify
 from stribeck.result.provenance import sha256
 from stribeck.robot import Robot
@@ -28,21 +28,19 @@ OUT_OF_MEMORY = 77
 
 @dataclass(frozen=True, kw_only=True)
 class Limits:
-    """Limits of one log: time [s] and memory [GB]; None for none. `again`: whether failed logs are tried again."""
+    """Limits of one log: time [s] and memory [GB]; None for none."""
 
     timeout: float | None = None
     memory: float | None = None
-    again: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """What became of a log: status, error (empty if identified), and seconds; status "known" if it was done before."""
+    """Status of a log after a run, and its error if it has no result; "known" if the store had it."""
 
     log: str
     status: str
     error: str = ""
-    seconds: float = 0.0
 
 
 def robot_hash(robot_file: str) -> str:
@@ -54,7 +52,7 @@ def robot_hash(robot_file: str) -> str:
     return key_of(sha256(robot_file), sha256(model))
 
 
-def work(job: Job, store: Path, robot: str, limits: Limits) -> Outcome:
+def work(job: Job, store: Path, robot: str, limits: Limits, again: bool) -> Outcome:
     """Identify the friction of a log unless the store has it, and write its row.
 
     Parameters
@@ -67,6 +65,8 @@ def work(job: Job, store: Path, robot: str, limits: Limits) -> Outcome:
         Hash of the robot file (see `robot_hash`).
     limits
         Limits of time and memory.
+    again
+        Whether a log that failed before is tried again.
     """
     with tempfile.TemporaryDirectory(prefix="stribeck-") as folder:
         began = monotonic()
@@ -79,19 +79,18 @@ def work(job: Job, store: Path, robot: str, limits: Limits) -> Outcome:
         except OSError as problem:
             path, about["sha256"], unread = "", "", f"{job.log}: cannot be read ({problem})"
         about["key"] = key_of(about["sha256"] or job.log, robot, job.robot, __version__)
-        if has_row(store, job.robot, about["key"]) and not limits.again:
+        before = status_of(store, job.robot, about["key"])
+        if before == IDENTIFIED or (before and not again):
             return Outcome(log=job.log, status="known")
         status, error = ("refused", unread) if not path else _in_process(path, job, store, about, limits)
         if status != IDENTIFIED:
             end = {"seconds": monotonic() - began, "finished": time_of(time())}
             write_row(store, job.robot, about | end | {"status": status, "error": error})
-        return Outcome(log=job.log, status=status, error=error, seconds=monotonic() - began)
+        return Outcome(log=job.log, status=status, error=error)
 
 
 def _in_process(path: str, job: Job, store: Path, about: dict[str, Any], limits: Limits) -> tuple[str, str]:
-    """Identify a log in a process that begins with all libraries, and return its status and error."""
-    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ[name] = "1"
+    """Identify a log in a process that starts with all libraries loaded, and return its status and error."""
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload([__name__, "pandas"])  # PyArrow imports pandas, if there, in a second
     receiver, sender = context.Pipe(duplex=False)
@@ -102,7 +101,7 @@ def _in_process(path: str, job: Job, store: Path, about: dict[str, Any], limits:
     if process.is_alive():
         process.kill()
         process.join()
-        return "timeout", f"{job.log}: took more than {limits.timeout:g} s; expected less (--timeout)"
+        return "timeout", f"{job.log}: took more than {limits.timeout:g} s; allow more time"
     try:
         status, error = receiver.recv()
     except EOFError:
@@ -114,9 +113,9 @@ def _ended(process: BaseProcess, log: str, limits: Limits) -> tuple[str, str]:
     """Explain the end of a process that could not report."""
     code = process.exitcode or 0
     if code == OUT_OF_MEMORY or (code and limits.memory):  # libraries may abort
-        return "memory", f"{log}: needs more than {limits.memory or 0:g} GB of memory; expected less (--memory)"
+        return "memory", f"{log}: needs more than {limits.memory or 0:g} GB of memory; allow more"
     if code == -signal.SIGKILL:
-        return "memory", f"{log}: was ended by the system, most likely as memory ran out; use fewer --jobs"
+        return "memory", f"{log}: was ended by the system, most likely as memory ran out; run fewer at a time"
     return "failed", f"{log}: its process ended with code {code}"
 
 
