@@ -15,7 +15,7 @@ import polars
 import pytest
 from tests.arm import arm_log, save_npz, write_arm
 
-from stribeck import LogError, SettingsError, identify
+from stribeck import LogError, RobotFileError, SettingsError, identify
 from stribeck.fleet import compact, connect, run_fleet
 from stribeck.fleet.jobs import Job, jobs_of_logs, jobs_of_manifest
 from stribeck.fleet.store import TABLES, locked, views
@@ -174,6 +174,16 @@ def test_compaction_keeps_every_row_and_readers(logs: Path, store: Path, tmp_pat
     assert run_fleet(all_jobs(logs), own, workers=1).counts == {"known": 6}
     assert compact(own) == (6, 6)
     assert not any(path.exists() for path in opened)
+
+
+def test_a_wrong_robot_file_or_store_is_refused_and_nothing_is_written(logs: Path, tmp_path: Path) -> None:
+    jobs = jobs_of_logs([str(logs / "logs")], tmp_path / "none.toml")
+    with pytest.raises(RobotFileError, match=r"none\.toml"):
+        run_fleet(jobs, tmp_path / "s", workers=1)
+    for act in (compact, connect):
+        with pytest.raises(SettingsError, match="is no store"):
+            act(tmp_path / "s")
+    assert not (tmp_path / "s").exists()
 
 
 def test_another_run_waits_its_turn(logs: Path, tmp_path: Path) -> None:

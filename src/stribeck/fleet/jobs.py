@@ -142,7 +142,9 @@ def _folder_of(url: str) -> str:
 
 def _job(url: str, info: dict[str, Any], robot_file: str, robot: str, note: str = "") -> Job:
     if not ROBOT_ID.fullmatch(robot):
-        raise LogError(f"{url}: its robot's id is '{robot}'; expected letters, digits, '.', '_', '-' (see --manifest)")
+        raise LogError(
+            f"{url}: its robot's id is '{robot}'; expected letters, digits, '.', '_', '-'; a manifest can name it"
+        )
     modified = _modified(info)
     size = int(info.get("size") or 0)
     return Job(log=url, size=size, modified=modified, robot_file=robot_file, robot=robot, start=modified, note=note)

@@ -65,13 +65,15 @@ def run_fleet(
 
     Raises
     ------
+    RobotFileError
+        If a robot file is wrong.
     SettingsError
         If the backend is unknown or not installed, or another run writes to the store.
     """
     place, outcomes = Path(store).absolute(), list[Outcome]()
+    hashes = {file: robot_hash(file) for file in {job.robot_file for job in jobs}}
     with locked(place):
         known = _known(place, again)
-        hashes = {file: robot_hash(file) for file in {job.robot_file for job in jobs}}
         todo = [job for job in jobs if _mark(job, hashes[job.robot_file]) not in known]
         with _engine(backend, workers) if todo else nullcontext():
             kind = "list" if backend == "ray" else "generator_unordered"  # Ray's joblib backend has no generators

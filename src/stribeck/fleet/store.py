@@ -149,12 +149,15 @@ def connect(store: str | Path) -> duckdb.DuckDBPyConnection:
     SettingsError
         If the folder is not a store.
     """
-    store = Path(store)
-    if not any(store.glob("robot=*/*.parquet")):
-        raise SettingsError(f"{store}: is no store; expected a folder that `stribeck fleet` wrote")
+    _require_store(Path(store))
     connection = duckdb.connect()
-    connection.execute(views(store))
+    connection.execute(views(Path(store)))
     return connection
+
+
+def _require_store(folder: Path) -> None:
+    if not any(folder.glob("robot=*/*.parquet")):
+        raise SettingsError(f"{folder}: is no store; expected a folder that `stribeck fleet` wrote")
 
 
 def views(store: Path) -> str:
@@ -178,7 +181,13 @@ def compact(store: Path) -> tuple[int, int]:
     -------
     before, after
         Number of files.
+
+    Raises
+    ------
+    SettingsError
+        If the folder is not a store, or a run writes to it.
     """
+    _require_store(store)
     counts = [0, 0]
     with locked(store):
         for link in sorted(store.glob("robot=*")):

@@ -44,12 +44,14 @@ class Outcome:
 
 
 def robot_hash(robot_file: str) -> str:
-    """Compute the SHA-256 of a robot file and its model; "" if the robot file cannot be read."""
-    try:
-        model = Robot.from_file(robot_file).model_path
-    except (StribeckError, OSError):
-        return sha256(robot_file)
-    return key_of(sha256(robot_file), sha256(model))
+    """Compute a hash of a robot file and its model.
+
+    Raises
+    ------
+    RobotFileError
+        If the robot file or its model is wrong.
+    """
+    return key_of(sha256(robot_file), sha256(Robot.from_file(robot_file).model_path))
 
 
 def work(job: Job, store: Path, robot: str, limits: Limits, again: bool) -> Outcome:
