@@ -14,6 +14,12 @@ def output(metavar: str, text: str) -> Any:
     return typer.Option("--output", "-o", metavar=metavar, help=text)
 
 
+def _choice(metavar: str, text: str, names: tuple[str, ...], default: str = "") -> Any:
+    """Build an option whose help and completion list its values; `default` applies without a robot file's entry."""
+    text += f": {', '.join(names)}." + f"  [default: {default}, or as in the robot file]" * bool(default)
+    return typer.Option(metavar=metavar, help=text, autocompletion=lambda: names)
+
+
 Logs = Annotated[list[Path], typer.Argument(metavar="LOG", help=FORMATS_READ)]
 LogFile = Annotated[Path, typer.Argument(metavar="LOG", help=FORMATS_READ)]
 ResultFile = Annotated[Path, typer.Argument(metavar="RESULT", help="A result.json written by `stribeck identify`.")]
@@ -36,25 +42,9 @@ Exclude = Annotated[
     typer.Option("--exclude", metavar="A:B", help="Span of each log that is not used [s], or LOG:A:B; repeatable."),
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Overwrite existing outputs.")]
-Law = Annotated[
-    str | None,
-    typer.Option(
-        metavar="NAME",
-        help=f"Friction law: {', '.join(LAW_NAMES)}.  [default: auto, or as in the robot file]",
-        autocompletion=lambda: LAW_NAMES,
-    ),
-]
-Method = Annotated[
-    str | None,
-    typer.Option(
-        metavar="NAME",
-        help=f"Estimation method: {', '.join(METHOD_NAMES)}.  [default: whole-log, or as in the robot file]",
-        autocompletion=lambda: METHOD_NAMES,
-    ),
-]
-Format = Annotated[
-    str, typer.Option(metavar="FORMAT", help=f"Format: {', '.join(FORMATS)}.", autocompletion=lambda: FORMATS)
-]
+Law = Annotated[str | None, _choice("NAME", "Friction law", LAW_NAMES, "auto")]
+Method = Annotated[str | None, _choice("NAME", "Estimation method", METHOD_NAMES, "whole-log")]
+Format = Annotated[str, _choice("FORMAT", "Format", FORMATS)]
 Samples = Annotated[int | None, typer.Option(metavar="N", help="Draw N models from the uncertainty of the result.")]
 Ranges = Annotated[bool, typer.Option("--ranges", help="Write 95 % ranges for domain randomization.")]
 Exported = Annotated[
