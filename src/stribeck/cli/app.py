@@ -109,7 +109,7 @@ def inspect(
     from stribeck.report.inspection import write_inspection
 
     machine = robot_of(robot, exclude)
-    check_outputs([output] if output else [], [log, *files_of(robot)], overwrite)
+    check_outputs([output] if output else [], [log, *files_of(machine)], overwrite)
     with console.progress_bar(quiet) as progress:
         progress("inspecting", 0.1)
         found = inspect_log(part_of(log, machine, start, stop), machine, with_settings(machine.settings, {}, settings))
@@ -144,14 +144,15 @@ def identify(
 
     machine = robot_of(robot, exclude)
     chosen = with_settings(machine.settings, {"law": law, "method": method}, settings)
-    check_outputs([output / name for name in (RESULT, REPORT, TABLE)], [*logs, *validate, *files_of(robot)], overwrite)
+    outputs = [output / name for name in (RESULT, REPORT, TABLE)]
+    check_outputs(outputs, [*logs, *validate, *files_of(machine)], overwrite)
     with staged_folder(output) as staging, console.progress_bar(quiet) as progress:
         parts = [part_of(log, machine, start, stop) for log in logs]
         result = run(parts, machine, chosen, table=staging / TABLE, validate=validate, force=force, progress=progress)
         progress("writing the report", 0.9)
         (staging / RESULT).write_text(result.to_json(), encoding="utf-8")
         write_report(result, staging / REPORT)
-    _show(result, console.print_result, [output / name for name in (RESULT, REPORT, TABLE)], json=json, quiet=quiet)
+    _show(result, console.print_result, outputs, json=json, quiet=quiet)
 
 
 @command()
@@ -188,7 +189,7 @@ def export(
         if not quiet:
             console.print_paths(paths)
         return
-    check_outputs([output], [result_file(result), *files_of(robot)], overwrite)
+    check_outputs([output], [result_file(result), *files_of(machine)], overwrite)
     with findings_kept([*machine.warnings, *found.warnings]):
         if ranges:
             lines = export_ranges(found, machine, output, to, **chosen)
@@ -254,7 +255,7 @@ def plan(
     file = result_file(result)
     outputs = [output / name for name in (PLAN, TRAJECTORY)] if output else []
     machine, asked = Robot.from_file(robot), split_names(joints)
-    check_outputs(outputs, [file, *files_of(robot)], overwrite)
+    check_outputs(outputs, [file, *files_of(machine)], overwrite)
     with console.progress_bar(quiet) as progress:
         found = run(file, machine, joints=asked, held=held, duration=duration if output else None, progress=progress)
     if output is not None:
@@ -290,7 +291,7 @@ def replay(
     machine = robot_of(robot, exclude)
     chosen = with_settings(machine.settings, {}, settings)
     outputs = [output / name for name in (REPLAY, REPLAY_PAGE)] if output else []
-    check_outputs(outputs, [log, model, *files_of(robot)], overwrite)
+    check_outputs(outputs, [log, model, *files_of(machine)], overwrite)
     with console.progress_bar(quiet) as progress:
         part = part_of(log, machine, start, stop)
         found = run(part, machine, model, chosen, force=force, progress=progress)
@@ -317,10 +318,11 @@ def convert(
     from stribeck.log.writers import write_log
     from stribeck.robot import Robot
 
-    check_outputs([output], [log, *(files_of(robot) if robot else [])], overwrite)
+    machine = Robot.from_file(robot) if robot else None
+    check_outputs([output], [log, *(files_of(machine) if machine else [])], overwrite)
     with console.progress_bar(quiet) as progress:
         progress("reading", 0.1)
-        found = read_log(log, Robot.from_file(robot) if robot else None)
+        found = read_log(log, machine)
         progress("writing", 0.6)
         write_log(found, output)
     if quiet:

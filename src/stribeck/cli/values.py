@@ -88,11 +88,9 @@ def robot_of(path: Path, exclude: list[str]) -> Robot:
     return replace(robot, log_table=robot.log_table.model_copy(update={"exclude": found}))
 
 
-def files_of(robot: Path) -> list[Path]:
+def files_of(robot: Robot) -> list[Path]:
     """List the robot file and its model file."""
-    from stribeck.robot import model_path, read_robot_file
-
-    return [robot, model_path(read_robot_file(robot).robot.model, robot.parent)]
+    return [Path(robot.path), robot.model_file]
 
 
 def result_file(path: Path) -> Path:
