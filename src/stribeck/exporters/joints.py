@@ -98,7 +98,7 @@ def joint_terms(
     include_weak
         Whether to state weak friction and rotor inertias, too.
     any_unit
-        Whether the target states units other than N m and N, of joints whose torque constant or kp is unknown.
+        Whether the target can state units other than N m and N, for joints with an unknown torque constant or kp.
 
     Raises
     ------
@@ -112,14 +112,13 @@ def joint_terms(
             f"{did_you_mean(unknown[0], result.joints)}"
         )
     good = ("identified", "weak") if include_weak else ("identified",)
-    own = {
-        name: joint
+    known = {name: joint for name, joint in result.joints.items() if _has_friction(joint, ("identified", "weak"))}
+    beyond = friction_beyond(known)
+    terms = {
+        name: _terms(joint, form, good, beyond.get(name))
         for name, joint in result.joints.items()
         if (joints is None or name in joints) and (any_unit or joint.torque_unit is None)
     }
-    known = {name: joint for name, joint in result.joints.items() if _has_friction(joint, ("identified", "weak"))}
-    beyond = friction_beyond(known)
-    terms = {name: _terms(joint, form, good, beyond.get(name)) for name, joint in own.items()}
     return {name: found for name, found in terms.items() if found.stated}
 
 
@@ -168,11 +167,10 @@ def _has_friction(joint: JointResult, good: Collection[str]) -> bool:
 
 
 def _units(joint: JointResult) -> tuple[str, dict[str, str]]:
-    """Find the unit of a joint's friction, "N m" or "N", and the units of a friction model's numbers."""
-    dry = [own.unit for name, own in joint.parameters.items() if name.startswith("coulomb")]
-    unit = joint.curve[0].unit if joint.curve else (dry or ["N m"])[0]
-    length = joint.units()[0].removesuffix("/s")
-    units = {"coulomb": unit, "static": unit, "viscous": f"{unit} s/{length}", "stribeck_velocity": f"{length}/s"}
+    """Find the unit of a joint's friction, and the units of a friction model's numbers."""
+    speed, unit = joint.units()
+    length = speed.removesuffix("/s")
+    units = {"coulomb": unit, "static": unit, "viscous": f"{unit} s/{length}", "stribeck_velocity": speed}
     return unit, units | {"bristle_stiffness": f"{unit}/{length}", "bristle_damping": f"{unit} s/{length}"}
 
 

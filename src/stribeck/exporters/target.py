@@ -65,7 +65,7 @@ class Target:
     models
         Kinds of robot models that the target writes with their inertias; empty for other kinds of files.
     any_unit
-        Whether the file states the unit of each joint, which can then be A or rad of a command.
+        Whether the file states each joint's unit, so that friction in A, or in rad of a command, can be stored.
     ranges
         Function that formats a file of ranges from the lines of its head and the ranges of the form "plain"; None if
         the target does not support ranges.
