@@ -1,12 +1,12 @@
-"""Friction beyond a log's speeds: the identified law there, shrunk towards the viscous friction of the whole robot.
+"""Friction at speeds above those of the log, extrapolated from the identified law and the robot's other joints.
 
-A joint with friction R(v_top) = c at its top speed has the friction c + b (v - v_top) beyond. The law gives a slope
-b_l, whose error sigma includes that of the viscous coefficient and that of a small error of the level, LEVEL c / v_top.
-Among the joints of a robot, ln(b) is distributed normally about mu + ln(c) / 2, and the estimate of b minimizes
+A joint has friction c at its top speed v_top, and c + b (v - v_top) above it. The identified law has a slope b_l there.
+Its error sigma combines the error of the viscous coefficient with LEVEL c / v_top, a small error of the level. Among
+the joints of a robot, ln(b) is normally distributed about mu + ln(c) / 2. The estimate of b minimizes
 
-    (b - b_l)^2 / sigma^2 + (ln b - mu - ln(c) / 2)^2 / SPREAD^2
+    (b - b_l)^2 / sigma^2 + (ln b - mu - ln(c) / 2)^2 / (SPREAD^2 + error of mu^2)
 
-mu is the mean over the joints, weighted by their information, with a friction that grows by GROWTH c as weak prior.
+mu is the mean over the joints, weighted by their information. Its weak prior is a slope of GROWTH c.
 The constants were chosen on simulated arms and humanoids, and judged on other robots.
 """
 
@@ -18,15 +18,15 @@ import numpy as np
 from stribeck.result import JointResult
 
 REACH = {("rad/s", "N m"): 5.0, ("m/s", "N"): 1.0}
-"""Speed up to which friction is extrapolated, by the units of velocity and friction."""
+"""Speed at which friction is extrapolated, by the units of velocity and friction."""
 LEVEL, SPREAD = 0.1, 0.7
-"""Error of a friction level relative to its value [1], and standard deviation of ln(b) among joints [1]."""
+"""Relative error of the friction at top speed [1], and standard deviation of ln(b) among joints [1]."""
 GROWTH, DOUBT = 0.2, 1.2
-"""Slope relative to the level at top speed [s/rad], and standard deviation of its logarithm [1], without any log."""
+"""Slope divided by the friction at top speed [s/rad], and standard deviation of its logarithm [1], before any log."""
 VISCOUS = ("viscous", "viscous_positive", "viscous_negative")
 """Parameters of viscous friction in the laws."""
 SLOW = 0.2
-"""Top speed relative to `REACH` [1] below which friction is extrapolated; faster joints keep their law."""
+"""Top speed divided by `REACH` [1] below which friction is extrapolated; faster joints keep their law."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,9 +36,9 @@ class Beyond:
     Attributes
     ----------
     top, speed
-        Top speed of the log, and speed of the extrapolation [rad/s], [m/s].
+        Top speed of the log, and a higher speed [rad/s], [m/s].
     friction, slope
-        Estimated friction at that speed [N m], [N], and slope beyond the top speed [N m s/rad], [N s/m].
+        Friction at the higher speed [N m], [N], and its slope above the top speed [N m s/rad], [N s/m].
     units
         Units of velocity and friction.
     """
@@ -64,11 +64,11 @@ def top_speed(joint: JointResult) -> float:
 
 
 def friction_beyond(joints: Mapping[str, JointResult]) -> dict[str, Beyond]:
-    """Extrapolate the friction of slow joints, given all joints of a robot that have friction."""
+    """Extrapolate the friction of slow joints, given all joints of the robot with friction."""
     found: dict[str, Beyond] = {}
     for units, reach in REACH.items():
         group = {name: joint for name, joint in joints.items() if joint.units() == units}
-        with np.errstate(all="ignore"):  # joints with absurd friction are left out
+        with np.errstate(all="ignore"):  # joints with infinite friction are skipped
             found |= {name: own for name, own in _extrapolate(group, units, reach) if own.top < SLOW * reach}
     return found
 
@@ -90,10 +90,10 @@ def _extrapolate(
     weighted = np.where(weight > 0, weight * np.log(slope / usual), 0.0)
     total = weight.sum() + 1 / DOUBT**2
     center = (weighted.sum() + np.log(GROWTH) / DOUBT**2) / total
-    z = np.linspace(-5, 5, 501) * np.hypot(SPREAD, total**-0.5)
+    z, spread = np.linspace(-5, 5, 501), np.hypot(SPREAD, total**-0.5)
     for k in np.flatnonzero(known):
-        trials = usual[k] * np.exp(center + z)
-        cost = ((trials - slope[k]) / error[k]) ** 2 + (z / z[-1] * 5) ** 2
+        trials = usual[k] * np.exp(center + z * spread)
+        cost = ((trials - slope[k]) / error[k]) ** 2 + z**2
         best = float(trials[np.argmin(cost)])
         friction = float(level[k] + best * (reach - top[k]))
         yield list(joints)[k], Beyond(top=float(top[k]), speed=reach, units=units, friction=friction, slope=best)
@@ -106,6 +106,6 @@ def _resisting(joint: JointResult, speed: float) -> float:
 
 
 def _viscous_error(joint: JointResult) -> float:
-    """Compute the standard error of viscous friction; zero if the law has none, because its level limits it then."""
+    """Compute the standard error of viscous friction; zero for laws without viscous friction."""
     errors = [own.standard_error for name, own in joint.parameters.items() if name in VISCOUS]
     return float(np.nan_to_num(np.mean(errors), nan=np.inf)) if errors else 0.0

@@ -7,8 +7,8 @@ C and Python evaluate one function that covers all laws:
                 + (mu |load| + Fc_T dT + Fc_c (cos q - c) + Fc_s (sin q - s)) rise,   rise = tanh(a v)
     Fv = Fv0 + Fv_T dT
 
-with a load, dT the temperature above its mean, and q the position. Beyond the top speed of a slow joint, v is its top
-speed, and R grows by the viscous friction of `beyond` times the excess.
+with a load, dT the temperature above its mean, and q the position. Above the top speed of a slow joint, v is clipped to
+that speed, and R grows linearly with the slope of `beyond`.
 """
 
 import re
@@ -44,7 +44,7 @@ NUMBERS = {
     "viscous_beyond": 0.0,
 }
 """Values for a joint without friction: Fv0, Fv', Fc, Fc', S, vs, delta, a, offset, mu, Fc_T, Fv_T, Fc_c, Fc_s, c, s,
-tau_c, tau_s, k, the position range of the log, to which positions are clipped, and the limit of extrapolated speeds."""
+tau_c, tau_s, k, the position range of the log, that clips positions, and top speed and slope of R above it."""
 
 
 def numbers_of(joint: JointResult, beyond: Beyond | None = None) -> dict[str, float]:
@@ -123,12 +123,12 @@ def isaaclab_text(request: Request) -> str:
 
 
 def mjlab_text(request: Request) -> str:
-    """Format a Python module with actuators for mjlab, one per joint, because each has single numbers."""
+    """Format a Python module with actuators for mjlab, one per joint, because an actuator has one value per setting."""
     return _module("mjlab", request.lines, joints=_actuators(request, "effort_limit"))
 
 
 def _actuators(request: Request, effort: str) -> dict[str, dict[str, float]]:
-    """Collect each joint's stated values, and its effort limit in the model [N m], [N] under this name."""
+    """Collect each joint's stated values, and the model's effort limit [N m], [N] under the name `effort`."""
     limits = dict(zip(request.robot.joint_names, request.robot.effort_limits.tolist(), strict=True))
     found = {name: {word: value for word, (value, _) in own.stated.items()} for name, own in request.joints.items()}
     return {name: own | ({effort: limits[name]} if np.isfinite(limits[name]) else {}) for name, own in found.items()}

@@ -5,8 +5,8 @@ form. Its coefficients c solve
 
     min sum (R(x_k) - B(x_k) c)^2,    c >= 0        (Lawson and Hanson 1974)
 
-The RMS of the residual is reported. Below a joint's top speed the residuals are weighted by INSIDE of the friction, and
-one more residual is that of the friction extrapolated by `beyond`, weighted by OUTSIDE of it.
+The RMS of the residual is reported. A joint with extrapolated friction (`beyond`) has one more residual. Its tolerance
+is OUTSIDE times the extrapolated friction; the tolerance within the log is INSIDE times the friction there.
 """
 
 from collections.abc import Mapping
@@ -109,7 +109,7 @@ def nearest(joint: JointResult, form: Form, beyond: Beyond | None = None) -> Nea
         columns = form.columns(velocity, found)
         rows, values = columns, friction
         if beyond:
-            tolerance = OUTSIDE if "coulomb" in form.numbers else INSIDE  # viscous friction alone cannot fit both
+            tolerance = OUTSIDE if "coulomb" in form.numbers else INSIDE  # purely viscous friction cannot fit both
             weight = INSIDE / tolerance * np.linalg.norm(friction) / beyond.friction
             rows = np.vstack([columns, weight * form.columns(np.array([beyond.speed]), found)])
             values = np.append(friction, weight * beyond.friction)
