@@ -6,6 +6,9 @@ Each note states the unit in brackets and the data behind the choice.
 ROUNDS = 3
 """Largest number of rounds of the iterations [1], chosen by judgment."""
 
+MOST_ROUNDS = 10
+"""Largest number of rounds of the pilot [1], to save time."""
+
 FOLDS = 8
 """Number of parts of a log that are held out in turn, and compared [1], chosen by judgment."""
 

@@ -10,27 +10,22 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.linalg import block_diag, solve
 
 from stribeck.base.typing import Array
 from stribeck.settings import Priors
-from stribeck.whole_log.constants import PILOT_SEGMENTS, ROUNDS
+from stribeck.whole_log.constants import MOST_ROUNDS, PILOT_SEGMENTS, ROUNDS
 from stribeck.whole_log.model.basis import Basis
-from stribeck.whole_log.model.corrections import Layout, ModelCorrections, Slopes, model_corrections
+from stribeck.whole_log.model.corrections import Layout, ModelCorrections, model_corrections
 from stribeck.whole_log.model.terms import Columns
 from stribeck.whole_log.noise.likelihood import Groups, make_groups, more_likely
-from stribeck.whole_log.noise.outliers import INCONSISTENT, Prediction, without_outliers
+from stribeck.whole_log.noise.outliers import Prediction, without_outliers
 from stribeck.whole_log.noise.variance_components import VarianceComponents, first_components
-from stribeck.whole_log.solver.elimination import inverse_of
+from stribeck.whole_log.solver.disturbances import consistent, undisturbed
+from stribeck.whole_log.solver.linear_fit import predict, residuals
 from stribeck.whole_log.weak_equations import CorrectionLayout, WeakEquations
 
-LONGEST_DELAY, MOST_ROUNDS, OPERATIONS = 0.1, 10, 3e9
-"""Limits that save time: largest delay in the search [s], number of rounds [1], operations for a sum of products [1].
-"""
-
-ENOUGH_FOR_QUARTERS = 24
-"""Fewest segments of a pilot that is searched for a consistent quarter [1]: six, more than their own fit explains."""
+LONGEST_DELAY, OPERATIONS = 0.1, 3e9
+"""Limits that save time: largest delay in the search [s], and operations for a sum of products [1]."""
 
 LINEAR = 0.5e-3
 """Largest delay in which torques are treated as linear [s]."""
@@ -154,8 +149,8 @@ def fit_pilot(
         components = first_components(parts[0], rest, np.where(rest > 0, torque, 0.0), corrections.wrenches > 0)
         groups, precision = _groups(parts, columns, torque, operations)
         if robust:
-            groups = _consistent(groups, model, components, precision, half_alone)
-            groups = _undisturbed(groups, model, components, precision)
+            groups = consistent(groups, model, components, precision, half_alone)
+            groups = undisturbed(groups, model, components, precision)
         components, groups = _alternate(groups, model, components, precision, rounds)
         prediction, _ = predict(groups, components, model, precision)
         return Pilot(groups, model, components, prediction, delay, torque, precision)
@@ -202,53 +197,6 @@ def friction_error(pilot: Pilot, columns: Columns) -> float:
     return float(np.sqrt(np.median(variance / np.maximum(torque, 1e-300))))
 
 
-def predict(
-    groups: list[Groups], components: VarianceComponents, model: ModelCorrections, precision: Array
-) -> tuple[Prediction, float]:
-    """Fit some windows linearly, and divide the number of equations by their degrees of freedom [1].
-
-    Friction has a prior with mean zero and this `precision`, shape (n q,); bodies are linearized at the model.
-    """
-    count = sum(each.count for each in groups)
-    f, slopes = len(precision), model.slopes(np.zeros(model.layout.size))
-    information, right = _normal_equations(_product([each.whitened(components) for each in groups]), model, precision)
-    covariance = inverse_of(information)
-    values = covariance @ right
-    known = len(values) - np.sum(np.diag(covariance)[:f] * precision) - np.sum(model.precision * covariance[f:, f:])
-    covariance[f:] = slopes.pushed(covariance[f:])
-    covariance[:, f:] = slopes.pushed(covariance[:, f:].T).T
-    values[f:] = slopes.pushed(values[f:, None])[:, 0]
-    return Prediction(values, covariance, components), count / max(count - known, 1.0)
-
-
-def _product(whitened: Sequence[Array]) -> Array:
-    """Compute the products of the columns of some whitened groups, shape (D + 1, D + 1)."""
-    rows = np.concatenate([each.reshape(-1, each.shape[-1]) for each in whitened])
-    return np.asarray(rows.T @ rows)
-
-
-def _normal_equations(product: Array, model: ModelCorrections, precision: Array) -> tuple[Array, Array]:
-    """Compute information and right side for friction coefficients and correction coordinates, with the prior."""
-    product = _in_coordinates(product, model.slopes(np.zeros(model.layout.size)), len(precision))
-    pull = np.append(np.zeros(len(precision)), model.precision @ model.prior_mean)
-    return product[:-1, :-1] + block_diag(np.diag(precision), model.precision), product[:-1, -1] + pull
-
-
-def _fitted(product: Array, model: ModelCorrections, precision: Array) -> Array:
-    """Fit whitened groups linearly by their product; return the values, then -1 for the left side."""
-    values = solve(*_normal_equations(product, model, precision), assume_a="pos")
-    values[len(precision) :] = model.slopes(np.zeros(model.layout.size)).pushed(values[len(precision) :, None])[:, 0]
-    return np.append(values, -1.0)
-
-
-def _in_coordinates(product: Array, slopes: Slopes, friction: int) -> Array:
-    """Convert products of values and left sides, shape (D + 1, D + 1), from corrections to their coordinates."""
-    found = product.copy()
-    found[friction:-1] = slopes.pulled(found[friction:-1])
-    found[:, friction:-1] = slopes.pulled(found[:, friction:-1].T).T
-    return found
-
-
 def _alternate(
     groups: list[Groups], model: ModelCorrections, components: VarianceComponents, precision: Array, rounds: int
 ) -> tuple[VarianceComponents, list[Groups]]:
@@ -261,7 +209,7 @@ def _alternate(
     outliers = any(each.part.set_aside is not None for each in groups)
     for number in range(1, rounds + 1):
         prediction, freedom = predict(groups, components, model, precision)
-        left = _residuals(groups, np.append(prediction.values, -1.0))
+        left = residuals(groups, np.append(prediction.values, -1.0))
         if number == ROUNDS or outliers:
             groups = without_outliers(left, components)
             left = [(each, residual) for each, (_, residual) in zip(groups, left, strict=True)]
@@ -273,96 +221,6 @@ def _alternate(
         if number >= (2 if outliers else 1) * ROUNDS and grown < 1.2:
             break
     return components, groups
-
-
-def _consistent(
-    groups: list[Groups],
-    model: ModelCorrections,
-    components: VarianceComponents,
-    precision: Array,
-    half_alone: bool,
-) -> list[Groups]:
-    """Remove segments that disagree with the model of the largest consistent part.
-
-    Least trimmed squares (Rousseeuw and Van Driessen 1999): from several starts, fits are repeated on the half of each
-    contact mode's segments that the previous fit explained best, until this half is constant. The best of these fits
-    may explain far more than half. If a quarter is explained four times better, most of the log is disturbed, and the
-    quarter is used instead. Segments are rejected if their chi^2 per equation exceeds `INCONSISTENT` times the median
-    of this part, for example due to a payload, a moving base or a guiding hand. Undisturbed logs reach 17 times. Only
-    this part is used for the delay, because a delay partly explains any disturbance.
-    """
-    counts = np.array([each.count for each in groups])
-    modes = np.unique([each.part.standing for each in groups], axis=0, return_inverse=True)[1]
-    products = np.stack([_product([each.whitened(components)]) for each in groups])
-
-    def sizes(own: NDArray[np.int64]) -> Array:
-        """Compute each segment's chi^2 per equation for the fit to some segments."""
-        values = _fitted(products[own].sum(axis=0), model, precision)
-        return np.asarray((products @ values) @ values / np.maximum(counts, 1))
-
-    def share(size: Array, parts: int) -> NDArray[np.int64]:
-        """Select the fraction 1 / `parts` of each contact mode's segments that the fit explains best."""
-        each = [np.flatnonzero(modes == mode) for mode in np.unique(modes)]
-        return np.sort(
-            np.concatenate([own[np.argsort(size[own], kind="stable")[: -(-len(own) // parts)]] for own in each])
-        )
-
-    everything = np.arange(len(groups))
-    first = sizes(everything)
-    if first.max() < 3.0:  # relative to the errors of a good model
-        return groups
-    random, few = np.random.default_rng(0), max(3, len(groups) // 6)
-
-    def best_explained(parts: int) -> tuple[float, NDArray[np.int64], Array]:
-        """Find the part that one model explains best: its mean chi^2, its segments, and the chi^2 of all segments."""
-        found = []
-        starts = [share(first, parts), *(random.permutation(everything)[:few] for _ in range(11))]
-        for own in [*starts, *np.array_split(everything, 6)]:  # a disturbance leaves some of the last six alone
-            for _ in range(MOST_ROUNDS):
-                size = sizes(own)
-                before, own = own, share(size, parts)
-                if np.array_equal(before, own):
-                    break
-            found.append((float(size[own].mean()), own, size))
-        return min(found, key=lambda each: each[0])
-
-    least, chosen, size = best_explained(2)
-    if least > 1.5 and len(groups) >= ENOUGH_FOR_QUARTERS:
-        quarter = best_explained(4)
-        least, chosen, size = quarter if 4 * quarter[0] < least else (least, chosen, size)
-    far = ~np.isin(everything, chosen) if half_alone else size > INCONSISTENT * np.median(size[chosen])
-    return [
-        replace(each, part=replace(each.part, set_aside=np.ones(len(each.part.time), dtype=bool))) if aside else each
-        for each, aside in zip(groups, far, strict=True)
-    ]
-
-
-def _undisturbed(
-    groups: list[Groups], model: ModelCorrections, components: VarianceComponents, precision: Array
-) -> list[Groups]:
-    """Remove windows that a robust fit does not explain, because most segments may contain pushes.
-
-    The weight of a group with a chi^2 above the median is reduced by their ratio (Holland and Welsch 1977).
-    """
-    whitened = [each.whitened(components) for each in groups]
-    weighted = whitened
-    used = np.concatenate([each.of_windows(each.part.used).any(axis=1) for each in groups])
-    for number in range(2 * ROUNDS):
-        values = _fitted(_product(weighted), model, precision)
-        sizes = [np.mean((each @ values) ** 2, axis=1) for each in whitened]
-        usual = np.median(np.concatenate(sizes)[used])
-        if not number and max(size.max(initial=0.0) for size in sizes) < INCONSISTENT * usual:
-            return groups
-        weighted = [
-            each / np.sqrt(np.maximum(size / usual, 1.0))[:, None, None]
-            for each, size in zip(whitened, sizes, strict=True)
-        ]
-    return without_outliers(_residuals(groups, values), components)
-
-
-def _residuals(groups: list[Groups], values: Array) -> list[tuple[Groups, Array]]:
-    """Compute the residuals, shape (g, b), of the groups' equations at values, shape (D + 1,), the last being -1."""
-    return [(each, -each.design @ values) for each in groups]
 
 
 def _groups(

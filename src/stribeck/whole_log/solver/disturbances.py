@@ -1,0 +1,102 @@
+"""Segments and windows of the pilot that disagree with the rest of the log (docs/estimator-fit.md, "Outliers")."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.base.typing import Array
+from stribeck.whole_log.constants import MOST_ROUNDS, ROUNDS
+from stribeck.whole_log.model.corrections import ModelCorrections
+from stribeck.whole_log.noise.likelihood import Groups
+from stribeck.whole_log.noise.outliers import INCONSISTENT, without_outliers
+from stribeck.whole_log.noise.variance_components import VarianceComponents
+from stribeck.whole_log.solver.linear_fit import fitted, product_of, residuals
+
+ENOUGH_FOR_QUARTERS = 24
+"""Fewest segments of a pilot that is searched for a consistent quarter [1]: six, more than their own fit explains."""
+
+
+def consistent(
+    groups: list[Groups],
+    model: ModelCorrections,
+    components: VarianceComponents,
+    precision: Array,
+    half_alone: bool,
+) -> list[Groups]:
+    """Remove segments that disagree with the model of the largest consistent part.
+
+    Least trimmed squares (Rousseeuw and Van Driessen 1999): from several starts, fits are repeated on the half of each
+    contact mode's segments that the previous fit explained best, until this half is constant. The best of these fits
+    may explain far more than half. If a quarter is explained four times better, most of the log is disturbed, and the
+    quarter is used instead. Segments are rejected if their chi^2 per equation exceeds `INCONSISTENT` times the median
+    of this part, for example due to a payload, a moving base or a guiding hand. Undisturbed logs reach 17 times. Only
+    this part is used for the delay, because a delay partly explains any disturbance.
+    """
+    counts = np.array([each.count for each in groups])
+    modes = np.unique([each.part.standing for each in groups], axis=0, return_inverse=True)[1]
+    products = np.stack([product_of([each.whitened(components)]) for each in groups])
+
+    def sizes(own: NDArray[np.int64]) -> Array:
+        """Compute each segment's chi^2 per equation for the fit to some segments."""
+        values = fitted(products[own].sum(axis=0), model, precision)
+        return np.asarray((products @ values) @ values / np.maximum(counts, 1))
+
+    def share(size: Array, parts: int) -> NDArray[np.int64]:
+        """Select the fraction 1 / `parts` of each contact mode's segments that the fit explains best."""
+        each = [np.flatnonzero(modes == mode) for mode in np.unique(modes)]
+        return np.sort(
+            np.concatenate([own[np.argsort(size[own], kind="stable")[: -(-len(own) // parts)]] for own in each])
+        )
+
+    everything = np.arange(len(groups))
+    first = sizes(everything)
+    if first.max() < 3.0:  # relative to the errors of a good model
+        return groups
+    random, few = np.random.default_rng(0), max(3, len(groups) // 6)
+
+    def best_explained(parts: int) -> tuple[float, NDArray[np.int64], Array]:
+        """Find the part that one model explains best: its mean chi^2, its segments, and the chi^2 of all segments."""
+        found = []
+        starts = [share(first, parts), *(random.permutation(everything)[:few] for _ in range(11))]
+        for own in [*starts, *np.array_split(everything, 6)]:  # a disturbance leaves some of the last six alone
+            for _ in range(MOST_ROUNDS):
+                size = sizes(own)
+                before, own = own, share(size, parts)
+                if np.array_equal(before, own):
+                    break
+            found.append((float(size[own].mean()), own, size))
+        return min(found, key=lambda each: each[0])
+
+    least, chosen, size = best_explained(2)
+    if least > 1.5 and len(groups) >= ENOUGH_FOR_QUARTERS:
+        quarter = best_explained(4)
+        least, chosen, size = quarter if 4 * quarter[0] < least else (least, chosen, size)
+    far = ~np.isin(everything, chosen) if half_alone else size > INCONSISTENT * np.median(size[chosen])
+    return [
+        replace(each, part=replace(each.part, set_aside=np.ones(len(each.part.time), dtype=bool))) if aside else each
+        for each, aside in zip(groups, far, strict=True)
+    ]
+
+
+def undisturbed(
+    groups: list[Groups], model: ModelCorrections, components: VarianceComponents, precision: Array
+) -> list[Groups]:
+    """Remove windows that a robust fit does not explain, because most segments may contain pushes.
+
+    The weight of a group with a chi^2 above the median is reduced by their ratio (Holland and Welsch 1977).
+    """
+    whitened = [each.whitened(components) for each in groups]
+    weighted = whitened
+    used = np.concatenate([each.of_windows(each.part.used).any(axis=1) for each in groups])
+    for number in range(2 * ROUNDS):
+        values = fitted(product_of(weighted), model, precision)
+        sizes = [np.mean((each @ values) ** 2, axis=1) for each in whitened]
+        usual = np.median(np.concatenate(sizes)[used])
+        if not number and max(size.max(initial=0.0) for size in sizes) < INCONSISTENT * usual:
+            return groups
+        weighted = [
+            each / np.sqrt(np.maximum(size / usual, 1.0))[:, None, None]
+            for each, size in zip(whitened, sizes, strict=True)
+        ]
+    return without_outliers(residuals(groups, values), components)
