@@ -13,7 +13,7 @@ from stribeck.friction import get_law
 from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
 from stribeck.methods.whole_log import WholeLog, identify_whole_log
-from stribeck.whole_log import estimate
+from stribeck.whole_log import reading
 from stribeck.whole_log.solver.pilot import pilot_places
 from stribeck_simulation.sensors.measure import with_noise
 
@@ -151,7 +151,7 @@ def test_segments_of_every_contact_mode_are_in_the_pilot() -> None:
 def test_of_a_long_log_evenly_spread_segments_are_read(
     arm: Robot, exact: RobotLog, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(estimate, "MOST_SEGMENTS", 6)
+    monkeypatch.setattr(reading, "MOST_SEGMENTS", 6)
     found = whole_log(exact, arm)
     assert found.fit.segments == 6 + len(found.fit.held_out) < found.fit.of_segments
     assert (

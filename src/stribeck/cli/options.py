@@ -43,7 +43,7 @@ Exclude = Annotated[
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Overwrite existing outputs.")]
 Law = Annotated[str | None, _choice("NAME", "Friction law", LAW_NAMES, "auto")]
-Method = Annotated[str | None, _choice("NAME", "Estimation method", METHOD_NAMES, "whole-log")]
+Method = Annotated[str | None, _choice("NAME", "Estimation method", METHOD_NAMES, METHOD_NAMES[0])]
 Format = Annotated[str, _choice("FORMAT", "Format", FORMATS)]
 Samples = Annotated[int | None, typer.Option(metavar="N", help="Draw N models from the uncertainty of the result.")]
 Ranges = Annotated[bool, typer.Option("--ranges", help="Write 95 % ranges for domain randomization.")]
