@@ -141,8 +141,8 @@ def connect(store: str | Path) -> duckdb.DuckDBPyConnection:
     Returns
     -------
     connection
-        DuckDB connection with the views `logs`, `joints`, `curves`, `parameters`, `corrections` and `findings`. Of a
-        log that was identified again, with other settings, they have the newest row.
+        DuckDB connection with the views `logs`, `joints`, `curves`, `parameters`, `corrections` and `findings`. A
+        log that was identified again, for instance with other settings, has only its newest row there.
 
     Raises
     ------

@@ -23,16 +23,27 @@ ALPHA = 0.05
 
 
 @dataclass(frozen=True, kw_only=True)
-class TypeFriction:
+class _AtSpeed:
+    """Joint, speed [rad/s] or [m/s], and unit of the friction."""
+
+    joint: str
+    velocity: float
+    unit: str
+
+    @property
+    def speed(self) -> str:
+        """Speed with its unit, e.g. "0.5 rad/s"."""
+        return speed_text(self.velocity, self.unit)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TypeFriction(_AtSpeed):
     """Friction of a joint of this robot type at one speed.
 
     `friction` has the standard error `standard_error`; `robot_spread` and `log_spread` are standard deviations from
     robot to robot and from log to log of one robot [N m], [N].
     """
 
-    joint: str
-    velocity: float
-    unit: str
     friction: float
     standard_error: float
     robot_spread: float
@@ -42,13 +53,10 @@ class TypeFriction:
 
 
 @dataclass(frozen=True, kw_only=True)
-class OddRobot:
+class OddRobot(_AtSpeed):
     """Robot whose joint differs from the type: its friction at `velocity`, that of the others, and their spread."""
 
     robot: str
-    joint: str
-    velocity: float
-    unit: str
     friction: float
     usual: float
     spread: float
@@ -56,22 +64,19 @@ class OddRobot:
     @property
     def line(self) -> str:
         """One line, e.g. "R7 elbow: 2.41 N m at 0.5 rad/s, where the others have 1.20 ± 0.06 N m"."""
-        own = f"{self.friction:.3g} {self.unit} at {speed_text(self.velocity, self.unit)}"
+        own = f"{self.friction:.3g} {self.unit} at {self.speed}"
         others = f"where the others have {self.usual:.3g} ± {self.spread:.2g} {self.unit}"
         return f"{self.robot} {self.joint}: {own}, {others}"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Alarm:
+class Alarm(_AtSpeed):
     """Change of a joint's friction: first log with it and its start, and the log in which it was seen.
 
     `before` and `after` are the friction at `velocity`; `standard_error` is that of their difference.
     """
 
     robot: str
-    joint: str
-    velocity: float
-    unit: str
     start: datetime
     log: str
     seen: str
@@ -84,7 +89,7 @@ class Alarm:
         """One line, e.g. "R3 elbow: 1.20 -> 1.61 ± 0.04 N m at 0.5 rad/s since 2026-03-01 (log_17.npz)"."""
         change = f"{self.before:.3g} -> {self.after:.3g} ± {1.96 * self.standard_error:.2g} {self.unit}"
         when = f"since {self.start:%Y-%m-%d} ({Path(self.log).name})"
-        return f"{self.robot} {self.joint}: {change} at {speed_text(self.velocity, self.unit)} {when}"
+        return f"{self.robot} {self.joint}: {change} at {self.speed} {when}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,8 +123,7 @@ class Trends:
         for each in self.friction:
             spreads = f"robots {each.robot_spread:.2g}, logs {each.log_spread:.2g}"
             lines.append(
-                f"  {each.joint}  {each.friction:.3g} {each.unit} at {speed_text(each.velocity, each.unit)}; "
-                f"standard deviations: {spreads}"
+                f"  {each.joint}  {each.friction:.3g} {each.unit} at {each.speed}; standard deviations: {spreads}"
             )
         lines += [f"stands out: {each.line}" for each in self.odd]
         lines += [f"changed: {each.line}" for each in self.alarms] or ["no joint changed"]

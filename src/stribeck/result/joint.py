@@ -171,12 +171,12 @@ class JointResult:
 
     @property
     def slides(self) -> bool:
-        """Whether the joint is prismatic, as far as its units tell."""
+        """Whether the units of the result are those of a prismatic joint."""
         units = {*(point.unit for point in self.curve), *(own.unit for own in self.parameters.values())}
         return any(unit in ("N", "m") or unit.endswith("s/m") for unit in units)
 
     def units(self, prismatic: bool | None = None) -> tuple[str, str]:
-        """Return the units of velocity and torque; those of the result tell whether it is prismatic unless given."""
+        """Return the units of velocity and torque; `prismatic` is by default as in `slides`."""
         slides = self.slides if prismatic is None else prismatic
         return "m/s" if slides else "rad/s", self.torque_unit or ("N" if slides else "N m")
 

@@ -80,7 +80,7 @@ class Pilot:
 
     @property
     def late(self) -> tuple[float, float]:
-        """Remaining delay of the torques, and its standard error [s]; None if the delay is not corrected."""
+        """Remaining delay of the torques, and its standard error [s]; zeros if the delay is not corrected."""
         own = len(self.precision) + self.model.layout.places("delays")[:1]
         variance = self.prediction.covariance[own, own]
         return float(self.prediction.values[own].sum()), float(np.sqrt(variance).sum())
