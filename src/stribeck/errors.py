@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches
+from importlib.util import find_spec
 
 
 class StribeckError(Exception):
@@ -81,6 +82,12 @@ class NothingIdentifiedError(StribeckError):
     """
 
     exit_code = 3
+
+
+def require_extra(extra: str, *packages: str) -> None:
+    """Raise SettingsError if packages of an optional dependency group are not installed."""
+    if missing := [name for name in packages if find_spec(name) is None]:
+        raise SettingsError(f"{extra} needs {' and '.join(missing)}: pip install 'stribeck[{extra}]'")
 
 
 def did_you_mean(word: str, valid: Iterable[str]) -> str:

@@ -51,6 +51,7 @@ def _rows(robot: int, friction: np.ndarray) -> pa.Table:
         "low": friction.ravel() - 1.96 * error,
         "high": friction.ravel() + 1.96 * error,
         "unit": np.full(logs * count, "N m"),
+        "speed_unit": np.full(logs * count, "rad/s"),
     }
     arrays = [pa.array(parts[name], kind) for name, kind in TABLES["curves"].items()]
     curves = pa.StructArray.from_arrays(arrays, fields=list(SCHEMA.field("curves").type.value_type))

@@ -1,16 +1,18 @@
 """A store of many logs: what is done once, what fails, what is interrupted, and what the tables hold."""
 
-import json
 import os
 import shutil
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import duckdb
+import numpy as np
 import polars
 import pytest
 from tests.arm import arm_log, save_npz, write_arm
@@ -78,6 +80,8 @@ def test_tables_contain_what_results_contain(logs: Path, store: Path) -> None:
     ):
         assert low < friction < high
         assert friction == pytest.approx(float(result.joints[joint].friction(velocity)), rel=0.05)
+    units = rows(store, "SELECT DISTINCT unit, speed_unit FROM curves WHERE joint = 'slide'")
+    assert units == [("N", "m/s")]
     assert rows(store, "SELECT robot, count(*) FROM logs GROUP BY 1 ORDER BY 1") == [("R0", 3), ("R1", 3)]
 
 
@@ -121,45 +125,72 @@ def test_logs_that_fail_are_rows_and_stop_no_other(logs: Path, tmp_path: Path) -
 def test_backends_give_the_same_store(logs: Path, store: Path, tmp_path: Path, backend: str) -> None:
     if backend != "loky":
         pytest.importorskip({"ray": "ray", "dask": "distributed"}[backend])
-    done = subprocess.run(
-        command(
-            logs / "logs", "-r", logs / "robot.toml", "-o", tmp_path / "s", "--jobs", 2, "--backend", backend, "--json"
-        ),
-        capture_output=True,
+    assert run_fleet(all_jobs(logs), tmp_path / "s", workers=2, backend=backend).counts == {"identified": 6}
+    assert rows(tmp_path / "s") == rows(store)
+
+
+@contextmanager
+def running(logs: Path, store: Path, done: int, *options: object) -> Iterator[subprocess.Popen[str]]:
+    """Start a run in a session of its own, and wait until the store has some rows."""
+    with subprocess.Popen(
+        command(logs / "logs", "-r", logs / "robot.toml", "-o", store, "--jobs", 2, *options),
+        stderr=subprocess.PIPE,
         text=True,
-        check=True,
-    )
-    assert json.loads(done.stdout)["counts"] == {"identified": 6}
+        start_new_session=True,
+    ) as run:
+        while not (store / ".lock").exists() or len(list(store.glob("robot=*/*.parquet"))) < done:
+            assert run.poll() is None
+            time.sleep(0.02)
+        yield run
+
+
+def test_an_interrupted_run_ends_with_a_line(logs: Path, tmp_path: Path) -> None:
+    with running(logs, tmp_path / "s", 0) as run:
+        run.send_signal(signal.SIGINT)
+        assert "interrupted" in run.communicate()[1]
+    assert run.returncode == 130
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(10))
+def test_a_killed_run_is_resumed(logs: Path, store: Path, tmp_path: Path, seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    with running(logs, tmp_path / "s", int(generator.integers(6))) as run:
+        time.sleep(generator.uniform(0, 0.3))
+        run.kill()
+    while True:  # workers of the killed run may still end their logs
+        with suppress(SettingsError):
+            run_fleet(all_jobs(logs), tmp_path / "s", workers=1)
+            break
+        time.sleep(0.1)
     assert rows(tmp_path / "s") == rows(store)
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seconds", [2.0, 3.5])
-def test_a_killed_run_is_resumed(logs: Path, store: Path, tmp_path: Path, seconds: float) -> None:
-    start = command(logs / "logs", "-r", logs / "robot.toml", "-o", tmp_path / "s", "--jobs", 2)
-    with subprocess.Popen(start, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True) as run:
-        time.sleep(seconds)
-        run.kill()
-    deadline = time.monotonic() + 30
-    while True:  # workers of the killed run may still end their logs
-        try:
-            with locked(tmp_path / "s"):
-                break
-        except SettingsError:
-            assert time.monotonic() < deadline
-            time.sleep(0.1)
-    subprocess.run(start, check=True, stdout=subprocess.DEVNULL)
+def test_a_lost_worker_ends_a_run_that_can_be_repeated(logs: Path, store: Path, tmp_path: Path) -> None:
+    with running(logs, tmp_path / "s", 2) as run:
+        children = Path(f"/proc/{run.pid}/task/{run.pid}/children").read_text().split()
+        worker = next(pid for pid in children if "LokyProcess" in Path(f"/proc/{pid}/cmdline").read_text())
+        os.kill(int(worker), signal.SIGKILL)
+        assert "a worker of loky was lost (TerminatedWorkerError); repeat the command" in run.communicate()[1]
+    assert run.returncode == 2
+    run_fleet(all_jobs(logs), tmp_path / "s", workers=1)
     assert rows(tmp_path / "s") == rows(store)
 
 
-def test_an_interrupted_run_ends_with_a_line(logs: Path, tmp_path: Path) -> None:
-    start = command(logs / "logs", "-r", logs / "robot.toml", "-o", tmp_path / "s", "--jobs", 2)
-    with subprocess.Popen(start, stderr=subprocess.PIPE, text=True, start_new_session=True) as run:
-        time.sleep(2)
-        run.send_signal(signal.SIGINT)
-        assert run.stderr is not None
-        assert "interrupted" in run.stderr.read()
-    assert run.returncode == 130
+@pytest.mark.long
+def test_a_lost_ray_node_ends_a_run_that_can_be_repeated(
+    logs: Path, store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cluster = pytest.importorskip("ray.cluster_utils").Cluster(initialize_head=True, head_node_args={"num_cpus": 1})
+    node = cluster.add_node(num_cpus=1)
+    monkeypatch.setenv("RAY_ADDRESS", cluster.address)
+    with running(logs, tmp_path / "s", 2, "--backend", "ray") as run:
+        cluster.remove_node(node)
+        assert "a worker of ray was lost" in run.communicate()[1]
+    run_fleet(all_jobs(logs), tmp_path / "s", backend="ray")
+    cluster.shutdown()
+    assert rows(tmp_path / "s") == rows(store)
 
 
 def test_compaction_keeps_every_row_and_readers(logs: Path, store: Path, tmp_path: Path) -> None:
@@ -241,6 +272,10 @@ def test_logs_are_found_by_globs_and_urls(logs: Path, tmp_path: Path) -> None:
     memory.put(str(logs / "logs/R0/log_0.npz"), "/plant/R9/log.npz")
     jobs = jobs_of_logs(["memory://plant"], logs / "robot.toml")
     assert [(job.log, job.robot) for job in jobs] == [("memory:///plant/R9/log.npz", "R9")]
-    assert run_fleet(jobs, tmp_path / "s", workers=1).counts == {"identified": 1}
+    memory.mv("/plant/R9/log.npz", "/plant/moved.npz")
+    assert run_fleet(jobs, tmp_path / "s", workers=1).counts == {"refused": 1}
+    memory.mv("/plant/moved.npz", "/plant/R9/log.npz")
+    assert run_fleet(jobs, tmp_path / "s", workers=1, again=True).counts == {"identified": 1}
+    assert len(rows(tmp_path / "s")) == 1
     with pytest.raises(LogError, match="has no log"):
         jobs_of_logs([str(tmp_path / "nowhere")], logs / "robot.toml")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json as json_format
 import sys
 from dataclasses import asdict
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,7 +13,7 @@ import typer
 from stribeck.base.outputs import check_outputs
 from stribeck.cli import console, options
 from stribeck.cli.values import REPORT
-from stribeck.errors import SettingsError
+from stribeck.errors import SettingsError, require_extra
 
 if TYPE_CHECKING:
     from stribeck.fleet.run import FleetRun
@@ -48,7 +47,7 @@ def fleet(
     Logs that the store has are skipped, so an interrupted run continues where it stopped. Without a manifest, the
     folder of a log is its robot's id.
     """
-    _require_fleet()
+    require_extra("fleet", "joblib", "duckdb", "fsspec")
     from stribeck.fleet.jobs import jobs_of_logs, jobs_of_manifest
     from stribeck.fleet.run import run_fleet
     from stribeck.fleet.store import compact
@@ -94,7 +93,7 @@ def trends(
 
     Also prints the friction of the robot type.
     """
-    _require_fleet()
+    require_extra("fleet", "joblib", "duckdb", "fsspec")
     from stribeck.fleet.report import write_trends
     from stribeck.fleet.trends import find_trends
 
@@ -108,9 +107,3 @@ def trends(
     elif not quiet:
         typer.echo(found.summary())
         console.print_paths([output / REPORT] if output else [])
-
-
-def _require_fleet() -> None:
-    missing = [name for name in ("joblib", "duckdb", "fsspec") if find_spec(name) is None]
-    if missing:
-        raise SettingsError(f"fleet: {missing[0]} is not installed; expected it: pip install 'stribeck[fleet]'")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,7 +11,7 @@ import typer
 from stribeck.base.outputs import check_outputs, staged_folder
 from stribeck.cli import console, options
 from stribeck.cli.values import REPORT, RESULT, TABLE
-from stribeck.errors import SettingsError
+from stribeck.errors import SettingsError, require_extra
 
 if TYPE_CHECKING:
     from stribeck.result import Result
@@ -27,7 +26,7 @@ def simulate(
     quiet: options.Quiet = False,
 ) -> None:
     """Simulate a robot: write a log and its ground truth."""
-    _require_simulation()
+    require_extra("simulation", "mujoco", "daqp")
     from stribeck_simulation.files import truth_file, write_simulated
     from stribeck_simulation.run import run_scenario
     from stribeck_simulation.scenario import read_scenario
@@ -49,7 +48,7 @@ def demo(
     quiet: options.Quiet = False,
 ) -> None:
     """Identify a simulated walking humanoid, compare with truth."""
-    _require_simulation()
+    require_extra("simulation", "mujoco", "daqp")
     from stribeck.pipeline import identify as run
     from stribeck.report import write_report
     from stribeck.robot import Robot
@@ -69,13 +68,6 @@ def demo(
     if not quiet:
         console.print_truth(result, example.parameters)
         console.print_paths([output / name for name in (example.log.name, RESULT, TABLE, REPORT)])
-
-
-def _require_simulation() -> None:
-    """Raise SettingsError if the packages of the extra `simulation` are not installed."""
-    missing = [name for name in ("mujoco", "daqp") if find_spec(name) is None]
-    if missing:
-        raise SettingsError(f"simulation needs {' and '.join(missing)}: pip install 'stribeck[simulation]'")
 
 
 def _moved(result: Result, staging: str, output: str) -> Result:

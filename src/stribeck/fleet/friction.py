@@ -17,6 +17,21 @@ COMMON = 0.8
 """Share of a joint's logs that reach a followed speed [1], at least."""
 
 
+@dataclass(frozen=True)
+class Channel:
+    """Joint and speed at which its friction is followed, with their units."""
+
+    joint: str
+    velocity: float
+    unit: str
+    speed_unit: str
+
+    @property
+    def speed(self) -> str:
+        """Speed with its unit, e.g. "0.5 rad/s"."""
+        return f"{self.velocity:g} {self.speed_unit}"
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Fleet:
     """Friction of N logs, sorted by robot and start, in C channels: joints, each at some speeds.
@@ -26,7 +41,7 @@ class Fleet:
     robots, start, log
         Robot id, start and path of each log, shape (N,).
     channels
-        Joint, speed and unit of each channel.
+        Joint and speed of each column.
     friction, error
         Friction and its standard error [N m], shape (N, C); NaN where a log has none.
     """
@@ -34,7 +49,7 @@ class Fleet:
     robots: NDArray[np.str_]
     start: NDArray[np.datetime64]
     log: NDArray[np.object_]
-    channels: list[tuple[str, float, str]]
+    channels: list[Channel]
     friction: Array
     error: Array
 
@@ -44,23 +59,19 @@ class Fleet:
         return np.log(np.where(self.friction > 0, self.friction, np.nan))
 
 
-def speed_text(velocity: float, unit: str) -> str:
-    """Format the speed at which friction has a unit, e.g. "0.5 rad/s"."""
-    return f"{velocity:g} {'m/s' if unit in ('N', 'm') else 'rad/s'}"
-
-
 def read_fleet(store: str | Path) -> Fleet:
     """Read the friction of all logs at the speeds that most of them reach."""
-    speeds = f"""
-        WITH counts AS (SELECT joint, velocity, unit, count(*) AS n FROM curves GROUP BY joint, velocity, unit),
+    speeds = f"""CREATE TEMP TABLE channel AS
+        WITH counts AS (SELECT joint, velocity, unit, speed_unit, count(*) AS n FROM curves GROUP BY ALL),
         usual AS (SELECT *, row_number() OVER (PARTITION BY joint ORDER BY velocity) AS k,
                          count(*) OVER (PARTITION BY joint) AS m
                   FROM counts QUALIFY n >= {COMMON} * max(n) OVER (PARTITION BY joint))
-        SELECT joint, velocity, unit FROM usual
-        WHERE m <= {CHANNELS} OR k IN (1, (m + 1) // 2, m) ORDER BY joint, velocity"""
+        SELECT joint, velocity, unit, speed_unit, row_number() OVER (ORDER BY joint, velocity) - 1 AS c FROM usual
+        WHERE m <= {CHANNELS} OR k IN (1, (m + 1) // 2, m)"""
     with connect(store) as connection:
         connection.execute("SET memory_limit = '1GB'; SET preserve_insertion_order = false")
-        channels = connection.execute(speeds).fetchall()
+        connection.execute(speeds)
+        channels = connection.execute("SELECT * EXCLUDE c FROM channel ORDER BY c").fetchall()
         if not channels:
             raise NothingIdentifiedError(
                 f"{store}: has no log with the friction of a joint; run `stribeck fleet` first"
@@ -69,14 +80,10 @@ def read_fleet(store: str | Path) -> Fleet:
             "CREATE TEMP TABLE place AS SELECT key, robot, start, log, "
             f"row_number() OVER (ORDER BY robot, start, log) - 1 AS n FROM logs WHERE status = '{IDENTIFIED}'"
         )
-        connection.execute("CREATE TEMP TABLE channel (joint VARCHAR, velocity DOUBLE, unit VARCHAR, c INTEGER)")
-        connection.executemany(
-            "INSERT INTO channel VALUES (?, ?, ?, ?)", [(*each, c) for c, each in enumerate(channels)]
-        )
         logs = connection.execute("SELECT robot, start, log FROM place ORDER BY n").fetchnumpy()
         connection.execute(
             "CREATE TEMP TABLE point AS SELECT n, c, friction, standard_error FROM curves "
-            "JOIN channel USING (joint, velocity, unit) JOIN place USING (key, robot)"
+            "JOIN channel USING (joint, velocity, unit, speed_unit) JOIN place USING (key, robot)"
         )
         found = np.full((2, len(logs["robot"]), len(channels)), np.nan)
         for channel in range(len(channels)):  # all at once would take several gigabytes
@@ -88,7 +95,7 @@ def read_fleet(store: str | Path) -> Fleet:
         robots=np.array(logs["robot"], dtype=str),
         start=np.array(logs["start"], dtype="datetime64[us]"),
         log=np.array(logs["log"], dtype=object),
-        channels=channels,
+        channels=[Channel(*each) for each in channels],
         friction=found[0],
         error=found[1],
     )

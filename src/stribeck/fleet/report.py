@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 
-from stribeck.fleet.friction import speed_text
 from stribeck.fleet.trends import Trends
 from stribeck.report.charts import Chart, axis, density, line, robust_limits
 from stribeck.report.page import Section, render, write_page
@@ -20,7 +19,7 @@ def write_trends(found: Trends, path: str | Path) -> None:
     shown = {(each.robot, each.joint): "ink" for each in found.odd} | {
         (each.robot, each.joint): "law" for each in reversed(found.alarms)
     }
-    for joint in dict.fromkeys(joint for joint, _, _ in found.fleet.channels):
+    for joint in dict.fromkeys(each.joint for each in found.fleet.channels):
         name = f"t{len(charts)}"
         charts[name], caption = _chart(
             found, joint, {robot: colour for (robot, of), colour in shown.items() if of == joint}
@@ -39,16 +38,16 @@ def write_trends(found: Trends, path: str | Path) -> None:
 def _chart(found: Trends, joint: str, shown: dict[str, str]) -> tuple[Chart, str]:
     """Draw the friction of a joint over the days since the first log, at the speed of its largest change."""
     fleet = found.fleet
-    own = [channel for channel, (of, _, _) in enumerate(fleet.channels) if of == joint]
+    own = [channel for channel, each in enumerate(fleet.channels) if each.joint == joint]
     alarms = [each for each in found.alarms if each.joint == joint]
-    wanted = [channel for channel in own if alarms and fleet.channels[channel][1] == alarms[0].velocity]
+    wanted = [channel for channel in own if alarms and fleet.channels[channel].velocity == alarms[0].velocity]
     channel = wanted[0] if wanted else own[len(own) // 2]
-    _, velocity, unit = fleet.channels[channel]
+    at = fleet.channels[channel]
     day = (fleet.start - fleet.start.min()) / DAY
     friction = fleet.friction[:, channel]
     known = np.flatnonzero(np.isfinite(friction))
     lines = []
-    spread = next(each.log_spread for each in found.friction if (each.joint, each.velocity) == (joint, velocity))
+    spread = next(each.log_spread for each in found.friction if (each.joint, each.velocity) == (joint, at.velocity))
     for robot, colour in list(shown.items())[:SHOWN]:
         logs = np.flatnonzero((fleet.robots == robot) & np.isfinite(friction))
         half = 1.96 * spread * np.array([[-1.0], [1.0]])
@@ -58,9 +57,9 @@ def _chart(found: Trends, joint: str, shown: dict[str, str]) -> tuple[Chart, str
     limits = robust_limits(friction[known], share=0.0, margin=0.15)
     chart = {
         "x": axis("days since the first log [d]", days),
-        "y": axis(f"friction [{unit}]", limits),
+        "y": axis(f"friction [{at.unit}]", limits),
         "images": [density(day[known], friction[known], days, limits)],
         "lines": lines,
         "marks": [float((np.datetime64(each.start.replace(tzinfo=None)) - fleet.start.min()) / DAY) for each in alarms],
     }
-    return chart, f"{joint} at {speed_text(velocity, unit)}"
+    return chart, f"{joint} at {at.speed}"

@@ -5,13 +5,12 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 
 import joblib
 
 from stribeck.base.version import __version__
-from stribeck.errors import SettingsError
+from stribeck.errors import SettingsError, StribeckError, require_extra
 from stribeck.fleet.jobs import Job
 from stribeck.fleet.store import IDENTIFIED, connect, locked
 from stribeck.fleet.worker import Limits, Outcome, robot_hash, work
@@ -69,6 +68,8 @@ def run_fleet(
         If a robot file is wrong.
     SettingsError
         If the backend is unknown or not installed, or another run writes to the store.
+    StribeckError
+        If a worker or its machine is lost. The store has the logs that are done.
     """
     place, outcomes = Path(store).absolute(), list[Outcome]()
     hashes = {file: robot_hash(file) for file in {job.robot_file for job in jobs}}
@@ -78,9 +79,15 @@ def run_fleet(
         with _engine(backend, workers) if todo else nullcontext():
             kind = "list" if backend == "ray" else "generator_unordered"  # Ray's joblib backend has no generators
             tasks = [joblib.delayed(work)(job, place, hashes[job.robot_file], limits, again) for job in todo]
-            for outcome in joblib.Parallel(return_as=kind, batch_size=1)(tasks):
-                outcomes.append(outcome)
-                progress(f"{len(outcomes)} of {len(todo)} logs", len(outcomes) / len(todo))
+            try:
+                for outcome in joblib.Parallel(return_as=kind, batch_size=1)(tasks):
+                    outcomes.append(outcome)
+                    progress(f"{len(outcomes)} of {len(todo)} logs", len(outcomes) / len(todo))
+            except (StribeckError, OSError):
+                raise
+            except Exception as error:  # each engine has its classes for a lost worker
+                what = f"{store}: a worker of {backend} was lost ({type(error).__name__})"
+                raise StribeckError(f"{what}; repeat the command, which continues with the logs left") from error
     counts = Counter(each.status for each in outcomes) + Counter(known=len(jobs) - len(todo))
     failed = [each for each in outcomes if each.status not in (IDENTIFIED, "known")]
     return FleetRun(counts=dict(counts), failed=sorted(failed, key=lambda each: each.log))
@@ -106,9 +113,8 @@ def _engine(backend: str, workers: int) -> Iterator[None]:
     """Let joblib use a backend inside."""
     if backend not in BACKENDS:
         raise SettingsError(f"backend: found '{backend}', expected one of {', '.join(BACKENDS)}")
-    if find_spec(BACKENDS[backend]) is None:
-        extra = "fleet" if backend == "loky" else backend
-        raise SettingsError(f"backend {backend}: is not installed; expected it: pip install 'stribeck[{extra}]'")
+    if backend != "loky":
+        require_extra(backend, BACKENDS[backend])
     if backend == "ray":
         import ray
         from ray.util.joblib import register_ray
@@ -116,9 +122,11 @@ def _engine(backend: str, workers: int) -> Iterator[None]:
         register_ray()  # type: ignore[no-untyped-call]
         if not ray.is_initialized():
             ray.init(num_cpus=None if workers < 0 or "RAY_ADDRESS" in os.environ else workers, log_to_driver=False)
-        with joblib.parallel_config(backend="ray", n_jobs=workers):
-            yield
-        ray.shutdown()
+        try:
+            with joblib.parallel_config(backend="ray", n_jobs=workers):
+                yield
+        finally:
+            ray.shutdown()
     elif backend == "dask":
         import dask
         from distributed import Client

@@ -32,7 +32,7 @@ TABLES = {
     "joints": {"joint": TEXT, "verdict": TEXT, "reason": TEXT, "samples": COUNT, "top_speed": NUMBER,
                "residual_rms": NUMBER, "torque_r2": NUMBER},
     "curves": {"joint": TEXT, "velocity": NUMBER, "friction": NUMBER, "standard_error": NUMBER, "low": NUMBER,
-               "high": NUMBER, "unit": TEXT},
+               "high": NUMBER, "unit": TEXT, "speed_unit": TEXT},
     "parameters": {"joint": TEXT, "parameter": TEXT, "value": NUMBER, "standard_error": NUMBER, "low": NUMBER,
                    "high": NUMBER, "unit": TEXT, "verdict": TEXT},
     "corrections": {"correction": TEXT, "of": TEXT, "value": NUMBER, "standard_error": NUMBER, "unit": TEXT},
@@ -110,10 +110,11 @@ def _curve(joint: str, found: JointResult) -> Iterator[dict[str, Any]]:
     if not reached or forward is None or backward is None or forward[1] is None:
         return
     half = (forward[1][1] - forward[1][0]) / 2
+    units = dict(zip(("speed_unit", "unit"), found.units(), strict=True))
     for k, velocity in enumerate(reached):
         friction, own = float(forward[0][k] - backward[0][k]) / 2, float(half[k])
         ends = {"standard_error": own / 1.96, "low": friction - own, "high": friction + own}
-        yield {"joint": joint, "velocity": velocity, "friction": friction, "unit": found.curve[0].unit} | ends
+        yield {"joint": joint, "velocity": velocity, "friction": friction} | ends | units
 
 
 def _corrections(result: Result) -> Iterator[dict[str, Any]]:

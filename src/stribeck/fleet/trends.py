@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
 from stribeck.fleet.changes import Change, find_changes
-from stribeck.fleet.friction import Fleet, read_fleet, speed_text
+from stribeck.fleet.friction import Channel, Fleet, read_fleet
 from stribeck.fleet.spreads import log_variance, outliers, reml
 
 ALPHA = 0.05
@@ -23,21 +23,7 @@ ALPHA = 0.05
 
 
 @dataclass(frozen=True, kw_only=True)
-class _AtSpeed:
-    """Joint, speed [rad/s] or [m/s], and unit of the friction."""
-
-    joint: str
-    velocity: float
-    unit: str
-
-    @property
-    def speed(self) -> str:
-        """Speed with its unit, e.g. "0.5 rad/s"."""
-        return speed_text(self.velocity, self.unit)
-
-
-@dataclass(frozen=True, kw_only=True)
-class TypeFriction(_AtSpeed):
+class TypeFriction(Channel):
     """Friction of a joint of this robot type at one speed.
 
     `friction` has the standard error `standard_error`; `robot_spread` and `log_spread` are standard deviations from
@@ -53,7 +39,7 @@ class TypeFriction(_AtSpeed):
 
 
 @dataclass(frozen=True, kw_only=True)
-class OddRobot(_AtSpeed):
+class OddRobot(Channel):
     """Robot whose joint differs from the type: its friction at `velocity`, that of the others, and their spread."""
 
     robot: str
@@ -70,7 +56,7 @@ class OddRobot(_AtSpeed):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Alarm(_AtSpeed):
+class Alarm(Channel):
     """Change of a joint's friction: first log with it and its start, and the log in which it was seen.
 
     `before` and `after` are the friction at `velocity`; `standard_error` is that of their difference.
@@ -178,7 +164,7 @@ def _type_friction(
     fleet: Fleet, channel: int, variance: Array, used: NDArray[np.bool_]
 ) -> tuple[TypeFriction, list[OddRobot]]:
     """Fit the mixed model of one channel by REML, without robots that stand out."""
-    joint, velocity, unit = fleet.channels[channel]
+    place = asdict(fleet.channels[channel])
     robots, which = np.unique(fleet.robots[used], return_inverse=True)
     weight = 1 / variance[used]
     total = np.bincount(which, weight)
@@ -188,9 +174,7 @@ def _type_friction(
     usual, error, spread = reml(mean[kept], 1 / total[kept])
     friction = float(np.exp(usual))
     found = TypeFriction(
-        joint=joint,
-        velocity=velocity,
-        unit=unit,
+        **place,
         friction=friction,
         standard_error=friction * error,
         robot_spread=friction * spread,
@@ -200,10 +184,8 @@ def _type_friction(
     )
     return found, [
         OddRobot(
+            **place,
             robot=str(robots[k]),
-            joint=joint,
-            velocity=velocity,
-            unit=unit,
             friction=float(np.exp(mean[k])),
             usual=friction,
             spread=friction * spread,
@@ -225,23 +207,20 @@ def _alarms(fleet: Fleet, changes: list[Change]) -> list[Alarm]:
     """Make one alarm of the changes of a joint at its speeds; the most significant speed is shown."""
     groups: dict[tuple[str, str], list[list[Change]]] = {}
     for change in sorted(changes, key=lambda each: each.first):
-        own = groups.setdefault((str(fleet.robots[change.first]), fleet.channels[change.channel][0]), [])
+        own = groups.setdefault((str(fleet.robots[change.first]), fleet.channels[change.channel].joint), [])
         if own and change.first <= max(each.seen for each in own[-1]):
             own[-1].append(change)
         else:
             own.append([change])
     found = []
-    for (robot, joint), joined in groups.items():
+    for (robot, _), joined in groups.items():
         for group in joined:
             change = max(group, key=lambda each: abs(each.after - each.before) / each.error)
             seen = min(each.seen for each in group)
-            _, velocity, unit = fleet.channels[change.channel]
             found.append(
                 Alarm(
+                    **asdict(fleet.channels[change.channel]),
                     robot=robot,
-                    joint=joint,
-                    velocity=velocity,
-                    unit=unit,
                     start=fleet.start[change.first].astype(datetime),
                     log=str(fleet.log[change.first]),
                     seen=str(fleet.log[seen]),

@@ -79,8 +79,10 @@ def work(job: Job, store: Path, robot: str, limits: Limits, again: bool) -> Outc
             path = _local(job.log, Path(folder))
             about["sha256"] = sha256(path)
         except OSError as problem:
-            path, about["sha256"], unread = "", "", f"{job.log}: cannot be read ({problem})"
-        about["key"] = key_of(about["sha256"] or job.log, robot, job.robot, __version__)
+            path, about["sha256"], unread = "", job.log, f"{job.log}: cannot be read ({problem})"
+        about["key"], past = (key_of(of, robot, job.robot, __version__) for of in (about["sha256"], job.log))
+        if path:  # it could not be read before, perhaps
+            (store / f"robot={job.robot}" / f"{past}.parquet").unlink(missing_ok=True)
         before = status_of(store, job.robot, about["key"])
         if before == IDENTIFIED or (before and not again):
             return Outcome(log=job.log, status="known")
