@@ -7,7 +7,7 @@ import pytest
 from tests.command_logs import clamped_quadruped, hobby_arm, lerobot_arm
 
 from stribeck import Result, Robot, identify, read_log
-from stribeck.audit.command_delay import with_found_delays
+from stribeck.audit.command_delay import pooled, with_found_delays
 from stribeck.friction_torque.preparation import prepare
 from stribeck.init.answers import draft_robot_file
 
@@ -50,13 +50,29 @@ def test_the_delay_of_commands_is_not_taken_for_viscous_friction(write, log, del
     found = identify(tmp_path / log, tmp_path / "robot.toml")
     assert found.corrections is not None
     for value, error in found.corrections.command_delay.values():
-        assert value == pytest.approx(delay, abs=max(2.5 * error, 1e-3))
+        assert value == pytest.approx(delay, abs=2.5 * error)
+        assert error < 1.2e-3
     identified = [name for name in drives if found.joints[name].verdict == "identified"]
     assert len(identified) >= 0.8 * len(drives)
     if write is lerobot_arm:  # kd is not given: viscous friction includes it
         assert any(finding.check == "drive-damping" for finding in found.findings)
     else:
         assert all(all(covered(found, drives, name)) for name in identified)
+
+
+def test_drives_share_one_delay_unless_their_estimates_differ() -> None:
+    error = np.full(8, 4e-4)
+    same = np.array([8.2, 7.8, 8.4, 7.9, 8.1, 7.6, 8.3, 8.0]) / 1e3
+    for found, wanted, most in (
+        (same, np.full(8, 8e-3), 3e-4),
+        (np.append(same[:7], -5e-3), np.full(8, 8e-3), 3e-4),  # only a wrong model makes a delay negative
+        (np.append(same[:4], same[4:] + 6e-3), 8e-3 + np.repeat([0, 6e-3], 4), 4.5e-4),  # two networks
+    ):
+        delay, spread = pooled(found, error)[1]
+        assert np.all(np.abs(delay - wanted) < 2 * spread)
+        assert np.all(spread < most)
+    delay, spread = pooled(np.append(same[:7], 14e-3), error)[1]
+    assert delay[-1] - 2 * spread[-1] < 8e-3 < 14e-3 < delay[-1] + 2 * spread[-1]
 
 
 def test_a_log_that_no_fit_sees_gets_the_delay_of_the_others(tmp_path: Path) -> None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -70,18 +69,14 @@ def compose(
     correction = None if fitted.robot is robot else _before_and_after(friction, prepared, robot)
     if rough := (log := prepared[0].log).unscaled:
         samples, close_up = (_in_channel_units(part, log) for part in (samples, close_up))
-        if correction:
-            correction = _in_channel_units(correction[0], log), _in_channel_units(correction[1], log)
+        correction = correction and (_in_channel_units(correction[0], log), _in_channel_units(correction[1], log))
         fits |= {name: in_channel_unit(fits[name], gain) for name, gain in rough.items() if name in fits}
-        fitted = replace(fitted, **_divided(fitted, rough))
-    found = _joints(fitted, fits, samples, law, settings)
-    for name, r2 in _torque_r2(fitted, friction, prepared, robot, law).items():
-        if found[name].curve:
-            found[name] = replace(found[name], torque_r2=r2)
-    for name, reached in _position_ranges(prepared, robot).items():
-        if name in found:
-            found[name] = replace(found[name], position_range=reached)
-    joints = {name: found[name] for name in friction.samples.joint_names}
+        fitted = _divided(fitted, rough)
+    r2, ranges = _torque_r2(fitted, friction, prepared, robot, law), _position_ranges(prepared, robot)
+    found = {
+        name: replace(joint, torque_r2=r2.get(name) if joint.curve else None, position_range=ranges.get(name))
+        for name, joint in _joints(fitted, fits, samples, law, settings).items()
+    }
     choices = [
         ("Filter", "; ".join(dict.fromkeys(part.filter_name for part in friction.logs))),
         ("Contact modes from", "; ".join(dict.fromkeys(part.support.source for part in prepared))),
@@ -104,7 +99,7 @@ def compose(
         ),
         law=law.name,
         method=method.name,
-        joints=joints,
+        joints={name: found[name] for name in friction.samples.joint_names},
         couplings={name: CouplingResult(**vars(found[name]), joints=own) for name, own in couplings.items()},
         findings=findings,
         warnings=[str(finding) for finding in findings],
@@ -131,7 +126,7 @@ def _in_channel_units(samples: FrictionSamples, log: RobotLog) -> FrictionSample
     )
 
 
-def _divided(fitted: Fitted, rough: Mapping[str, float]) -> dict[str, Any]:
+def _divided(fitted: Fitted, rough: Mapping[str, float]) -> Fitted:
     """Divide the validations and loads of joints by their rough gains."""
     validations, terms = dict(fitted.validations), dict(fitted.terms)
     for name, gain in rough.items():
@@ -140,7 +135,7 @@ def _divided(fitted: Fitted, rough: Mapping[str, float]) -> dict[str, Any]:
         if name in terms:
             loads = {key: getattr(terms[name], key) / gain for key in ("mean_load", "load_deviation")}
             terms[name] = replace(terms[name], **loads)
-    return {"validations": validations, "terms": terms}
+    return replace(fitted, validations=validations, terms=terms)
 
 
 def _with_command_delays(corrections: Corrections | None, log: RobotLog) -> Corrections | None:

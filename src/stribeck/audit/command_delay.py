@@ -36,14 +36,14 @@ LONGEST, MOST, FEWEST = 1.0, 60, 6
 MOVING = 0.03
 """Share of a joint's top speed above which it moves [1]; a joint that sticks does not show the delay."""
 
-EARLIEST, LATEST = 0.0, 0.2
-"""Smallest and largest delay that can be found [s]; no command acts before it is sent."""
-
-ERROR = 5e-4
-"""Standard error of a delay that inexact models and friction laws cause [s]."""
+EARLIEST, LATEST = -0.01, 0.2
+"""Smallest and largest estimate [s]; inexact models make estimates negative, but no command acts before it is sent."""
 
 SPREAD = 2e-4
-"""Smallest standard deviation of delays from joint to joint [s]."""
+"""Smallest standard deviation of delays from joint to joint, and of the errors that all joints share [s]."""
+
+HOLD = 0.02
+"""Standard error of all delays per sampling period of the log [1]: between its samples, commands are interpolated."""
 
 UNKNOWN = 30e-3
 """Standard error of a delay that no joint shows [s]."""
@@ -74,7 +74,7 @@ def with_found_delays(
     commanded = [part for part in prepared if part.log.command is not None]
     if not commanded:
         return [*prepared, *unseen], []
-    delay, error = robot.command_delay, np.full(len(robot.joint_names), ERROR)
+    delay, error = robot.command_delay, np.full(len(robot.joint_names), SPREAD)
     if delay is None:
         delay, error = command_delays(commanded, robot, settings)
     logs = []
@@ -111,7 +111,7 @@ def _text(value: float, error: float) -> str:
 def command_delays(logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> tuple[Array, Array]:
     """Estimate the delay of each joint's commands in all logs and its standard error [s], shape (n,) each.
 
-    Similar delays of different joints are pulled towards their mean. A joint that does not move enough gets the mean.
+    A joint that does not move enough gets the common delay of the others.
     Without any motion the delay is zero, with the standard error of an unknown delay.
     """
     size = len(robot.joint_names)
@@ -120,15 +120,36 @@ def command_delays(logs: Sequence[PreparedLog], robot: Robot, settings: Settings
         return np.zeros(size), np.full(size, UNKNOWN)
     own = np.unique(pieces.joint)
     value, error = _fit(pieces, robot, np.max([part.log.effort_limits for part in logs], axis=0))
-    found, variance = value[own], error[own] ** 2 + SPREAD**2
-    middle = float(np.median(found))
+    (common, of_common), each = pooled(value[own], error[own])
+    delay, spread = np.full(size, common), np.full(size, of_common)
+    delay[own], spread[own] = each
+    of_log = np.array([(SPREAD, HOLD * part.sampling.period, 0.5 * part.sampling.jitter) for part in logs]).max(axis=0)
+    return np.maximum(delay, 0.0), np.sqrt(spread**2 + of_log @ of_log)
+
+
+def pooled(found: Array, error: Array) -> tuple[tuple[float, float], tuple[Array, Array]]:
+    """Pool the estimates of k joints [s], shape (k,): their drives share one network unless the estimates differ.
+
+    Estimates approach the common delay by the ratio of their variance to the variance between joints. Where one still
+    differs by three standard errors, either its joint's model is wrong or its delay is another one; the standard error
+    includes both. A negative estimate only shows a wrong model.
+
+    Returns
+    -------
+    common, joints
+        The common delay and the delays of the joints, each with standard errors.
+    """
+    variance, middle = error**2 + SPREAD**2, float(np.median(found))
     between = max((1.48 * float(np.median(np.abs(found - middle)))) ** 2 - float(np.median(variance)), SPREAD**2)
-    weights = 1 / (variance + between + (found - middle) ** 2)  # outliers are joints with a wrong model
-    mean, share = np.average(found, weights=weights), between / (between + variance)
-    delay, spread = np.full(size, mean), np.full(size, 1 / weights.sum() + between)
-    delay[own] += share * (found - mean)
-    spread[own] = share * variance + (1 - share) ** 2 / weights.sum() + (delay[own] - found) ** 2
-    return delay, np.sqrt(spread + ERROR**2 + (0.5 * max(part.sampling.jitter for part in logs)) ** 2)
+    total = variance + between
+    weights = 1 / (total + (found - middle) ** 2)  # outliers are joints with a wrong model
+    common, of_common = float(np.average(found, weights=weights)), 1 / float(weights.sum())
+    wrong = found < -2 * error
+    share = np.where(wrong, 0.0, between / total)
+    rest = (1 - share) * (found - common)
+    apart = np.where(wrong | (np.abs(found - common) < 3 * np.sqrt(total)), 0.0, 0.5 * rest)
+    spread = np.where(wrong, between, share * variance) + (1 - share) ** 2 * of_common + apart**2
+    return (common, float(np.sqrt(of_common + between))), (found - rest + apart, np.sqrt(spread))
 
 
 @dataclass(frozen=True)
@@ -235,7 +256,7 @@ def _fit(pieces: Pieces, robot: Robot, limits: Array) -> tuple[Array, Array]:
     for _ in range(2):
         given = (scale, kp, robot.command_gains[1], limits, correlation)
         values, error, correlation = _minimize(pieces, values, *given)
-    return np.maximum(values[0] - 0.5 * STEP, EARLIEST), error
+    return values[0] - 0.5 * STEP, error
 
 
 def _minimize(

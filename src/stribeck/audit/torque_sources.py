@@ -32,21 +32,18 @@ def find_torques(
     LogError
         If the torque of a joint has the wrong sign.
     """
-    every, count = [*prepared, *unseen], len(prepared)
-    rough = every[0].log.unscaled
-    if not rough:
+    every, count, of_delays = [*prepared, *unseen], len(prepared), list[Finding]()
+    if not every[0].log.unscaled:
         return *with_found_delays(prepared, robot, settings, unseen), {}, robot
-    if every[0].log.command is not None:  # a delay hardly changes the gains, and they are needed to find it
+    if every[0].log.command is not None:  # kp is needed to find the delays, and without the delays it is 10 % off
         gains = find_gains(prepared, robot, settings)
         every, robot = [with_gains(part, gains, rough=True) for part in every], _with_kp(robot, gains)
         every, of_delays = with_found_delays(every[:count], robot, settings, every[count:])
-        unit = "rad"
-    else:
-        of_delays, unit = [], "A"
     gains = find_gains(every[:count], robot, settings)
     every = [with_gains(part, gains, rough=False) for part in every]
     errors = {name: gain.half_width / gain.value / 2 for name, gain in gains.items()}
-    return every, [*gain_findings(gains, unit), *of_delays], errors, _with_kp(robot, gains)
+    findings = [*gain_findings(gains, every[0].log.channel_unit(prismatic=False)), *of_delays]
+    return every, findings, errors, _with_kp(robot, gains)
 
 
 def _with_kp(robot: Robot, gains: dict[str, Gain]) -> Robot:
