@@ -36,6 +36,7 @@ class Walker:
     mass: float = MASS
     path: str = "robot.toml"
     gravity: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
+    up: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
 
     @property
     def contacts(self):

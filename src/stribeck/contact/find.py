@@ -12,22 +12,19 @@ To add a source:
 """
 
 import numpy as np
-import scipy  # its ndimage is slow to import: loaded at its first use
 from numpy.typing import NDArray
 
+from stribeck.contact.flicker import without_flicker
 from stribeck.contact.forces import foot_loads, force_channel, standing_from_forces
 from stribeck.contact.kinematics import share_at_rest, standing_from_kinematics
 from stribeck.contact.phases import (
     FALLEN,
-    FLICKER,
-    NOISE,
     Source,
     SupportPhase,
     SupportPhases,
     fixed_phases,
     phases_of_segment,
     row_of_fall,
-    without_flicker,
 )
 from stribeck.errors import LogError, RobotFileError
 from stribeck.log import RobotLog
@@ -94,7 +91,7 @@ def find_support_phases(
         if still or (rest is not None and rest < HANGS):
             note = "No foot ever stands: the robot is taken as hung up at its base, which may move."
             return SupportPhases(phases=fixed_phases(segments, "hung"), source=source, notes=(note,))
-    standing, touching = _without_flicker(standing, touching, log, segments)
+    standing, touching = without_flicker(standing, touching, log.time, segments)
     found = [
         phase
         for segment in segments
@@ -109,26 +106,6 @@ def find_support_phases(
     if not any(phase.feet for phase in found):
         raise LogError(_describe_no_standing(log, robot, feet, source, settings, fall))
     return SupportPhases(phases=tuple(found), source=source, notes=(*notes, *_note_short_phases(found, settings)))
-
-
-def _without_flicker(
-    standing: NDArray[np.bool_], touching: NDArray[np.bool_], log: RobotLog, segments: tuple[slice, ...]
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Remove short gaps and blips of contacts within each segment, shape (T, feet), and extend the feet that touch.
-
-    A foot touches where it flickers around a change, and where a gap or blip is longer than noise makes it: it may have
-    bounced.
-    """
-    cleaned, uncertain = standing.copy(), touching.copy()
-    for rows in segments:
-        period = float(np.median(np.diff(log.time[rows]))) if rows.stop - rows.start > 1 else np.inf
-        shortest, noise = round(FLICKER / period), np.ones((1 + round(NOISE / period), 1), dtype=bool)
-        cleaned[rows] = without_flicker(standing[rows], shortest)
-        changes, wrong = np.diff(cleaned[rows], axis=0, prepend=cleaned[rows][:1]), cleaned[rows] != standing[rows]
-        near = scipy.ndimage.maximum_filter1d(changes, 2 * shortest + 1, axis=0)
-        bounced = near | scipy.ndimage.binary_opening(wrong, noise)
-        uncertain[rows] = without_flicker(touching[rows], shortest) | (wrong & bounced)
-    return cleaned, uncertain
 
 
 def _choose_source(log: RobotLog, settings: SupportSettings) -> Source:

@@ -22,10 +22,6 @@ FALLEN = np.deg2rad(60.0)
 HUNG = "hung"
 """Name in place of the feet while something unknown, such as a gantry, carries the base."""
 
-FLICKER = 0.04
-"""Longest gap or blip of a contact [s] that is removed: the fastest robots stand and swing for 0.06 s and more."""
-NOISE = 0.01
-"""Longest gap or blip of a contact that noise of a sensor makes [s]."""
 TRIMMED = 0.25, 0.45
 """Largest shares of a phase that are trimmed where it would be too short otherwise, and elsewhere [1].
 
@@ -64,6 +60,15 @@ class SupportPhase:
     last: int
     steady_first: int
     steady_last: int
+
+    @property
+    def steps(self) -> bool:
+        """Whether feet land or lift at its ends."""
+        return self.kind not in ("fixed", "hung")
+
+    def plausible(self, period: float) -> bool:
+        """Check the duration of a flight: more than 1 s indicates wrong contact flags."""
+        return self.kind != "flight" or (self.stop - self.start) * period <= 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,11 +159,6 @@ def phases_of_segment(
     return phases
 
 
-def falls(phase: SupportPhase, period: float) -> bool:
-    """Return whether a flight is plausible: flights longer than 1 s indicate wrong contact flags."""
-    return (phase.stop - phase.start) * period <= 1.0  # [s]
-
-
 def trims(duration: float, start: float, end: float, shortest: float = 0.0) -> tuple[float, float]:
     """Limit the times that are trimmed at both ends of a phase to a share of its duration, all in [s].
 
@@ -167,38 +167,6 @@ def trims(duration: float, start: float, end: float, shortest: float = 0.0) -> t
     few, many = np.multiply(TRIMMED, duration)
     share = min(1.0, float(np.clip(duration - shortest, few, many)) / max(start + end, 1e-9))
     return share * start, share * end
-
-
-def without_flicker(standing: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:
-    """Remove gaps and blips shorter than `shortest` rows from contacts, shape (T, feet).
-
-    The result has the fewest rows that differ from `standing`, where each change counts as half of `shortest` rows
-    (Potts functional). Raw flags flicker around touchdown, where it follows the majority.
-    """
-    found = standing.copy()
-    for foot in range(standing.shape[1]):
-        edges = np.flatnonzero(np.diff(standing[:, foot], prepend=~standing[:1, foot])).tolist()
-        lengths = np.diff([*edges, len(standing)])
-        if (lengths[1:-1] >= shortest).all():
-            continue
-        found[:, foot] = np.repeat(_fewest_changes(lengths.tolist(), bool(standing[0, foot]), shortest / 2), lengths)
-    return found
-
-
-def _fewest_changes(lengths: list[int], first: bool, price: float) -> list[bool]:
-    """Choose a state for each of some alternating runs, by dynamic programming: a change costs `price` rows."""
-    cost, origins = (0.0, 0.0), []
-    for number, length in enumerate(lengths):
-        off, on = cost
-        stands = first ^ bool(number % 2)
-        changed = off > on + price, on > off + price
-        cost = min(off, on + price) + length * stands, min(on, off + price) + length * (not stands)
-        origins.append(changed)
-    state, found = cost[1] < cost[0], []
-    for changed in reversed(origins):
-        found.append(state)
-        state ^= changed[state]
-    return found[::-1]
 
 
 def switch(signal: Array, on: float, off: float) -> NDArray[np.bool_]:
@@ -219,10 +187,9 @@ def switch(signal: Array, on: float, off: float) -> NDArray[np.bool_]:
 
 def up_in_base(log: RobotLog, robot: Robot) -> Array:
     """Compute the upward direction in root link coordinates, shape (T, 3); a base without IMU counts as level."""
-    up = -robot.gravity / np.linalg.norm(robot.gravity)
     if log.base_orientation is None:
-        return np.broadcast_to(up, (len(log.time), 3))
-    return gravity_in_root_link(root_quaternions(robot, log.position, log.base_orientation), up)
+        return np.broadcast_to(robot.up, (len(log.time), 3))
+    return gravity_in_root_link(root_quaternions(robot, log.position, log.base_orientation), robot.up)
 
 
 def row_of_fall(log: RobotLog, robot: Robot, segments: tuple[slice, ...]) -> int | None:

@@ -81,8 +81,7 @@ def _pairs(
         turn = orientation_from_derivatives(
             *(each[::step] for each in correlate_valid(quaternions, kernels, (0, 1, 2)))
         )
-        gravity = gravity_in_root_link(turn.quaternion, robot.gravity)
-        up = -gravity / np.linalg.norm(gravity, axis=1, keepdims=True)
+        up = gravity_in_root_link(turn.quaternion, robot.up)
         moves = {}
         for foot in phase.feet:
             if robot.contacts[foot].kind == "point":

@@ -60,9 +60,8 @@ def base_root(robot: Robot, feet: tuple[str, ...], state: State) -> RootMotion:
     gravity = gravity_in_root_link(turn.quaternion, robot.gravity)
     omega, alpha = turn.angular_velocity, turn.angular_acceleration
     points = [_compute_point_motion(robot, foot, state) for foot in feet]
-    points = [
-        _roll(point, robot.contacts[foot].radius, turn, gravity) for point, foot in zip(points, feet, strict=True)
-    ]
+    up = gravity_in_root_link(turn.quaternion, robot.up)
+    points = [_roll(point, robot.contacts[foot].radius * up, turn) for point, foot in zip(points, feet, strict=True)]
     if len(points) >= ENOUGH_POINTS:
         twist = _solve_twist(points, [-point.velocity for point in points])
         velocity, omega = twist[:, :3], twist[:, 3:]
@@ -122,14 +121,11 @@ def _compute_point_motion(robot: Robot, foot: str, state: State) -> PointMotion:
     return point_motion(robot.tree, frame, state.position, state.velocity, state.acceleration)
 
 
-def _roll(point: PointMotion, radius: float, turn: Orientation, gravity: Array) -> PointMotion:
-    """Subtract the motion of the center of a rolling ball, so that the point is at rest."""
-    if not radius:
-        return point
+def _roll(point: PointMotion, lever: Array, turn: Orientation) -> PointMotion:
+    """Subtract the motion of a ball's center, `lever` above the ground (T, 3), so that the point is at rest."""
     omega = turn.angular_velocity
     spin = omega + point.turning
     spin_rate = turn.angular_acceleration + np.cross(omega, point.turning) + point.turning_rate
-    lever = -radius * gravity / np.linalg.norm(gravity, axis=1, keepdims=True)
     velocity = point.velocity - np.cross(spin, lever)
     acceleration = point.acceleration - np.cross(spin_rate, lever) + 2 * np.cross(omega, np.cross(spin, lever))
     return replace(point, velocity=velocity, acceleration=acceleration)

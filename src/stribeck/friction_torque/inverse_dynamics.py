@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
 from stribeck.contact import SupportPhase
-from stribeck.contact.phases import falls
 from stribeck.differentiation import Filter, make_filter
 from stribeck.differentiation.averaging import average_nodes
 from stribeck.differentiation.filters import sharper_filter
@@ -103,7 +102,7 @@ def torque_chunks(
     require_channels(robot, log, settings)
     phases = prepared.support.phases if phases is None else phases
     flies = observer is None and _uses_orientation(robot, log, settings)
-    used = tuple(phase for phase in phases if phase.kind != "flight" or (flies and falls(phase, period)))
+    used = tuple(phase for phase in phases if phase.kind != "flight" or (flies and phase.plausible(period)))
     labels = _label_rows(used, len(log.time), max(1, round(settings.block / period)))
     modes, mode_of_row, block_of_row, steady = labels
     labels_of_modes = ["+".join(mode.feet) or "flight" for mode in modes]

@@ -218,6 +218,11 @@ class Robot:
         return "floating" if self.tree.floating else "fixed"
 
     @cached_property
+    def up(self) -> Array:
+        """Upward direction in world coordinates, or in the frame of a fixed base, shape (3,)."""
+        return -self.gravity / np.linalg.norm(self.gravity)
+
+    @cached_property
     def mass(self) -> float:
         """Total mass of the model, including a fixed base [kg]."""
         return float(sum(inertia.mass for inertia in self.tree.model.inertias))

@@ -117,7 +117,7 @@ class RowMaker:
             phase = each.phase
             mode_of_row[each.rows], clusters[0][each.rows] = feet.index(each.feet), number
             steady[phase.steady_first : phase.steady_last] = True
-            if phase.kind not in ("fixed", "hung"):
+            if phase.steps:
                 since = (part.log.time[each.rows] - part.log.time[phase.start]) / 0.05
                 first = 40 * feet.index(each.feet)  # phases of 50 ms since touchdown; the last is unlimited
                 clusters[1][each.rows] = first + np.minimum(since.astype(np.int64), 39)

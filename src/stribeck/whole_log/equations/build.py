@@ -95,8 +95,7 @@ class WeakForm:
         centers = self._at_windows(state, segment)
         up = None
         if centers.orientation is not None:
-            gravity = gravity_in_root_link(centers.orientation.quaternion, self.robot.gravity)
-            up = -gravity / np.linalg.norm(gravity, axis=1, keepdims=True)
+            up = gravity_in_root_link(centers.orientation.quaternion, self.robot.up)
         encoder, root, unknowns = mode.responses(centers.position, up)
         free, half = None, len(window.taps) // 2
         if unknowns is not None:

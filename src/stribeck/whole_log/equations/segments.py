@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from stribeck.contact import SupportPhase
-from stribeck.contact.phases import falls, trims
+from stribeck.contact.phases import trims
 
 LONGEST_SEGMENT = 1.6
 """Longest segment [s]: errors of different segments count as independent."""
@@ -77,8 +77,8 @@ def _cut(
     for phase in (phase for phase in phases if phase.kind != "touching"):
         part = next(each for each in unbroken if each.start <= phase.start < each.stop)
         first, last = max(phase.start, part.start + margin), min(phase.stop, part.stop - margin)
-        begins = phase.start if phase.start > part.start and phase.kind not in ("fixed", "hung") else None
-        ends = phase.stop if phase.stop < part.stop and phase.kind not in ("fixed", "hung") else None
+        begins = phase.start if phase.steps and phase.start > part.start else None
+        ends = phase.stop if phase.steps and phase.stop < part.stop else None
         settling = 0.05 if set(phase.feet) <= set(before) else 0.07  # [s]; a foot that has landed chatters
         duration = (phase.stop - phase.start) * period if hurried else np.inf
         after, until = trims(duration, settling, 0.02, shortest * period)
@@ -88,7 +88,7 @@ def _cut(
             last = min(last, ends - round(until / period))
         feet = tuple(sorted(phase.feet, key=lambda foot: foot in surfaces and foot not in before))
         before = phase.feet
-        if (phase.kind == "flight" and not falls(phase, period)) or last - first < shortest:
+        if not phase.plausible(period) or last - first < shortest:
             continue
         parts = -(-(last - first) // max(shortest, round(longest / period)))
         edges = [first + (last - first) * k // parts for k in range(parts + 1)]
