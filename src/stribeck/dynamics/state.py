@@ -78,10 +78,16 @@ def apparent_gravity(robot: Robot, position: Array, linear_acceleration: Array) 
 
 def root_quaternions(robot: Robot, position: Array, base_orientation: Array) -> Array:
     """Convert the base frame's quaternions to the root link's, continuous in sign, shape (T, 4)."""
-    quaternions = base_orientation / np.linalg.norm(base_orientation, axis=1, keepdims=True)
+    quaternions = base_orientation
     if robot.base_frame != BASE_FRAME:
         frame = robot.tree.model.getFrameId(robot.base_frame)
         rotation, _ = frame_pose(robot.tree, frame, position)
         quaternions = (Rotation.from_quat(quaternions) * Rotation.from_matrix(rotation).inv()).as_quat()
-    flips = np.where(np.sum(quaternions[1:] * quaternions[:-1], axis=1) < 0, -1.0, 1.0)
-    return np.asarray(quaternions * np.concatenate([[1.0], np.cumprod(flips)])[:, None])
+    return continuous(quaternions)
+
+
+def continuous(quaternions: Array) -> Array:
+    """Normalize quaternions, and choose their signs such that they change continuously, shape (T, 4)."""
+    unit = quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
+    flips = np.where(np.sum(unit[1:] * unit[:-1], axis=1) < 0, -1.0, 1.0)
+    return np.asarray(unit * np.concatenate([[1.0], np.cumprod(flips)])[:, None])

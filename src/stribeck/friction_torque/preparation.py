@@ -6,6 +6,7 @@ from pathlib import Path
 
 from stribeck.contact import SupportPhases, find_support_phases
 from stribeck.differentiation import make_filter
+from stribeck.dynamics.attitude import with_gyroscope
 from stribeck.dynamics.loops import closed_log
 from stribeck.errors import LogError, RobotFileError, errors_about, findings_kept
 from stribeck.friction_torque.payload import changes_of_payload, with_payloads
@@ -66,7 +67,8 @@ def prepare(log: LogLike, robot: Robot, settings: Settings) -> PreparedLog:
         log = replace(log, desired_position=None, desired_velocity=None, desired_torque=None)  # `command` has them
         log, sampling = regularise(log, robot.log_table)
         log = with_payloads(log, robot, sampling)
-        notes += sampling.notes
+        log, of_gyroscope = with_gyroscope(log, sampling.segments, sampling.period)
+        notes += [*sampling.notes, *of_gyroscope]
         if not len(robot.torque_controlled):
             raise RobotFileError(
                 f"{robot.path}: [robot] position_controlled names all joints; expected one with measured torque"
