@@ -139,12 +139,14 @@ def pooled(found: Array, error: Array) -> tuple[tuple[float, float], tuple[Array
     common, joints
         The common delay and the delays of the joints, each with standard errors.
     """
-    variance, middle = error**2 + SPREAD**2, float(np.median(found))
-    between = max((1.48 * float(np.median(np.abs(found - middle)))) ** 2 - float(np.median(variance)), SPREAD**2)
+    wrong = found < -2 * error
+    right = found[~wrong] if not wrong.all() else found
+    variance, middle = 2 * error**2 + SPREAD**2, float(np.median(right))  # as estimates scatter in simulated logs
+    scatter = 1.48 * float(np.median(np.abs(right - middle)))
+    between = max(scatter**2 - float(np.median(variance)), SPREAD**2)
     total = variance + between
     weights = 1 / (total + (found - middle) ** 2)  # outliers are joints with a wrong model
     common, of_common = float(np.average(found, weights=weights)), 1 / float(weights.sum())
-    wrong = found < -2 * error
     share = np.where(wrong, 0.0, between / total)
     rest = (1 - share) * (found - common)
     apart = np.where(wrong | (np.abs(found - common) < 3 * np.sqrt(total)), 0.0, 0.5 * rest)
@@ -179,10 +181,11 @@ def _pieces(logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> Pi
         return None
     longest = max(len(piece.rows) for piece in chosen)
     period = np.array([piece.period for piece in chosen])
-    lead = int(np.ceil(LATEST / period.min())) + 1
+    stride = np.array([piece.stride for piece in chosen])
+    lead = int(np.ceil(LATEST / (period / stride).min())) + 1
 
     def command(piece: _Piece) -> Array:
-        rows = piece.rows[0] + piece.stride * np.arange(-lead, longest + 1)
+        rows = piece.rows[0] + np.arange(-lead, stride.max() * longest + 1)
         assert piece.log.command is not None
         found: Array = piece.log.command[rows.clip(0, len(piece.log.time) - 1), piece.joint]
         return found
@@ -195,6 +198,7 @@ def _pieces(logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> Pi
         known=np.arange(longest)[:, None] < [len(piece.rows) for piece in chosen],
         command=np.stack([command(piece) for piece in chosen], axis=1),
         lead=lead,
+        stride=stride,
         position=padded(piece.log.position[piece.rows, piece.joint] for piece in chosen),
         velocity=padded(piece.velocity for piece in chosen),
         inertia=padded(piece.inertia for piece in chosen),
@@ -238,7 +242,8 @@ def _moving(velocity: Array, usable: NDArray[np.bool_], runs: Iterator[slice], p
 def _fit(pieces: Pieces, robot: Robot, limits: Array) -> tuple[Array, Array]:
     """Fit the simulation of all joints twice; the second fit whitens residuals by their correlation in the first.
 
-    Inexact models and friction laws leave slow residuals, which hide the delay; fast residuals follow the commands.
+    Inexact models and friction laws leave slow residuals, which hide the delay; fast residuals follow the commands. The
+    second fit has the same start, because the first may end at a local minimum of the second.
 
     Returns
     -------
@@ -251,11 +256,11 @@ def _fit(pieces: Pieces, robot: Robot, limits: Array) -> tuple[Array, Array]:
     torque = np.full(size, 1e-9)
     np.maximum.at(torque, pieces.joint, 0.3 * np.abs(pieces.others).max(axis=0))
     scale = np.stack([np.full(size, 0.01), 1e-3 * kp, 0.02 * kp, torque, torque])  # delay, A, b, F, o
-    values = np.stack([np.full(size, 0.02), 1e-3 * kp, 0.02 * kp, 0.5 * torque, 0 * torque])
+    start = np.stack([np.full(size, 0.02), 1e-3 * kp, 0.02 * kp, 0.5 * torque, 0 * torque])
     correlation = np.zeros(size)
     for _ in range(2):
         given = (scale, kp, robot.command_gains[1], limits, correlation)
-        values, error, correlation = _minimize(pieces, values, *given)
+        values, error, correlation = _minimize(pieces, start, *given)
     return values[0] - 0.5 * STEP, error
 
 

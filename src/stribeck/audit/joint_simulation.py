@@ -21,8 +21,9 @@ class Pieces:
         Column of the joint in the log, shape (B,).
     known
         Samples that belong to the piece, shape (T, B).
-    command
-        Command [N m] from `lead` samples before the piece on, shape (any, B).
+    command, lead, stride
+        All commands in the log [N m], shape (any, B); the piece starts at row `lead` and has a sample every `stride`
+        rows, shape (B,). A held command that is thinned would act earlier or later.
     position, velocity, inertia, others
         Measured position [rad], its derivative [rad/s], inertia M [kg m^2] and torques c [N m], shape (T, B).
     period
@@ -33,6 +34,7 @@ class Pieces:
     known: NDArray[np.bool_]
     command: Array
     lead: int
+    stride: NDArray[np.int64]
     position: Array
     velocity: Array
     inertia: Array
@@ -82,14 +84,14 @@ def simulate(pieces: Pieces, parameters: Array, starts: Array, kp: Array, kd: Ar
     samples, count = pieces.position.shape
     parts = max(1, int(np.ceil(pieces.period.max() / STEP)))
     step, column = pieces.period / parts, np.arange(count)
-    late, most = pieces.lead - delay / pieces.period, len(pieces.command) - 2
+    late, most = pieces.lead - delay * pieces.stride / pieces.period, len(pieces.command) - 2
     slow = 1e-3 * np.abs(pieces.velocity).max(axis=0)
     found = np.empty((len(delay), samples, count))
     found[:, 0] = position
     for k in range(samples - 1):
         for part in range(1, parts + 1):
             share = part / parts
-            place = np.clip(k + share + late, 0, most)
+            place = np.clip((k + share) * pieces.stride + late, 0, most)
             before = place.astype(np.int64)
             after = place - before
             command = (1 - after) * pieces.command[before, column] + after * pieces.command[before + 1, column]
