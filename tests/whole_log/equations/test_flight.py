@@ -145,16 +145,16 @@ def test_friction_torques_of_a_flight_are_those_of_every_joint(robot: Robot, fal
 
 
 def test_short_flights_are_used_where_the_log_has_no_long_ones() -> None:
-    edges = range(0, 2000, 100)
+    edges = range(0, 1800, 90)
     phases = tuple(
         SupportPhase(
-            start=row, stop=row + 100, feet=feet, kind="double", first=row, last=row, steady_first=row, steady_last=row
+            start=row, stop=row + 90, feet=feet, kind="double", first=row, last=row, steady_first=row, steady_last=row
         )
         for row, feet in zip(edges, [(), ("a", "b")] * 10, strict=True)
     )
-    whole = (slice(0, 2000),)
+    whole = (slice(0, 1800),)
     segments = cut_segments(phases, whole, period=1e-3, margin=10, shortest=53)
     assert len(segments) >= 18
-    long = (*phases, replace(phases[0], start=2000, stop=4000))
-    found = cut_segments(long, (slice(0, 4000),), period=1e-3, margin=10, shortest=53)
-    assert sum(segment.first < 2000 for segment in found) <= 1  # the first one has no touchdown
+    long = (*phases, replace(phases[0], start=1800, stop=3800))
+    found = cut_segments(long, (slice(0, 3800),), period=1e-3, margin=10, shortest=53)
+    assert sum(segment.first < 1800 for segment in found) <= 1  # the first one has no touchdown

@@ -79,7 +79,7 @@ def _cut(
         first, last = max(phase.start, part.start + margin), min(phase.stop, part.stop - margin)
         begins = phase.start if phase.steps and phase.start > part.start else None
         ends = phase.stop if phase.steps and phase.stop < part.stop else None
-        settling = 0.05 if set(phase.feet) <= set(before) else 0.07  # [s]; a foot that has landed chatters
+        settling = 0.02 if not phase.feet else 0.05 if set(phase.feet) <= set(before) else 0.07  # [s]; feet chatter
         duration = (phase.stop - phase.start) * period if hurried else np.inf
         after, until = trims(duration, settling, 0.02, shortest * period)
         if begins is not None:
