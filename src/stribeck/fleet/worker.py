@@ -5,7 +5,9 @@ import os
 import resource
 import signal
 import tempfile
+from contextlib import suppress
 from dataclasses import dataclass
+from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from threading import Thread
@@ -70,83 +72,101 @@ def work(job: Job, store: Path, robot: str, limits: Limits, again: bool) -> Outc
     again
         Whether a log that failed before is tried again.
     """
+    began = monotonic()
+    about: dict[str, Any] = {"log": job.log, "size": job.size, "modified": job.modified, "note": job.note}
+    about |= {"robot_file": job.robot_file, "robot_sha256": robot, "start": time_of(job.start), "version": __version__}
+    about |= _content(job.log, job, robot)  # until the log is read
     with tempfile.TemporaryDirectory(prefix="stribeck-") as folder:
-        began = monotonic()
-        about: dict[str, Any] = {"log": job.log, "size": job.size, "modified": job.modified, "note": job.note}
-        about |= {"robot_file": job.robot_file, "robot_sha256": robot, "start": time_of(job.start)}
-        about |= {"version": __version__}
         try:
             path = _local(job.log, Path(folder))
-            about["sha256"] = sha256(path)
-        except OSError as problem:
-            path, about["sha256"], unread = "", job.log, f"{job.log}: cannot be read ({problem})"
-        about["key"], past = (key_of(of, robot, job.robot, __version__) for of in (about["sha256"], job.log))
-        if path:  # it could not be read before, perhaps
-            (store / f"robot={job.robot}" / f"{past}.parquet").unlink(missing_ok=True)
-        before = status_of(store, job.robot, about["key"])
-        if before == IDENTIFIED or (before and not again):
-            return Outcome(log=job.log, status="known")
-        status, error = ("refused", unread) if not path else _in_process(path, job, store, about, limits)
-        if status != IDENTIFIED:
-            end = {"seconds": monotonic() - began, "finished": time_of(time())}
-            write_row(store, job.robot, about | end | {"status": status, "error": error})
-        return Outcome(log=job.log, status=status, error=error)
+        except OSError as error:
+            about |= _refused(job, error)
+        else:
+            about |= _in_process(path, job, store, about, limits, again)
+    if about["status"] not in (IDENTIFIED, "known"):
+        write_row(store, job.robot, about | {"seconds": monotonic() - began, "finished": time_of(time())})
+    return Outcome(log=job.log, status=about["status"], error=about["error"])
 
 
-def _in_process(path: str, job: Job, store: Path, about: dict[str, Any], limits: Limits) -> tuple[str, str]:
-    """Identify a log in a process that starts with all libraries loaded, and return its status and error."""
+def _content(sha: str, job: Job, robot: str) -> dict[str, str]:
+    """Make the columns that depend on a log's content, or on its path if it cannot be read."""
+    return {"sha256": sha, "key": key_of(sha, robot, job.robot, __version__)}
+
+
+def _refused(job: Job, error: OSError) -> dict[str, str]:
+    return {"status": "refused", "error": f"{job.log}: cannot be read ({error})"}
+
+
+def _in_process(path: str, job: Job, store: Path, about: dict[str, Any], limits: Limits, again: bool) -> dict[str, str]:
+    """Identify a log in a process that starts with all libraries loaded, and return its content, status and error."""
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload([__name__, "pandas"])  # PyArrow imports pandas, if there, in a second
     receiver, sender = context.Pipe(duplex=False)
-    process = context.Process(target=_identify, args=(path, job, store, about, limits.memory, sender), daemon=True)
+    task = path, job, store, about, limits.memory, again, sender
+    process = context.Process(target=_identify, args=task, daemon=True)
     process.start()
     sender.close()
     process.join(limits.timeout)
-    if process.is_alive():
+    late = process.is_alive()
+    if late:
         process.kill()
         process.join()
-        return "timeout", f"{job.log}: took more than {limits.timeout:g} s; allow more time"
-    try:
-        status, error = receiver.recv()
-    except EOFError:
-        return _ended(process, job.log, limits)
-    return status, error
+    found = dict[str, str]()
+    with suppress(EOFError):
+        while True:
+            found |= receiver.recv()
+    if "status" in found:
+        return found
+    status, error = (
+        ("timeout", f"took more than {limits.timeout:g} s; allow more time") if late else _ended(process, limits)
+    )
+    return found | {"status": status, "error": f"{job.log}: {error}"}
 
 
-def _ended(process: BaseProcess, log: str, limits: Limits) -> tuple[str, str]:
+def _ended(process: BaseProcess, limits: Limits) -> tuple[str, str]:
     """Explain the end of a process that could not report."""
     code = process.exitcode or 0
     if code == OUT_OF_MEMORY or (code and limits.memory):  # libraries may abort
-        return "memory", f"{log}: needs more than {limits.memory or 0:g} GB of memory; allow more"
+        return "memory", f"needs more than {limits.memory or 0:g} GB of memory; allow more"
     if code == -signal.SIGKILL:
-        return "memory", f"{log}: was ended by the system, most likely as memory ran out; run fewer at a time"
-    return "failed", f"{log}: its process ended with code {code}"
+        return "memory", "was ended by the system, most likely as memory ran out; run fewer at a time"
+    return "failed", f"its process ended with code {code}"
 
 
-def _identify(path: str, job: Job, store: Path, about: dict[str, Any], memory: float | None, sender: Any) -> None:
-    """Identify a log, write its row, and send its status and error."""
+def _identify(
+    path: str, job: Job, store: Path, about: dict[str, Any], memory: float | None, again: bool, sender: Connection
+) -> None:
+    """Identify a log unless the store has it, write its row, and send its content, status and error."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the worker ends this process
     Thread(target=_end_with_parent, daemon=True).start()
     if memory:
         limit = int(memory * 1e9)
         resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
-    began = monotonic()
     try:
-        robot = Robot.from_file(job.robot_file)
+        content = _content(sha256(path), job, about["robot_sha256"])
+        sender.send(content)
+        (store / f"robot={job.robot}" / f"{about['key']}.parquet").unlink(missing_ok=True)  # it can be read now
+        before = status_of(store, job.robot, content["key"])
+        if before == IDENTIFIED or (before and not again):
+            sender.send({"status": "known", "error": ""})
+            return
+        began, robot = monotonic(), Robot.from_file(job.robot_file)
         result = identify(path, robot)
-        row = about | {"settings": robot.settings.model_dump_json(), "status": IDENTIFIED}
+        row = about | content | {"settings": robot.settings.model_dump_json(), "status": IDENTIFIED}
         row |= {"duration": result.log.duration, "seconds": monotonic() - began, "finished": time_of(time())}
         row |= {"peak_memory": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6}
         write_row(store, job.robot, row | rows_of(result))
-        sender.send((IDENTIFIED, ""))
+        sender.send({"status": IDENTIFIED, "error": ""})
     except MemoryError:
         os._exit(OUT_OF_MEMORY)
     except StribeckError as error:
         if isinstance(error.__cause__, MemoryError):
             os._exit(OUT_OF_MEMORY)
-        sender.send(("refused", str(error).replace(path, job.log)))
+        sender.send({"status": "refused", "error": str(error).replace(path, job.log)})
+    except OSError as error:
+        sender.send(_refused(job, error))
     except Exception as error:  # a fault of ours must not stop the other logs
-        sender.send(("failed", f"{job.log}: {type(error).__name__}: {error}"))
+        sender.send({"status": "failed", "error": f"{job.log}: {type(error).__name__}: {error}"})
 
 
 def _end_with_parent() -> None:
