@@ -140,8 +140,7 @@ def _measured(
 
 def _distance(one: tuple[float, float], other: tuple[float, float]) -> float:
     """Compare two means, given with their standard errors [standard errors]; 0 if one is unknown."""
-    distance = abs(one[0] - other[0]) / np.hypot(one[1], other[1])
-    return float(np.nan_to_num(distance))
+    return float(np.nan_to_num(abs(one[0] - other[0]) / np.hypot(one[1], other[1])))
 
 
 def _mean(values: Array, variance: Array, begin: int, end: int) -> tuple[float, float]:

@@ -86,11 +86,9 @@ def read_fleet(store: str | Path) -> Fleet:
             "JOIN channel USING (joint, velocity, unit, speed_unit) JOIN place USING (key, robot)"
         )
         found = np.full((2, len(logs["robot"]), len(channels)), np.nan)
-        for channel in range(len(channels)):  # all at once would take several gigabytes
-            rows = connection.execute(
-                "SELECT n, friction, standard_error FROM point WHERE c = ?", [channel]
-            ).fetchnumpy()
-            found[:, rows["n"], channel] = rows["friction"], rows["standard_error"]
+        for c in range(len(channels)):  # all at once would take several gigabytes
+            rows = connection.execute("SELECT n, friction, standard_error FROM point WHERE c = ?", [c]).fetchnumpy()
+            found[:, rows["n"], c] = rows["friction"], rows["standard_error"]
     return Fleet(
         robots=np.array(logs["robot"], dtype=str),
         start=np.array(logs["start"], dtype="datetime64[us]"),

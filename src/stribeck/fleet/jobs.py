@@ -61,7 +61,7 @@ def jobs_of_logs(logs: Sequence[str], robot_file: Path) -> list[Job]:
     """
     found = []
     for place in logs:
-        own = [_job(url, info, str(robot_file), _folder_of(url)) for url, info in _logs_at(place)]
+        own = [_job(url, info, str(robot_file)) for url, info in _logs_at(place)]
         if not own:
             raise LogError(f"{place}: has no log; expected {', '.join(FORMATS)} files, or folders that have some")
         found += own
@@ -136,11 +136,8 @@ def _named(files: Any, path: str) -> str:
     return path if "file" in files.protocol else files.unstrip_protocol(path)
 
 
-def _folder_of(url: str) -> str:
-    return Path(url.partition("://")[2] or url).resolve().parent.name
-
-
-def _job(url: str, info: dict[str, Any], robot_file: str, robot: str, note: str = "") -> Job:
+def _job(url: str, info: dict[str, Any], robot_file: str, robot: str = "", note: str = "") -> Job:
+    robot = robot or Path(url.partition("://")[2] or url).resolve().parent.name
     if not ROBOT_ID.fullmatch(robot):
         raise LogError(
             f"{url}: its robot's id is '{robot}'; expected letters, digits, '.', '_', '-'; a manifest can name it"

@@ -16,9 +16,8 @@ SHOWN = 4
 def write_trends(found: Trends, path: str | Path) -> None:
     """Write the trends as one self-contained HTML file, completely or not at all."""
     charts, figures = dict[str, Chart](), list[tuple[str, str]]()
-    shown = {(each.robot, each.joint): "ink" for each in found.odd} | {
-        (each.robot, each.joint): "law" for each in reversed(found.alarms)
-    }
+    changed = {(each.robot, each.joint): "law" for each in found.alarms}
+    shown = changed | {(each.robot, each.joint): "ink" for each in found.odd} | changed  # changes are drawn first
     for joint in dict.fromkeys(each.joint for each in found.fleet.channels):
         name = f"t{len(charts)}"
         charts[name], caption = _chart(
@@ -62,4 +61,4 @@ def _chart(found: Trends, joint: str, shown: dict[str, str]) -> tuple[Chart, str
         "lines": lines,
         "marks": [float((np.datetime64(each.start.replace(tzinfo=None)) - fleet.start.min()) / DAY) for each in alarms],
     }
-    return chart, f"{joint} at {at.speed}"
+    return chart, ": ".join(filter(None, (f"{joint} at {at.speed}", ", ".join(list(shown)[:SHOWN]))))

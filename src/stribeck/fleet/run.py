@@ -75,7 +75,8 @@ def run_fleet(
     hashes = {file: robot_hash(file) for file in {job.robot_file for job in jobs}}
     with locked(place):
         known = _known(place, again)
-        todo = [job for job in jobs if _mark(job, hashes[job.robot_file]) not in known]
+        marks = [(job.log, job.robot, hashes[job.robot_file], job.size, job.modified) for job in jobs]
+        todo = [job for job, mark in zip(jobs, marks, strict=True) if mark not in known]
         with _engine(backend, workers) if todo else nullcontext():
             kind = "list" if backend == "ray" else "generator_unordered"  # Ray's joblib backend has no generators
             tasks = [joblib.delayed(work)(job, place, hashes[job.robot_file], limits, again) for job in todo]
@@ -93,13 +94,8 @@ def run_fleet(
     return FleetRun(counts=dict(counts), failed=sorted(failed, key=lambda each: each.log))
 
 
-def _mark(job: Job, robot: str) -> tuple[str, str, str, int, float]:
-    """Describe a log so that it is known again without being read."""
-    return job.log, job.robot, robot, job.size, job.modified
-
-
 def _known(store: Path, again: bool) -> set[tuple[str, str, str, int, float]]:
-    """Find the logs that this version has done; `again`: failed ones are to be done again."""
+    """Find the logs that this version has done, without reading them; `again`: failed ones are to be done again."""
     if not any(store.glob("robot=*/*.parquet")):
         return set()
     done = f"version = ? AND (status = '{IDENTIFIED}' OR ?)"

@@ -140,8 +140,7 @@ def _identify(
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the worker ends this process
     Thread(target=_end_with_parent, daemon=True).start()
     if memory:
-        limit = int(memory * 1e9)
-        resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
+        resource.setrlimit(resource.RLIMIT_DATA, (int(memory * 1e9),) * 2)
     try:
         content = _content(sha256(path), job, about["robot_sha256"])
         sender.send(content)
