@@ -5,8 +5,8 @@
 Ten robots have 20 logs of ten seconds each, a week apart. Friction differs by 8 % from robot to robot and by 2 % from
 log to log. From the 13th log on, the elbow of r03 has 25 % more friction; from the 9th log on, the shoulder of r06 has
 20 % more Coulomb friction; all friction of r07 is twice that of the others. Encoders and torque sensors have
-white noise. Five logs are damaged, one needs more memory than allowed, one would take an hour. Each log is identified by
-`curve-fit`, and `stribeck trends` reads the store.
+white noise. Five logs are damaged, one needs more memory than allowed, one would take an hour. Each log is identified
+by `curve-fit`, and `stribeck trends` reads the store.
 """
 
 import json
@@ -19,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
+from tests.arm import write_arm
 
 from stribeck.base.typing import Array
 from stribeck.fleet import connect, find_trends
@@ -35,24 +36,7 @@ TIMEOUT, MEMORY = 20.0, 1.0
 """Limits of each log [s], [GB]."""
 WRONG = {"refused": 5, "memory": 1, "timeout": 1}
 """Number of logs without a result, by status."""
-URDF = """<robot name="arm"><link name="base"/>
-<joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 1 0"/>
-<limit lower="-3" upper="3" effort="100" velocity="5"/></joint>
-<link name="upper"><inertial><origin xyz="0.02 0 0.2"/><mass value="3"/>
-<inertia ixx="0.04" ixy="0" ixz="0" iyy="0.04" iyz="0" izz="0.005"/></inertial></link>
-<joint name="elbow" type="revolute"><origin xyz="0 0 0.4"/><parent link="upper"/><child link="fore"/><axis xyz="1 0 0"/>
-<limit lower="-3" upper="3" effort="100" velocity="5"/></joint>
-<link name="fore"><inertial><origin xyz="0 0.01 0.15"/><mass value="2"/>
-<inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.003"/></inertial></link>
-<joint name="slide" type="prismatic"><origin xyz="0 0 0.3"/><parent link="fore"/><child link="hand"/><axis xyz="0 0 1"/>
-<limit lower="-1" upper="1" effort="100" velocity="5"/></joint>
-<link name="hand"><inertial><mass value="1"/>
-<inertia ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.001"/></inertial></link></robot>
-"""
-ROBOT_FILE = """[robot]
-model = "arm.urdf"
-base = "fixed"
-
+SETTINGS = """
 [identify]
 method = "curve-fit"
 
@@ -64,9 +48,7 @@ window = 31
 
 def write_fleet(folder: Path, seed: int) -> Path:
     """Write model, robot file and logs, and return the robot file."""
-    (folder / "arm.urdf").write_text(URDF)
-    robot_file = folder / "robot.toml"
-    robot_file.write_text(ROBOT_FILE)
+    robot_file = write_arm(folder, SETTINGS)
     robot, generator = Robot.from_file(robot_file), np.random.default_rng(seed)
     for number in range(ROBOTS):
         name = f"r{number:02d}"
