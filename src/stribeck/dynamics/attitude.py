@@ -12,13 +12,6 @@ from stribeck.base.typing import Array
 from stribeck.dynamics.state import continuous
 from stribeck.log import RobotLog
 
-SLOW = 0.2
-"""Length of the window [s] that smooths the difference of orientation and gyroscope: biases drift slowly."""
-AGREES = 1.5
-"""Largest difference of orientation and gyroscope [1], relative to the orientation's white noise."""
-WORTH = 0.5
-"""Largest noise of the combined orientation relative to the noise of the measured one [1]; above, that one is used."""
-
 
 def with_gyroscope(log: RobotLog, segments: tuple[slice, ...], period: float) -> tuple[RobotLog, list[str]]:
     """Combine orientation and gyroscope where they agree within the orientation's noise, and write a note.
@@ -26,8 +19,10 @@ def with_gyroscope(log: RobotLog, segments: tuple[slice, ...], period: float) ->
     With the quaternion q and its change p' = q (w / 2) by the angular velocity w, in the frame of the IMU,
 
         q := p + smooth(q - p)
+
+    where windows of 0.2 s smooth the slow drift. Both agree if they differ by at most 1.5 times the noise of q.
     """
-    half = round(SLOW / 2 / period)
+    half = round(0.1 / period)
     parts = [part for part in segments if part.stop - part.start > 2 * half]
     if log.base_orientation is None or log.angular_velocity is None or half < 2 or not parts:
         return log, []
@@ -43,7 +38,7 @@ def with_gyroscope(log: RobotLog, segments: tuple[slice, ...], period: float) ->
     noise, left, differ = (
         2 * float(np.sqrt(np.sum(np.square(each)) / 3 / len(parts))) for each in (before, after, apart)
     )
-    if differ > AGREES * noise or left > WORTH * noise:
+    if differ > 1.5 * noise or left > 0.5 * noise:  # else the measured one is as good
         return log, []
     note = f"base_orientation has {noise:.1g} rad of noise; the gyroscope replaces its fast changes."
     return replace(log, base_orientation=found), [note]
