@@ -8,11 +8,16 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
+from scipy.signal import butter, lfilter, savgol_filter
 from scipy.spatial.transform import Rotation
 
 from stribeck import Robot
 from stribeck.base.typing import Array
+from stribeck.dynamics.rooted import RootMotion, rooted_inverse_dynamics
+from stribeck.dynamics.state import root_quaternions
 from stribeck.log import RobotLog
+from stribeck.robot.kinematics import direction_in_root
+from stribeck.robot.rooting import BASE_FRAME
 
 Change = Callable[[RobotLog, Robot], tuple[RobotLog, Robot]]
 
@@ -29,7 +34,7 @@ class Fault:
 
 def _column(robot: Robot, nth: int = 0) -> int:
     """Choose a joint with a high load: the second joint of an arm, the knee of a leg."""
-    knees = [k for k, name in enumerate(robot.joint_names) if "knee" in name]
+    knees = [k for k, name in enumerate(robot.joint_names) if "knee" in name or name in TALOS_KNEES]
     return (knees or [1, 2])[nth]
 
 
@@ -73,8 +78,98 @@ def _other(name: str) -> str:
     return name.replace("left", "#").replace("right", "left").replace("#", "right")
 
 
-def _late(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
-    return replace(log, torque=CubicSpline(log.time, log.torque)(log.time - 0.008)), robot
+def _late(seconds: float, channel: str = "torque") -> Change:
+    def apply(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
+        values: Any = CubicSpline(log.time, getattr(log, channel))(log.time - seconds)
+        changed = {channel: values > 0.5 if channel == "contact" else values}
+        return replace(log, **changed), robot
+
+    return apply
+
+
+def _clock(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
+    """Let the clock of the torques run 1 % slow."""
+    return replace(log, torque=CubicSpline(log.time, log.torque)(log.time[0] + 0.99 * (log.time - log.time[0]))), robot
+
+
+def _low_pass(hertz: float, joints: slice | None = None) -> Change:
+    """Filter torques as a drive does: first order, causal; those of one joint if `joints` is None."""
+
+    def apply(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
+        own = joints or slice(_column(robot), _column(robot) + 1)
+        coefficients = butter(1, hertz, fs=1 / float(np.median(np.diff(log.time))))
+        torque = log.torque.copy()
+        torque[:, own] = lfilter(*coefficients, torque[:, own] - torque[0, own], axis=0) + torque[0, own]
+        return replace(log, torque=torque), robot
+
+    return apply
+
+
+def _rotors(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
+    """Measure torques in front of rotors of 0.1 kg m^2 that the model lacks."""
+    acceleration = savgol_filter(log.position, 61, 4, deriv=2, delta=1e-3, axis=0)
+    return replace(log, torque=log.torque + 0.1 * acceleration), robot
+
+
+def _compensated(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
+    """Log torques of hips and knees without the part by which the drives compensate friction."""
+    speed = savgol_filter(log.position, 61, 4, deriv=1, delta=1e-3, axis=0)
+    own = np.array([any(part in name for part in ("hip", "knee", "leg")) for name in robot.joint_names])
+    own &= ~np.array([name.endswith(("5_joint", "6_joint")) for name in robot.joint_names])  # ankles
+    return replace(log, torque=log.torque - 0.2 * own * np.tanh(speed / 0.05)), robot
+
+
+def _driving(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
+    """Walk on a platform that starts and stops with up to 1 m/s^2."""
+    assert log.contact is not None
+    assert log.base_orientation is not None
+    push = np.outer(np.sin(2 * np.pi * 0.3 * log.time), [-1.0, 0.0, 0.0])
+    turned = Rotation.from_quat(root_quaternions(robot, log.position, log.base_orientation))
+    torque, still = log.torque.copy(), np.zeros_like(log.position)
+    for k, foot in enumerate(log.foot_names):
+        rows = log.contact[:, k] & ~log.contact[:, :k].any(axis=1)
+        rooted, position = robot.rooted_at(foot), log.position[rows]
+        pull = direction_in_root(
+            rooted, rooted.model.getFrameId(BASE_FRAME), position, turned[rows].apply(push[rows], inverse=True)
+        )
+        torque[rows] += rooted_inverse_dynamics(rooted, position, still[rows], still[rows], RootMotion(pull))[1]
+    return replace(log, torque=torque), robot
+
+
+def _turned(axis: str, degrees: float) -> Change:
+    turn = Rotation.from_euler(axis, degrees, degrees=True)
+    return _channel("base_orientation", lambda q, _: (Rotation.from_quat(q) * turn).as_quat())
+
+
+def _degrees(position: Array, robot: Robot) -> Array:
+    """Log degrees, with one joint a little beyond its limit."""
+    knee, high = _column(robot), robot.position_limits[1]
+    position[:, knee] += high[knee] + 0.109 - position[:, knee].max()
+    return np.rad2deg(position)
+
+
+def _without_payload(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
+    """Leave 5 kg of the heaviest body out of the model."""
+    model = pin.Model(robot.tree.model)
+    joint = max(range(1, model.njoints), key=lambda k: float(model.inertias[k].mass))
+    body = model.inertias[joint]
+    model.inertias[joint] = pin.Inertia(body.mass - 5.0, body.lever, body.inertia * (1 - 5.0 / body.mass))
+    return log, replace(robot, tree=replace(robot.tree, model=model))
+
+
+def _spikes(torque: Array, _: Robot) -> Array:
+    return torque + 20.0 * (np.random.default_rng(6).random(torque.shape) < 5e-4)
+
+
+def _side(torque: Array, robot: Robot) -> Array:
+    torque[:, [name.startswith(LEFT_LEG) for name in robot.joint_names]] *= 1.2
+    return torque
+
+
+def _leaking(torque: Array, robot: Robot) -> Array:
+    """Let a tenth of the torque of one knee show in the torque of the hip above."""
+    torque[:, _column(robot) - 1] += 0.1 * torque[:, _column(robot)]
+    return torque
 
 
 def _outside(position: Array, robot: Robot) -> Array:
@@ -137,8 +232,10 @@ def _stuck(value: bool) -> Change:
     return _channel("contact", first)
 
 
+TALOS_KNEES = ("leg_left_4_joint", "leg_right_4_joint")
+LEFT_LEG = ("leg_left", "left_hip", "left_knee", "left_ankle")
 YAW = Rotation.from_euler("z", 90, degrees=True)
-WALK, EVERYWHERE = ("humanoid",), ("arm", "humanoid", "turntable", "standing")
+WALK = ("humanoid",)
 FAULTS = {
     "one torque inverted": Fault(_one(np.negative), ("torque-sign",)),
     "all torques inverted": Fault(_torques(np.negative), ("torque-sign",)),
@@ -154,7 +251,7 @@ FAULTS = {
     "a gear ratio left out": Fault(_one(lambda x: x / 100), ("torque-gain",)),
     "torques without a sign": Fault(_torques(np.abs), ("torque-unsigned",)),
     "one torque without a sign": Fault(_one(np.abs), ("torque-unsigned",)),
-    "torques 8 ms late": Fault(_late, ("torque-delay",)),
+    "torques 8 ms late": Fault(_late(0.008), ("torque-delay",)),
     "two torques swapped": Fault(_channel("torque", _swapped), ("joints-swapped",)),
     "left and right torques swapped": Fault(_channel("torque", _mirrored), ("joints-swapped",), of=WALK),
     "a position jumps by a turn": Fault(_one(_wrapped, "position"), ("position-jump",)),
@@ -188,3 +285,60 @@ FAULTS = {
     "the robot falls": Fault(_falls, ("base-falls",), of=WALK),
 }
 """Faults by name; every log with one of them can still be read."""
+
+SCALE, DELAY = ("torque-scale",), ("torque-delay", "friction-delay")
+WALK_FAULTS = {
+    "all torques x 1.3": Fault(_torques(lambda x: 1.3 * x), SCALE),
+    "all torques x 0.8": Fault(_torques(lambda x: 0.8 * x), SCALE),
+    "one leg x 1.2": Fault(_channel("torque", _side), ("torque-gain",)),
+    "one torque x 1.3": Fault(_one(lambda x: 1.3 * x), ("torque-gain",)),
+    "one torque x 1.1": Fault(_one(lambda x: 1.1 * x), ("torque-gain",)),
+    "torques clipped": Fault(_torques(lambda x: np.clip(x, -0.6 * x.max(), 0.6 * x.max())), ("channel-clipped",)),
+    "torques quantized to 2 N m": Fault(_torques(lambda x: 2 * np.round(x / 2)), ("channel-coarse",)),
+    "torques low-passed at 3 Hz": Fault(_low_pass(3.0, slice(None)), ("torque-filtered",)),
+    "torques low-passed at 10 Hz": Fault(_low_pass(10.0, slice(None)), ("torque-filtered", *DELAY)),
+    "one torque low-passed at 3 Hz": Fault(_low_pass(3.0), ("torque-filtered", *DELAY)),
+    "torques 2 ms late": Fault(_late(0.002), DELAY),
+    "one torque 10 ms late": Fault(_one(lambda x: np.append(np.full(10, x[0]), x[:-10])), DELAY),
+    "torque clock 1 % off": Fault(_clock, ("torque-clock",)),
+    "friction compensated": Fault(_compensated, ()),
+    "a torque of zero": Fault(_one(np.zeros_like), ("channel-dead",)),
+    "a constant torque": Fault(_one(lambda x: np.full_like(x, 5.0)), ("channel-dead",)),
+    "a torque of noise": Fault(
+        _one(lambda x: 0.1 * np.random.default_rng(7).standard_normal(len(x))), ("channel-dead",)
+    ),
+    "rotors missing in the model": Fault(_rotors, ("rotor-missing",)),
+    "knee encoder off by 5°": Fault(_one(lambda x: x + np.deg2rad(5), "position"), ("encoder-zero",)),
+    "knee encoder off by 1°": Fault(_one(lambda x: x + np.deg2rad(1), "position"), ("encoder-zero",)),
+    "one position with a wrong scale": Fault(_one(lambda x: 1.1 * x, "position"), ("encoder-zero",)),
+    "one position inverted": Fault(_one(np.negative, "position"), ("encoder-zero", "position-limits", "torque-sign")),
+    "IMU rolled by 3°": Fault(_turned("x", 3), ("imu-tilt",)),
+    "IMU pitched by 10°": Fault(_turned("y", 10), ("imu-tilt",)),
+    "IMU pitched by 3°": Fault(_turned("y", 3), ("imu-tilt",)),
+    "base orientation 30 ms late": Fault(_late(0.03, "base_orientation"), ("base-orientation-delay",)),
+    "ground that drives": Fault(_driving, ("base-moves",)),
+    "contacts 60 ms late": Fault(_late(0.06, "contact"), ("contact-stuck", "contact-delay")),
+    "degrees, one joint beyond its limit": Fault(_channel("position", _degrees), ("position-degrees",)),
+    "5 kg not in the model": Fault(_without_payload, ("bodies-differ", "torque-scale")),
+    "one torque off by 10 N m": Fault(_one(lambda x: x + 10), ()),
+    "spikes in torques": Fault(_channel("torque", _spikes), ()),
+    "a torque that leaks": Fault(_channel("torque", _leaking), ()),
+    **{
+        name: FAULTS[name]
+        for name in (
+            "one torque inverted",
+            "torques in kgf m",
+            "two torques swapped",
+            "left and right torques swapped",
+            "torques without a sign",
+            "a torque frozen halfway",
+            "a torque held for 10 samples",
+            "a position frozen halfway",
+            "a gear ratio left out",
+            "contacts swapped",
+            "quaternion inverted",
+            "gravity upside down",
+        )
+    },
+}
+"""Faults that are put into a walk with sensor noise, which is then identified with default settings."""

@@ -21,17 +21,30 @@ from stribeck.audit import audit
 from stribeck.friction import get_law
 from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
+from stribeck.result import JointResult
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.prescribed.gait import Gait
 from stribeck_simulation.robots import MODELS
 from stribeck_simulation.sensors.measure import with_noise
-from studies.accuracy_cases import CASES, LAW, measured, wrong_model
+from studies.accuracy_cases import CASES, LAW, NAMES, measured, wrong_model
 from studies.command import ROOT, Row, command
-from studies.fault_cases import FAULTS
+from studies.fault_cases import FAULTS, WALK_FAULTS, Fault
 from studies.harder_cases import other_walks
 from studies.markdown import markdown_table
 from studies.walking_cases import EXAMPLES
 
+VAGUE = (
+    "bodies-implausible",
+    "chi-square",
+    "friction-unclear",
+    "heterogeneity",
+    "passivity",
+    "position-stop",
+    "set-aside",
+    "torque-delay.ambiguous",
+    "torque-unexplained",
+)
+"""Checks whose findings name no cause."""
 SECONDS = 20.0
 """Duration of a log that faults are put into [s]."""
 WINDOWS = {10.0: 3, 2.0: 8, 1.0: 12}
@@ -39,17 +52,18 @@ WINDOWS = {10.0: 3, 2.0: 8, 1.0: 12}
 WRONG, SMALL = 0.25, 0.1
 """Errors above which Coulomb friction counts as wrong: relative [1] and absolute [N m]."""
 CLEAN = "none"
+WALK_HEAD = ("fault", "robot", "identified", "wrong", "findings", "cause")
 HEAD = ("fault", "log", "found", "named")
 CLEAN_HEAD = ("clean log", "whole", *(f"{seconds:g} s" for seconds in WINDOWS))
 
 
 @dataclass(frozen=True, eq=False)
 class CleanLog:
-    """Robot as described by its (wrong) model, its log without faults, and true Coulomb friction by joint [N m]."""
+    """Robot as described by its (wrong) model, its log without faults, and true parameters of friction by joint."""
 
     robot: Robot
     log: RobotLog
-    coulomb: dict[str, float]
+    truth: dict[str, dict[str, float]]
 
 
 ARM = '[robot]\nname = "arm"\nmodel = "{}/panda_description/urdf/panda.urdf"\nbase = "fixed"\n'
@@ -86,17 +100,27 @@ def _moved(robot: Robot, seed: int, coulomb: float, viscous: float, gait: Gait) 
     parameters = {joint: {**friction, "offset": 0.0, "slope": 40.0} for joint in robot.joint_names}
     log, _ = exact_log(robot, get_law(LAW), parameters, duration=SECONDS, rate=500.0, seed=seed, gait=gait)
     log = replace(with_noise(log, position=2e-5, torque=0.1, seed=seed), velocity=None, acceleration=None)
-    return CleanLog(wrong_model(robot, seed), log, dict.fromkeys(robot.joint_names, coulomb))
+    return CleanLog(wrong_model(robot, seed), log, parameters)
 
 
 def humanoid() -> CleanLog:
     """Make the log of a walk that no constant was tuned on."""
     walk = other_walks("G1")[2]
     rows = slice(min(len(walk.log.time), round(SECONDS * len(walk.log.time) / np.ptp(walk.log.time))))
-    coulomb = {name: values["coulomb"] for name, values in walk.truth.parameters.items()}
-    return CleanLog(wrong_model(walk.robot, 5), measured(walk.log.take(rows), CASES["A"], 5, 0), coulomb)
+    log = measured(walk.log.take(rows), CASES["A"], 5, 0)
+    return CleanLog(wrong_model(walk.robot, 5), log, dict(walk.truth.parameters))
 
 
+@cache
+def walk(name: str) -> CleanLog:
+    """Make the log of a turning walk; the model is exact."""
+    found = other_walks(name)[2]
+    none = dict.fromkeys(found.log.joint_names, dict.fromkeys(NAMES, 0.0))  # the controller keeps the arms still
+    return CleanLog(found.robot, measured(found.log, CASES["A"], 5, 0), none | found.truth.parameters)
+
+
+WALKS = {"walk of TALOS": "TALOS", "walk of G1": "G1"}
+"""Walks that are identified; thresholds were chosen on the first."""
 LOGS = {"arm": cache(arm), "humanoid": cache(humanoid), "turntable": cache(turntable), "standing": cache(standing)}
 
 
@@ -110,6 +134,8 @@ def checks_of(log: RobotLog, robot: Robot) -> tuple[list[str], str]:
 
 def run(log: str, fault: str) -> Row:
     """Audit a log with a fault, or a clean one in windows."""
+    if log in WALKS:
+        return run_walk(WALKS[log], fault)
     given = LOGS[log]()
     if fault == CLEAN:
         return {"clean": windows_with_findings(given)}
@@ -117,11 +143,11 @@ def run(log: str, fault: str) -> Row:
     changed, robot = made.apply(given.log, given.robot)
     found, refusal = checks_of(changed, robot)
     named = bool(set(found) & set(made.checks)) or bool(made.words and made.words in refusal)
-    wrong = [] if found else wrong_unwarned(changed, robot, given.coulomb)
+    wrong = [] if found else wrong_unwarned(changed, robot, given.truth)
     return {"found": list(dict.fromkeys(found)), "named": named, "wrong": wrong}
 
 
-def wrong_unwarned(log: RobotLog, robot: Robot, coulomb: dict[str, float]) -> list[str]:
+def wrong_unwarned(log: RobotLog, robot: Robot, truth: dict[str, dict[str, float]]) -> list[str]:
     """List the joints whose verdict is identified but whose Coulomb friction is wrong; empty after any warning."""
     try:
         result = identify(log, robot, Settings(method="curve-fit"), force=True)
@@ -129,12 +155,57 @@ def wrong_unwarned(log: RobotLog, robot: Robot, coulomb: dict[str, float]) -> li
         return []
     wrong = []
     for name, joint in result.joints.items():
-        value, true = joint.parameters.get("coulomb"), coulomb.get(name)
+        value, true = joint.parameters.get("coulomb"), truth.get(name, {}).get("coulomb")
         if value is None or true is None or not joint.verdict == value.verdict == "identified":
             continue
         if abs(value.value - true) > max(WRONG * true, SMALL):
             wrong.append(name)
     return [] if result.warnings else wrong
+
+
+def run_walk(name: str, fault: str) -> Row:
+    """Identify a walk with a fault by default settings, and judge whether the findings lead to the cause."""
+    given = walk(name)
+    made = WALK_FAULTS.get(fault, Fault(lambda log, robot: (log, robot), ()))
+    log, robot = made.apply(given.log, given.robot)
+    joints: dict[str, JointResult] = {}
+    try:
+        result = identify(log, robot)
+        joints, found = result.joints, [(finding.check, str(finding)) for finding in result.findings]
+    except (LogError, NothingIdentifiedError) as error:
+        words = str(error)
+        found = [
+            (made.words if made.words and made.words in words else words.rpartition("explain ")[2].strip(")"), words)
+        ]
+    wrong = [joint for joint, own in joints.items() if _is_wrong(own, given.truth[joint])]
+    sure = [joint for joint, own in joints.items() if own.verdict in ("identified", "no friction")]
+    checks = dict.fromkeys(check for check, _ in found)
+    others = [check for check in checks if check not in (*made.checks, made.words, *VAGUE)]
+    if set(checks) & {*made.checks, made.words} - {""}:
+        cause = "named, with others" if others else "named"
+    elif others:
+        cause = "wrong"
+    else:
+        cause = "warned" if checks else "silent" if wrong else "harmless"
+    return {
+        "robot": name,
+        "found": list(checks),
+        "identified": len(sure),
+        "wrong": wrong,
+        "cause": cause,
+    }
+
+
+def _is_wrong(joint: JointResult, truth: dict[str, float]) -> bool:
+    """Whether a point of a curve with a sure verdict is off by 10 %, 0.05 N m and two half-widths of its interval."""
+    if joint.verdict not in ("identified", "no friction"):
+        return False
+    law, values = get_law(LAW), np.array([truth[name] for name in NAMES])
+    for point in joint.curve:
+        true = float(law.torque(np.array([point.velocity]), values)[0]) - truth["offset"]
+        if abs(point.value - true) > max(0.1 * true, 0.05, 2 * point.half_width):
+            return True
+    return False
 
 
 def windows(log: RobotLog, seconds: float, count: int) -> Iterator[RobotLog]:
@@ -155,13 +226,26 @@ def windows_with_findings(given: CleanLog) -> dict[str, list[int]]:
 
 def tables(rows: list[Row]) -> list[str]:
     """Format the tables of faults and of clean logs."""
+    walks = [row for row in rows if row["log"] in WALKS]
+    rows = [row for row in rows if row not in walks]
     faulty, clean = ([row for row in rows if (row["fault"] == CLEAN) == kind] for kind in (False, True))
     cells = [
         (row["fault"], row["log"], ", ".join(f"`{check}`" for check in row["found"]) or "-", _yes(row["named"]))
         for row in faulty
     ]
     counts = [(row["log"], *("{} of {}".format(*row["clean"][length]) for length in CLEAN_HEAD[1:])) for row in clean]
-    return [markdown_table(HEAD, cells, 4), markdown_table(CLEAN_HEAD, counts)]
+    walked = [
+        (
+            row["fault"],
+            row["robot"],
+            row["identified"],
+            len(row["wrong"]),
+            ", ".join(f"`{check}`" for check in row["found"]) or "-",
+            row["cause"],
+        )
+        for row in walks
+    ]
+    return [markdown_table(HEAD, cells, 4), markdown_table(CLEAN_HEAD, counts), markdown_table(WALK_HEAD, walked, 2)]
 
 
 def _yes(named: bool) -> str:
@@ -170,4 +254,6 @@ def _yes(named: bool) -> str:
 
 if __name__ == "__main__":
     keys = [{"log": log, "fault": name} for name, fault in FAULTS.items() for log in LOGS if log in fault.of]
-    command(__doc__, [*keys, *({"log": log, "fault": CLEAN} for log in LOGS)], run, tables)
+    keys += [{"log": log, "fault": CLEAN} for log in (*LOGS, *WALKS)]
+    keys += [{"log": log, "fault": fault} for log in WALKS for fault in WALK_FAULTS]
+    command(__doc__, keys, run, tables)

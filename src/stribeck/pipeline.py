@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
-from stribeck.audit import audit_or_stop, find_torques
+from stribeck.audit import audit_or_stop, consequences, find_torques, without_dead_joints
 from stribeck.base.outputs import check_outputs, whole_or_not_at_all
 from stribeck.base.threads import one_blas_thread
 from stribeck.compose import compose
@@ -102,17 +102,19 @@ def identify(
         prepared, unseen = every[: len(sources)], every[len(sources) :]
         audited = [*of_torques, *audit_or_stop([*prepared, *unseen], robot, settings, force)]
         findings += [str(each) for each in audited]
+        robot = without_dead_joints(robot, audited)
         friction_torque = FrictionTorqueStage(place, progress, prepared[0], robot, settings)
         fitted = chosen.find(prepared, robot, friction_law, settings, friction_torque, progress)
         samples = friction_torque(fitted.logs, fitted.robot, fitted.settings or settings)
         del friction_torque  # and the corrected logs: composing the result corrects the held-out parts once more
         fitted = replace(fitted, logs=())
         result = compose(fitted, samples, prepared, robot, friction_law, settings, chosen, gain_errors)
+        dropped = {str(each) for each in consequences(audited, result.findings)}
         return replace(
             result,
             held_out=[held_out_log(log, fitted, result, robot, samples.settings) for log in unseen],
-            findings=[*audited, *result.findings],
-            warnings=[*(str(each) for each in audited), *result.warnings],
+            findings=[*audited, *(each for each in result.findings if str(each) not in dropped)],
+            warnings=[*(str(each) for each in audited), *(each for each in result.warnings if each not in dropped)],
         )
 
 

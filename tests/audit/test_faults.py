@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from studies.fault_cases import FAULTS
+from studies.fault_cases import FAULTS, WALK_FAULTS
 from studies.faults import CleanLog, checks_of, windows
 from tests.arm import TRUTH
 from tests.models import POSTURES, example_robot
@@ -48,6 +48,21 @@ def test_a_fault_in_a_log_is_detected(name: str, honest: dict[str, CleanLog]) ->
     of = honest["arm" if "arm" in lie.of else "humanoid"]
     found, refusal = checks_of(*lie.apply(of.log, of.robot))
     assert set(found) & set(lie.checks) or (lie.words and lie.words in refusal), (found, refusal)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "torques quantized to 2 N m",
+        "torques low-passed at 3 Hz",
+        "torque clock 1 % off",
+        "a torque of noise",
+        "degrees, one joint beyond its limit",
+    ],
+)
+def test_a_fault_of_a_walk_is_the_only_finding(name: str, honest: dict[str, CleanLog]) -> None:
+    fault, of = WALK_FAULTS[name], honest["humanoid"]
+    assert set(checks_of(*fault.apply(of.log, of.robot))[0]) == set(fault.checks)
 
 
 @pytest.mark.parametrize("seconds", [1.0, 2.0, 7.9])

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from studies import accuracy, compensation, coverage, fault_cases, misfits, plan, summary, verdicts, walking
+from studies import accuracy, compensation, coverage, fault_cases, faults, misfits, plan, summary, verdicts, walking
 from studies.accuracy_cases import CASES, NAMES, ROBOTS, as_walked, measured, walk_scenario, wrong_model
 from studies.command import ROOT, Row, saved
 from studies.harder_cases import CONDITIONS, ROTOR, Harder, as_seen
@@ -92,7 +92,13 @@ def test_plans_keep_their_promises() -> None:
 
 
 def test_faults_are_named_and_clean_logs_have_no_finding() -> None:
-    rows = saved("faults")
+    every = saved("faults")
+    walks, rows = ([row for row in every if (row["log"] in faults.WALKS) == kind] for kind in (True, False))
+    judged = {row["fault"]: row["cause"] for row in walks if row["robot"] == "TALOS"}
+    assert len(judged) >= 40
+    assert judged[faults.CLEAN] == "harmless"
+    assert list(judged.values()).count("silent") <= 2
+    assert "wrong" not in judged.values()
     faulty = [row for row in rows if "found" in row]
     assert {row["fault"] for row in faulty} == set(fault_cases.FAULTS)
     assert sum(row["named"] for row in faulty) > 0.9 * len(faulty)

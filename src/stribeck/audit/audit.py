@@ -1,10 +1,11 @@
 """The audit of a log before friction is fitted, from checks without a model to checks of the whole model."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from stribeck.audit.base import check_base
 from stribeck.audit.channels import check_channels
-from stribeck.audit.delay import check_delay, delays
+from stribeck.audit.delay import Lag, check_delay, delays
 from stribeck.audit.evidence import Evidence, gather
 from stribeck.audit.motion import check_motion
 from stribeck.audit.positions import check_positions
@@ -16,6 +17,14 @@ from stribeck.friction_torque.preparation import PreparedLog, log_names
 from stribeck.log.sampling import SHORT
 from stribeck.robot import Robot
 from stribeck.settings import Settings
+
+FAULTY = (
+    *("channel-clipped", "channel-coarse", "channel-frozen", "channel-held", "joints-swapped", "position-jump"),
+    *("position-limits", "torque-clock", "torque-filtered", "torque-gain", "torque-sign", "torque-unsigned"),
+)
+"""Faults of a channel that no correction of the fit describes."""
+SYMPTOMS = ("chi-square", "heterogeneity", "set-aside", "passivity")
+"""Findings of the fit that name no cause."""
 
 
 def audit(prepared: PreparedLog, robot: Robot, settings: Settings) -> list[Finding]:
@@ -51,13 +60,25 @@ def audit_or_stop(prepared: Sequence[PreparedLog], robot: Robot, settings: Setti
     return merged(found)
 
 
+def without_dead_joints(robot: Robot, audited: Sequence[Finding]) -> Robot:
+    """Leave out the joints whose torque is dead: their torque counts as unknown."""
+    dead = [joint for finding in audited if finding.check == "channel-dead" for joint in finding.joints]
+    return replace(robot, position_controlled=(*robot.position_controlled, *dead)) if dead else robot
+
+
+def consequences(audited: Sequence[Finding], fitted: Sequence[Finding]) -> list[Finding]:
+    """List the causes in the findings of a fit that follow from a faulty channel, which distorts all corrections."""
+    faulty = any(finding.check in FAULTY for finding in audited)
+    return [finding for finding in fitted if faulty and finding.check not in SYMPTOMS]
+
+
 def model_findings(robot: Robot) -> list[Finding]:
     """Report unusual properties of the robot's model, independent of the log."""
     return [Finding.of("robot-model", text=text) for text in robot.warnings]
 
 
-def findings(evidence: Evidence, late: dict[str, float]) -> list[Finding]:
-    """Run all checks on a log, given the delay of each joint's torque [s].
+def findings(evidence: Evidence, late: dict[str, Lag]) -> list[Finding]:
+    """Run all checks on a log, given the lag of each joint's torque.
 
     A cause on which the model's torque depends suppresses the checks after it: with frozen positions, exchanged feet
     or inverted gravity, comparing torques gives no information about signs and gains.

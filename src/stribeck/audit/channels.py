@@ -1,7 +1,7 @@
 """Checks of single channels: dead, frozen, clipped, or held for several samples."""
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,38 +28,55 @@ def check_channels(evidence: Evidence) -> list[Finding]:
     log, robot, sampling = evidence.prepared.log, evidence.robot, evidence.prepared.sampling
     found: dict[tuple[str, str], dict[str, str]] = defaultdict(dict)
     frozen: dict[str, list[Span]] = defaultdict(list)
-
-    def add(check: str, channel: str, joint: str, evidence: str) -> None:
-        found[check, channel][joint] = evidence and f" ({evidence})"
-
-    def add_frozen(channel: str, joint: str, parts: Sequence[slice]) -> None:
-        since = log.time - log.start
-        spans = [Span(since[part.start], since[part.stop - 1]) for part in parts]
-        if spans:
-            frozen[channel] = list({*frozen[channel], *spans})
-            add("channel-frozen", channel, joint, listed_spans(spans))
-
     least, most = log.torque.min(axis=0), log.torque.max(axis=0)
-    for number, column in enumerate(robot.torque_controlled.tolist()):
+    moving = [column for number, column in enumerate(robot.torque_controlled.tolist()) if evidence.moves(number)]
+    steps = {column: step for column in moving if (step := coarse_step(log.torque[:HELD_ROWS, column]))}
+    for column in robot.torque_controlled.tolist():
         joint, position, torque = robot.joint_names[column], log.position[:, column], log.torque[:, column]
-        moves = evidence.moves(number)
+        parts, moves = {}, column in moving
         if moves:
-            add_frozen("position", joint, _frozen_positions(position, sampling.segments, sampling.period))
-        if moves and least[column] == most[column]:
-            add("channel-dead", "torque", joint, "")
-            continue
-        add_frozen("torque", joint, _frozen_torques(torque, position, sampling.segments, sampling.period))
-        share = clipped(torque, position, float(least[column]), float(most[column])) if moves else 0.0
-        if share:
-            add("channel-clipped", "torque", joint, f"{100 * share:.2g} % of the samples")
-        for channel, values in (("torque", torque), ("position", position)):
-            held = held_for(values[:HELD_ROWS])
-            if held:
-                add("channel-held", channel, joint, f"{held} samples")
+            parts["position"] = _frozen_positions(position, sampling.segments, sampling.period)
+        if step := steps.get(column) or (moves and _shared_step(torque[:HELD_ROWS], steps.values())):
+            found["channel-coarse", "torque"][joint] = f" ({step:.2g} N m)"
+        elif moves and least[column] == most[column]:
+            found["channel-dead", "torque"][joint] = ""
+        else:
+            share = clipped(torque, position, float(least[column]), float(most[column])) if moves else 0.0
+            if share:
+                found["channel-clipped", "torque"][joint] = f" ({100 * share:.2g} % of the samples)"
+            else:
+                parts["torque"] = _frozen_torques(torque, position, sampling.segments, sampling.period)
+            for channel, values in (("torque", torque), ("position", position)):
+                if held := held_for(values[:HELD_ROWS]):
+                    found["channel-held", channel][joint] = f" ({held} samples)"
+        for channel, own in parts.items():
+            spans = [Span(log.time[part.start] - log.start, log.time[part.stop - 1] - log.start) for part in own]
+            if spans:
+                frozen[channel] = list({*frozen[channel], *spans})
+                found["channel-frozen", channel][joint] = f" ({listed_spans(spans)})"
     return [
         Finding.of(check, joints, channel=channel, exclude=exclude_options(frozen[channel]))
         for (check, channel), joints in found.items()
     ]
+
+
+def coarse_step(torque: Array) -> float:
+    """Find the step of a torque that stays on multiples of it, if it is larger than 3 % of the variation; otherwise 0.
+
+    More than half of the samples repeat the value before them: the step hides what friction changes between two values.
+    """
+    changes = np.abs(np.diff(torque))
+    changes = changes[changes > ROUNDING * float(np.abs(torque).max())]
+    if len(changes) < 20 or len(changes) > 0.5 * len(torque):
+        return 0.0
+    step = float(changes.min())
+    multiples = np.abs(changes / step - np.round(changes / step)) < 1e-3 * changes / step + 1e-6
+    return step if step > 0.03 * float(torque.std()) and multiples.mean() > 0.99 else 0.0
+
+
+def _shared_step(torque: Array, steps: Iterable[float]) -> float:
+    """Find the step of other joints on whose multiples a torque stays as well; 0 without one."""
+    return next((step for step in steps if np.all(np.abs(torque / step - np.round(torque / step)) < 1e-3)), 0.0)
 
 
 def constant_parts(values: Array, segments: tuple[slice, ...], shortest: int) -> list[slice]:

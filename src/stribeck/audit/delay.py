@@ -1,9 +1,12 @@
-"""Delay of the torques relative to the motion, if several joints agree on it."""
+"""Delay, low-pass filter or another clock of the torques relative to the motion: the hypothesis that fits best."""
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from stribeck.audit.evidence import Evidence, Run
+from stribeck.audit.regression import friction_shapes
 from stribeck.base.finding import Finding
 from stribeck.base.typing import Array
 
@@ -11,21 +14,43 @@ MOST_SAMPLES = 6000
 """Samples of each joint that are compared [1]; shifts between them are at the log's rate."""
 LEAST = 1.5
 """Smallest delay that is reported [samples]."""
+FILTER, SURE = 0.01, 30.0
+"""Smallest time constant of a filter [s], and its evidence [1], from which it is named instead of a delay."""
+CLOCKS, COMPARED = 0.02, 20.0
+"""Largest relative error of a clock [1], and part of the log in which clocks are compared [s]."""
 
 
-def delays(evidence: Evidence) -> dict[str, float]:
-    """Estimate the delay of each joint's torque [s]; joints with a too poor fit of the model have none."""
-    found = {name: _delay(evidence, k) for k, name in enumerate(evidence.joints)}
-    return {name: delay for name, delay in found.items() if delay is not None}
+@dataclass(frozen=True)
+class Lag:
+    """Lag of a joint's torque: its delay [s], None if unclear; or the time constant of its filter [s].
+
+    The evidence is half of the decrease of chi^2 if a filter replaces the best delay.
+    """
+
+    delay: float | None
+    constant: float
+    evidence: float
 
 
-def check_delay(evidence: Evidence, found: dict[str, float]) -> list[Finding]:
-    """Report a delay of more than a sample or two on which the joints agree.
+def delays(evidence: Evidence) -> dict[str, Lag]:
+    """Estimate the lag of each joint's torque; joints with a too poor fit of the model have none."""
+    found = {name: _lag(evidence, k) for k, name in enumerate(evidence.joints)}
+    return {name: lag for name, lag in found.items() if lag is not None}
 
-    Three joints must have one, if the robot has as many, and 60 % of them must agree; 75 % of fewer than eight.
+
+def check_delay(evidence: Evidence, found: dict[str, Lag]) -> list[Finding]:
+    """Report low-pass filters, another clock, or a delay of more than a sample or two on which the joints agree.
+
+    Three joints must have a delay, if the robot has as many, and 60 % of them must agree; 75 % of fewer than eight.
     """
     period = evidence.prepared.sampling.period
-    values = np.array(list(found.values()))
+    slow = {name: lag for name, lag in found.items() if lag.constant > FILTER}
+    if 2 * len(slow) > len(found) and sum(lag.evidence for lag in slow.values()) > SURE:
+        constant = float(np.median([lag.constant for lag in slow.values()]))
+        return [Finding.of("torque-filtered", tuple(slow), cutoff=1 / (2 * np.pi * constant))]
+    if clock := _clock(evidence):
+        return [Finding.of("torque-clock", faster=100 * abs(clock), speed="fast" if clock > 0 else "slow")]
+    values = np.array([lag.delay for lag in found.values() if lag.delay is not None])
     if len(values) < max(2, min(3, len(evidence.joints))):
         return []
     middle = float(np.median(values))
@@ -38,12 +63,54 @@ def check_delay(evidence: Evidence, found: dict[str, float]) -> list[Finding]:
     return [Finding.of("torque-delay", delay=1e3 * middle, count=len(values), agreeing=agreeing, setting=setting)]
 
 
-def _delay(evidence: Evidence, k: int) -> float | None:
-    """Estimate the delay of a joint's torque [s]; None if the model explains too little of the torque.
+def _clock(evidence: Evidence) -> float:
+    """Find the relative error of the torques' clock [1]; zero if a common delay explains the torques as well.
+
+    The mean torque over each bin of the model is taken at other times, and regressed like the measured one. Bins with
+    several standing feet are left out, because the model's torque there depends on the measured one.
+    """
+    log, period = evidence.prepared.log, evidence.prepared.sampling.period
+    time = log.time[evidence.rows]
+    closed = np.array(["+" in name for name in evidence.support_names], dtype=bool)[evidence.support]
+    early = (time - log.time[0] < COMPARED) & ~closed
+    bases: list[tuple[int, Array, Array]] = []
+    for k in range(len(evidence.joints)):
+        rows = early & np.isfinite(evidence.model[:, k])
+        if evidence.moves(k) and rows.sum() > 100:
+            columns = np.column_stack([friction_shapes(evidence, k, rows), evidence.model[rows, k]])
+            bases.append((evidence.robot.torque_controlled[k], time[rows], np.linalg.qr(columns)[0]))
+    if len(bases) < 2:
+        return 0.0
+    sums = np.concatenate([np.zeros((1, log.torque.shape[1])), np.cumsum(log.torque, axis=0)])
+    edges, half = np.append(log.time, log.time[-1] + period) - period / 2, 0.02
+
+    def left(clock: float, delay: float) -> float:
+        """Compute the median over the joints of the share of the torque that stays unexplained."""
+        shares = []
+        for column, own, basis in bases:
+            now = log.time[0] + (own - log.time[0]) * (1 + clock) + delay
+            torque = np.interp(now + half, edges, sums[:, column]) - np.interp(now - half, edges, sums[:, column])
+            shares.append(
+                float(_unexplained(basis, torque) / max(float(np.sum((torque - torque.mean()) ** 2)), 1e-300))
+            )
+        return float(np.median(shares))
+
+    reach = min(COMPARED, float(log.time[-1] - log.time[0]))
+    late = np.linspace(-0.03, 0.03, 7)
+    plain = min(left(0.0, delay) for delay in late)
+    clocks = np.arange(-CLOCKS, CLOCKS, 0.02 / reach)
+    best = min(clocks, key=lambda clock: left(clock, 0.0))
+    best = min(np.linspace(best - 0.02 / reach, best + 0.02 / reach, 9), key=lambda clock: left(clock, 0.0))
+    return float(best) if abs(best) > 0.03 / reach and left(best, 0.0) < 0.5 * plain else 0.0
+
+
+def _lag(evidence: Evidence, k: int) -> Lag | None:
+    """Estimate the lag of a joint's torque; None if the model explains too little of the torque.
 
     For every shift, the torque is regressed on the model's torque, the velocity, smoothed signs of it and a constant,
     so that friction does not look like a delay. A parabola through the best shift and its neighbors gives the fraction
     of a sample. A delay that explains less than 10 % of the residual is rejected, because model errors look similar.
+    A low-pass filter of first order with the time constant T is undone: the torque before it is y + T dy/dt.
     """
     if not evidence.moves(k):
         return None
@@ -67,14 +134,23 @@ def _delay(evidence: Evidence, k: int) -> float | None:
     with_model = np.linalg.qr(np.column_stack([without_model, model]))[0]
     left = _unexplained(with_model, torque)
     best = int(np.argmin(left))
+    apart = max(1, round(0.005 / period))
+    rate = (torque[:, reach + apart] - torque[:, reach - apart]) / (2 * apart * period)
+    constant = -np.linalg.lstsq(np.column_stack([with_model, rate]), torque[:, reach], rcond=None)[0][-1]
+    behind = _unexplained(with_model, torque[:, reach] + constant * rate)
+    whole = _unexplained(without_model[:, :1], torque)
     gained = _unexplained(without_model, torque[:, best]) - left[best]
-    if best in (0, 2 * reach) or gained < 0.5 * _unexplained(without_model[:, :1], torque[:, best]):
+    if not gained > 0.5 * whole[best]:
         return None
+    independent = len(torque) * stride * period / 0.05  # the model is filtered
+    gain = 0.5 * independent * float(np.log(max(left[best], 1e-300) / max(behind, 1e-300)))
+    if best in (0, 2 * reach):
+        return Lag(None, float(constant), gain)
     low, middle, high = left[best - 1 : best + 2]
     delay = float(best - reach + 0.5 * (low - high) / (low - 2 * middle + high))
     if abs(delay) > LEAST and left[reach] < 1.1 * left[best]:
         return None
-    return delay * period
+    return Lag(delay * period, float(constant), gain)
 
 
 def _known(evidence: Evidence, k: int, shortest: float) -> list[Run]:

@@ -172,7 +172,9 @@ def _inspect(
     found = [*findings(evidence, late), *of_currents, *model_findings(robot)]
     opposite = {joint for each in found if each.check == "torque-sign" for joint in each.joints}
     joints = {
-        name: _inspect_joint(evidence, k, late.get(name), "opposite" if name in opposite else None)
+        name: _inspect_joint(
+            evidence, k, late[name].delay if name in late else None, "opposite" if name in opposite else None
+        )
         for k, name in enumerate(evidence.joints)
     }
     return Inspection(

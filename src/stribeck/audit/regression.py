@@ -69,13 +69,17 @@ def without(shapes: Array, *values: Array) -> list[Array]:
     return [each - basis @ (basis.T @ each) for each in values]
 
 
-def fit(evidence: Evidence, k: int, model: Array | None = None, torque: Array | None = None) -> Fit | None:
+def fit(
+    evidence: Evidence, k: int, model: Array | None = None, torque: Array | None = None, beside: Array | None = None
+) -> Fit | None:
     """Fit a joint's torque to its model; None if there is too little data.
 
     Parameters
     ----------
     model, torque
         Override the evidence's for this joint, shape (B,).
+    beside
+        Other torques that are fitted as well, shape (B, any).
     """
     model = evidence.model[:, k] if model is None else model
     torque = evidence.torque[:, k] if torque is None else torque
@@ -83,6 +87,8 @@ def fit(evidence: Evidence, k: int, model: Array | None = None, torque: Array | 
     if rows.sum() < FEWEST:
         return None
     shapes = friction_shapes(evidence, k, rows)
+    if beside is not None:
+        shapes = np.hstack([shapes, np.nan_to_num(beside[rows])])
     y, m = torque[rows], model[rows]
     gain, deviation, own, error = regress(shapes, m, y, evidence.run[rows])
     left, power = gain * own + error, float(own @ own)

@@ -7,8 +7,10 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 from scipy.linalg import null_space
+from scipy.spatial.transform import Rotation
 
 from stribeck.audit.evidence import Evidence
+from stribeck.audit.motion import gravity_torques
 from stribeck.audit.regression import FEWEST, Fit, fit
 from stribeck.base.finding import Finding
 from stribeck.base.typing import Array
@@ -58,6 +60,9 @@ def check_scales(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) ->
     if len(fits) < 2 and len(levels) >= 2 and not any(0.125 < level < 100.0 for level in levels.values()):
         return [_scale_of_all(evidence, levels)]
     off = {k: found for k, found in off.items() if evidence.moves(k)}  # a gear at rest can carry any torque
+    if off and evidence.robot.base == "floating" and evidence.prepared.log.base_orientation is not None:
+        tilted = _tilted_torques(evidence)
+        off = {k: found for k, found in off.items() if (own := fit(evidence, k, beside=tilted[:, k])) and _off(own)}
     if not off or len(evidence.rows) < BINS_FOR_GAIN:
         return bounded
     gear = all(not 1 / 12 < abs(found.gain) < 12 for found in off.values())
@@ -69,6 +74,14 @@ def check_scales(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) ->
         setting=scale_line(evidence.robot, factors),
     )
     return [finding, *bounded]
+
+
+def _tilted_torques(evidence: Evidence) -> Array:
+    """Compute the torques that a tilt of the IMU about each axis of the base adds, per rad, shape (B, k, 3)."""
+    log, gravity = evidence.prepared.log, evidence.robot.gravity
+    axes = Rotation.from_quat(log.base_orientation[evidence.rows]).as_matrix()  # type: ignore[index]
+    turned = np.cross(axes.transpose(0, 2, 1), gravity)  # gravity's change in the world for each axis
+    return np.asarray(np.einsum("bkw,baw->bka", gravity_torques(evidence, evidence.robot, np.eye(3)), turned))
 
 
 def _plus_minus(found: Fit) -> str:

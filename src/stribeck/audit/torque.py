@@ -25,9 +25,18 @@ def check_torques(evidence: Evidence, left_out: Collection[str] = ()) -> list[Fi
     joints = [k for k in joints if evidence.joints[k] not in names]
     every = {k: found for k in joints if (found := fit(evidence, k)) is not None}
     largest = max((found.swing for found in every.values()), default=0.0)
+    dead = [evidence.joints[k] for k, found in every.items() if _only_noise(evidence, k, found, largest)]
+    if dead:
+        return [Finding.of("channel-dead.noise", dead, channel="torque"), *check_torques(evidence, [*left_out, *dead])]
     fits = {k: found for k, found in every.items() if judged(found, largest)}
     signed = {k: found for k, found in fits.items() if found.gain > 0 or _opposite(found)}
     return [*swapped, *_signs(evidence, fits, joints), *check_scales(evidence, signed, joints)]
+
+
+def _only_noise(evidence: Evidence, k: int, found: Fit, largest: float) -> bool:
+    """Whether a torque hardly varies, and not with the model's large variation: with a wrong unit it does."""
+    small = evidence.torque[:, k].std() < 0.05 * found.swing
+    return bool(small and found.share < 0.5 and found.swing > 0.1 * largest)
 
 
 def check_unexplained(evidence: Evidence, left_out: Collection[str] = ()) -> list[Finding]:
@@ -88,6 +97,9 @@ def _percent(share: float) -> str:
 def check_unsigned(evidence: Evidence, left_out: Collection[str] = ()) -> list[Finding]:
     """Report torques that never change their sign although the motion requires it."""
     joints = [k for k, name in enumerate(evidence.joints) if name not in left_out]
+    torque = evidence.prepared.log.torque[:, evidence.robot.torque_controlled[joints]]
+    if len(joints) > 2 and (torque.min() >= 0 or torque.max() <= 0) and np.all(torque.std(axis=0) > 0):
+        return [Finding.of("torque-unsigned", [evidence.joints[k] for k in joints], stops=True)]
     one_sided = [k for k in joints if _touches_zero(evidence, k)]
     sure = [k for k in one_sided if _folded(evidence, k)]
     active = [k for k in joints if evidence.moves(k)]

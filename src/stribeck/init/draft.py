@@ -121,7 +121,8 @@ def ask_for_torque_source(draft: Draft) -> None:
     draft.ask(
         "robot.torque_source",
         'is the torque measured behind the gear ("link_side_sensor") or before it ("motor_side_sensor"), computed '
-        'from the current ("motor_current"), or commanded by a controller ("command")?',
+        'from the current ("motor_current"), or commanded by a controller ("command")? If the drives compensate '
+        "friction, is that torque in the log?",
     )
 
 

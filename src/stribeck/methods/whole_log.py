@@ -25,10 +25,11 @@ from stribeck.judgement.joint_fit import JointFit
 from stribeck.judgement.weakness import Criteria
 from stribeck.log import RobotLog
 from stribeck.methods.carried import Carried, find_carried
+from stribeck.methods.causes import cause_findings
 from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method, Unseen, cut
 from stribeck.methods.corrected import corrected_log, corrected_robot
 from stribeck.methods.moving import joints_that_move
-from stribeck.result import BodyCorrection, Corrections, Validation
+from stribeck.result import Corrections, Validation
 from stribeck.robot import Robot
 from stribeck.settings import ChannelTable, Priors, Settings
 from stribeck.whole_log.describe import describe_corrections
@@ -36,6 +37,7 @@ from stribeck.whole_log.equations.build import WeakForm, weak_form
 from stribeck.whole_log.equations.equation_sequence import equation_sequence
 from stribeck.whole_log.equations.noise import POSITION_FLOOR, TORQUE_FLOOR, without_spikes
 from stribeck.whole_log.estimate import WholeLogFit, fit_whole_log
+from stribeck.whole_log.fit_checks.competing_causes import Cause, find_causes
 from stribeck.whole_log.fit_checks.misfits import misfit_findings
 from stribeck.whole_log.terms.selection import JointTerms
 from stribeck.whole_log.uncertainty.intervals import joint_fits
@@ -52,12 +54,14 @@ DIFFERENT = 50.0
 FAR = 10.0
 """Corrections [1], in prior standard deviations, from which a warning is given: no real model has such errors."""
 
-MOVED = 3.0
-"""Correction of a body's mass or centre of mass [1], in prior standard deviations, from which a warning is given.
+UNKNOWN_SCALE = 0.1
+"""Standard error of the scale of all torques [1] from which a note is given."""
 
-In `studies.misfits` a payload that the log shows moves a body by 5 and more, and nothing else does by more than
-2.6: second moments are corrected by more, because they absorb friction that the law does not describe.
-"""
+UNEXPLAINED = 4.0
+"""Chi^2 per degree of freedom [1] from which no single cause can explain the residual."""
+
+MOVING = 0.15
+"""Acceleration of standing feet [m/s^2] from which a warning is given; feet of walking humanoids reach 0.03."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -153,11 +157,17 @@ class WholeLog:
 
     @property
     def notes(self) -> list[str]:
-        """Note on segments that were skipped."""
+        """Notes on segments that were skipped, and on what the scale of the torques rests on."""
         read, whole = self.fit.segments, self.fit.of_segments
         found = [f"{read} of {whole} segments of the log are read, evenly spread."] if read < whole else []
         if 0 < self.fit.set_aside <= FEW:
             found.append(f"Outliers are set aside: {listed_spans(list(chain(*self.set_aside)))}.")
+        if self.robot.torque_source == "command":
+            found.append("The commanded torques are assumed to include any friction compensation of the drives.")
+        elif self._tested[1] > UNKNOWN_SCALE:
+            found.append(
+                "Friction scales with the torques, whose scale this log cannot check against the model's masses."
+            )
         return found
 
     @property
@@ -186,19 +196,36 @@ class WholeLog:
             found.append(Finding.of("heterogeneity", times=np.sqrt(fit.heterogeneity)))
         if np.any(fit.wrenches_off > FAR):
             found.append(Finding.of("wrench-sensors", far=FAR))
-        return [*found, *self._bodies, *self._late, *misfit_findings(fit.misfits, self.joints, fit.beside.per_turn)]
+        misfits = misfit_findings(fit.misfits, self.joints, fit.beside.per_turn)
+        if causes := self._causes:  # bodies and friction are strained by the same errors
+            joints = {joint for cause in causes for joint in cause.joints}
+            misfits = [each for each in misfits if not joints.issuperset(each.joints)]
+            late = [each for each in self._late if each.check != "base-orientation-delay"]
+            return [*found, *causes, *late, *misfits]
+        return [*found, *self._bodies, *self._late, *misfits]
+
+    @cached_property
+    def _tested(self) -> tuple[list[tuple[Cause, ...]], float]:
+        """Competing causes, and the standard error of the scale of all torques [1]."""
+        fit, names = self.fit, self.robot.joint_names
+        columns = [names.index(joint) if joint in names else -1 for joint in self.joints]
+        limbs = {foot: np.append(self.robot.standing((foot,)), False)[columns] for foot in self.robot.contacts}
+        return find_causes(fit.fit, fit.statistics, limbs, max(1.0, fit.chi_square, fit.heterogeneity))
+
+    @property
+    def _causes(self) -> list[Finding]:
+        """Findings on single errors of sensors or model."""
+        if self.fit.chi_square > UNEXPLAINED:
+            return []
+        findings = list(cause_findings(self._tested[0], self.robot, self.joints, self.fit.fit.model.corrections))
+        moved = float(np.max(self.fit.components.root[:3], initial=0.0))
+        return findings or [Finding.of("base-moves", acceleration=moved)] * (moved > MOVING)
 
     @property
     def _bodies(self) -> list[Finding]:
-        """Findings on bodies that are heavier, lighter or elsewhere than in the model, or implausible."""
-        moved = {name: self.corrections.bodies[name] for name, far in self.fit.bodies_moved.items() if far > MOVED}
-        found = []
-        if moved:
-            evidence = ", ".join(f"{name} appears {_how(body)}" for name, body in moved.items())
-            found.append(Finding.of("bodies-differ", tuple(moved), evidence=evidence))
-        if bodies := [name for name, size in self.fit.bodies_off.items() if size > FAR and name not in moved]:
-            found.append(Finding.of("bodies-implausible", bodies, bodies=", ".join(bodies), far=FAR))
-        return found
+        """Findings on bodies that are implausible; a body that differs is one of the causes."""
+        bodies = [name for name, size in self.fit.bodies_off.items() if size > FAR]
+        return [Finding.of("bodies-implausible", bodies, bodies=", ".join(bodies), far=FAR)] if bodies else []
 
     @property
     def _late(self) -> list[Finding]:
@@ -217,14 +244,6 @@ class WholeLog:
             for check, late, already in self._delays
             if late and abs(late[0]) > max(1.5e-3, 3 * late[1])  # [s]
         ]
-
-
-def _how(body: BodyCorrection) -> str:
-    """Describe how a body differs from the model."""
-    before, after = body.mass
-    away = 1e3 * float(np.linalg.norm(np.subtract(*body.centre_of_mass)))
-    heavier = f"{abs(after - before):.2g} kg {'heavier' if after > before else 'lighter'}"
-    return f"{heavier} and its center of mass {away:.0f} mm elsewhere"
 
 
 def identify_whole_log(

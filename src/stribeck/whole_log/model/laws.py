@@ -167,7 +167,9 @@ class Laws:
             whole = np.zeros((len(right), linear + len(own)))
             whole[:functions, :linear], whole[functions + own, linear + np.arange(len(own))] = columns, 1.0
             matrix, vector = whole.T @ information @ whole, whole.T @ right
-            found = np.linalg.solve(matrix + np.diag(1e-6 * np.diag(matrix) + 1e-9 * matrix.max()), vector)
+            found = np.linalg.solve(
+                matrix + np.diag(1e-6 * np.diag(matrix) + 1e-9 * max(float(matrix.max()), 1e-30)), vector
+            )
             bounded = [i for i in range(linear) if i not in self.law.free_coefficients]
             found[bounded] = np.maximum(found[bounded], 1e-2 * self.torque[joint])
             starts[k, :count] = to_internal(

@@ -11,9 +11,10 @@ With s the rise of the friction at standstill, tanh(a v), a joint's columns are,
 | ripple | cos(k q), sin(k q), k periods per turn |
 | presliding | z - s(v), the deficit of friction that builds up over a travel (`friction/presliding.py`) |
 | play | blows when the torque changes its sign, and one window later |
+| rotor | acceleration |
 | delay | minus the change of this torque with time |
 
-The last two are not friction, but errors that look like friction to a fit. The slope a, k and the travel come from
+The last three are not friction, but errors that look like friction to a fit. The slope a, k and the travel come from
 the pilot, so that all columns are known before the log is read. Load: Hamon, Gautier and Garrec 2010; temperature:
 Bittencourt and Gunnarsson 2012; presliding: Dahl 1968.
 """
@@ -34,13 +35,14 @@ from stribeck.whole_log.weak_equations import WeakEquations
 PLAY = tuple(
     Parameter(name=name, symbol=name, unit="N m", lower=float("-inf"), neutral=0.0) for name in ("play", "rebound")
 )
+ROTOR = Parameter(name="rotor", symbol="I", unit="kg m^2", lower=float("-inf"), neutral=0.0)
 DELAY = Parameter(name="delay", symbol="d", unit="1", lower=float("-inf"), neutral=0.0)
 """Parameter of a torque delay, in units of the prior of delays [1]."""
 
 SHORTEST_DRIFT = 20.0
 """Shortest log for terms of drift [s], chosen by judgment."""
 
-NO_TERM = frozenset(parameter.name for parameter in (*PLAY, DELAY))
+NO_TERM = frozenset(parameter.name for parameter in (*PLAY, ROTOR, DELAY))
 """Parameters of columns that model errors, not friction."""
 
 
@@ -88,13 +90,15 @@ class Terms:
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """Names of the columns' parameters, in order."""
-        return tuple(compress((LOAD, *SLOW[self.slow], *POSITION, *RIPPLE, PRESLIDING, *PLAY, DELAY), self._possible))
+        return tuple(
+            compress((LOAD, *SLOW[self.slow], *POSITION, *RIPPLE, PRESLIDING, *PLAY, ROTOR, DELAY), self._possible)
+        )
 
     @property
     def _possible(self) -> list[bool]:
         """Mask of columns that some joint can have."""
         ripple, presliding = (bool(np.isfinite(each).any()) for each in (self.per_turn, self.travel))
-        return [True, True, True, True, True, ripple, ripple, presliding, True, True, True]
+        return [True, True, True, True, True, ripple, ripple, presliding, True, True, True, True]
 
     @property
     def mean_temperature(self) -> Array:
@@ -107,12 +111,15 @@ class Terms:
         slow, around = self._slow(part), np.nan_to_num(part.direction() - self.direction)
         ripple = np.nan_to_num(part.direction(self.per_turn))
         lag = np.nan_to_num(part.presliding(self.top_speed, self.travel[None])[0])
-        late = np.zeros_like(part.torque)
+        late, acceleration = np.zeros((2, *part.torque.shape))
         if len(part.time) > 1:
+            acceleration = part.windows(np.gradient(part.velocity, part.period, axis=0))
             late -= self.delay * np.gradient(part.torque, part.time, axis=0)
         turned = np.moveaxis(around * rise[:, :, None], 2, 0)
         own = [self.load(part, windows) * rise, slow * rise, slow * speed, *turned, *np.moveaxis(ripple, 2, 0), lag]
-        return np.stack(list(compress([*own, *_blows(part, self.unexplained), late], self._possible)), axis=2)
+        return np.stack(
+            list(compress([*own, *_blows(part, self.unexplained), acceleration, late], self._possible)), axis=2
+        )
 
     def load(self, part: WeakEquations, windows: Array) -> Array:
         """Compute the size of the torque that joints carry [N m], shape (K, n); zero for a coupling.

@@ -1,0 +1,69 @@
+"""Findings of competing causes, each with the setting that corrects it."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from stribeck.audit.scale import scale_line
+from stribeck.base.finding import Finding
+from stribeck.robot import Robot
+from stribeck.whole_log.fit_checks.competing_causes import Cause
+from stribeck.whole_log.weak_equations import CorrectionLayout
+
+
+def cause_findings(
+    found: Sequence[Sequence[Cause]], robot: Robot, joints: Sequence[str], model: CorrectionLayout
+) -> Iterator[Finding]:
+    """Report each cause, or the list of causes that explain the residual about equally well."""
+    for rivals in found:
+        findings = [_finding(cause, robot, joints, model) for cause in rivals]
+        if {each.check for each in findings} <= {"torque-scale"}:  # by the masses, and by the gains
+            findings = findings[:1]
+        if len(findings) == 1:
+            yield findings[0]
+            continue
+        named = tuple(dict.fromkeys(joint for finding in findings for joint in finding.joints))
+        yield Finding.of("several-causes", named, causes="; ".join(f"{each.check}: {each.text}" for each in findings))
+
+
+def _finding(cause: Cause, robot: Robot, joints: Sequence[str], model: CorrectionLayout) -> Finding:
+    """Report one cause; numbers of joints and bodies refer to the names."""
+    size, error = float(cause.values[0]), 2 * float(cause.errors[0])
+    names = [joints[place] for place in cause.places] if cause.kind in ("gain", "rotor", "delay") else []
+    if cause.kind in ("scale", "gain"):
+        factor = np.exp(size) if cause.kind == "scale" else 1 / (1 - size)
+        several = not names or len(names) > 0.8 * len(joints)
+        check, own = ("torque-scale.fit", _measured(robot)) if several else ("torque-gain.fit", names)
+        setting = scale_line(robot, dict.fromkeys(own, 1 / factor))
+        return Finding.of(check, own, factor=factor, error=error * factor, setting=setting, stops=False)
+    if cause.kind == "zero":
+        (joint,) = (robot.joint_names[place] for place in cause.places)
+        degrees, offset = np.rad2deg([size, error]), f"{{ {joint} = {-size:.4f} }}"
+        return Finding.of("encoder-zero", [joint], angle=degrees[0], error=degrees[1], offset=offset)
+    if cause.kind == "tilt":
+        angles = ", ".join(
+            f"{value:.2g} ± {error:.1g}° about {axis}"
+            for value, error, axis in zip(np.rad2deg(cause.values), 2 * np.rad2deg(cause.errors), "xyz", strict=True)
+            if abs(value) > 2 * error
+        )
+        return Finding.of("imu-tilt", angles=angles)
+    if cause.kind == "base delay":
+        delay = robot.log_table.base_orientation.delay + size
+        words = f"{1e3 * abs(size):.2g} ms {'late' if size > 0 else 'early'}"
+        return Finding.of("base-orientation-delay", size=words, setting=delay)
+    if cause.kind == "delay":
+        return Finding.of("friction-delay", names, evidence=f"{names[0]} ({1e3 * size:.2g} ms)")
+    if cause.kind == "rotor":
+        each = zip(names, cause.values.tolist(), cause.errors.tolist(), strict=True)
+        sure = {name: f" ({value:.2g} ± {2 * error:.1g} kg m²)" for name, value, error in each if value > 4 * error}
+        return Finding.of("rotor-missing", sure)
+    (place,) = cause.places
+    away, body = 1e3 * float(np.linalg.norm(cause.values[1:])), model.bodies[place]
+    more = float(model.inertial_parameters[place, 0]) * float(np.expm1(size))
+    heavier = f"{abs(more):.2g} kg {'heavier' if more > 0 else 'lighter'}"
+    evidence = f"{body} appears {heavier} and its center of mass {away:.0f} mm elsewhere"
+    return Finding.of("bodies-differ", [body], evidence=evidence)
+
+
+def _measured(robot: Robot) -> list[str]:
+    return [robot.joint_names[column] for column in robot.torque_controlled]

@@ -1,0 +1,194 @@
+"""Competing causes: single errors of sensors or model that explain what the priors do not allow (equation 34).
+
+One fault, such as an encoder zero that is off by 5 degrees, strains many corrections. Each cause is therefore tried as
+additional columns without a prior. With the corrections u, their prior's precision P and mean m, the covariance C of
+the fit, and a direction D of u, chi^2 and the prior's share decrease by Rao's score statistic
+
+    w^T N^-1 w,    w = D^T P (u - m),    N = D^T (P - P C P) D
+
+For columns A_E of the normal equations that the fit does not contain, with the residual r of the equations and the
+derivatives J by all coordinates, w = r_E and N = A_EE - A_E^T J C J^T A_E. The largest decrease names the cause, unless
+others explain nearly as much. Its columns are then kept, and the rest of the residual is examined again.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.base.typing import Array
+from stribeck.robot.inertial_parameters import SIZE
+from stribeck.whole_log.model.terms import DELAY, ROTOR
+from stribeck.whole_log.solver.elimination import Fit, solve
+from stribeck.whole_log.solver.statistics import Statistics
+
+LEAST = 60.0
+"""Smallest decrease of chi^2 for a cause [1]; errors that no cause describes stay below 40 on sound walks."""
+
+SHARE = 0.4
+"""Smallest share of the prior's part of chi^2 that the first cause must explain [1]."""
+
+ROUNDING = 1e-5
+"""Information on a direction relative to its information without a fit, below which it is rounding error [1]."""
+
+RIVAL = 0.7
+"""Decrease of chi^2 relative to the best cause from which another one is listed as well [1]."""
+
+FAR = 5.0
+"""Smallest size of a cause in prior standard deviations of the same error [1]."""
+
+NEXT, MOST = 0.1, 3
+"""Smallest evidence of another cause relative to the first [1], because large errors are not linear; largest number."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Cause:
+    """A single error of sensors or model.
+
+    Attributes
+    ----------
+    kind
+        "scale", "gain", "zero", "tilt", "base delay", "body", "rotor" or "delay".
+    places
+        Numbers of the joints, encoders or bodies.
+    evidence
+        Decrease of chi^2 and the prior's share, discounted by overdispersion [1].
+    values, errors
+        Size of the error and its standard errors: logarithm of the factor, share of the torque, angles [rad], delay
+        [s], mass [1] and center, rotor inertia [kg m^2].
+    """
+
+    kind: str
+    places: tuple[int, ...]
+    evidence: float
+    values: Array
+    errors: Array
+
+
+Columns = tuple[str, tuple[int, ...], Array, float]
+"""Kind, places, columns in the coordinates of `_Score`, shape (size, k), and smallest size of one value."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Score:
+    """Score w and information N of all single columns: coordinates of corrections, then columns outside of the fit.
+
+    `scale` is the information without a fit, of which rounding errors are a small share, shape (size,).
+    """
+
+    score: Array
+    information: Array
+    scale: Array
+
+    def test(self, columns: Array) -> tuple[float, Array, Array]:
+        """Compute the decrease of chi^2, and the values of some columns with their standard errors.
+
+        Directions that the fit contains already are left out.
+        """
+        unit = 1 / np.sqrt(np.maximum(self.scale @ columns**2, 1e-30))
+        share, vectors = np.linalg.eigh(unit[:, None] * (columns.T @ self.information @ columns) * unit)
+        vectors = unit[:, None] * vectors[:, share > ROUNDING] / np.sqrt(share[share > ROUNDING])
+        along = vectors.T @ (columns.T @ self.score)
+        return float(along @ along), vectors @ along, np.linalg.norm(vectors, axis=1)
+
+
+def find_causes(
+    fit: Fit, statistics: Statistics, limbs: Mapping[str, NDArray[np.bool_]], discount: float
+) -> tuple[list[tuple[Cause, ...]], float]:
+    """Find the causes of a log's errors, each with its rivals, and the standard error of the scale of all torques [1].
+
+    Parameters
+    ----------
+    fit, statistics
+        Fit of a whole log and its normal equations.
+    limbs
+        Mask of the joints of each limb, whose torques may share a gain, shape (n,).
+    discount
+        Overdispersion of chi^2 [1].
+    """
+    model, nominal = fit.model, fit.model.prior_std.copy()
+    nominal[model.layout.part("bodies", "tilts")] = 1.0
+    fit = solve(statistics, replace(fit, model=replace(model, prior_std=nominal, overdispersion=1.0, mean_gain=1.0)))
+    score = _score(fit, statistics)
+    off = fit.corrections - fit.model.prior_mean
+    strain = float(off @ fit.model.precision @ off) / discount
+    causes, kept = list(_causes(fit, limbs)), np.zeros((len(score.score), 0))
+    found: list[tuple[Cause, ...]] = []
+    before = 0.0
+    while len(found) < MOST:
+        tests = []
+        for kind, places, columns, least in causes:
+            size = columns.shape[1]
+            evidence, values, errors = score.test(np.hstack([kept, columns]))
+            values, errors = values[-size:], errors[-size:]
+            if np.abs(values).max() > least and (kind != "rotor" or values.max() > -values.min()):
+                gain = (evidence - before) / discount - 2 * size
+                tests.append((Cause(kind=kind, places=places, evidence=gain, values=values, errors=errors), columns))
+        tests.sort(key=lambda each: -each[0].evidence)
+        least = max(LEAST, NEXT * found[0][0].evidence) if found else LEAST
+        if not tests or tests[0][0].evidence < least or not (found or tests[0][0].evidence > SHARE * strain):
+            break
+        best = tests[0][0]
+        found.append(tuple(each for each, _ in tests if each.evidence > RIVAL * best.evidence))
+        kept = np.hstack([kept, tests[0][1]])
+        before = score.test(kept)[0]
+    return found, min((float(score.test(each)[2][0]) for kind, _, each, _ in causes if kind == "scale"), default=np.inf)
+
+
+def _score(fit: Fit, statistics: Statistics) -> _Score:
+    f, c, n = statistics.friction, len(fit.corrections), fit.internal.size
+    outside = _outside(fit)
+    P, C = fit.model.precision, fit.covariance
+    A = statistics.information
+    pulled = fit.pulled(A[:, outside])  # J^T A_E
+    PC = P @ C[n:]
+    information = np.zeros((c + len(outside),) * 2)
+    information[:c, :c] = P - PC[:, n:] @ P
+    information[:c, c:] = PC @ pulled
+    information[c:, :c] = information[:c, c:].T
+    information[c:, c:] = A[np.ix_(outside, outside)] - pulled.T @ C @ pulled
+    residual = (statistics.right - A @ fit.values)[:f]
+    score = np.append(P @ (fit.corrections - fit.model.prior_mean), residual[outside])
+    return _Score(score, information, np.append(fit.model.prior_std**-2, np.diag(A)[outside]))
+
+
+def _outside(fit: Fit) -> NDArray[np.int64]:
+    """Find the columns of each joint's delay, then of its rotor inertia, which no fit contains."""
+    joints, per_joint = len(fit.internal), fit.laws.jacobians(fit.internal).shape[1]
+    terms = fit.laws.terms
+    first = per_joint - len(terms)
+    places = [first + terms.index(term) for term in (DELAY, ROTOR)]
+    return np.concatenate([place + per_joint * np.arange(joints) for place in places])
+
+
+def _causes(fit: Fit, limbs: Mapping[str, NDArray[np.bool_]]) -> Iterator[Columns]:
+    """Yield the columns of all causes; values are in the units of `Cause`."""
+    model, layout, priors, joints = fit.model, fit.model.layout, fit.model.priors, len(fit.internal)
+    c = layout.size
+    every = np.eye(c + 2 * joints)
+    bodies, gains = layout.places("bodies").reshape(-1, SIZE), layout.places("gains")
+    if len(bodies):
+        whole = every[:, bodies[:, 0]].sum(axis=1) / priors.mass
+        whole = whole + every[:, bodies[:, 4:7].ravel()].sum(axis=1) / (np.sqrt(2) * priors.moments)
+        yield "scale", (), whole[:, None], 3 * priors.mass
+    if len(gains):
+        loaded = set(model.loaded.tolist())
+        limb = [loaded & set(np.flatnonzero(own).tolist()) for own in limbs.values()]
+        for group in dict.fromkeys(tuple(sorted(own)) for own in (loaded, *limb, *({k} for k in loaded)) if own):
+            column = every[:, gains[list(group)]].sum(axis=1) / priors.torque_gain
+            yield "gain", group, column[:, None], FAR * priors.torque_gain
+    for k, place in enumerate(layout.places("zeros").tolist()):
+        yield "zero", (k,), every[:, [place]] / priors.encoder_zero, FAR * priors.encoder_zero
+    tilts = layout.places("tilts")
+    if len(tilts):
+        yield "tilt", (), every[:, tilts] / priors.imu_tilt, FAR * priors.imu_tilt
+    if len(delays := layout.places("delays")) > 1:
+        yield "base delay", (), every[:, delays[1:]] / priors.base_delay, FAR * priors.base_delay
+    for k, own in enumerate(bodies):
+        if model.corrections.inertial_parameters[k, 0] > 0:
+            scales = [priors.mass, *3 * [priors.centre_of_mass]]
+            yield "body", (k,), every[:, own[:4]] / scales, FAR * min(scales)
+    for k in range(joints):
+        yield "delay", (k,), every[:, [c + k]] / priors.torque_delay, FAR * priors.torque_delay
+    yield "rotor", tuple(range(joints)), every[:, c + joints :], 1e-3

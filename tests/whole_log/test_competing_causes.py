@@ -1,0 +1,70 @@
+"""One fault of a sensor or the model is named with its size, and a sound log has no cause."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.whole_log.logs import walk
+
+from stribeck.friction import get_law
+from stribeck.friction_torque.preparation import prepare
+from stribeck.methods.whole_log import WholeLog, identify_whole_log
+from stribeck.whole_log.fit_checks.competing_causes import Cause, find_causes
+
+KNEE = 3
+
+
+@pytest.fixture(scope="module")
+def sound() -> WholeLog:
+    robot, log = walk("biped", 6.0)
+    settings = robot.settings.model_copy(update={"corrections": "calibration"})
+    return identify_whole_log(
+        [prepare(replace(log, foot_wrench=None), robot, settings)], robot, get_law("stribeck"), settings
+    )
+
+
+def _causes(sound: WholeLog, places: dict[int, float]) -> list[tuple[Cause, ...]]:
+    """Find the causes after a change of the left sides in proportion to some corrections' columns."""
+    known, change = sound.fit.statistics, np.zeros(len(sound.fit.statistics.right))
+    for place, size in places.items():
+        change[known.friction + place] = size
+    square = known.square + float(change @ (2 * known.right + known.information @ change))
+    changed = replace(known, right=known.right + known.information @ change, square=square)
+    limbs = {foot: sound.robot.standing((foot,))[sound.columns] for foot in sound.robot.contacts}
+    return find_causes(sound.fit.fit, changed, limbs, 1.0)[0]
+
+
+def test_a_sound_log_has_no_cause(sound: WholeLog) -> None:
+    assert _causes(sound, {}) == []
+
+
+@pytest.mark.parametrize(
+    ("kind", "part", "numbers", "size"),
+    [
+        ("zero", "zeros", [KNEE], 0.07),
+        ("gain", "gains", [KNEE], 0.2),
+        ("tilt", "tilts", [1], 0.08),
+        ("base delay", "delays", [1], 0.03),
+    ],
+)
+def test_a_single_error_is_named_with_its_size(
+    kind: str, part: str, numbers: list[int], size: float, sound: WholeLog
+) -> None:
+    layout = sound.fit.fit.model.layout
+    ((cause,),) = _causes(sound, {layout.places(part)[number]: size for number in numbers})
+    assert cause.kind == kind
+    assert cause.places in ((), tuple(numbers))
+    assert np.abs(cause.values).max() == pytest.approx(size, rel=0.2)
+
+
+def test_all_masses_together_are_the_scale_of_the_torques(sound: WholeLog) -> None:
+    layout = sound.fit.fit.model.layout
+    own = sound.fit.fit.model.corrections.inertial_parameters.ravel()
+    (rivals,) = _causes(sound, dict(zip(layout.places("bodies").tolist(), 0.3 * own, strict=True)))
+    assert rivals[0].kind == "scale" or len(rivals[0].places) == len(sound.joints)
+
+
+def test_errors_that_no_single_cause_explains_have_none(sound: WholeLog) -> None:
+    layout, generator = sound.fit.fit.model.layout, np.random.default_rng(1)
+    places = layout.places("zeros")
+    assert _causes(sound, dict(zip(places.tolist(), 0.03 * generator.standard_normal(len(places)), strict=True))) == []
