@@ -122,7 +122,7 @@ def test_a_table_has_a_row_for_each_parameter_and_each_joint_without() -> None:
 
 def test_without_pandas_there_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(SettingsError, match="pandas is not installed; expected it: pip install pandas"):
+    with pytest.raises(SettingsError, match="needs pandas: pip install pandas"):
         result().to_dataframe()
 
 

@@ -21,5 +21,5 @@ def data_frame(caller: str, data: Any, columns: tuple[str, ...] | None = None) -
     try:
         import pandas
     except ImportError as error:
-        raise SettingsError(f"{caller}: pandas is not installed; expected it: pip install pandas") from error
+        raise SettingsError(f"{caller}: needs pandas: pip install pandas") from error
     return pandas.DataFrame(data, columns=columns)
