@@ -35,8 +35,8 @@ from studies.command import Row, command, rounded
 from studies.harder_cases import CONDITIONS, as_seen, other_walks
 from studies.markdown import markdown_table
 
-SEEDS = 10
-"""Number of seeds per case; harder cases use half as many, cases without random numbers one."""
+SEEDS, FEWER = 5, 3
+"""Number of seeds per case, and of harder cases; cases without random numbers have one."""
 SPEEDS = 401
 """Number of velocities at which curves are compared."""
 METHODS = CURVE_FIT, DEFAULT, WHOLE_LOG, TRUSTED = (
@@ -61,7 +61,7 @@ def runs() -> Iterator[Row]:
     for (robot, (case, made)), method in product(product(ROBOTS, CASES.items()), METHODS):
         if method == TRUSTED and (made.wrong_model or made.harder):
             continue
-        seeds = 1 if made == Case() else SEEDS // 2 if made.harder else SEEDS
+        seeds = 1 if made == Case() else FEWER if made.harder else SEEDS
         for seed in range(seeds):
             yield {"robot": robot, "case": case, "method": method, "seed": seed}
     for robot, case, method in product(HARDER_ROBOTS, CONDITIONS, (CURVE_FIT, WHOLE_LOG, DEFAULT)):
