@@ -8,8 +8,8 @@ held-out part is
     W[torque - inverse dynamics(q, v, a; the method's own model) - friction(v, a)]
 
 as a root mean square per joint while the joint moves. If a method estimates a torque delay, the torque is shifted by
-it. The filter W and the filter of the motion are the same for all methods. If a method gives no friction for a joint,
-the joint counts as no error.
+it. Torques of position commands are computed with the delay that the other parts show. The filter W and the filter of
+the motion are the same for all methods. If a method gives no friction for a joint, the joint counts as no error.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,9 +23,12 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
 from stribeck import Robot, identify, read_log
+from stribeck.audit.command_delay import command_delays
 from stribeck.base.typing import Array
 from stribeck.dynamics.rooted import rooted_inverse_dynamics
+from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
+from stribeck.log.commands import with_command_delay
 from stribeck.log.interpolation import linear
 from stribeck.log.sampling import regularise
 from stribeck.result import BodyCorrection, JointResult, Result
@@ -59,6 +62,16 @@ def parts_of(logs: Sequence[RobotLog]) -> list[RobotLog]:
         return list(logs)
     edges = np.linspace(0, len(logs[0].time), PARTS + 1).astype(int)
     return [logs[0].take(slice(start, stop)) for start, stop in pairwise(edges)]
+
+
+def with_torques(logs: Sequence[RobotLog], unseen: RobotLog, robot: Robot) -> tuple[list[RobotLog], RobotLog]:
+    """Replace position commands by torques, with the delay that the logs show; the unseen log gets the same delay."""
+    if robot.command_gains is None:
+        return list(logs), unseen
+    delay, _ = command_delays([prepare(log, robot, robot.settings) for log in logs], robot, robot.settings)
+    late = [with_command_delay(log, delay) for log in (*logs, unseen)]
+    *found, last = [replace(log, command=None, feedback=None, desired_position=None) for log in late]
+    return found, last
 
 
 def corrected(robot: Robot, result: Result) -> Robot:
@@ -152,14 +165,14 @@ def held_out(folder: Path, band: float, methods: Mapping[str, Mapping[str, objec
     slowest = slowest_speeds(parts)
     errors: dict[str, list[Array]] = {}
     for part in parts:
-        others = [other for other in parts if other is not part]
+        others, held = with_torques([other for other in parts if other is not part], part, robot)
         found: dict[str, Result | None] = {
             "no friction": None,
             "curve-fit": identify(others, for_curves),
         }
         found |= {name: identify(others, robot, robot.settings.model_copy(update=own)) for name, own in methods.items()}
         for name, result in found.items():
-            errors.setdefault(name, []).append(torque_errors(part, robot, result, band, slowest))
+            errors.setdefault(name, []).append(torque_errors(held, robot, result, band, slowest))
     together = np.stack([np.concatenate(each) for each in errors.values()])
     together[:, np.isnan(together).any(axis=0)] = np.nan
     return dict(zip(errors, np.sqrt(np.nanmean(together**2, axis=1)), strict=True))

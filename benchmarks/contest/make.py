@@ -230,11 +230,11 @@ def asked_joints(log: RobotLog, joints: tuple[str, ...]) -> dict[str, Asked]:
 
 
 def publish_robot(robot: Robot, folder: Path) -> str:
-    """Write the robot file of a case, without settings and channels; return its model's name."""
+    """Write the robot file of a case, without settings, channels and drive gains; return its model's name."""
     document = parse_toml(Path(robot.path).read_text(encoding="utf-8"))
     table, model = document["robot"], Path(robot.model_path)
     table["model"] = f"model{model.suffix}"
-    lines = ["[robot]", *(_toml(key, value) for key, value in table.items() if key != "couplings")]
+    lines = ["[robot]", *(_toml(key, value) for key, value in table.items() if key not in {"couplings", "kp", "kd"})]
     for coupling in table.get("couplings", []):
         lines += ["", "[[robot.couplings]]", *(_toml(key, value) for key, value in coupling.items())]
     for foot, contact in document.get("contacts", {}).items():

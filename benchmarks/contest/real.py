@@ -2,6 +2,7 @@
 
 The logs are published elsewhere; `STRIBECK_REAL_LOGS` names their folder. The last of several logs is held out, or the
 third quarter of an only log. All contestants get the filtered motion of the held-out part, and predict its torques.
+Torques of position commands are computed with the delay that stribeck finds in the contestants' logs.
 """
 
 import runpy
@@ -12,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
-from studies.held_out import BANDS, ORDER, PARTS, WIDER
+from studies.held_out import BANDS, ORDER, PARTS, WIDER, with_torques
 
 from benchmarks.contest.make import asked_joints, publish_robot
 from benchmarks.contest.model_errors import publish_model
@@ -50,7 +51,7 @@ def publish_real(name: str, converted: Path, band: float, folder: Path) -> None:
     robot = Robot.from_file(converted / "robot.toml")
     publish_model(Path(robot.model_path), case_folder / publish_robot(robot, case_folder), None)
     parts = [even for path in sorted(converted.glob("log*.npz")) for even in evenly(read_log(path, robot), robot)]
-    train, held = apart(parts)
+    train, held = with_torques(*apart(parts), robot)
     names = [f"log_{number}.npz" for number in range(1, len(train) + 1)]
     for log, label in zip(train, names, strict=True):
         write_log(log, case_folder / label)

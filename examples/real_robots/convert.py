@@ -17,8 +17,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 HERE = Path(__file__).parent
-FEEDBACK_STIFFNESS, FEEDBACK_DAMPING = 20.0, 1.5
-"""Gains of the Go2's joint controllers during the recording [N m/rad], [N m s/rad]."""
 
 _PAIRS = ("hip_roll", "hip_yaw", "hip_pitch", "knee", "knee_joint", "ankle_joint")
 CASSIE_STATE = (
@@ -68,16 +66,15 @@ def kinova_gen3(data: Path, out: Path) -> None:
 
 
 def go2(data: Path, out: Path) -> None:
-    """Unitree Go2: compute the torques commanded by its joint controllers from actual and desired positions."""
+    """Unitree Go2: rename the channels; the robot file has the gains of the joint controllers."""
     shutil.copyfile(data / "go2.xml", out / "go2.xml")
     raw = {name: array.astype(float) for name, array in np.load(data / "go2_traj_0.npz").items()}
-    velocity = np.gradient(raw["dof_pos"], raw["time"], axis=0)
     np.savez(
         out / "log.npz",
         time=raw["time"],
         joint_names=[f"{leg}_{joint}_joint" for leg in ("FL", "FR", "RL", "RR") for joint in ("hip", "thigh", "calf")],
         position=raw["dof_pos"],
-        torque=FEEDBACK_STIFFNESS * (raw["des_dof_pos"] - raw["dof_pos"]) - FEEDBACK_DAMPING * velocity,
+        desired_position=raw["des_dof_pos"],
     )
 
 
