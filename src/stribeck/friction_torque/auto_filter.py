@@ -40,7 +40,7 @@ def cutoff_from_log(prepared: PreparedLog, robot: Robot, settings: Settings) -> 
     raw = {"filter": shortest, "filter_torque": False, "averaged_law": False, "observer_bandwidth": None}
     settings = settings.model_copy(update=raw | {"standing_legs": settings.standing_legs is True})
     rate = 1 / prepared.sampling.period
-    phases = prepared.support.phases
+    phases = [phase for phase in prepared.support.phases if phase.plausible(prepared.sampling.period)]
     rows = np.concatenate([np.empty(0, dtype=np.int64), *(np.arange(phase.first, phase.last) for phase in phases)])
     end = int(rows[:MOST_SAMPLES].max(initial=-1)) + 1
     examined = tuple(replace(phase, last=min(phase.last, end)) for phase in phases)
