@@ -31,7 +31,7 @@ def _causes(sound: WholeLog, places: dict[int, float]) -> list[tuple[Cause, ...]
     square = known.square + float(change @ (2 * known.right + known.information @ change))
     changed = replace(known, right=known.right + known.information @ change, square=square)
     limbs = {foot: sound.robot.standing((foot,))[sound.columns] for foot in sound.robot.contacts}
-    return find_causes(sound.fit.fit, changed, limbs, 1.0)[0]
+    return find_causes(sound.fit.fit, changed, limbs, 1.0).found
 
 
 def test_a_sound_log_has_no_cause(sound: WholeLog) -> None:

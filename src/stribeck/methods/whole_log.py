@@ -29,7 +29,7 @@ from stribeck.methods.causes import cause_findings
 from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method, Unseen, cut
 from stribeck.methods.corrected import corrected_log, corrected_robot
 from stribeck.methods.moving import joints_that_move
-from stribeck.result import Corrections, Validation
+from stribeck.result import BodyCorrection, Corrections, Validation
 from stribeck.robot import Robot
 from stribeck.settings import ChannelTable, Priors, Settings
 from stribeck.whole_log.describe import describe_corrections
@@ -37,7 +37,7 @@ from stribeck.whole_log.equations.build import WeakForm, weak_form
 from stribeck.whole_log.equations.equation_sequence import equation_sequence
 from stribeck.whole_log.equations.noise import POSITION_FLOOR, TORQUE_FLOOR, without_spikes
 from stribeck.whole_log.estimate import WholeLogFit, fit_whole_log
-from stribeck.whole_log.fit_checks.competing_causes import Cause, find_causes
+from stribeck.whole_log.fit_checks.competing_causes import Causes, find_causes
 from stribeck.whole_log.fit_checks.misfits import misfit_findings
 from stribeck.whole_log.terms.selection import JointTerms
 from stribeck.whole_log.uncertainty.intervals import joint_fits
@@ -53,6 +53,13 @@ DIFFERENT = 50.0
 
 FAR = 10.0
 """Corrections [1], in prior standard deviations, from which a warning is given: no real model has such errors."""
+
+MOVED = 3.0
+"""Correction of a body's mass or centre of mass [1], in prior standard deviations, from which a warning is given.
+
+In `studies.misfits` a payload that the log shows moves a body by 5 and more, and nothing else does by more than
+2.6: second moments are corrected by more, because they absorb friction that the law does not describe.
+"""
 
 UNKNOWN_SCALE = 0.1
 """Standard error of the scale of all torques [1] from which a note is given."""
@@ -164,7 +171,7 @@ class WholeLog:
             found.append(f"Outliers are set aside: {listed_spans(list(chain(*self.set_aside)))}.")
         if self.robot.torque_source == "command":
             found.append("The commanded torques are assumed to include any friction compensation of the drives.")
-        elif self._tested[1] > UNKNOWN_SCALE:
+        elif self._tested.scale_error > UNKNOWN_SCALE:
             found.append(
                 "Friction scales with the torques, whose scale this log cannot check against the model's masses."
             )
@@ -205,8 +212,8 @@ class WholeLog:
         return [*found, *self._bodies, *self._late, *misfits]
 
     @cached_property
-    def _tested(self) -> tuple[list[tuple[Cause, ...]], float]:
-        """Competing causes, and the standard error of the scale of all torques [1]."""
+    def _tested(self) -> Causes:
+        """Competing causes."""
         fit, names = self.fit, self.robot.joint_names
         columns = [names.index(joint) if joint in names else -1 for joint in self.joints]
         limbs = {foot: np.append(self.robot.standing((foot,)), False)[columns] for foot in self.robot.contacts}
@@ -217,15 +224,23 @@ class WholeLog:
         """Findings on single errors of sensors or model."""
         if self.fit.chi_square > UNEXPLAINED:
             return []
-        findings = list(cause_findings(self._tested[0], self.robot, self.joints, self.fit.fit.model.corrections))
+        findings = list(cause_findings(self._tested.found, self.robot, self.joints, self.fit.fit.model.corrections))
         moved = float(np.max(self.fit.components.root[:3], initial=0.0))
         return findings or [Finding.of("base-moves", acceleration=moved)] * (moved > MOVING)
 
     @property
     def _bodies(self) -> list[Finding]:
-        """Findings on bodies that are implausible; a body that differs is one of the causes."""
-        bodies = [name for name, size in self.fit.bodies_off.items() if size > FAR]
-        return [Finding.of("bodies-implausible", bodies, bodies=", ".join(bodies), far=FAR)] if bodies else []
+        """Findings on bodies that differ from the model, if no other error explains more, or are implausible."""
+        moved = {}
+        if self._tested.leading == "body":
+            moved = {name: self.corrections.bodies[name] for name, far in self.fit.bodies_moved.items() if far > MOVED}
+        found = []
+        if moved:
+            evidence = ", ".join(f"{name} appears {_how(body)}" for name, body in moved.items())
+            found.append(Finding.of("bodies-differ", tuple(moved), evidence=evidence))
+        if bodies := [name for name, size in self.fit.bodies_off.items() if size > FAR and name not in moved]:
+            found.append(Finding.of("bodies-implausible", bodies, bodies=", ".join(bodies), far=FAR))
+        return found
 
     @property
     def _late(self) -> list[Finding]:
@@ -244,6 +259,14 @@ class WholeLog:
             for check, late, already in self._delays
             if late and abs(late[0]) > max(1.5e-3, 3 * late[1])  # [s]
         ]
+
+
+def _how(body: BodyCorrection) -> str:
+    """Describe how a body differs from the model."""
+    before, after = body.mass
+    away = 1e3 * float(np.linalg.norm(np.subtract(*body.centre_of_mass)))
+    heavier = f"{abs(after - before):.2g} kg {'heavier' if after > before else 'lighter'}"
+    return f"{heavier} and its center of mass {away:.0f} mm elsewhere"
 
 
 def identify_whole_log(

@@ -66,6 +66,25 @@ class Cause:
     errors: Array
 
 
+@dataclass(frozen=True, eq=False)
+class Causes:
+    """Causes of a log's errors.
+
+    Attributes
+    ----------
+    found
+        Causes, each with its rivals.
+    leading
+        Kind of the cause with the largest evidence, also if that is too small; "" without any.
+    scale_error
+        Standard error of the scale of all torques [1].
+    """
+
+    found: list[tuple[Cause, ...]]
+    leading: str
+    scale_error: float
+
+
 Columns = tuple[str, tuple[int, ...], Array, float]
 """Kind, places, columns in the coordinates of `_Score`, shape (size, k), and smallest size of one value."""
 
@@ -93,10 +112,8 @@ class _Score:
         return float(along @ along), vectors @ along, np.linalg.norm(vectors, axis=1)
 
 
-def find_causes(
-    fit: Fit, statistics: Statistics, limbs: Mapping[str, NDArray[np.bool_]], discount: float
-) -> tuple[list[tuple[Cause, ...]], float]:
-    """Find the causes of a log's errors, each with its rivals, and the standard error of the scale of all torques [1].
+def find_causes(fit: Fit, statistics: Statistics, limbs: Mapping[str, NDArray[np.bool_]], discount: float) -> Causes:
+    """Find the causes of a log's errors, each with its rivals.
 
     Parameters
     ----------
@@ -115,7 +132,7 @@ def find_causes(
     strain = float(off @ fit.model.precision @ off) / discount
     causes, kept = list(_causes(fit, limbs)), np.zeros((len(score.score), 0))
     found: list[tuple[Cause, ...]] = []
-    before = 0.0
+    before, leading = 0.0, ""
     while len(found) < MOST:
         tests = []
         for kind, places, columns, least in causes:
@@ -126,6 +143,7 @@ def find_causes(
                 gain = (evidence - before) / discount - 2 * size
                 tests.append((Cause(kind=kind, places=places, evidence=gain, values=values, errors=errors), columns))
         tests.sort(key=lambda each: -each[0].evidence)
+        leading = leading or (tests[0][0].kind if tests else "")
         least = max(LEAST, NEXT * found[0][0].evidence) if found else LEAST
         if not tests or tests[0][0].evidence < least or not (found or tests[0][0].evidence > SHARE * strain):
             break
@@ -133,7 +151,8 @@ def find_causes(
         found.append(tuple(each for each, _ in tests if each.evidence > RIVAL * best.evidence))
         kept = np.hstack([kept, tests[0][1]])
         before = score.test(kept)[0]
-    return found, min((float(score.test(each)[2][0]) for kind, _, each, _ in causes if kind == "scale"), default=np.inf)
+    scale = min((float(score.test(each)[2][0]) for kind, _, each, _ in causes if kind == "scale"), default=np.inf)
+    return Causes(found, leading, scale)
 
 
 def _score(fit: Fit, statistics: Statistics) -> _Score:
