@@ -84,10 +84,14 @@ def findings(evidence: Evidence, late: dict[str, Lag]) -> list[Finding]:
     or inverted gravity, comparing torques gives no information about signs and gains.
     """
     samples, channels, positions = check_samples(evidence), check_channels(evidence), check_positions(evidence)
-    explained = {name for finding in channels for name in finding.joints if finding.channel == "torque"}
+    coarse = [finding for finding in channels if finding.check == "channel-coarse"]
+    worse = [finding for finding in channels if finding.channel == "torque" and finding not in coarse]
+    explained = {name for finding in worse for name in finding.joints}
     explained |= evidence.prepared.log.unscaled.keys()  # their gains are rough
     unsigned = check_unsigned(evidence, explained)
-    explained |= {name for finding in unsigned for name in finding.joints}
+    if unsigned:
+        channels = [finding for finding in channels if finding not in coarse]
+    explained |= {name for finding in (*unsigned, *coarse) for name in finding.joints}
     lost = any(f.check == "channel-frozen" and f.channel == "position" for f in channels)
     lost = lost or any(f.check in ("position-degrees", "position-jump", "position-limits") for f in positions)
     base = [] if lost else check_base(evidence)

@@ -57,7 +57,7 @@ def _degrees(evidence: Evidence) -> list[Finding]:
     steps = np.percentile(np.abs(np.diff(log.position[:6000], axis=0)), 99, axis=0)
     fast = turning & (steps / evidence.prepared.sampling.period > 60.0)  # rad/s: faster than any joint
     moving = turning & (highest - lowest > 0.02)
-    fits = left.sum() < FEW * excess[limited].sum() or np.mean(left < 0.1) > 0.9
+    fits = left.sum() < FEW * excess[limited].sum() or np.count_nonzero(left >= 0.1) <= 0.1 * len(left)
     of_limits = fits and np.count_nonzero(wide) >= max(1, 0.5 * np.count_nonzero(limited & moving))
     of_speed = not limited.any() and np.count_nonzero(fast) >= max(1, 0.5 * np.count_nonzero(moving))
     if not of_limits and not of_speed:
