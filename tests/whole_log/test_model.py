@@ -66,7 +66,8 @@ def test_slopes_of_a_laws_coefficients_are_those_of_differences(name: str) -> No
         moved = step * np.eye(at.shape[1])[k]
         difference = (laws.coefficients(at + moved) - laws.coefficients(at - moved)) / (2 * step)
         np.testing.assert_allclose(slopes[:, :, k], difference, atol=1e-6 * max(1, np.abs(difference).max()))
-    np.testing.assert_array_equal(laws.of([1, 1, 0]).coefficients(at[[1, 1, 0]]), laws.coefficients(at)[[1, 1, 0]])
+    chosen = laws.of([1, 1, 0]).coefficients(at[[1, 1, 0]])
+    np.testing.assert_allclose(chosen, laws.coefficients(at)[[1, 1, 0]], rtol=0, atol=1e-12)  # BLAS rounds by size
 
 
 def test_starts_are_the_best_linear_fits_of_each_shape_and_the_best_comes_first() -> None:
@@ -124,7 +125,7 @@ def test_a_late_torque_has_the_column_of_a_delay_and_a_change_of_sign_that_of_pl
     torque = 5 * np.sin(9 * time - 1)[:, None] * np.array([1.0, -1.0, 0.0])
     part = replace(steps(1)[0], torque=torque, torque_noise=1e-3 * np.ones(3))
     terms = make_terms()
-    play, rebound, delay = np.moveaxis(terms.columns(part, np.zeros((40, 3, 1)))[:, :, -3:], 2, 0)
+    play, rebound, _, delay = np.moveaxis(terms.columns(part, np.zeros((40, 3, 1)))[:, :, -4:], 2, 0)
     late = 5 * np.sin(9 * (time - terms.delay) - 1) - torque[:, 0]
     np.testing.assert_allclose(delay[2:-2, 0], late[2:-2], rtol=0.1, atol=2e-3)
     crossing = np.flatnonzero(np.diff(np.sign(torque[:, 0])))[0]
