@@ -180,11 +180,15 @@ def run_walk(name: str, fault: str) -> Row:
     wrong = [joint for joint, own in joints.items() if _is_wrong(own, given.truth[joint])]
     sure = [joint for joint, own in joints.items() if own.verdict in ("identified", "no friction")]
     checks = dict.fromkeys(check for check, _ in found)
+    listed = any(f"{check}: " in text for given, text in found if given == "several-causes" for check in made.checks)
     others = [check for check in checks if check not in (*made.checks, made.words, *VAGUE)]
+    others = [check for check in others if not (listed and check == "several-causes")]
     if set(checks) & {*made.checks, made.words} - {""}:
         cause = "named, with others" if others else "named"
     elif others:
         cause = "wrong"
+    elif listed:
+        cause = "listed"
     else:
         cause = "warned" if checks else "silent" if wrong else "harmless"
     return {

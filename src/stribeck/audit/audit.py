@@ -20,7 +20,7 @@ from stribeck.settings import Settings
 
 FAULTY = (
     *("channel-clipped", "channel-coarse", "channel-frozen", "channel-held", "joints-swapped", "position-jump"),
-    *("position-limits", "torque-clock", "torque-filtered", "torque-gain", "torque-sign", "torque-unsigned"),
+    *("position-limits", "torque-clock", "torque-filtered", "torque-sign", "torque-unsigned"),
 )
 """Faults of a channel that no correction of the fit describes."""
 SYMPTOMS = ("chi-square", "heterogeneity", "set-aside", "passivity")

@@ -1,6 +1,6 @@
 """Findings of competing causes, each with the setting that corrects it."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -12,18 +12,14 @@ from stribeck.whole_log.weak_equations import CorrectionLayout
 
 
 def cause_findings(
-    found: Sequence[Sequence[Cause]], robot: Robot, joints: Sequence[str], model: CorrectionLayout
-) -> Iterator[Finding]:
-    """Report each cause, or the list of causes that explain the residual about equally well."""
-    for rivals in found:
-        findings = [_finding(cause, robot, joints, model) for cause in rivals]
-        if {each.check for each in findings} <= {"torque-scale"}:  # by the masses, and by the gains
-            findings = findings[:1]
-        if len(findings) == 1:
-            yield findings[0]
-            continue
-        named = tuple(dict.fromkeys(joint for finding in findings for joint in finding.joints))
-        yield Finding.of("several-causes", named, causes="; ".join(f"{each.check}: {each.text}" for each in findings))
+    rivals: Sequence[Cause], robot: Robot, joints: Sequence[str], model: CorrectionLayout
+) -> list[Finding]:
+    """Report the cause, or the list of causes that explain the residual about equally well."""
+    findings = [_finding(cause, robot, joints, model) for cause in rivals]
+    if len(findings) < 2:
+        return findings
+    named = tuple(dict.fromkeys(joint for finding in findings for joint in finding.joints))
+    return [Finding.of("several-causes", named, causes="; ".join(f"{each.check}: {each.text}" for each in findings))]
 
 
 def _finding(cause: Cause, robot: Robot, joints: Sequence[str], model: CorrectionLayout) -> Finding:
@@ -32,8 +28,7 @@ def _finding(cause: Cause, robot: Robot, joints: Sequence[str], model: Correctio
     names = [joints[place] for place in cause.places] if cause.kind in ("gain", "rotor", "delay") else []
     if cause.kind in ("scale", "gain"):
         factor = np.exp(size) if cause.kind == "scale" else 1 / (1 - size)
-        several = not names or len(names) > 0.8 * len(joints)
-        check, own = ("torque-scale.fit", _measured(robot)) if several else ("torque-gain.fit", names)
+        check, own = ("torque-gain.fit", names) if names else ("torque-scale.fit", _measured(robot))
         setting = scale_line(robot, dict.fromkeys(own, 1 / factor))
         return Finding.of(check, own, factor=factor, error=error * factor, setting=setting, stops=False)
     if cause.kind == "zero":

@@ -224,7 +224,7 @@ class WholeLog:
         """Findings on single errors of sensors or model."""
         if self.fit.chi_square > UNEXPLAINED:
             return []
-        findings = list(cause_findings(self._tested.found, self.robot, self.joints, self.fit.fit.model.corrections))
+        findings = cause_findings(self._tested.rivals, self.robot, self.joints, self.fit.fit.model.corrections)
         moved = float(np.max(self.fit.components.root[:3], initial=0.0))
         return findings or [Finding.of("base-moves", acceleration=moved)] * (moved > MOVING)
 

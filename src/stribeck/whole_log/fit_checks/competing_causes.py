@@ -8,7 +8,7 @@ the fit, and a direction D of u, chi^2 and the prior's share decrease by Rao's s
 
 For columns A_E of the normal equations that the fit does not contain, with the residual r of the equations and the
 derivatives J by all coordinates, w = r_E and N = A_EE - A_E^T J C J^T A_E. The largest decrease names the cause, unless
-others explain nearly as much. Its columns are then kept, and the rest of the residual is examined again.
+others explain nearly as much. Large errors are not linear, so that no second cause is sought in the rest.
 """
 
 from collections.abc import Iterator, Mapping
@@ -27,7 +27,7 @@ LEAST = 60.0
 """Smallest decrease of chi^2 for a cause [1]; errors that no cause describes stay below 40 on sound walks."""
 
 SHARE = 0.4
-"""Smallest share of the prior's part of chi^2 that the first cause must explain [1]."""
+"""Smallest share of the prior's part of chi^2 that the cause must explain [1]."""
 
 ROUNDING = 1e-5
 """Information on a direction relative to its information without a fit, below which it is rounding error [1]."""
@@ -38,8 +38,8 @@ RIVAL = 0.7
 FAR = 5.0
 """Smallest size of a cause in prior standard deviations of the same error [1]."""
 
-NEXT, MOST = 0.1, 3
-"""Smallest evidence of another cause relative to the first [1], because large errors are not linear; largest number."""
+HEAVIEST = 5.0
+"""Largest factor between the mass of a body and its mass in the model [1]."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -72,15 +72,15 @@ class Causes:
 
     Attributes
     ----------
-    found
-        Causes, each with its rivals.
+    rivals
+        The cause, or several that explain the residual about equally well.
     leading
         Kind of the cause with the largest evidence, also if that is too small; "" without any.
     scale_error
         Standard error of the scale of all torques [1].
     """
 
-    found: list[tuple[Cause, ...]]
+    rivals: list[Cause]
     leading: str
     scale_error: float
 
@@ -113,7 +113,7 @@ class _Score:
 
 
 def find_causes(fit: Fit, statistics: Statistics, limbs: Mapping[str, NDArray[np.bool_]], discount: float) -> Causes:
-    """Find the causes of a log's errors, each with its rivals.
+    """Find the cause of a log's errors, with its rivals.
 
     Parameters
     ----------
@@ -126,33 +126,40 @@ def find_causes(fit: Fit, statistics: Statistics, limbs: Mapping[str, NDArray[np
     """
     model, nominal = fit.model, fit.model.prior_std.copy()
     nominal[model.layout.part("bodies", "tilts")] = 1.0
-    fit = solve(statistics, replace(fit, model=replace(model, prior_std=nominal, overdispersion=1.0, mean_gain=1.0)))
+    fit = solve(statistics, replace(fit, model=replace(model, prior_std=nominal, overdispersion=1.0)))
     score = _score(fit, statistics)
+    noise = discount * float(statistics.loads[0].max())  # windows of one joint
     off = fit.corrections - fit.model.prior_mean
     strain = float(off @ fit.model.precision @ off) / discount
-    causes, kept = list(_causes(fit, limbs)), np.zeros((len(score.score), 0))
-    found: list[tuple[Cause, ...]] = []
-    before, leading = 0.0, ""
-    while len(found) < MOST:
-        tests = []
-        for kind, places, columns, least in causes:
-            size = columns.shape[1]
-            evidence, values, errors = score.test(np.hstack([kept, columns]))
-            values, errors = values[-size:], errors[-size:]
-            if np.abs(values).max() > least and (kind != "rotor" or values.max() > -values.min()):
-                gain = (evidence - before) / discount - 2 * size
-                tests.append((Cause(kind=kind, places=places, evidence=gain, values=values, errors=errors), columns))
-        tests.sort(key=lambda each: -each[0].evidence)
-        leading = leading or (tests[0][0].kind if tests else "")
-        least = max(LEAST, NEXT * found[0][0].evidence) if found else LEAST
-        if not tests or tests[0][0].evidence < least or not (found or tests[0][0].evidence > SHARE * strain):
-            break
-        best = tests[0][0]
-        found.append(tuple(each for each, _ in tests if each.evidence > RIVAL * best.evidence))
-        kept = np.hstack([kept, tests[0][1]])
-        before = score.test(kept)[0]
+    causes, tests = list(_causes(fit, limbs)), []
+    for kind, places, columns, least in causes:
+        evidence, values, errors = score.test(columns)
+        if kind == "gain":
+            evidence, values, errors = _without_noise(values, errors, len(places) * noise)
+        possible = (kind != "rotor" or values.max() > -values.min()) and (
+            kind != "body" or abs(values[0]) < np.log(HEAVIEST)
+        )
+        if possible and np.abs(values).max() > least:
+            gain = evidence / discount - 2 * len(values)
+            tests.append(Cause(kind=kind, places=places, evidence=gain, values=values, errors=errors))
+    tests.sort(key=lambda cause: -cause.evidence)
+    leading = tests[0].kind if tests else ""
+    rivals = [cause for cause in tests if cause.evidence > RIVAL * tests[0].evidence]
+    if not tests or tests[0].evidence < max(LEAST, SHARE * strain):
+        rivals = []
     scale = min((float(score.test(each)[2][0]) for kind, _, each, _ in causes if kind == "scale"), default=np.inf)
-    return Causes(found, leading, scale)
+    return Causes(rivals, leading, scale)
+
+
+def _without_noise(values: Array, errors: Array, noise: float) -> tuple[float, Array, Array]:
+    """Correct a gain and its evidence for the torque's noise, which is in the column of the gain and in the residual.
+
+    It makes smaller torques seem to fit better: it adds between 0 and `noise` to the score, one per window and joint.
+    The evidence is the smallest possible one.
+    """
+    most = errors**2 * noise
+    least = np.where(values > 0, np.maximum(values - most, 0.0), values)
+    return float(np.sum((least / errors) ** 2)), values - most / 2, np.hypot(errors, most / np.sqrt(12))
 
 
 def _score(fit: Fit, statistics: Statistics) -> _Score:
@@ -194,7 +201,7 @@ def _causes(fit: Fit, limbs: Mapping[str, NDArray[np.bool_]]) -> Iterator[Column
     if len(gains):
         loaded = set(model.loaded.tolist())
         limb = [loaded & set(np.flatnonzero(own).tolist()) for own in limbs.values()]
-        for group in dict.fromkeys(tuple(sorted(own)) for own in (loaded, *limb, *({k} for k in loaded)) if own):
+        for group in dict.fromkeys(tuple(sorted(own)) for own in (*limb, *({k} for k in loaded)) if own):
             column = every[:, gains[list(group)]].sum(axis=1) / priors.torque_gain
             yield "gain", group, column[:, None], FAR * priors.torque_gain
     for k, place in enumerate(layout.places("zeros").tolist()):

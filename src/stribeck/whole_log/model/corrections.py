@@ -120,8 +120,6 @@ class ModelCorrections:
         Torque of the joints, the scale of offsets [N m].
     overdispersion
         Overdispersion of the coordinates of model and sensors [1], equation (27).
-    mean_gain
-        Standard deviation of the mean gain relative to its prior [1].
     """
 
     layout: Layout
@@ -132,7 +130,6 @@ class ModelCorrections:
     priors: Priors
     torque: float
     overdispersion: float = 1.0
-    mean_gain: float = 1e-3
 
     @property
     def corrections(self) -> CorrectionLayout:
@@ -162,7 +159,7 @@ class ModelCorrections:
         precision = np.diag(diagonal)
         if len(self.loaded):
             gains = self.layout.places("gains")[self.loaded]
-            precision[np.ix_(gains, gains)] += 1 / (len(gains) * self.mean_gain) ** 2
+            precision[np.ix_(gains, gains)] += 1 / (len(gains) * 1e-3) ** 2
         return precision
 
     def values(self, coordinates: Array) -> Array:
