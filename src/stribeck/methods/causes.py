@@ -6,6 +6,7 @@ import numpy as np
 
 from stribeck.audit.scale import scale_line
 from stribeck.base.finding import Finding
+from stribeck.base.typing import Array
 from stribeck.robot import Robot
 from stribeck.whole_log.fit_checks.competing_causes import Cause
 from stribeck.whole_log.weak_equations import CorrectionLayout
@@ -53,11 +54,16 @@ def _finding(cause: Cause, robot: Robot, joints: Sequence[str], model: Correctio
         sure = {name: f" ({value:.2g} ± {2 * error:.1g} kg m²)" for name, value, error in each if value > 4 * error}
         return Finding.of("rotor-missing", sure)
     (place,) = cause.places
-    away, body = 1e3 * float(np.linalg.norm(cause.values[1:])), model.bodies[place]
+    body = model.bodies[place]
     more = float(model.inertial_parameters[place, 0]) * float(np.expm1(size))
-    heavier = f"{abs(more):.2g} kg {'heavier' if more > 0 else 'lighter'}"
-    evidence = f"{body} appears {heavier} and its center of mass {away:.0f} mm elsewhere"
+    evidence = f"{body} appears {body_text(more, cause.values[1:])}"
     return Finding.of("bodies-differ", [body], evidence=evidence)
+
+
+def body_text(more: float, away: Array) -> str:
+    """Describe how a body differs from the model: by a mass [kg], and by a shift of its center of mass [m]."""
+    heavier = f"{abs(more):.2g} kg {'heavier' if more > 0 else 'lighter'}"
+    return f"{heavier} and its center of mass {1e3 * float(np.linalg.norm(away)):.0f} mm elsewhere"
 
 
 def _measured(robot: Robot) -> list[str]:

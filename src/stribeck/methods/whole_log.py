@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.base.finding import Finding
-from stribeck.base.spans import Span, exclude_options, listed_spans
+from stribeck.base.spans import Span, listed_spans
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import AUTO, LAWS, FrictionLaw
 from stribeck.friction.auto import AutoLaw
@@ -25,50 +25,30 @@ from stribeck.judgement.joint_fit import JointFit
 from stribeck.judgement.weakness import Criteria
 from stribeck.log import RobotLog
 from stribeck.methods.carried import Carried, find_carried
-from stribeck.methods.causes import cause_findings
 from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method, Unseen, cut
 from stribeck.methods.corrected import corrected_log, corrected_robot
 from stribeck.methods.moving import joints_that_move
-from stribeck.result import BodyCorrection, Corrections, Validation
+from stribeck.methods.whole_log_findings import FEW, find_problems
+from stribeck.result import Corrections, Validation
 from stribeck.robot import Robot
-from stribeck.settings import ChannelTable, Priors, Settings
+from stribeck.settings import Priors, Settings
 from stribeck.whole_log.describe import describe_corrections
 from stribeck.whole_log.equations.build import WeakForm, weak_form
 from stribeck.whole_log.equations.equation_sequence import equation_sequence
 from stribeck.whole_log.equations.noise import POSITION_FLOOR, TORQUE_FLOOR, without_spikes
 from stribeck.whole_log.estimate import WholeLogFit, fit_whole_log
 from stribeck.whole_log.fit_checks.competing_causes import Causes, find_causes
-from stribeck.whole_log.fit_checks.misfits import misfit_findings
 from stribeck.whole_log.terms.selection import JointTerms
 from stribeck.whole_log.uncertainty.intervals import joint_fits
 
 CRITERIA = Criteria(assumes_exact_law=False, shares_shapes=True)
 """Intervals know how little a Stribeck velocity that is not cleared lets them say; shapes have a group prior."""
 
-FEW = 0.01
-"""Share of windows that are set aside [1] from which a warning is given."""
-
 DIFFERENT = 50.0
 """Heterogeneity [1] from which something acts in parts of a log; real robots without disturbances reach 29."""
 
-FAR = 10.0
-"""Corrections [1], in prior standard deviations, from which a warning is given: no real model has such errors."""
-
-MOVED = 3.0
-"""Correction of a body's mass or centre of mass [1], in prior standard deviations, from which a warning is given.
-
-In `studies.misfits` a payload that the log shows moves a body by 5 and more, and nothing else does by more than
-2.6: second moments are corrected by more, because they absorb friction that the law does not describe.
-"""
-
 UNKNOWN_SCALE = 0.1
 """Standard error of the scale of all torques [1] from which a note is given."""
-
-UNEXPLAINED = 4.0
-"""Chi^2 per degree of freedom [1] from which no single cause can explain the residual."""
-
-MOVING = 0.15
-"""Acceleration of standing feet [m/s^2] from which a warning is given; feet of walking humanoids reach 0.03."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -154,13 +134,13 @@ class WholeLog:
         """Corrections of model and calibration."""
         return describe_corrections(self.fit, self.joints, self.robot.joint_names, self.fit.delay)
 
-    @property
-    def _delays(self) -> list[tuple[str, tuple[float, float] | None, ChannelTable]]:
-        found, table = self.corrections, self.robot.log_table
-        return [
-            ("torque-delay.fit", found.torque_delay, table.torque),
-            ("base-orientation-delay", found.base_delay, table.base_orientation),
-        ]
+    @cached_property
+    def causes(self) -> Causes:
+        """Single errors of sensors or model that compete for what the priors do not allow."""
+        fit, names = self.fit, self.robot.joint_names
+        columns = [names.index(joint) if joint in names else -1 for joint in self.joints]
+        limbs = {foot: np.append(self.robot.standing((foot,)), False)[columns] for foot in self.robot.contacts}
+        return find_causes(fit.fit, fit.statistics, limbs, max(1.0, fit.chi_square, fit.heterogeneity))
 
     @property
     def notes(self) -> list[str]:
@@ -171,7 +151,7 @@ class WholeLog:
             found.append(f"Outliers are set aside: {listed_spans(list(chain(*self.set_aside)))}.")
         if self.robot.torque_source == "command":
             found.append("The commanded torques are assumed to include any friction compensation of the drives.")
-        elif self._tested.scale_error > UNKNOWN_SCALE:
+        elif self.causes.scale_error > UNKNOWN_SCALE:
             found.append(
                 "Friction scales with the torques, whose scale this log cannot check against the model's masses."
             )
@@ -186,87 +166,8 @@ class WholeLog:
 
     @property
     def findings(self) -> list[Finding]:
-        """Problems that a user should act on: errors beyond their covariance, a model far off, delays, and misfits."""
-        fit = self.fit
-        found = []
-        if fit.set_aside > FEW:
-            explained = {span for payload in self.carried for span in payload.spans}
-            if aside := [span for span in chain(*self.set_aside) if span not in explained]:
-                options, rest = exclude_options(aside), listed_spans(list(chain(*self.used)))
-                found.append(Finding.of("set-aside", spans=listed_spans(aside), rest=rest, exclude=options))
-            if self.carried:
-                tables = ", ".join(payload.table for payload in self.carried)
-                found.append(Finding.of("payload", masses="; ".join(map(str, self.carried)), tables=tables))
-        if fit.chi_square >= 1.5:  # per degree of freedom
-            found.append(Finding.of("chi-square", chi_square=fit.chi_square))
-        if fit.heterogeneity >= 4.0:  # folds differ by twice as much as errors explain
-            found.append(Finding.of("heterogeneity", times=np.sqrt(fit.heterogeneity)))
-        if np.any(fit.wrenches_off > FAR):
-            found.append(Finding.of("wrench-sensors", far=FAR))
-        misfits = misfit_findings(fit.misfits, self.joints, fit.beside.per_turn)
-        if causes := self._causes:  # bodies and friction are strained by the same errors
-            joints = {joint for cause in causes for joint in cause.joints}
-            misfits = [each for each in misfits if not joints.issuperset(each.joints)]
-            late = [each for each in self._late if each.check != "base-orientation-delay"]
-            return [*found, *causes, *late, *misfits]
-        return [*found, *self._bodies, *self._late, *misfits]
-
-    @cached_property
-    def _tested(self) -> Causes:
-        """Competing causes."""
-        fit, names = self.fit, self.robot.joint_names
-        columns = [names.index(joint) if joint in names else -1 for joint in self.joints]
-        limbs = {foot: np.append(self.robot.standing((foot,)), False)[columns] for foot in self.robot.contacts}
-        return find_causes(fit.fit, fit.statistics, limbs, max(1.0, fit.chi_square, fit.heterogeneity))
-
-    @property
-    def _causes(self) -> list[Finding]:
-        """Findings on single errors of sensors or model."""
-        if self.fit.chi_square > UNEXPLAINED:
-            return []
-        findings = cause_findings(self._tested.rivals, self.robot, self.joints, self.fit.fit.model.corrections)
-        moved = float(np.max(self.fit.components.root[:3], initial=0.0))
-        return findings or [Finding.of("base-moves", acceleration=moved)] * (moved > MOVING)
-
-    @property
-    def _bodies(self) -> list[Finding]:
-        """Findings on bodies that differ from the model, if no other error explains more, or are implausible."""
-        moved = {}
-        if self._tested.leading == "body":
-            moved = {name: self.corrections.bodies[name] for name, far in self.fit.bodies_moved.items() if far > MOVED}
-        found = []
-        if moved:
-            evidence = ", ".join(f"{name} appears {_how(body)}" for name, body in moved.items())
-            found.append(Finding.of("bodies-differ", tuple(moved), evidence=evidence))
-        if bodies := [name for name, size in self.fit.bodies_off.items() if size > FAR and name not in moved]:
-            found.append(Finding.of("bodies-implausible", bodies, bodies=", ".join(bodies), far=FAR))
-        return found
-
-    @property
-    def _late(self) -> list[Finding]:
-        """Findings on delays of torques and base orientation, and on torques that may be late or not."""
-        late, unclear = self.corrections.torque_delay, []
-        joints = tuple(name for name, own in self.terms.items() if own.builds_up)
-        if late and joints and late[1] > 0.7 * self.fit.fit.model.priors.torque_delay:
-            size, error = 1e3 * late[0], 1e3 * late[1]
-            unclear.append(Finding.of("torque-delay.ambiguous", joints, size=size, error=error))
-        return unclear + [
-            Finding.of(
-                check,
-                size=f"{1e3 * abs(late[0]):.2g} ms {'late' if late[0] > 0 else 'early'}",
-                setting=already.delay + late[0],
-            )
-            for check, late, already in self._delays
-            if late and abs(late[0]) > max(1.5e-3, 3 * late[1])  # [s]
-        ]
-
-
-def _how(body: BodyCorrection) -> str:
-    """Describe how a body differs from the model."""
-    before, after = body.mass
-    away = 1e3 * float(np.linalg.norm(np.subtract(*body.centre_of_mass)))
-    heavier = f"{abs(after - before):.2g} kg {'heavier' if after > before else 'lighter'}"
-    return f"{heavier} and its center of mass {away:.0f} mm elsewhere"
+        """Problems that a user should act on."""
+        return find_problems(self)
 
 
 def identify_whole_log(

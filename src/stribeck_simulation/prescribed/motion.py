@@ -123,7 +123,7 @@ def default_posture(robot: Robot, posture: Mapping[str, float]) -> Array:
         If the posture has an unknown joint, or exceeds a limit.
     """
     low, high = robot.position_limits
-    # joints without a given position keep away from their limits by a quarter of the range, which bends knees
+    # joints without a given position stay a quarter of the range away from their limits, so that knees are flexed
     margin = np.where(np.isfinite(high - low), 0.25 * (high - low), 0.0)
     centre = np.clip(0.0, low + margin, high - margin)
     for name, value in posture.items():

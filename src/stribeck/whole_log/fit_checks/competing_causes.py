@@ -93,7 +93,7 @@ Columns = tuple[str, tuple[int, ...], Array, float]
 class _Score:
     """Score w and information N of all single columns: coordinates of corrections, then columns outside of the fit.
 
-    `scale` is the information without a fit, of which rounding errors are a small share, shape (size,).
+    `scale` is the information without a fit, shape (size,), against which rounding errors are measured.
     """
 
     score: Array

@@ -1,0 +1,114 @@
+"""Findings on a whole-log fit: errors beyond their covariance, a model far off, delays, and misfits of the law."""
+
+from __future__ import annotations
+
+from itertools import chain
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stribeck.base.finding import Finding
+from stribeck.base.spans import exclude_options, listed_spans
+from stribeck.methods.causes import body_text, cause_findings
+from stribeck.whole_log.fit_checks.misfits import misfit_findings
+
+if TYPE_CHECKING:
+    from stribeck.methods.whole_log import WholeLog
+
+FEW = 0.01
+"""Share of windows that are set aside [1] from which a warning is given."""
+
+FAR = 10.0
+"""Corrections [1], in prior standard deviations, from which a warning is given: no real model has such errors."""
+
+MOVED = 3.0
+"""Correction of a body's mass or center of mass [1], in prior standard deviations, from which a warning is given.
+
+In `studies.misfits` a payload that the log shows moves a body by 5 and more, and nothing else does by more than
+2.6: second moments are corrected by more, because they absorb friction that the law does not describe.
+"""
+
+UNEXPLAINED = 4.0
+"""Chi^2 per degree of freedom [1] from which no single cause can explain the residual."""
+
+MOVING = 0.15
+"""Acceleration of standing feet [m/s^2] from which a warning is given; feet of walking humanoids reach 0.03."""
+
+
+def find_problems(found: WholeLog) -> list[Finding]:
+    """Find the problems of a fit that a user should act on."""
+    fit = found.fit
+    problems = _of_disturbances(found)
+    if fit.chi_square >= 1.5:  # per degree of freedom
+        problems.append(Finding.of("chi-square", chi_square=fit.chi_square))
+    if fit.heterogeneity >= 4.0:  # folds differ by twice as much as errors explain
+        problems.append(Finding.of("heterogeneity", times=np.sqrt(fit.heterogeneity)))
+    if np.any(fit.wrenches_off > FAR):
+        problems.append(Finding.of("wrench-sensors", far=FAR))
+    causes, late = _of_causes(found), _of_delays(found)
+    misfits = misfit_findings(fit.misfits, found.joints, fit.beside.per_turn)
+    if not causes:
+        return [*problems, *_of_bodies(found), *late, *misfits]
+    joints = {joint for cause in causes for joint in cause.joints}  # their friction is strained by the same errors
+    late = [each for each in late if each.check != "base-orientation-delay"]
+    return [*problems, *causes, *late, *(each for each in misfits if not joints.issuperset(each.joints))]
+
+
+def _of_disturbances(found: WholeLog) -> list[Finding]:
+    """Find spans that are set aside, and the payloads that explain them."""
+    if found.fit.set_aside <= FEW:
+        return []
+    problems = []
+    explained = {span for payload in found.carried for span in payload.spans}
+    if aside := [span for span in chain(*found.set_aside) if span not in explained]:
+        options, rest = exclude_options(aside), listed_spans(list(chain(*found.used)))
+        problems.append(Finding.of("set-aside", spans=listed_spans(aside), rest=rest, exclude=options))
+    if found.carried:
+        tables = ", ".join(payload.table for payload in found.carried)
+        problems.append(Finding.of("payload", masses="; ".join(map(str, found.carried)), tables=tables))
+    return problems
+
+
+def _of_causes(found: WholeLog) -> list[Finding]:
+    """Find single errors of sensors or model."""
+    fit = found.fit
+    if fit.chi_square > UNEXPLAINED:
+        return []
+    problems = cause_findings(found.causes.rivals, found.robot, found.joints, fit.fit.model.corrections)
+    moved = float(np.max(fit.components.root[:3], initial=0.0))
+    return problems or [Finding.of("base-moves", acceleration=moved)] * (moved > MOVING)
+
+
+def _of_bodies(found: WholeLog) -> list[Finding]:
+    """Find bodies that differ from the model, if no other error explains more, or are implausible."""
+    moved, problems = {}, []
+    if found.causes.leading == "body":
+        far = found.fit.bodies_moved.items()
+        moved = {name: found.corrections.bodies[name] for name, size in far if size > MOVED}
+    if moved:
+        evidence = ", ".join(
+            f"{name} appears {body_text(body.mass[1] - body.mass[0], np.subtract(*body.centre_of_mass))}"
+            for name, body in moved.items()
+        )
+        problems.append(Finding.of("bodies-differ", tuple(moved), evidence=evidence))
+    if bodies := [name for name, size in found.fit.bodies_off.items() if size > FAR and name not in moved]:
+        problems.append(Finding.of("bodies-implausible", bodies, bodies=", ".join(bodies), far=FAR))
+    return problems
+
+
+def _of_delays(found: WholeLog) -> list[Finding]:
+    """Find delays of torques and base orientation, and torques that may be late or not."""
+    corrections, table, problems = found.corrections, found.robot.log_table, []
+    late = corrections.torque_delay
+    joints = tuple(name for name, own in found.terms.items() if own.builds_up)
+    if late and joints and late[1] > 0.7 * found.fit.fit.model.priors.torque_delay:
+        size, error = 1e3 * late[0], 1e3 * late[1]
+        problems.append(Finding.of("torque-delay.ambiguous", joints, size=size, error=error))
+    for check, delay, already in (
+        ("torque-delay.fit", corrections.torque_delay, table.torque),
+        ("base-orientation-delay", corrections.base_delay, table.base_orientation),
+    ):
+        if delay and abs(delay[0]) > max(1.5e-3, 3 * delay[1]):  # [s]
+            words = f"{1e3 * abs(delay[0]):.2g} ms {'late' if delay[0] > 0 else 'early'}"
+            problems.append(Finding.of(check, size=words, setting=already.delay + delay[0]))
+    return problems
