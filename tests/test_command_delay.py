@@ -52,6 +52,7 @@ def test_the_delay_of_commands_is_not_taken_for_viscous_friction(write, log, del
     for value, error in found.corrections.command_delay.values():
         assert value == pytest.approx(delay, abs=2.5 * error)
         assert error < 0.1 * delay
+    assert not {"several-causes", "rotor-missing", "friction-delay"} & {finding.check for finding in found.findings}
     identified = [name for name in drives if found.joints[name].verdict == "identified"]
     assert len(identified) >= 0.8 * len(drives)
     if write is lerobot_arm:  # kd is not given: viscous friction includes it

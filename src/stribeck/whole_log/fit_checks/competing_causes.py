@@ -189,7 +189,7 @@ def _outside(fit: Fit) -> NDArray[np.int64]:
 
 
 def _causes(fit: Fit, limbs: Mapping[str, NDArray[np.bool_]]) -> Iterator[Columns]:
-    """Yield the columns of all causes; values are in the units of `Cause`."""
+    """Yield the columns of all causes that the fit does not estimate anyway; values are in the units of `Cause`."""
     model, layout, priors, joints = fit.model, fit.model.layout, fit.model.priors, len(fit.internal)
     c = layout.size
     every = np.eye(c + 2 * joints)
@@ -215,6 +215,7 @@ def _causes(fit: Fit, limbs: Mapping[str, NDArray[np.bool_]]) -> Iterator[Column
         if model.corrections.inertial_parameters[k, 0] > 0:
             scales = [priors.mass, *3 * [priors.centre_of_mass]]
             yield "body", (k,), every[:, own[:4]] / scales, FAR * min(scales)
-    for k in range(joints):
+    for k in () if model.corrections.command_delays else range(joints):  # found from the motion, before the fit
         yield "delay", (k,), every[:, [c + k]] / priors.torque_delay, FAR * priors.torque_delay
-    yield "rotor", tuple(range(joints)), every[:, c + joints :], 1e-3
+    if not model.corrections.rotors:
+        yield "rotor", tuple(range(joints)), every[:, c + joints :], 1e-3
