@@ -9,7 +9,7 @@ from studies.faults import CleanLog, checks_of, standing, turntable
 from tests.arm import arm_log, write_arm
 from tests.models import example_robot
 
-from stribeck import Robot
+from stribeck import Robot, identify
 from stribeck.audit import audit
 from stribeck.base.finding import Finding
 from stribeck.friction_torque.preparation import prepare
@@ -37,6 +37,12 @@ def test_the_effort_limits_bound_the_torque_of_an_axis_that_carries_nothing(hone
     assert finding.check == "torque-scale"
     assert finding.stops
     assert "et scale = 0.001 in [log.torque]" in finding.cure
+
+
+def test_a_log_without_loads_is_told_that_friction_scales_with_the_torques(honest: dict[str, CleanLog]) -> None:
+    found = identify(honest["turntable"].log, honest["turntable"].robot)
+    assert found.joints["axis"].verdict == "identified"
+    assert [finding.text.partition(",")[0] for finding in found.findings] == ["Friction scales with the torques"]
 
 
 def test_limits_that_are_missing_or_too_small_are_none(honest: dict[str, CleanLog]) -> None:

@@ -60,9 +60,9 @@ def check_scales(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) ->
     if len(fits) < 2 and len(levels) >= 2 and not any(0.125 < level < 100.0 for level in levels.values()):
         return [_scale_of_all(evidence, levels)]
     off = {k: found for k, found in off.items() if evidence.moves(k)}  # a gear at rest can carry any torque
-    if off and evidence.robot.base == "floating" and evidence.prepared.log.base_orientation is not None:
-        tilted = _tilted_torques(evidence)
-        off = {k: found for k, found in off.items() if (own := fit(evidence, k, beside=tilted[:, k])) and _off(own)}
+    if off:
+        other = _of_rotors_and_tilts(evidence)
+        off = {k: found for k, found in off.items() if (own := fit(evidence, k, beside=other[:, k])) and _off(own)}
     if not off or len(evidence.rows) < BINS_FOR_GAIN:
         return bounded
     gear = all(not 1 / 12 < abs(found.gain) < 12 for found in off.values())
@@ -76,12 +76,21 @@ def check_scales(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) ->
     return [finding, *bounded]
 
 
-def _tilted_torques(evidence: Evidence) -> Array:
-    """Compute the torques that a tilt of the IMU about each axis of the base adds, per rad, shape (B, k, 3)."""
+def _of_rotors_and_tilts(evidence: Evidence) -> Array:
+    """Compute the torques of other errors: of a missing rotor per kg m^2, and of an IMU's tilt per rad.
+
+    Shape (B, k, 0 to 4): rotors in the torques of link-side sensors, where friction's shapes have none, and three axes.
+    """
     log, gravity = evidence.prepared.log, evidence.robot.gravity
-    axes = Rotation.from_quat(log.base_orientation[evidence.rows]).as_matrix()  # type: ignore[index]
+    other = evidence.acceleration[:, :, None]
+    if evidence.robot.torque_source != "link_side_sensor":
+        other = other[..., :0]
+    if evidence.robot.base != "floating" or log.base_orientation is None:
+        return other
+    axes = Rotation.from_quat(log.base_orientation[evidence.rows]).as_matrix()
     turned = np.cross(axes.transpose(0, 2, 1), gravity)  # gravity's change in the world for each axis
-    return np.asarray(np.einsum("bkw,baw->bka", gravity_torques(evidence, evidence.robot, np.eye(3)), turned))
+    tilted = np.einsum("bkw,baw->bka", gravity_torques(evidence, evidence.robot, np.eye(3)), turned)
+    return np.dstack([other, tilted])
 
 
 def _plus_minus(found: Fit) -> str:

@@ -47,9 +47,6 @@ CRITERIA = Criteria(assumes_exact_law=False, shares_shapes=True)
 DIFFERENT = 50.0
 """Heterogeneity [1] from which something acts in parts of a log; real robots without disturbances reach 29."""
 
-UNKNOWN_SCALE = 0.1
-"""Standard error of the scale of all torques [1] from which a note is given."""
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class WholeLog:
@@ -144,17 +141,13 @@ class WholeLog:
 
     @property
     def notes(self) -> list[str]:
-        """Notes on segments that were skipped, and on what the scale of the torques rests on."""
+        """Notes on segments that were skipped, outliers, and compensation by the drives."""
         read, whole = self.fit.segments, self.fit.of_segments
         found = [f"{read} of {whole} segments of the log are read, evenly spread."] if read < whole else []
         if 0 < self.fit.set_aside <= FEW:
             found.append(f"Outliers are set aside: {listed_spans(list(chain(*self.set_aside)))}.")
         if self.robot.torque_source == "command":
             found.append("The commanded torques are assumed to include any friction compensation of the drives.")
-        elif self.causes.scale_error > UNKNOWN_SCALE:
-            found.append(
-                "Friction scales with the torques, whose scale this log cannot check against the model's masses."
-            )
         return found
 
     @property

@@ -31,6 +31,9 @@ In `studies.misfits` a payload that the log shows moves a body by 5 and more, an
 UNEXPLAINED = 4.0
 """Chi^2 per degree of freedom [1] from which no single cause can explain the residual."""
 
+UNKNOWN_SCALE = 0.1
+"""Standard error of the scale of all torques [1] from which a warning is given."""
+
 MOVING = 0.15
 """Acceleration of standing feet [m/s^2] from which a warning is given; feet of walking humanoids reach 0.03."""
 
@@ -43,6 +46,8 @@ def find_problems(found: WholeLog) -> list[Finding]:
         problems.append(Finding.of("chi-square", chi_square=fit.chi_square))
     if fit.heterogeneity >= 4.0:  # folds differ by twice as much as errors explain
         problems.append(Finding.of("heterogeneity", times=np.sqrt(fit.heterogeneity)))
+    if found.robot.torque_source != "command" and found.causes.scale_error > UNKNOWN_SCALE:
+        problems.append(Finding.of("torque-scale.unknown"))
     if np.any(fit.wrenches_off > FAR):
         problems.append(Finding.of("wrench-sensors", far=FAR))
     causes, late = _of_causes(found), _of_delays(found)

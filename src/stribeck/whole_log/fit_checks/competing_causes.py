@@ -77,7 +77,7 @@ class Causes:
     leading
         Kind of the cause with the largest evidence, also if that is too small; "" without any.
     scale_error
-        Standard error of the scale of all torques [1].
+        Standard error of the scale of all torques [1]; zero without corrections of the masses, which it rests on.
     """
 
     rivals: list[Cause]
@@ -147,7 +147,7 @@ def find_causes(fit: Fit, statistics: Statistics, limbs: Mapping[str, NDArray[np
     rivals = [cause for cause in tests if cause.evidence > RIVAL * tests[0].evidence]
     if not tests or tests[0].evidence < max(LEAST, SHARE * strain):
         rivals = []
-    scale = min((float(score.test(each)[2][0]) for kind, _, each, _ in causes if kind == "scale"), default=np.inf)
+    scale = min((float(score.test(each)[2][0]) for kind, _, each, _ in causes if kind == "scale"), default=0.0)
     return Causes(rivals, leading, scale)
 
 
