@@ -55,3 +55,16 @@ def record(speed: Sequence[float], seconds: float = 10.0, **law: float) -> dict[
     position, velocity, torque = np.swapaxes(np.array(rows)[::every], 0, 1)
     noise = np.random.default_rng(1).normal(size=torque.shape)
     return {"time": time[::every], "position": position, "velocity": velocity, "torque": torque + 0.02 * noise}
+
+
+def with_force(log: dict[str, np.ndarray], span: tuple[float, float], force: Sequence[float], link: int = 3) -> None:
+    """Add the torques that resist a force [N] on the origin of a link's next joint in a span of a log [s]."""
+    arm = mujoco.MjSpec.from_string(urdf()).compile()
+    data, jacobian = mujoco.MjData(arm), np.zeros((3, 3))
+    for row in np.flatnonzero((log["time"] >= span[0]) & (log["time"] < span[1])):
+        data.qpos[:] = log["position"][row]
+        mujoco.mj_kinematics(arm, data)
+        mujoco.mj_comPos(arm, data)
+        body = arm.body(f"link {link}").id
+        mujoco.mj_jac(arm, data, jacobian, None, data.xpos[body] + data.xmat[body].reshape(3, 3) @ [0, 0, 0.4], body)
+        log["torque"][row] -= jacobian.T @ force

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from tests.arm import arm_log, save_npz, write_arm
 from tests.cli.test_cli import run
+from tests.mujoco_arm import JOINTS, record, urdf, with_force
 
 from stribeck import LogError, Robot, RobotLog, read_result
 from stribeck.base.spans import Span, exclude_options, listed_spans
@@ -49,6 +50,26 @@ def test_a_disturbance_is_named_in_time_and_its_remedy_can_be_pasted(pushed: Pat
     assert "set-aside" not in {each.check for each in result.findings}
     assert result.log.samples < 18_000
     assert "excluded" in (pushed / "second/report.html").read_text()
+
+
+def test_a_table_that_is_touched_does_not_refuse_the_log_or_hide_wrong_units(tmp_path: Path) -> None:
+    log = record([1.5, 2.0, 2.5], 30.0)
+    for start in (4.0, 12.0, 21.0):
+        with_force(log, (start, start + 3.0), [20.0, 6.0, 45.0])
+    (tmp_path / "arm.urdf").write_text(urdf())
+    (tmp_path / "robot.toml").write_text(
+        '[robot]\nmodel = "arm.urdf"\nbase = "fixed"\ntorque_source = "motor_current"\n'
+    )
+    np.savez(tmp_path / "log.npz", joint_names=np.array(JOINTS), **log)
+    for output, method, identified in (("whole", "whole-log", 3), ("fitted", "curve-fit", 0)):
+        assert identify(tmp_path, output, "--method", method) == 0
+        result = read_result(tmp_path / output / "result.json")
+        (found,) = (each for each in result.findings if each.check == "set-aside")
+        spans = sorted(tuple(map(float, each)) for each in re.findall(r"--exclude ([\d.]+):([\d.]+)", found.cure))
+        np.testing.assert_allclose(spans, [(4, 7), (12, 15), (21, 24)], atol=0.4)
+        assert sum(joint.verdict == "identified" for joint in result.joints.values()) >= identified
+    np.savez(tmp_path / "log.npz", joint_names=np.array(JOINTS), **log | {"torque": 1e3 * log["torque"]})
+    assert identify(tmp_path, "wrong") == 2
 
 
 @pytest.mark.parametrize("span", ["40", "a:b", "9:6", "-1:3", "1:nan"])

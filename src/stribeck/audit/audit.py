@@ -6,12 +6,14 @@ from dataclasses import replace
 from stribeck.audit.base import check_base
 from stribeck.audit.channels import check_channels
 from stribeck.audit.delay import Lag, check_delay, delays
+from stribeck.audit.disturbed import disturbed_spans, explained, rest_of, unexplained_joints
 from stribeck.audit.evidence import Evidence, gather
 from stribeck.audit.motion import check_motion
 from stribeck.audit.positions import check_positions
 from stribeck.audit.scale import check_external
 from stribeck.audit.torque import check_torques, check_unexplained, check_unsigned
 from stribeck.base.finding import Finding, merged
+from stribeck.base.spans import exclude_options, listed_spans
 from stribeck.errors import LogError, errors_about, findings_kept
 from stribeck.friction_torque.preparation import PreparedLog, log_names
 from stribeck.log.sampling import SHORT
@@ -86,26 +88,47 @@ def findings(evidence: Evidence, late: dict[str, Lag]) -> list[Finding]:
     samples, channels, positions = check_samples(evidence), check_channels(evidence), check_positions(evidence)
     coarse = [finding for finding in channels if finding.check == "channel-coarse"]
     worse = [finding for finding in channels if finding.channel == "torque" and finding not in coarse]
-    explained = {name for finding in worse for name in finding.joints}
-    explained |= evidence.prepared.log.unscaled.keys()  # their gains are rough
-    unsigned = check_unsigned(evidence, explained)
+    left_out = {name for finding in worse for name in finding.joints}
+    left_out |= evidence.prepared.log.unscaled.keys()  # their gains are rough
+    unsigned = check_unsigned(evidence, left_out)
     if unsigned:
         channels = [finding for finding in channels if finding not in coarse]
-    explained |= {name for finding in (*unsigned, *coarse) for name in finding.joints}
+    left_out |= {name for finding in (*unsigned, *coarse) for name in finding.joints}
     lost = any(f.check == "channel-frozen" and f.channel == "position" for f in channels)
     lost = lost or any(f.check in ("position-degrees", "position-jump", "position-limits") for f in positions)
     base = [] if lost else check_base(evidence)
     found = [*channels, *positions, *base, *samples, *unsigned]
     if not lost and not any(f.stops for f in found):
-        causes = check_motion(evidence)
-        if not causes:
-            external = check_external(evidence, explained)
-            explained |= {name for finding in external for name in finding.joints}
-            torques = check_torques(evidence, explained)
-            delay = [] if any(f.stops for f in torques) else check_delay(evidence, late)
-            causes = [*external, *torques, *delay]
-        found += causes or check_unexplained(evidence, explained)
+        found += _without_disturbances(evidence, late, left_out)
     return sorted(found, key=lambda finding: not finding.stops)
+
+
+def _without_disturbances(evidence: Evidence, late: dict[str, Lag], left_out: set[str]) -> list[Finding]:
+    """Compare torques with the model; what exists only in spans of the log is reported as a disturbance."""
+    found = _compare(evidence, late, left_out)
+    alien = unexplained_joints(evidence) - left_out
+    if not found and not alien:
+        return []
+    spans, disturbed = disturbed_spans(evidence)
+    rest = rest_of(evidence, disturbed)
+    again = _compare(rest, late, left_out)
+    checks = {finding.check for finding in again}
+    only_there = {joint for each in found if each.check not in checks for joint in each.joints}
+    known = explained(evidence, rest)
+    if checks - {finding.check for finding in found} or only_there - known or not (only_there | alien) & known:
+        return found
+    return [Finding.of("set-aside.audit", spans=listed_spans(spans), exclude=exclude_options(spans)), *again]
+
+
+def _compare(evidence: Evidence, late: dict[str, Lag], left_out: set[str]) -> list[Finding]:
+    """Compare torques with the model."""
+    if causes := check_motion(evidence):
+        return causes
+    external = check_external(evidence, left_out)
+    left_out = left_out | {name for finding in external for name in finding.joints}
+    torques = check_torques(evidence, left_out)
+    delay = [] if any(f.stops for f in torques) else check_delay(evidence, late)
+    return [*external, *torques, *delay] or check_unexplained(evidence, left_out)
 
 
 def check_samples(evidence: Evidence) -> list[Finding]:

@@ -1,10 +1,12 @@
 """Problems found in a log, a robot file or a fit; their messages are in `findings.toml`."""
 
+import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
+from pathlib import PurePath
 from typing import Any, Self
 
 FRICTION = "friction-"
@@ -123,13 +125,15 @@ def listed(names: Sequence[str]) -> str:
 def merged(by_log: Sequence[tuple[str, Sequence[Finding]]]) -> list[Finding]:
     """Merge the findings of several logs, given with their paths: one per check, channel and joints.
 
-    If the evidence differs, the first log's is kept. Findings of a single log stay unchanged.
+    If the evidence differs, the first log's is kept; spans to exclude are those of all logs. Findings of a single log
+    stay unchanged.
     """
     if len(by_log) == 1:
         return list(by_log[0][1])
     groups: dict[tuple[object, ...], list[tuple[str, Finding]]] = {}
     for path, findings in by_log:
         for each in findings:
+            each = replace(each, cure=each.cure.replace("--exclude ", f"--exclude {PurePath(path).name}:"))
             groups.setdefault((each.check, each.channel, each.joints, each.stops), []).append((path, each))
     found = []
     for group in groups.values():
@@ -139,5 +143,6 @@ def merged(by_log: Sequence[tuple[str, Sequence[Finding]]]) -> list[Finding]:
             text = f"{listed(logs)}: {first.text}"
         else:
             text = f"{logs[0]}: {first.text}" + (f" (also in {listed(logs[1:])})" if logs[1:] else "")
-        found.append(replace(first, text=text, logs=logs))
+        options = "".join(f" {own}" for _, each in group[1:] for own in re.findall(r"--exclude \S+", each.cure))
+        found.append(replace(first, text=text, logs=logs, cure=first.cure + options))
     return found

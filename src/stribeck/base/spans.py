@@ -15,22 +15,24 @@ class Span(NamedTuple):
 
 MOST = 5
 """Largest number of spans that a message lists [1]."""
+MOST_OPTIONS = 20
+"""Largest number of spans that a message offers to exclude [1]."""
 
 
 def listed_spans(spans: Sequence[Span]) -> str:
     """List spans, largest first, only the first few of many: "40.2 to 70.1 s, 81 to 83.5 s and 2 more"."""
-    shown = [f"{name}{start} to {end} s" for name, start, end in _largest(spans, " ")]
+    shown = [f"{name}{start} to {end} s" for name, start, end in _largest(spans, " ", MOST)]
     return ", ".join(shown) + (f" and {len(spans) - MOST} more" if len(spans) > MOST else "")
 
 
 def exclude_options(spans: Sequence[Span]) -> str:
-    """Format the options that exclude the listed spans: "--exclude 40.2:70.1 --exclude 81:83.5"."""
-    return " ".join(f"--exclude {name}{start}:{end}" for name, start, end in _largest(spans, ":"))
+    """Format the options that exclude spans: "--exclude 40.2:70.1 --exclude 81:83.5"."""
+    return " ".join(f"--exclude {name}{start}:{end}" for name, start, end in _largest(spans, ":", MOST_OPTIONS))
 
 
-def _largest(spans: Sequence[Span], after_name: str) -> list[tuple[str, str, str]]:
+def _largest(spans: Sequence[Span], after_name: str, most: int) -> list[tuple[str, str, str]]:
     """Format name, start and end of the largest spans, rounded outward to tenths of a second."""
-    largest = sorted(spans, key=lambda span: span.start - span.end)[:MOST]
+    largest = sorted(spans, key=lambda span: span.start - span.end)[:most]
     return [
         (f"{log}{after_name}" if log else "", f"{max(0, floor(10 * start)) / 10:g}", f"{ceil(10 * end) / 10:g}")
         for start, end, log in largest
