@@ -276,14 +276,28 @@ def find(
 
 
 def _unseen(found: WholeLog, prepared: Sequence[PreparedLog], robot: Robot) -> Unseen | None:
-    """Evaluate the fit without the held-out segments on them, with the delay of the whole logs."""
+    """Evaluate the fit without the held-out segments on their undisturbed parts, with the delay of the whole logs."""
     if not any(found.held_out):
         return None
     fit = replace(found.fit, fit=found.fit.trained)
     robot = corrected_robot(robot, fit.fit.model.corrections, fit.corrections)
     before = replace(found, fit=fit, robot=robot)
-    logs = [replace(part, support=cut(part.support, rows)) for part, rows in zip(prepared, found.held_out, strict=True)]
+    logs = [
+        replace(part, support=cut(part.support, _without(part.log, rows, aside)))
+        for part, rows, aside in zip(prepared, found.held_out, found.set_aside, strict=True)
+    ]
     return Unseen(fits=before.fits, robot=robot, logs=logs, correct=before.corrected)
+
+
+def _without(log: RobotLog, parts: Sequence[slice], spans: Sequence[Span]) -> list[slice]:
+    """Cut spans of a log out of parts of it."""
+    kept, since = np.zeros(len(log.time), dtype=bool), log.time - log.start
+    for part in parts:
+        kept[part] = True
+    for span in spans:
+        kept[(since >= span.start) & (since <= span.end)] = False
+    edges = np.flatnonzero(np.diff(kept, prepend=False, append=False))
+    return [slice(*pair) for pair in edges.reshape(-1, 2).tolist()]
 
 
 def usual_corrections(prepared: Sequence[PreparedLog], robot: Robot) -> Literal["inertia", "calibration"]:
