@@ -1,4 +1,4 @@
-"""Format saved scores as tables; docs/accuracy.md shows two of them."""
+"""Format saved scores as tables; docs/accuracy.md shows a summary."""
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 
@@ -36,15 +36,31 @@ def main_table(scores: Sequence[Score]) -> list[str]:
 
 
 def summary_table(scores: Sequence[Score]) -> list[str]:
-    """Select the columns of the main table that docs/accuracy.md shows."""
-    rows = [line.strip("| ").split(" | ") for line in "\n".join(main_table(scores)).splitlines()]
-    return [f"| {' | '.join(row[k] for k in (0, 1, 3, 6, 7, 8))} |" for row in rows]
+    """Format the errors of the curves, the coverage and the confident errors per contestant, for docs/accuracy.md."""
+    rows = [
+        f"| contestant | {' | '.join(GROUPS)} | coverage | confident, > 25 % off |",
+        f"| --- |{' ---: |' * (len(GROUPS) + 2)}",
+    ]
+    for name in names(scores):
+        own = [each for each in scores if each.contestant == name and each.curve]
+        groups = [[each for each in own if each.robot in robots] for robots in GROUPS.values()]
+        cells = [spread(group, lambda each: each.curve.values(), _percent) for group in groups]
+        if any(groups):
+            rows.append(f"| {name} | {' | '.join(cells)} | {_coverage(own)} | {_confident(own)} |")
+    return rows
+
+
+def _coverage(own: Sequence[Score]) -> str:
+    covered = [value for each in own for joints in each.covered.values() for value in joints.values()]
+    return _share(sum(covered), len(covered))
+
+
+def _confident(own: Sequence[Score]) -> str:
+    return _share(sum(len(each.far) for each in own), sum(each.good for each in own))
 
 
 def _row(group: str, name: str, own: Sequence[Score]) -> str:
     asked, answered = sum(each.asked for each in own), sum(len(each.curve) for each in own)
-    covered = [value for each in own for joints in each.covered.values() for value in joints.values()]
-    good = sum(each.good for each in own)
     cells = [
         f"{group} ({len([each for each in own if each.curve])})",
         name,
@@ -53,8 +69,8 @@ def _row(group: str, name: str, own: Sequence[Score]) -> str:
         spread(own, lambda each: each.relative.get("viscous", {}).values(), _percent),
         spread(own, lambda each: np.abs(list(each.error.get("offset", {}).values())), _number),
         spread(own, lambda each: each.curve.values(), _percent),
-        _share(sum(covered), len(covered)),
-        _share(sum(len(each.far) for each in own), good),
+        _coverage(own),
+        _confident(own),
         _share(sum(len(each.beyond) for each in own), sum(each.with_errors for each in own)),
         _number(float(np.mean([each.seconds or 0.0 for each in own]))),
         f"{max(each.memory or 0.0 for each in own):.0f}",
