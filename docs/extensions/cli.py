@@ -73,7 +73,8 @@ def _row(parameter: Any) -> str:
     names = ", ".join(f"`{name}{value}`" for name in sorted(parameter.opts, key=len, reverse=True))
     default = parameter.default
     shown = parameter.show_default if isinstance(parameter.show_default, str) else default
-    note = "Required." if parameter.required else f"Default: `{shown}`." if shown not in (None, False, True, []) else ""
+    hidden = shown in (None, False, True, []) or "[default:" in (parameter.help or "")  # the help describes it
+    note = "Required." if parameter.required else "" if hidden else f"Default: `{shown}`."
     return f"| {names} | {_text(parameter.help)} {note}".rstrip() + " |"
 
 

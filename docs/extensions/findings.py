@@ -15,10 +15,9 @@ Look up a finding here when `inspect`, `identify` or the report shows one. The h
 Each section quotes an example with its remedy and explains the check. [Findings after the fit](findings-after.md) have
 a separate page.
 
-In simulation, the audit detects all 61 faults of 34 kinds, and no log without a fault has a finding
-(`python -m studies.faults --save studies/faults.json`). Of 45 faults in a walk of TALOS, the findings name the cause of
-38, four change no result, two are reported without a cause, and one is silent: friction that drives compensate. On a
-walk of the G1, which no threshold was chosen on, they name 37, and the cause of two is wrong.
+Of 45 faults in a simulated walk of the G1, on which no threshold was chosen, the findings name the cause of 37, and the
+cause of two is wrong. Logs without a fault have no findings (`python -m studies.faults --save studies/faults.json`).
+Friction that drives compensate is not detected.
 
 *Generated from `src/stribeck/base/findings.toml`.*
 

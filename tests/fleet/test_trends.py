@@ -92,8 +92,6 @@ def test_the_queries_of_the_page_run(tmp_path: Path, monkeypatch: pytest.MonkeyP
     write_store(tmp_path / "store", robots=3, logs=4, joints=2)
     blocks = re.findall(r"```sql\n(.*?)```", PAGE.read_text(), re.DOTALL)
     with connect("store") as connection:
-        for name in ("newest", "logs", "joints", "curves", "parameters", "corrections", "findings"):
-            connection.execute(f"DROP VIEW IF EXISTS {name}")
         for query in "".join(blocks).split(";\n"):
             if query.strip():
                 connection.execute(query)
