@@ -14,19 +14,14 @@ POSTURE = (
 )
 
 
-WHEELS = ("FL", "FR", "RL", "RR")
-
-
-def humanoid_model(on_wheels=False):
-    """Build a humanoid with five joints in each leg, a waist, and three joints in each arm; or with four wheels."""
+def humanoid_model():
+    """Build a humanoid with five joints in each leg, a waist, and three joints in each arm."""
     spec = mujoco.MjSpec()
     spec.modelname = "humanoid"
 
     def link(parent, name, axis, place, mass, size, reach):
         body = parent.add_body(name=name.replace("_joint", ""), pos=place)
-        body.add_joint(
-            name=name, axis=axis, range=[0, 0] if "foot" in name else [-170, 170], limited="foot" not in name
-        )
+        body.add_joint(name=name, axis=axis, range=[-170, 170], limited=True)
         inertia = mass / 12 * (np.sum(np.square(size)) - np.square(size))
         body.mass, body.ipos, body.inertia, body.explicitinertial = mass, reach, inertia, True
         return body
@@ -37,12 +32,7 @@ def humanoid_model(on_wheels=False):
     pelvis.add_site(name="imu")
     pelvis.add_site(name="hook", pos=[0, 0, 0.2])
     trunk = link(pelvis, "waist", [0, 0, 1], [0, 0, 0.08], 9.0, [0.2, 0.3, 0.4], [0, 0, 0.2])
-    for name in WHEELS if on_wheels else ():
-        x, y = 0.25 if name[0] == "F" else -0.25, 0.2 if name[1] == "L" else -0.2
-        strut = link(pelvis, f"{name}_strut", [0, 1, 0], [x, y, -0.1], 1.0, [0.1] * 3, [0, 0, -0.05])
-        wheel = link(strut, f"{name}_foot", [0, 1, 0], [0, 0, -0.15], 1.0, [0.16, 0.05, 0.16], [0, 0, 0])
-        wheel.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.08, 0, 0], mass=0)
-    for side, sign in (("left", 1), ("right", -1)) if not on_wheels else ():
+    for side, sign in (("left", 1), ("right", -1)):
         upper = link(pelvis, f"{side}_hip_roll", [1, 0, 0], [0, 0.1 * sign, -0.05], 1.0, [0.1, 0.1, 0.1], [0, 0, 0])
         thigh = link(upper, f"{side}_hip", [0, 1, 0], [0, 0, 0], 3.0, [0.1, 0.1, 0.35], [0, 0, -0.15])
         shank = link(thigh, f"{side}_knee", [0, 1, 0], [0, 0, -0.35], 2.0, [0.08, 0.08, 0.35], [0, 0, -0.15])
@@ -61,11 +51,11 @@ def humanoid_model(on_wheels=False):
 
 
 def still_humanoid(folder, kind, seed=1, seconds=10.0, rate=500.0):
-    """Write a log and robot file of a humanoid that stands, squats ("squat"), hangs ("hung") or rolls ("roll")."""
-    rng, spec = np.random.default_rng(seed), humanoid_model(on_wheels=kind == "roll")
+    """Write a log and robot file of a humanoid that stands, squats ("squat") or hangs ("hung")."""
+    rng, spec = np.random.default_rng(seed), humanoid_model()
     (folder / "humanoid.xml").write_text(spec.to_xml())
     names = [joint.name for joint in spec.joints if joint.name != "root"]
-    kp = np.array([150.0 if name in UPPER else 5.0 if "foot" in name else 3000.0 for name in names])
+    kp = np.array([150.0 if name in UPPER else 3000.0 for name in names])
     coulomb, viscous = rng.uniform(0.5, 1.0, len(names)), rng.uniform(0.1, 0.3, len(names))
     for name, *own in zip(names, kp, coulomb, viscous, strict=True):
         joint, actuator = spec.joint(name), spec.add_actuator(target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
@@ -92,25 +82,21 @@ def still_humanoid(folder, kind, seed=1, seconds=10.0, rate=500.0):
     model.body_inertia[:] *= factor[:, None]
     time = np.arange(0, seconds + 2, STEP)
     posture = np.array([sum(angle for part, angle in POSTURE.items() if name.endswith(part)) for name in names])
-    share = np.array(
-        [0.15 if name == "waist" else 0.8 if name in UPPER else 6.0 * ("foot" in name) + 0.15 * hung for name in names]
-    )
+    share = np.array([0.15 if name == "waist" else 0.8 if name in UPPER else 0.15 * hung for name in names])
     command = multisine(rng, time, posture, share, (0.15, 0.6))
-    wheels = [name for name in names if "foot" in name]
-    command[:, [names.index(name) for name in wheels]] = command[:, [names.index(name) for name in wheels[:1]]]
     if kind == "squat":
         dip = multisine(rng, time, [0.2], [0.25], (0.15, 0.5)) * np.clip(time, 0, 1)[:, None]
         command += dip * np.array(
             [{"hip": -1, "knee": 2, "ankle": -1}.get(name.split("_", 1)[-1], 0) for name in names]
         )
     data = mujoco.MjData(model)
-    data.qpos[:] = [0, 0, {"hung": 1.0, "roll": 0.33}.get(kind, 0.796), 1, 0, 0, 0, *posture]
+    data.qpos[:] = [0, 0, 1.0 if hung else 0.796, 1, 0, 0, 0, *posture]
     start = np.concatenate([[0.0], data.qpos, data.qvel])
     state, sensed = rollout.rollout(model, data, start[None], command[None])
     every, first = round(1 / rate / STEP), round(2 / STEP)
     sensed = sensed[0, first + 1 :: every]  # sensors belong to the start of a step
     state = state[0, first::every][: len(sensed)]
-    feet, normal = WHEELS if wheels else ("left", "right"), rng.standard_normal
+    feet, normal = ("left", "right"), rng.standard_normal
     position, torque = state[:, 8 : 8 + len(names)], sensed[:, 10:]
     log = {
         "time": np.arange(len(sensed)) / rate,
@@ -124,7 +110,6 @@ def still_humanoid(folder, kind, seed=1, seconds=10.0, rate=500.0):
         "contact": np.full((len(sensed), len(feet)), not hung),
     }
     np.savez(folder / "log.npz", **log)
-    end, contact = ("foot", "wheel") if wheels else ("ankle_roll", "surface")
-    listed = "".join(f'[contacts.{foot}]\nframe = "{foot}_{end}"\nkind = "{contact}"\n' for foot in feet)
+    listed = "".join(f'[contacts.{foot}]\nframe = "{foot}_ankle_roll"\n' for foot in feet)
     (folder / "robot.toml").write_text(f'[robot]\nmodel = "humanoid.xml"\ntorque_source = "motor_current"\n{listed}')
     return dict(zip(names, zip(coulomb, viscous, strict=True), strict=True))

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from tests.rolling import rolling_robot
 from tests.standing import UPPER, still_humanoid
 
-from stribeck import LogError, Settings, identify
+from stribeck import LogError, NothingIdentifiedError, Settings, identify
 from stribeck.init import draft_robot_file
 
 
@@ -50,11 +51,28 @@ def test_loops_of_legs_that_hardly_move_are_left_out(corrections, tmp_path) -> N
     assert [joint for joint, found in result.joints.items() if found.curve] == UPPER
 
 
-def test_arms_and_trunk_are_identified_while_the_robot_rolls_on_wheels(tmp_path) -> None:
-    truth = still_humanoid(tmp_path, "roll")
-    draft = draft_robot_file(str(tmp_path / "humanoid.xml"), None, tmp_path / "draft.toml").text
-    assert draft.count('kind = "wheel"') == 4
+def drafted(folder, without="nothing"):
+    """Draft the robot file of a robot on wheels, and return its text."""
+    text = draft_robot_file(str(folder / "rover.xml"), folder / "log.npz", folder / "robot.toml").text
+    (folder / "robot.toml").write_text(text.replace("link_side_sensor", "motor_current").replace(without, ""))
+    return text
+
+
+@pytest.mark.parametrize("legs", [True, False])
+def test_wheels_roll(legs, tmp_path) -> None:
+    truth = rolling_robot(tmp_path, legs, seed=2)
+    text = drafted(tmp_path)
+    assert (text.count('kind = "wheel"'), text.count("radius = 0.086")) == (4, 4 * legs)
     result = identify(tmp_path / "log.npz", tmp_path / "robot.toml")
-    assert {joint: bool(result.joints[joint].curve) for joint in truth} == {joint: joint in UPPER for joint in truth}
-    assert worst_error(result, truth, UPPER) < 0.05
-    assert "jack the robot up" in result.joints["FL_foot"].reason
+    known = [joint for joint, found in result.joints.items() if found.verdict == "identified"]
+    assert len(known) >= (8 if legs else 4)
+    assert worst_error(result, truth, [name for name in known if "calf" not in name]) < (0.05 if legs else 0.1)
+    assert worst_error(result, truth, known) < 0.2
+    assert legs or "jack the robot up" in result.joints["FL_wheel_joint"].reason
+
+
+def test_wheels_of_unknown_radius_are_refused_with_a_remedy(tmp_path) -> None:
+    rolling_robot(tmp_path, legs=True, seconds=8.0)
+    drafted(tmp_path, without="radius = 0.086")
+    with pytest.raises(NothingIdentifiedError, match=r"set their radius .* or jack the robot up"):
+        identify(tmp_path / "log.npz", tmp_path / "robot.toml")

@@ -330,13 +330,13 @@ def test_a_change_after_which_nothing_is_explained_is_not_made(
         ("bolt", {"FL_FOOT": "point", "FR_FOOT": "point"}),
         ("panda", {}),
         ("so101", {}),
-        ("tiago", {}),
+        ("tiago", {"wheel_left_link": "wheel", "wheel_right_link": "wheel"}),
     ],
 )
 def test_feet_are_found_by_name_and_shape(model: str | Path, feet: dict[str, str]) -> None:
     facts = read_model(model if isinstance(model, Path) else model_path(f"package:{model}", Path()))
     assert {foot.frame: foot.kind for foot in facts.feet} == feet
-    assert facts.base == ("floating" if feet else "fixed")
+    assert facts.base == ("floating" if {"surface", "point"} & set(feet.values()) else "fixed")
 
 
 @pytest.mark.parametrize("base", ["fixed", "floating"])

@@ -34,7 +34,7 @@ def check_contacts(evidence: Evidence) -> list[Finding]:
     """Report feet that are logged as standing although they are in the air."""
     robot, support = evidence.robot, evidence.prepared.support
     feet = tuple(robot.contacts)
-    if len(feet) < 2 or support.source not in ("flags", "forces"):
+    if len(feet) < 2 or robot.carried(feet) or support.source not in ("flags", "forces"):
         return []
     standing = np.zeros((len(evidence.prepared.log.time), len(feet)), dtype=bool)
     known = np.zeros(len(standing), dtype=bool)

@@ -122,7 +122,7 @@ def _compute_point_motion(robot: Robot, foot: str, state: State) -> PointMotion:
 
 
 def _roll(point: PointMotion, lever: Array, turn: Orientation) -> PointMotion:
-    """Subtract the motion of a ball's center, `lever` above the ground (T, 3), so that the point is at rest."""
+    """Subtract the motion of a rolling center, `lever` above the ground (T, 3), so that the point is at rest."""
     omega = turn.angular_velocity
     spin = omega + point.turning
     spin_rate = turn.angular_acceleration + np.cross(omega, point.turning) + point.turning_rate

@@ -174,7 +174,7 @@ class MomentumObserver:
             omega = np.zeros(3) if angular_velocity is None else _check("angular_velocity", angular_velocity, (3,))
             turn = Orientation(root_quaternions(robot, q[None], quaternion[None]), omega[None], np.zeros((1, 3)))
         if robot.base == "floating" and feet:
-            points = all(robot.contacts[foot].kind == "point" for foot in feet)
+            points = all(robot.contacts[foot].kind != "surface" for foot in feet)
             if points and len(feet) < ENOUGH_POINTS and angular_velocity is None:
                 raise LogError(
                     f"{'+'.join(feet)}: up to two point feet leave the base rotation open; expected angular_velocity"

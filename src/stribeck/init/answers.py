@@ -214,6 +214,10 @@ def _decide_base(draft: Draft, source: Recording) -> None:
     if facts.base == "fixed" and seen and facts.feet:
         draft.set("robot", "base", "floating", f"the log has {', '.join(seen)}.")
     if robot["base"] == "fixed":
+        given = robot.get("position_controlled", [])
+        if wheels := [name for name in facts.wheels if name not in {*given, *robot.get("locked", {})}]:
+            why = "wheels on the ground, with unknown forces; remove them from this list if the robot is jacked up."
+            draft.set("robot", "position_controlled", [*given, *wheels], why)
         return
     labels: tuple[str, ...] = ()
     for name in ("contact", "foot_wrench"):

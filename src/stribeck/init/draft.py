@@ -135,12 +135,21 @@ def write_contacts(draft: Draft, labels: Sequence[str]) -> None:
     topics = {label: foot for foot, label in names.items() if label.startswith("/")}
     if topics:
         draft.table("log")["foot_names"] = topics
-    contacts = {}
+    contacts: dict[str, dict[str, str | float]] = {}
     for foot in facts.feet:
         name = foot.name if foot.name in topics.values() else names.get(foot.name, foot.name)
         contacts[name] = {"frame": foot.frame, "kind": foot.kind}
-        if foot.kind == "wheel":
-            draft.note(f"contacts.{name}", "this wheel rolls, so joints of its leg are identified only off the ground.")
+        if foot.kind == "wheel" and foot.radius:
+            contacts[name]["radius"] = foot.radius
+            draft.note(f"contacts.{name}", "this wheel rolls; its radius [m] is that of the model's collision shape.")
+        elif foot.kind == "wheel" and len(facts.wheels) == len(facts.feet):
+            draft.note(f"contacts.{name}", "this wheel rolls; it and others share the load, so it is not identified.")
+        elif foot.kind == "wheel":
+            draft.ask(
+                f"contacts.{name}",
+                "this wheel rolls; what is its radius [m]? Without a radius, joints of its leg are identified only off "
+                "the ground.",
+            )
         if foot.name in facts.tilted:
             draft.ask(f"contacts.{name}", "does the z axis of this frame point up when the sole lies flat?")
     draft.document["contacts"] = contacts

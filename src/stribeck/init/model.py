@@ -13,7 +13,7 @@ import pinocchio as pin
 from stribeck.init.names import words
 from stribeck.robot import Contact
 from stribeck.robot.model_file import joint_names, kind_of, load_model
-from stribeck.robot.rooting import joint_axis, position_range
+from stribeck.robot.rooting import is_on_axis, position_range
 from stribeck.robot.xml_file import read_xml
 
 FOOT = {"sole": 4.0, "foot": 3.0, "feet": 3.0, "wheel": 3.0, "toe": 2.0, "ankle": 1.0}
@@ -36,6 +36,8 @@ class ModelFacts:
         Contacts with their suggested names.
     tilted
         Names of contacts whose z axis does not point up with all joints at zero.
+    wheels
+        Joints of the contacts that are wheels of the base, without legs.
     """
 
     joints: tuple[str, ...]
@@ -44,6 +46,7 @@ class ModelFacts:
     evidence: str
     feet: tuple[Contact, ...]
     tilted: tuple[str, ...]
+    wheels: tuple[str, ...]
 
 
 def read_model(path: Path) -> ModelFacts:
@@ -56,7 +59,7 @@ def read_model(path: Path) -> ModelFacts:
     """
     kind, root = kind_of(path), read_xml(path).root
     model, _ = load_model(path, "floating")
-    feet, tilted = _find_feet(model, {link.get("name", "") for link in root.iter("link") if _is_ball(link)})
+    feet, tilted, wheels = _find_feet(model, root)
     limits = {name: position_range(model, model.getJointId(name)) for name in joint_names(model)}
     free = kind == "mjcf" and any(
         joint.tag == "freejoint" or joint.get("type") == "free" for body in root.iter("body") for joint in body
@@ -68,12 +71,16 @@ def read_model(path: Path) -> ModelFacts:
     fixed_to = [name for name in links if name not in children and name.lower() in ground] if kind == "urdf" else []
     if free:
         base, evidence = "floating", "the model has a free joint"
+    elif feet and len(wheels) == len(feet):
+        evidence = f"the model's base has wheels, {', '.join(wheels)}"
     elif len(feet) > 1 and not fixed_to:
         base, evidence = "floating", "the model has feet, " + ", ".join(foot.frame for foot in feet)
     else:
         evidence = f"the model's root is '{fixed_to[0]}'" if fixed_to else "the model has no feet"
     single = tuple(name for name in limits if model.joints[model.getJointId(name)].nv == 1)
-    return ModelFacts(joints=single, range=limits, base=base, evidence=evidence, feet=feet, tilted=tilted)
+    return ModelFacts(
+        joints=single, range=limits, base=base, evidence=evidence, feet=feet, tilted=tilted, wheels=wheels
+    )
 
 
 def _is_ball(link: Element) -> bool:
@@ -81,8 +88,22 @@ def _is_ball(link: Element) -> bool:
     return [shape.tag for geometry in link.findall("collision/geometry") for shape in geometry] == ["sphere"]
 
 
-def _find_feet(model: pin.Model, balls: set[str]) -> tuple[tuple[Contact, ...], tuple[str, ...]]:
-    """Find the contact frame of each leg, named after the leg's side."""
+def _wheel_radius(root: Element, link: str) -> float:
+    """Find the radius [m] of a link's collision cylinder or sphere; 0 if it has none."""
+    named = next((each for each in root.iter() if each.tag in ("link", "body") and each.get("name") == link), root)
+    shapes = [shape for geometry in named.findall("collision/geometry") for shape in geometry] + named.findall("geom")
+    kinds = ("cylinder", "sphere")
+    sizes = [
+        shape.get("radius") or shape.get("size", "0").split()[0]
+        for shape in shapes
+        if shape.tag in kinds or (shape.tag == "geom" and shape.get("type", "sphere") in kinds)
+    ]
+    return max(map(float, sizes), default=0.0)
+
+
+def _find_feet(model: pin.Model, root: Element) -> tuple[tuple[Contact, ...], tuple[str, ...], tuple[str, ...]]:
+    """Find the contact frame of each leg, named after the leg's side; tilted contacts, and joints of base wheels."""
+    balls = {link.get("name", "") for link in root.iter("link") if _is_ball(link)}
     beside = {"imu", "sensor", "ft", "force", "rotor", "cover", "fixed", "lower", "mount", "camera"}
     data = model.createData()
     pin.framesForwardKinematics(model, data, pin.neutral(model))
@@ -94,27 +115,31 @@ def _find_feet(model: pin.Model, balls: set[str]) -> tuple[tuple[Contact, ...], 
         named = [FOOT[word] for word in words(str(frame.name)) if word in FOOT]
         if frame.type == pin.FrameType.JOINT or not named or joint in parents or joint < 2:
             continue
-        if "wheel" in words(str(frame.name)) and len(model.supports[joint]) < 5:  # no leg: a mobile base
-            continue
         up = abs(float(data.oMf[index].rotation[2, 2]))
         score = max(named) - 0.6 * len(beside & set(words(str(frame.name)))) + 0.3 * (up > 0.9)  # nearly vertical
         score += 0.2 * (frame.type != pin.FrameType.FIXED_JOINT)
         best[joint] = max(best.get(joint, (float("-inf"), 0)), (score, -index))
     frames = {joint: model.frames[-index] for joint, (_, index) in best.items()}
     names = short_names([str(frame.name) for frame in frames.values()])
-    contacts, tilted = [], []
+    contacts, tilted, wheels = [], [], []
     for (joint, frame), name in zip(frames.items(), names, strict=True):
         others = {above for other in frames if other != joint for above in model.supports[other]}
         leg = set(model.supports[joint]) - others - {0, 1}
         # A leg with at least five joints can place a sole flat on the ground.
         point = len(leg) < 5 or str(frame.name) in balls
         # The axle of a wheel is unlimited in a model whose other joints have limits, and the frame lies on the axle.
-        off_axle = np.cross(frame.placement.translation, joint_axis(model, joint).direction)
-        rolls = np.linalg.norm(off_axle) < 1e-3 and joint not in limited and len(limited) > 0
-        contacts.append(Contact(name, str(frame.name), "wheel" if rolls else "point" if point else "surface"))
+        rolls = is_on_axis(model, frame) and joint not in limited and len(limited) > 0
+        kind: Literal["wheel", "point", "surface"] = "wheel" if rolls else "point" if point else "surface"
+        on_base = len(model.supports[joint]) < 5  # no leg: world, base, and at most two joints
+        if on_base and rolls:
+            wheels.append(str(model.names[joint]))
+        elif on_base and "wheel" in words(str(frame.name)):
+            continue
+        radius = _wheel_radius(root, str(frame.name)) if rolls and not on_base else 0.0
+        contacts.append(Contact(name, str(frame.name), kind, radius))
         if not (point or rolls) and data.oMf[model.getFrameId(frame.name)].rotation[2, 2] < 0.9:
             tilted.append(name)
-    return tuple(contacts), tuple(tilted)
+    return tuple(contacts), tuple(tilted), tuple(wheels)
 
 
 def short_names(frames: Sequence[str]) -> list[str]:

@@ -63,6 +63,7 @@ def judge(
     checked for excitation again, because the fit may use more samples.
     """
     results = {}
+    samples = _filled(samples, fits, law)
     for column, joint in enumerate(samples.joint_names):
         problem = joint_problem(samples, joint, law, settings)
         prismatic = samples.slides(column)
@@ -82,6 +83,16 @@ def judge(
                 found = replace(found, verdict="weak", reason=f"{why} friction torque stays unexplained")
             results[joint] = found
     return results
+
+
+def _filled(samples: FrictionSamples, fits: Mapping[str, JointFit], law: FrictionLaw) -> FrictionSamples:
+    """Use all samples of fitted joints that always share the load: their motion, and the friction of the fit."""
+    usable, friction = samples.usable.copy(), samples.friction_torque.copy()
+    for column, joint in enumerate(samples.joint_names):
+        if joint in fits and not usable[:, column].any():
+            usable[:, column] = True
+            friction[:, column] = law.torque(samples.velocity[:, column], fits[joint].law_values(law))
+    return replace(samples, usable=usable, friction_torque=friction)
 
 
 def _not_excited(moved: Excitation) -> JointResult:

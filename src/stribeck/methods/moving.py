@@ -42,8 +42,8 @@ def joints_that_move(
     if not used.any() and "wheel" in {contact.kind for contact in robot.contacts.values()}:
         raise NothingIdentifiedError(
             f"no joint can be identified from this log: the wheels {', '.join(robot.contacts)} always roll on the "
-            "ground, with unknown forces; jack the robot up so that its wheels turn freely, and set "
-            "[robot] base = 'fixed' without [contacts]"
+            "ground, with unknown forces; log the positions of wheels on legs and set their radius in [contacts], or "
+            "jack the robot up so that its wheels turn freely, and set [robot] base = 'fixed' without [contacts]"
         )
     if not used.any():
         raise NothingIdentifiedError(
@@ -54,6 +54,10 @@ def joints_that_move(
     slides = [robot.prismatic[column] for column in robot.torque_controlled]
     reasons = [reason(*each) for each in zip(velocity.T, slides, used.T, strict=True)]
     moves = np.array([not reason for reason in reasons])
+    tree, wheels = robot.tree, [contact.frame for contact in robot.contacts.values() if contact.axle]
+    if wheels and moves.any():  # the legs' equations need those of the wheels, which may roll in one direction
+        turned = [tree.column(tree.model.frames[tree.model.getFrameId(wheel)].parentJoint) for wheel in wheels]
+        moves |= np.isin(robot.torque_controlled, turned)
     if not moves.any():
         raise NothingIdentifiedError(why_none(dict(zip(names, reasons, strict=True))))
     moving = {name for name, moved in zip(names, moves, strict=True) if moved}

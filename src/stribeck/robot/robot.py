@@ -310,9 +310,16 @@ class Robot:
         return np.isin(np.arange(len(self.joint_names)), list(found))
 
     def carried(self, feet: tuple[str, ...]) -> bool:
-        """Return whether the base moves in a way that the joints do not show: on wheels, or if it hangs."""
-        kinds = {self.contacts[foot].kind if foot in self.contacts else "wheel" for foot in feet}
-        return self.base == "floating" and "wheel" in kinds
+        """Return whether the base moves in a way that the joints do not show: if it hangs, and on some wheels.
+
+        These are wheels of unknown radius, and wheels without legs, which share the load in an unknown way.
+        """
+        shown = {
+            name
+            for name, contact in self.contacts.items()
+            if contact.kind != "wheel" or (contact.radius and len(self._path(contact.frame)) > 2)
+        }
+        return self.base == "floating" and not shown.issuperset(feet)
 
     def _path(self, frame: str) -> set[int]:
         """Find the columns of the joints between the base and a frame."""

@@ -14,8 +14,8 @@ from stribeck.base.typing import Array
 from stribeck.errors import RobotFileError, did_you_mean
 from stribeck.robot.model_file import joint_names, load_model, lock_joints
 from stribeck.robot.packages import model_path
-from stribeck.robot.rooting import BASE_FRAME, RootedModel, root_at
-from stribeck.settings import MotorTable, PayloadTable, RobotFile, RobotTable, describe, parse_toml
+from stribeck.robot.rooting import BASE_FRAME, RootedModel, is_on_axis, joint_axis, root_at
+from stribeck.settings import ContactTable, MotorTable, PayloadTable, RobotFile, RobotTable, describe, parse_toml
 
 ARMATURE_ADVICE = {
     "link_side_sensor": "a torque sensor behind the gear does not measure the rotor; set [robot] armature to 0 for "
@@ -31,13 +31,15 @@ class Contact:
     """Frame that can stand on the ground.
 
     A `surface` constrains six degrees of freedom, a `point` three: it is the center of a ball that rolls on the ground,
-    with a `radius` [m]. A driven `wheel` does not constrain the base.
+    with a `radius` [m]. A `wheel` with a radius rolls like a ball, and turns about its `axle`, a unit vector in the
+    frame; without one, it does not constrain the base.
     """
 
     name: str
     frame: str
     kind: Literal["surface", "point", "wheel"] = "surface"
     radius: float = 0.0
+    axle: tuple[float, ...] = ()
 
     @property
     def size(self) -> int:
@@ -188,7 +190,26 @@ def _build_contacts(file: RobotFile, model: pin.Model, path: Path) -> dict[str, 
                 f"{path}: [contacts.{name}] and [contacts.{other}] have the frame '{contact.frame}'; "
                 "expected a different frame for each contact"
             )
-    return {name: Contact(name, contact.frame, contact.kind) for name, contact in file.contacts.items()}
+    return {name: _build_contact(name, contact, model, path) for name, contact in file.contacts.items()}
+
+
+def _build_contact(name: str, table: ContactTable, model: pin.Model, path: Path) -> Contact:
+    """Build a contact; a wheel touches the ground below its center of mass, where a frame is added.
+
+    A wheel whose joint is locked, so that its frame is not on the axis of a joint, does not show how it rolls.
+    """
+    if table.radius and table.kind != "wheel":
+        raise RobotFileError(f"{path}: [contacts.{name}] radius is for kind 'wheel', not '{table.kind}'; remove it")
+    frames = (k for k, own in enumerate(model.frames) if own.name == table.frame and own.type != pin.FrameType.JOINT)
+    place = next(frames, 0)
+    if not table.radius or not is_on_axis(model, model.frames[place]):
+        return Contact(name, table.frame, table.kind)
+    joint = int(model.frames[place].parentJoint)
+    axle = joint_axis(model, joint).direction
+    center = pin.SE3(np.eye(3), axle * (axle @ model.inertias[joint].lever))
+    frame = f"{table.frame} center"
+    model.addFrame(pin.Frame(frame, joint, place, center, pin.FrameType.OP_FRAME))
+    return Contact(name, frame, table.kind, table.radius, tuple(axle.tolist()))
 
 
 def _check_motors(table: RobotTable, measured: Sequence[str], where: str) -> dict[str, MotorTable]:

@@ -113,6 +113,12 @@ def joint_axis(model: pin.Model, joint: int) -> Axis:
     )
 
 
+def is_on_axis(model: pin.Model, frame: pin.Frame) -> bool:
+    """Return whether a frame's origin is within a millimeter of the axis of the joint that moves it."""
+    joint, place = int(frame.parentJoint), frame.placement.translation
+    return joint > 1 and bool(np.linalg.norm(np.cross(place, joint_axis(model, joint).direction)) < 1e-3)
+
+
 def root_at(model: pin.Model, frame_name: str | None = None) -> RootedModel:
     """Root the tree of `model` at a frame, or keep its root; all joints become plain revolute or prismatic ones.
 

@@ -2,12 +2,13 @@
 
 On one standing surface the tree is rooted there, and every joint has its own equation. With more feet, or on points,
 unknown contact forces act through their Jacobian J on the rows, and only the sums P^T with J P = 0 are free of them:
-P = null(J) (Aghili 2005; Mistry, Buchli and Schaal 2010). In flight no force acts, but the root's acceleration is
+P = null(J) (Aghili 2005; Mistry, Buchli and Schaal 2010). Wheels of a known radius roll like balls; their tires are
+wide, so that the moment about their heading is unknown, too. In flight no force acts, but the root's acceleration is
 unknown: it takes the place of the forces, and the inertia matrix's columns of the root take the place of J^T. Rows
 contain no joints without a measured torque, so that no sum needs them.
 
 Contact forces do not act on the rows of joints that are not between the base and a standing foot, such as the arms.
-On several soles, only these rows are used, unless `double_support` is "fit". The same rows serve a robot that rolls on
+On several soles, only these rows are used, unless `double_support` is "fit". The same rows serve a robot on other
 wheels or hangs: an unknown wrench on its base acts on none of them. Where there are many, the base's acceleration is
 unknown, too, as in flight, because feet rock and gantries swing; where there are few, only the linear one of such a
 base is.
@@ -77,7 +78,8 @@ class ContactMode:
         """Number of unknown forces and moments on the rows, or of unknown accelerations of a hung root."""
         if self.hung:
             return 6 if self.with_rows.sum() >= MANY_ROWS else 3
-        return sum(self.robot.contacts[foot].size for foot in self.feet)
+        contacts = [self.robot.contacts[foot] for foot in self.feet]
+        return sum(contact.size + bool(contact.axle) for contact in contacts)
 
     @property
     def sums(self) -> int:
@@ -134,23 +136,26 @@ class ContactMode:
     def jacobian(self, position: Array, up: Array | None = None) -> Array:
         """Compute the Jacobian of the feet, foot by foot in its own frame, shape (T, c, 6 + all joints).
 
-        A ball touches the ground below its center: `up` is the upward direction in the root link, shape (T, 3).
+        Balls and wheels touch the ground below their center: `up` is up in the root link, (T, 3); None: level.
         """
         (model, data), contacts = workspace(self.rooted), [self.robot.contacts[foot] for foot in self.feet]
-        frames = [(model.getFrameId(each.frame), each.size, each.radius) for each in contacts]
-        up = np.zeros((len(position), 3)) if up is None else up
+        frames = [(model.getFrameId(each.frame), each, np.array(each.axle)) for each in contacts]
+        up = np.tile(self.robot.up, (len(position), 1)) if up is None else up
         configuration = np.tile(pin.neutral(model), (len(position), 1))
         configuration[:, 7:] = position[:, self.rooted.columns]
         found = np.empty((len(position), self.forces, model.nv))
-        for own, row, lever in zip(found, configuration, up, strict=True):  # Pinocchio has no batched call for it
+        for own, row, above in zip(found, configuration, up, strict=True):  # Pinocchio has no batched call for it
             pin.computeJointJacobians(model, data, row)
             rows = []
-            for frame, size, radius in frames:
+            for frame, contact, axle in frames:
                 jacobian = pin.getFrameJacobian(model, data, frame, pin.LOCAL)
-                if radius:
-                    turn = pin.updateFramePlacement(model, data, frame).rotation
-                    jacobian[:3] += radius * pin.skew(turn.T @ lever) @ jacobian[3:]
-                rows.append(jacobian[:size])
+                if contact.radius:
+                    local = pin.updateFramePlacement(model, data, frame).rotation.T @ above
+                    jacobian[:3] += contact.radius * pin.skew(local) @ jacobian[3:]
+                rows.append(jacobian[: contact.size])
+                if contact.axle:  # the moment about the heading
+                    heading = np.cross(axle, local)
+                    rows.append(heading[None] / np.linalg.norm(heading) @ jacobian[3:])
             own[:] = np.vstack(rows)
         return found[:, :, self.rooted.order]
 

@@ -136,7 +136,8 @@ def find_causes(fit: Fit, statistics: Statistics, limbs: Mapping[str, NDArray[np
         evidence, values, errors = score.test(columns)
         if kind == "gain":
             evidence, values, errors = _without_noise(values, errors, len(places) * noise)
-        possible = (kind != "rotor" or values.max() > -values.min()) and (
+        sure = values / np.maximum(errors, 1e-30)
+        possible = (kind != "rotor" or sure.max() > -sure.min()) and (
             kind != "body" or abs(values[0]) < np.log(HEAVIEST)
         )
         if possible and np.abs(values).max() > least:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.linalg import block_diag, solve
+from scipy.linalg import block_diag
 
 from stribeck.base.typing import Array
 from stribeck.whole_log.model.corrections import ModelCorrections, Slopes
@@ -47,7 +47,8 @@ def _normal_equations(product: Array, model: ModelCorrections, precision: Array)
 
 def fitted(product: Array, model: ModelCorrections, precision: Array) -> Array:
     """Fit whitened groups linearly by their product; return the values, then -1 for the left side."""
-    values = solve(*_normal_equations(product, model, precision), assume_a="pos")
+    information, right = _normal_equations(product, model, precision)
+    values = inverse_of(information) @ right
     values[len(precision) :] = model.slopes(np.zeros(model.layout.size)).pushed(values[len(precision) :, None])[:, 0]
     return np.append(values, -1.0)
 

@@ -1,0 +1,105 @@
+"""Logs of robots on four wheels, simulated with MuJoCo alone: a quadruped, and a base with an arm of four joints."""
+
+import mujoco
+import numpy as np
+from mujoco import rollout
+from scipy.spatial.transform import Rotation
+from tests.commanded import LEGS, QUADRUPED, multisine
+from tests.trotting import HIPS, OUTER, SIDES, leg_angles
+
+STEP, RADIUS, WIDE, HEIGHT = 5e-4, 0.086, 0.06, 0.3
+"""Time step [s]; radius of wheels, distance of their plane from the leg's, height of the base above the axles [m]."""
+ARM = {"pan": ([0, 0, 1], [0.1, 0, 0.1]), "lift": ([0, 1, 0], [0, 0, 0.1]), "elbow": ([0, 1, 0], [0, 0, 0.3])} | {
+    "wrist": ([1, 0, 0], [0, 0, 0.2])
+}
+"""Axis and place of each joint."""
+
+
+def wheeled_model(legs):
+    """Build a robot whose wheels are at the ends of its legs, or on its base."""
+    spec = mujoco.MjSpec.from_file(str(QUADRUPED))
+    spec.delete(spec.geoms[0])
+    for leg, hip, side in zip(LEGS, HIPS, SIDES, strict=True):
+        spec.delete(spec.geom(leg))
+        spec.delete(spec.site(leg))
+        if not legs:
+            spec.delete(spec.body(f"{leg}_hip"))
+        parent, place = (spec.body(f"{leg}_calf"), [0, 0, -0.213]) if legs else (spec.body("trunk"), [*hip[:2], -0.1])
+        wheel = parent.add_body(name=f"{leg}_wheel", pos=place)
+        wheel.add_joint(name=f"{leg}_wheel_joint", axis=[0, 1, 0])
+        wheel.mass, wheel.inertia, wheel.ipos = 0.6, [1.5e-3, 2.5e-3, 1.5e-3], [0, WIDE * side, 0]
+        wheel.explicitinertial = True
+        turned, cylinder = [0.5**0.5, 0.5**0.5, 0, 0], mujoco.mjtGeom.mjGEOM_CYLINDER
+        wheel.add_geom(type=cylinder, size=[RADIUS, 0.02, 0], mass=0, pos=wheel.ipos, quat=turned)
+    body = spec.body("trunk")
+    for name, (axis, place) in ({} if legs else ARM).items():
+        body = body.add_body(name=name, pos=place, mass=1.0, ipos=[0.02, 0.02, 0.1], inertia=[0.01, 0.01, 0.005])
+        body.explicitinertial = True
+        body.add_joint(name=f"{name}_joint", axis=axis)
+    for joint in spec.joints:
+        if joint.name != "base" and "wheel" not in joint.name:
+            joint.range, joint.limited = [-175, 175], True
+    return spec
+
+
+def rolling_robot(folder, legs, seed=1, seconds=25.0, rate=250.0, ahead=0.0):
+    """Write the model and a log of a robot that drives around while its trunk or its arm moves; return the truth."""
+    rng, spec = np.random.default_rng(seed), wheeled_model(legs)
+    (folder / "rover.xml").write_text(spec.to_xml())
+    names = [joint.name for joint in spec.joints if joint.name != "base"]
+    wheels = np.array(["wheel" in name for name in names])
+    coulomb, viscous = rng.uniform(0.2, 0.4, len(names)), rng.uniform(0.03, 0.15, len(names))
+    for name, rolls, *own in zip(names, wheels.tolist(), coulomb, viscous, strict=True):
+        joint, actuator = spec.joint(name), spec.add_actuator(target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        actuator.set_to_velocity(kv=6.0) if rolls else actuator.set_to_position(kp=250.0, kv=8.0)
+        joint.frictionloss, joint.damping, joint.armature = own[0], [own[1], 0, 0], 0.01
+        joint.solimp_friction, joint.solref_friction = [0.99, 0.999, 0.001, 0.5, 2], [0.005, 1]
+        spec.add_sensor(type=mujoco.mjtSensor.mjSENS_JOINTACTFRC, objtype=mujoco.mjtObj.mjOBJ_JOINT, objname=name)
+    for kind in ("GYRO", "ACCELEROMETER"):
+        spec.add_sensor(
+            type=getattr(mujoco.mjtSensor, f"mjSENS_{kind}"), objtype=mujoco.mjtObj.mjOBJ_SITE, objname="imu"
+        )
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1])
+    spec.option.timestep, spec.option.integrator = STEP, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    model = spec.compile()
+    factor = 1 + 0.03 * rng.standard_normal(model.nbody)  # the model's errors
+    model.body_mass[:] *= factor
+    model.body_inertia[:] *= factor[:, None]
+    time = np.arange(0, seconds + 2, STEP)
+    forward, turn = multisine(rng, time, [ahead, 0], [0.8, 0.3], (0.03, 0.2)).T
+    command = np.zeros((len(time), len(names)))
+    if legs:
+        lean = multisine(rng, time, [0] * 5, [0.12, 0.12, 0.03, 0.03, 0.05], (0.1, 0.5))
+        level = Rotation.from_euler("xy", lean[:, :2]).inv()
+    else:
+        command[:, ~wheels] = multisine(rng, time, [0, 0.3, 0.8, 0], [1.5, 0.8, 0.8, 1.5], (0.1, 0.6))
+    for leg, hip, side in zip(LEGS, HIPS, SIDES, strict=True):
+        speed = forward - turn * (hip[1] + side * (OUTER + WIDE))
+        if legs:
+            along = multisine(rng, time, [0], [0.03], (0.1, 0.4))[:, 0]
+            place = [hip[0] + along - lean[:, 2], hip[1] + side * (OUTER + WIDE) - lean[:, 3], -HEIGHT - lean[:, 4]]
+            foot = level.apply(np.transpose(place)) - hip - [0, side * WIDE, 0]
+            angles = np.array([leg_angles(each, side) for each in foot[::20]])
+            for part, angle in zip(("hip", "thigh", "calf"), angles.T, strict=True):
+                command[:, names.index(f"{leg}_{part}_joint")] = np.interp(time, time[::20], angle)
+            speed = speed + np.gradient(along - lean[:, 2], STEP)
+        command[:, names.index(f"{leg}_wheel_joint")] = speed / RADIUS
+    data = mujoco.MjData(model)
+    data.qpos[:] = [0, 0, RADIUS + (HEIGHT if legs else 0.1), 1, 0, 0, 0, *np.where(wheels, 0, command[0])]
+    state, sensed = rollout.rollout(model, data, np.concatenate([[0.0], data.qpos, data.qvel])[None], command[None])
+    every, first = round(1 / rate / STEP), round(2 / STEP)
+    sensed = sensed[0, first + 1 :: every]  # sensors belong to the start of a step
+    state, normal = state[0, first::every][: len(sensed)], rng.standard_normal
+    torque, turning, acceleration = np.split(sensed, [len(names), len(names) + 3], axis=1)
+    position = state[:, 8 : 8 + len(names)]
+    np.savez(
+        folder / "log.npz",
+        time=np.arange(len(sensed)) / rate,
+        joint_names=np.array(names),
+        position=position + 2e-5 * normal(position.shape),
+        torque=torque + 0.05 * normal(torque.shape),
+        base_orientation=state[:, [5, 6, 7, 4]] + 1e-4 * normal((len(state), 4)),
+        angular_velocity=turning + 3e-3 * normal(turning.shape),
+        linear_acceleration=acceleration + 0.05 * normal(acceleration.shape),
+    )
+    return dict(zip(names, zip(coulomb, viscous, strict=True), strict=True))
