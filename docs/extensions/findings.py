@@ -34,7 +34,7 @@ Look up a finding of `identify` here if [Findings](findings.md) does not list it
 does not describe the friction, or although another effect looks like friction. Effects that move the friction curve by
 less than its interval are not reported.
 
-These checks report 22 of 56 causes, with five false findings in 794 cases
+In simulation, these checks report 22 of 56 causes, with five false findings in 794 cases
 (`python -m studies.misfits --save studies/misfits.json`).
 
 *Generated from `src/stribeck/base/findings.toml`.*
