@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
-from stribeck.audit import audit_or_stop, consequences, find_torques, without_dead_joints
+from stribeck.audit import audit_or_stop, consequences, find_torques, without_dead_joints, without_refined
 from stribeck.base.outputs import check_outputs, whole_or_not_at_all
 from stribeck.base.threads import one_blas_thread
 from stribeck.compose import compose
@@ -110,8 +110,7 @@ def identify(
         fitted = replace(fitted, logs=())
         result = compose(fitted, samples, prepared, robot, friction_law, settings, chosen, gain_errors)
         dropped = {str(each) for each in consequences(audited, result.findings)}
-        if not {"set-aside", "payload"}.isdisjoint(each.check for each in result.findings):
-            audited = [each for each in audited if each.check != "set-aside"]  # the spans of the fit are more precise
+        audited = without_refined(audited, result, len(prepared))
         return replace(
             result,
             held_out=[held_out_log(log, fitted, result, robot, samples.settings) for log in unseen],

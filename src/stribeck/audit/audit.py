@@ -17,6 +17,7 @@ from stribeck.base.spans import exclude_options, listed_spans
 from stribeck.errors import LogError, errors_about, findings_kept
 from stribeck.friction_torque.preparation import PreparedLog, log_names
 from stribeck.log.sampling import SHORT
+from stribeck.result import Result
 from stribeck.robot import Robot
 from stribeck.settings import Settings
 
@@ -72,6 +73,14 @@ def consequences(audited: Sequence[Finding], fitted: Sequence[Finding]) -> list[
     """List the causes in the findings of a fit that follow from a faulty channel, which distorts all corrections."""
     faulty = any(finding.check in FAULTY for finding in audited)
     return [finding for finding in fitted if faulty and finding.check not in SYMPTOMS]
+
+
+def without_refined(audited: Sequence[Finding], result: Result, logs: int) -> list[Finding]:
+    """Leave out findings on what the fit estimates more precisely: spans set aside, and the torque delay of one log."""
+    refined = {"set-aside"} if {"set-aside", "payload"} & {each.check for each in result.findings} else set()
+    if logs == 1 and result.corrections and result.corrections.torque_delay:
+        refined.add("torque-delay")
+    return [finding for finding in audited if finding.check not in refined]
 
 
 def model_findings(robot: Robot) -> list[Finding]:
@@ -136,9 +145,7 @@ def check_samples(evidence: Evidence) -> list[Finding]:
     sampling, time = evidence.prepared.sampling, evidence.prepared.log.time
     found = []
     if sampling.lost > 0.2:
-        setting = "Raise max_gap in [log] to bridge longer gaps" if sampling.gaps else "Record longer logs"
-        gaps = len(sampling.gaps)
-        found.append(Finding.of("samples-lost", lost=100 * sampling.lost, short=SHORT, gaps=gaps, setting=setting))
+        found.append(Finding.of("samples-lost", lost=100 * sampling.lost, short=SHORT, gaps=len(sampling.gaps)))
     phases = evidence.prepared.support.phases
     if evidence.robot.base == "floating" and phases and sampling.segments[-1].stop > phases[-1].stop:
         end = float(time[phases[-1].stop - 1])

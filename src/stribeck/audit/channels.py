@@ -1,5 +1,6 @@
 """Checks of single channels: dead, frozen, clipped, or held for several samples."""
 
+import json
 from collections import defaultdict
 from collections.abc import Iterable
 
@@ -10,6 +11,7 @@ from stribeck.audit.evidence import Evidence
 from stribeck.base.finding import Finding
 from stribeck.base.spans import Span, exclude_options, listed_spans
 from stribeck.base.typing import Array
+from stribeck.robot import Robot
 
 FROZEN_SAMPLES = 20
 """Fewest samples of a frozen part [1]."""
@@ -55,9 +57,16 @@ def check_channels(evidence: Evidence) -> list[Finding]:
                 frozen[channel] = list({*frozen[channel], *spans})
                 found["channel-frozen", channel][joint] = f" ({listed_spans(spans)})"
     return [
-        Finding.of(check, joints, channel=channel, exclude=exclude_options(frozen[channel]))
+        Finding.of(
+            check, joints, channel=channel, exclude=exclude_options(frozen[channel]), setting=unmeasured(robot, joints)
+        )
         for (check, channel), joints in found.items()
     ]
+
+
+def unmeasured(robot: Robot, joints: Iterable[str]) -> str:
+    """Write the value of position_controlled that leaves joints out in addition to the present ones."""
+    return json.dumps([*robot.position_controlled, *joints], ensure_ascii=False)
 
 
 def coarse_step(torque: Array) -> float:

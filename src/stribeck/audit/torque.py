@@ -5,6 +5,7 @@ from collections.abc import Collection
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from stribeck.audit.channels import unmeasured
 from stribeck.audit.evidence import Evidence
 from stribeck.audit.regression import FEWEST, Fit, fit, friction_shapes, unexplained, without
 from stribeck.audit.scale import BINS_FOR_GAIN, MOST, NEAR, SURE, check_scales, judged, scale_line
@@ -27,7 +28,11 @@ def check_torques(evidence: Evidence, left_out: Collection[str] = ()) -> list[Fi
     largest = max((found.swing for found in every.values()), default=0.0)
     dead = [evidence.joints[k] for k, found in every.items() if _only_noise(evidence, k, found, largest)]
     if dead:
-        return [Finding.of("channel-dead.noise", dead, channel="torque"), *check_torques(evidence, [*left_out, *dead])]
+        setting = unmeasured(evidence.robot, dead)
+        return [
+            Finding.of("channel-dead.noise", dead, channel="torque", setting=setting),
+            *check_torques(evidence, [*left_out, *dead]),
+        ]
     fits = {k: found for k, found in every.items() if judged(found, largest)}
     signed = {k: found for k, found in fits.items() if found.gain > 0 or _opposite(found)}
     return [*swapped, *_signs(evidence, fits, joints), *check_scales(evidence, signed, joints)]

@@ -10,12 +10,12 @@ from stribeck.log.readers.recording import listed
 ROWS = 50_000  # for the comparison of units
 AGREEMENT = 0.05  # relative tolerance for the ratio of two units
 RATIOS = {
-    180 / np.pi: "position is in degrees and velocity in rad/s",
-    np.pi / 180: "position is in rad and velocity in deg/s",
-    np.pi / 30: "position is in rad and velocity in rpm",
-    6.0: "position is in degrees and velocity in rpm",
+    180 / np.pi: 'position is in degrees and velocity in rad/s; set [log.position] unit = "deg"',
+    np.pi / 180: 'position is in rad and velocity in deg/s; set [log.velocity] unit = "deg/s"',
+    np.pi / 30: 'position is in rad and velocity in rpm; set [log.velocity] unit = "rpm"',
+    6.0: 'position is in degrees and velocity in rpm; set [log.position] unit = "deg" and [log.velocity] unit = "rpm"',
 }
-"""Slope of position versus integrated velocity -> the wrong units that cause it."""
+"""Slope of position versus integrated velocity -> the wrong units that cause it, and the settings that correct them."""
 
 
 def check_plausible(log: RobotLog) -> list[str]:
@@ -71,10 +71,7 @@ def _check_velocity_unit(log: RobotLog, where: str) -> list[str]:
     slope = float(np.median(slopes[np.isfinite(slopes)])) if np.isfinite(slopes).any() else 1.0
     for ratio, meaning in RATIOS.items():
         if abs(slope / ratio - 1) < AGREEMENT:
-            raise LogError(
-                f"{where}: 'position' changes {slope:.4g} times as fast as 'velocity': probably {meaning}; "
-                "set [log.position] unit and [log.velocity] unit"
-            )
+            raise LogError(f"{where}: 'position' changes {slope:.4g} times as fast as 'velocity': probably {meaning}")
     turned = [name for name, slope in zip(log.joint_names, slopes, strict=True) if abs(slope + 1) < AGREEMENT]
     return [f"Position and velocity have opposite signs in {listed(turned)}."] if turned else []
 

@@ -47,9 +47,8 @@ def joints_that_move(
         )
     if not used.any():
         raise NothingIdentifiedError(
-            "no joint can be identified from this log: contact forces act on all joints that corrections = "
-            f"'{settings.corrections}' and double_support = '{settings.double_support}' use; lift one foot at a time, "
-            "or set double_support = 'fit' for soles, and corrections = 'none' or 'inertia'"
+            "no joint can be identified from this log: unknown contact forces act on all joints; "
+            "lift one foot at a time, or hang or jack the robot up"
         )
     slides = [robot.prismatic[column] for column in robot.torque_controlled]
     reasons = [reason(*each) for each in zip(velocity.T, slides, used.T, strict=True)]

@@ -48,7 +48,7 @@ def find(
     if len({number for own in rows for number in own.clusters[0].tolist()}) < 2:  # a covariance needs two
         raise NothingIdentifiedError(
             "no joint can be identified from this log: every usable support phase is shorter than the margins "
-            "that are trimmed and filtered; where several feet stand, soles take double_support = 'fit'"
+            "that are trimmed and filtered; stand longer on each foot"
         )
     columns = _columns(maker, names, rows, top_speed)
     progress("fitting", 0.0)

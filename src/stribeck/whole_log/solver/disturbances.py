@@ -89,6 +89,8 @@ def undisturbed(
     whitened = [each.whitened(components) for each in groups]
     weighted = whitened
     used = np.concatenate([each.of_windows(each.part.used).any(axis=1) for each in groups])
+    if not used.any():
+        return groups
     for number in range(2 * ROUNDS):
         values = fitted(product_of(weighted), model, precision)
         sizes = [np.mean((each @ values) ** 2, axis=1) for each in whitened]

@@ -174,6 +174,8 @@ def secant_step(tried: list[tuple[float, float]]) -> float:
     delay, late = tried[-1]
     if len(tried) == 1:
         return late
+    if delay == tried[-2][0]:  # the longest one
+        return 0.0
     slope = (late - tried[-2][1]) / (delay - tried[-2][0])
     return late / min(max(-slope, 0.2), 1.0)
 

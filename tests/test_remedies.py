@@ -1,0 +1,197 @@
+"""Every remedy leads on: what a message advises is taken from its words, applied, and the next run is without it."""
+
+import re
+import shutil
+import tomllib
+from collections.abc import Callable, Iterator, Sequence
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import tomlkit
+from tests.cli.test_cli import run
+from tests.mujoco_arm import JOINTS, friction, record, urdf, with_force
+from tests.standing import still_humanoid
+
+from stribeck import read_result
+
+Log = dict[str, Any]
+
+
+def parsed(text: str) -> Any:
+    """Read a value of TOML; None if it is none."""
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return None
+
+
+def settings_in(message: str) -> Iterator[tuple[str, str, Any]]:
+    """Yield table, key and value of `key = value in [table]` and `[table] key = value` in a message."""
+    for found in re.finditer(r"(?:\[([\w.]+)\] )?(\w+) = ", message):
+        rest = message[found.end() :]
+        if found[1]:
+            values = ((found[1], parsed(rest[:end])) for end in range(len(rest), 0, -1))
+        else:
+            values = ((each[1], parsed(rest[: each.start()])) for each in re.finditer(r" in \[([\w.]+)\]", rest))
+        yield from ((table, found[2], value) for table, value in islice((v for v in values if v[1] is not None), 1))
+
+
+def apply(message: str, robot: Path) -> list[str]:
+    """Write the settings of the first alternative that has any to the robot file, or list its options."""
+    message = next(
+        (part for part in message.split(", or ") if re.search(r" = |--exclude| the (law|method) ", part)), message
+    )
+    document = tomlkit.parse(before := robot.read_text())
+    for table, key, value in settings_in(message):
+        place: Any = document
+        for part in table.split("."):
+            place = place.setdefault(part, {})
+        place[key] = value
+    robot.write_text(tomlkit.dumps(document))
+    options = [word for option in re.findall(r"--exclude \S+", message) for word in option.split()]
+    for name in ("law", "method"):
+        options += [f"--{name}={found}" for found in re.findall(rf"(?:[Uu]se|choose) the {name} ([\w-]+)", message)]
+    forced = "--force" in message and not options and robot.read_text() == before
+    return [*options, "--force"] if forced else options
+
+
+def identify(folder: Path, capsys: pytest.CaptureFixture[str], options: Sequence[str]) -> dict[str, str]:
+    """Identify the log of a folder: the message of each finding, or of the error as "error"."""
+    command = ["identify", folder / "log.npz", "-r", folder / "robot.toml", "-o", folder / "out", "--overwrite"]
+    code = run(*command, *options)
+    if code:
+        return {"error": capsys.readouterr().err.rpartition("stribeck: ")[2]}
+    return {each.check: str(each) for each in read_result(folder / "out/result.json").findings}
+
+
+def follow(folder: Path, check: str, capsys: pytest.CaptureFixture[str], options: Sequence[str] = ()) -> dict[str, str]:
+    """Identify, apply the remedy of a finding, and identify again without this finding."""
+    messages = identify(folder, capsys, options)
+    assert check in messages
+    before = (folder / "robot.toml").read_text()
+    advised = apply(messages[check], folder / "robot.toml")
+    assert advised or (folder / "robot.toml").read_text() != before
+    after = identify(folder, capsys, [*options, *advised])
+    assert "error" not in after
+    assert check not in after
+    return after
+
+
+@pytest.fixture(scope="module")
+def sound() -> Log:
+    return record([1.5, 2.0, 2.5], 14.0)
+
+
+def scaled(factor: float, channel: str = "torque", joint: int | slice = slice(None)) -> Callable[[Log], None]:
+    def damage(log: Log) -> None:
+        log[channel][..., joint] *= factor
+
+    return damage
+
+
+def touched(log: Log) -> None:
+    for start in (3.0, 8.0):
+        with_force(log, (start, start + 2.0), [20.0, 6.0, 45.0])
+
+
+def frozen(log: Log) -> None:
+    log["position"][1600:2000, 1] = log["position"][1600, 1]
+
+
+def late(log: Log) -> None:
+    log["torque"] = np.roll(log["torque"], 3, axis=0)
+
+
+def dead(log: Log) -> None:
+    log["torque"][:, 2] = 0.01
+
+
+def wrapped(log: Log) -> None:
+    log["position"] = (log["position"] + 0.3) % (2 * np.pi) - 0.3
+
+
+def renamed(log: Log) -> None:
+    log["joint_names"] = np.array(["j1", "j2", "j3"])
+
+
+def external(log: Log) -> None:
+    before = log["torque"].copy()
+    with_force(log, (0.0, 14.0), [20.0, 6.0, 45.0])
+    log["external_torque"] = log["torque"] - before
+
+
+CASES: dict[str, tuple[str, Callable[[Log], None], str]] = {
+    "N mm": ("error", scaled(1000.0), ""),
+    "inverted": ("error", scaled(-1.0), ""),
+    "one inverted": ("torque-sign", scaled(-1.0, joint=1), ""),
+    "one gain": ("torque-gain", scaled(0.01, joint=0), ""),
+    "clock": ("error", scaled(2.0, "time"), ""),
+    "degrees": ("error", scaled(np.rad2deg(1), "position"), ""),
+    "velocity in degrees": ("error", scaled(np.rad2deg(1), "velocity"), ""),
+    "touched": ("set-aside", touched, ""),
+    "frozen": ("channel-frozen", frozen, ""),
+    "late": ("torque-delay", late, ""),
+    "dead": ("channel-dead", dead, ""),
+    "wrapped": ("error", wrapped, ""),
+    "names": ("error", renamed, ""),
+    "external": ("error", external, ""),
+    "gravity": ("error", scaled(1.0), "gravity = [0.0, 9.81, 0.0]\n"),
+    "floating": ("error", scaled(1.0), 'base = "floating"\n'),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_remedy_leads_on(case: str, sound: Log, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    check, damage, text = CASES[case]
+    log = {name: values.copy() for name, values in sound.items()}
+    damage(log)
+    np.savez(tmp_path / "log.npz", **{"joint_names": np.array(JOINTS)} | log)
+    (tmp_path / "arm.urdf").write_text(urdf())
+    usual = {"base": '"fixed"', "torque_source": '"motor_current"'}
+    lines = "".join(f"{key} = {value}\n" for key, value in usual.items() if key not in text)
+    (tmp_path / "robot.toml").write_text(f'[robot]\nmodel = "arm.urdf"\n{lines}{text}')
+    follow(tmp_path, check, capsys)
+    for k, joint in enumerate(read_result(tmp_path / "out/result.json").joints.values()):
+        for point in joint.curve:
+            true = friction(np.full(3, point.velocity))[k]
+            assert point.value == pytest.approx(true, rel=0.05)
+
+
+def lifted(log: Log) -> None:
+    log["contact"] = np.zeros_like(log["contact"])
+
+
+def loaded(factor: float) -> Callable[[Log], None]:
+    def damage(log: Log) -> None:
+        weight = 9.81 * 36.2
+        log["foot_force"] = np.where(log.pop("contact"), factor * weight / 2, 0.0)
+
+    return damage
+
+
+FEET: dict[str, tuple[str, Callable[[Log], None], list[str]]] = {
+    "flags": ("error", lifted, []),
+    "downward": ("error", loaded(-1.0), []),
+    "kgf": ("error", loaded(1 / 9.81), []),
+    "wrenches": ("error", scaled(1.0), ["--method", "ground-reaction"]),
+}
+
+
+@pytest.fixture(scope="module")
+def squat(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("squat")
+    still_humanoid(folder, "squat", seconds=8.0)
+    return Path(folder)
+
+
+@pytest.mark.parametrize("case", FEET)
+def test_a_remedy_for_feet_leads_on(case: str, squat: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    check, damage, options = FEET[case]
+    shutil.copytree(squat, tmp_path, dirs_exist_ok=True)
+    log = dict(np.load(tmp_path / "log.npz"))
+    damage(log)
+    np.savez(tmp_path / "log.npz", **log)
+    follow(tmp_path, check, capsys, options)
