@@ -30,8 +30,8 @@ def test_segments_are_the_same_for_delays_up_to_20_ms(undelayed: EquationSequenc
 
 
 def test_torques_come_later_by_the_delay(undelayed: EquationSequence) -> None:
-    middle, step = len(undelayed) // 2, undelayed[0].step
-    delay = step * undelayed.forms[0].period
+    middle, form = len(undelayed) // 2, undelayed.forms[0]
+    delay = form.window.step * form.period
     later, plain = undelayed.delayed(delay)[middle].torque, undelayed[middle].torque
     np.testing.assert_allclose(later[:-1], plain[1:], atol=1e-9)
 

@@ -119,6 +119,7 @@ class WeakForm:
                 present = [each.present(middle, log.path) for each in self.robot.payloads]
                 regressors = np.concatenate([regressors, payload_regressors(self.robot, regressors, present)], axis=2)
         time = log.time[segment.first + half :: window.step][: len(centers.position)]
+        before, velocity, position = self._fine(segment)
         standing = self.robot.standing(segment.feet)[joints]
         overlaps = window.overlaps(self.sharp[2], np.ones(1))
         return WeakEquations(
@@ -127,10 +128,10 @@ class WeakForm:
             until=(np.inf if segment.ends is None else log.time[segment.ends]) - time,
             gait=gait,
             residual=summed(window.apply(left)[:, :, None])[:, :, 0],
-            velocity=state.velocity[:, joints] @ on_joints,
-            before=self._before(segment) @ on_joints,
-            taps=window.taps,
-            step=window.step,
+            velocity=velocity @ on_joints,
+            before=before @ on_joints,
+            taps=window.fine_taps,
+            step=window.step * window.fineness,
             projection=None if plain else summed(np.broadcast_to(on_rows, (len(time), *on_rows.shape))),
             standing=(standing @ np.abs(on_joints)) > 0,
             encoder_response=summed(encoder),
@@ -142,7 +143,7 @@ class WeakForm:
             regressors=regressors,
             torque=self._padded(smooth_torque, 0.0),
             elapsed=time - log.time[0],
-            position=self._padded(np.where(np.array(self.robot.prismatic)[joints], np.nan, state.position[:, joints])),
+            position=self._padded(np.where(np.array(self.robot.prismatic)[joints], np.nan, position)),
             temperature=None if log.temperature is None else self._padded(window.apply(log.temperature[here, joints])),
             position_noise=self._padded(self.noise.position[joints], 0.0),
             couplings=self.couplings if self.couplings.size else None,
@@ -175,10 +176,18 @@ class WeakForm:
         acceleration = self.accelerations.windows(self.log.position, segment.first, segment.last)
         return State(smooth(state.position), smooth(state.velocity), acceleration, turn)
 
-    def _before(self, segment: Segment) -> Array:
-        """Compute velocities of up to 0.5 s before the segment, in which presliding builds up, shape (any, n)."""
+    def _fine(self, segment: Segment) -> tuple[Array, Array, Array]:
+        """Compute fine velocities of up to 0.5 s before a segment, and velocities and positions in it, shape (any, n).
+
+        Presliding builds up before the segment.
+        """
+        window, edge = self.window, self.window.edge
         first = max(segment.unbroken.start + self.margin, segment.first - round(0.5 / self.period))
-        return filters.derivatives(self.log.position, first, segment.first, self.smooth, (1,))[0][:, self.joints]
+        rows = first - edge, segment.last + edge
+        motion = filters.derivatives(self.log.position, *rows, self.smooth, (0, 1))
+        position, velocity = (window.refine(each[:, self.joints]) for each in motion)
+        count = (segment.first - first) * window.fineness
+        return velocity[:count], velocity[count:], position[count:]
 
     def _late(self, segment: Segment, torque: Array) -> Array:
         """Select the delayed part of the torques: measured torques completely, commanded ones without the feedback."""
@@ -241,7 +250,7 @@ def weak_form(
     window = filters.smooth_window(period)
     smooth, sharp = filters.derivative_kernels(float(np.median(noise.position[columns])), period)
     accelerations = filters.joint_acceleration(log.position, noise.position, unbroken, period, window, smooth[2])
-    margin = max(smooth.shape[1] // 2, sharp.shape[1] // 2, accelerations.margin)
+    margin = max(smooth.shape[1] // 2 + window.edge, sharp.shape[1] // 2, accelerations.margin)
     shortest = len(window.taps) + window.step
     surfaces = [foot for foot, contact in robot.contacts.items() if contact.kind == "surface"]
     segments = cut_segments(phases, unbroken, period, margin, shortest, surfaces)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
+from scipy.interpolate import make_interp_spline
 
 from stribeck.base.typing import Array
 from stribeck.differentiation.savitzky_golay import correlate_valid, savgol_kernels
@@ -25,13 +26,38 @@ ACCELERATION_LENGTHS = (0.03, 0.2)
 NOISE_SHARE = 5e-4
 """Power of noise relative to motion in the regressors' accelerations [1], chosen on exact models in strong noise."""
 
+INSTANTS = 4
+"""Instants per row at which slow logs average friction [1]: it jumps between samples where a joint reverses."""
+
 
 @dataclass(frozen=True, eq=False)
 class Window:
-    """Weights of a window, shape (L,), summing to one, and rows from one window to the next."""
+    """Weights of a window, shape (L,), summing to one, rows from one window to the next, and instants per row."""
 
     taps: Array
     step: int
+    fineness: int = 1
+
+    @property
+    def edge(self) -> int:
+        """Rows on either side of a segment that instants between rows need."""
+        return int(self.fineness > 1)
+
+    @property
+    def fine_taps(self) -> Array:
+        """Weights of the instants: linear between the rows' weights, shape (any,), summing to one."""
+        ends = len(self.taps) + 1
+        return np.interp(self._places(ends), np.arange(ends + 1), np.pad(self.taps, 1)) / self.fineness
+
+    def refine(self, signal: Array) -> Array:
+        """Interpolate a signal, shape (T, n) with `edge` additional rows at both ends, at the instants by a cubic."""
+        if not self.edge:
+            return signal
+        return np.asarray(make_interp_spline(np.arange(len(signal)), signal)(self._places(len(signal) - 1)))
+
+    def _places(self, ends: int) -> Array:
+        """Compute the instants between row 0 and row `ends` [rows]."""
+        return np.arange(1, ends * self.fineness) / self.fineness
 
     def apply(self, signal: Array) -> Array:
         """Return the windows of a signal, shape (T, n) -> (K, n)."""
@@ -59,7 +85,8 @@ def smooth_window(period: float) -> Window:
     taps = np.ones(1)
     for _ in range(BOXES):
         taps = np.convolve(taps, box / len(box))
-    return Window(taps, max(1, round(0.012 / period)))  # [s]; closer windows reduce no errors of walks
+    step = max(1, round(0.012 / period))  # [s]; closer windows reduce no errors of walks
+    return Window(taps, step, INSTANTS if period > 1.1e-3 else 1)  # [s]
 
 
 def derivative_kernels(encoder_noise: float, period: float) -> tuple[Array, Array]:

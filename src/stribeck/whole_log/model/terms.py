@@ -272,7 +272,7 @@ def _blows(part: WeakEquations, unexplained: Array) -> list[Array]:
     """
     torque, taps = part.torque, part.taps
     change = np.diff(torque, axis=0)
-    clear = np.maximum(6 * part.torque_noise * np.linalg.norm(taps), 2 * unexplained)
+    clear = np.maximum(6 * part.torque_noise * np.sqrt(part.torque_overlap[0]), 2 * unexplained)
     window, joint = np.nonzero((torque[:-1] * torque[1:] < 0) & (np.abs(change) > clear))
     place = window - torque[window, joint] / change[window, joint]  # in windows
     reach = len(taps) // (2 * part.step) + 1
