@@ -1,4 +1,4 @@
-"""Logs of robots on four wheels, simulated with MuJoCo alone: a quadruped, and a base with an arm of four joints."""
+"""Logs of robots on four wheels, simulated with MuJoCo alone: a quadruped, and a base with an arm of six joints."""
 
 import mujoco
 import numpy as np
@@ -10,7 +10,9 @@ from tests.trotting import HIPS, OUTER, SIDES, leg_angles
 STEP, RADIUS, WIDE, HEIGHT = 5e-4, 0.086, 0.06, 0.3
 """Time step [s]; radius of wheels, distance of their plane from the leg's, height of the base above the axles [m]."""
 ARM = {"pan": ([0, 0, 1], [0.1, 0, 0.1]), "lift": ([0, 1, 0], [0, 0, 0.1]), "elbow": ([0, 1, 0], [0, 0, 0.3])} | {
-    "wrist": ([1, 0, 0], [0, 0, 0.2])
+    "wrist": ([1, 0, 0], [0, 0, 0.2]),
+    "pitch": ([0, 1, 0], [0, 0, 0.1]),
+    "roll": ([0, 0, 1], [0, 0, 0.1]),
 }
 """Axis and place of each joint."""
 
@@ -33,7 +35,7 @@ def wheeled_model(legs):
         wheel.add_geom(type=cylinder, size=[RADIUS, 0.02, 0], mass=0, pos=wheel.ipos, quat=turned)
     body = spec.body("trunk")
     for name, (axis, place) in ({} if legs else ARM).items():
-        body = body.add_body(name=name, pos=place, mass=1.0, ipos=[0.02, 0.02, 0.1], inertia=[0.01, 0.01, 0.005])
+        body = body.add_body(name=name, pos=place, mass=0.4, ipos=[0.02, 0.02, 0.05], inertia=[3e-3, 3e-3, 1e-3])
         body.explicitinertial = True
         body.add_joint(name=f"{name}_joint", axis=axis)
     for joint in spec.joints:
@@ -72,7 +74,7 @@ def rolling_robot(folder, legs, seed=1, seconds=25.0, rate=250.0, ahead=0.0):
         lean = multisine(rng, time, [0] * 5, [0.12, 0.12, 0.03, 0.03, 0.05], (0.1, 0.5))
         level = Rotation.from_euler("xy", lean[:, :2]).inv()
     else:
-        command[:, ~wheels] = multisine(rng, time, [0, 0.3, 0.8, 0], [1.5, 0.8, 0.8, 1.5], (0.1, 0.6))
+        command[:, ~wheels] = multisine(rng, time, [0, 0.3, 0.8, 0, 0.3, 0], [1.5, 0.8, 0.8, 1.5, 1, 1.5], (0.1, 0.6))
     for leg, hip, side in zip(LEGS, HIPS, SIDES, strict=True):
         speed = forward - turn * (hip[1] + side * (OUTER + WIDE))
         if legs:

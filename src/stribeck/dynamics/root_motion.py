@@ -79,11 +79,12 @@ def base_root(robot: Robot, feet: tuple[str, ...], state: State) -> RootMotion:
     )
 
 
-def hung_root(robot: Robot, state: State) -> RootMotion:
+def hung_root(robot: Robot, state: State, gyroscope: bool = False) -> RootMotion:
     """Compute the motion of the root link of a robot that hangs, or rolls on wheels.
 
-    It turns at the measured, nearly constant speed: its angular acceleration is smaller than the noise of a measured
-    one. The accelerometer gives gravity minus the linear acceleration; without it, the link stays in place.
+    Without a gyroscope, it turns at the measured, nearly constant speed: its angular acceleration is smaller than the
+    noise of a measured one. The accelerometer gives gravity minus the linear acceleration; without it, the link stays
+    in place.
 
     Raises
     ------
@@ -96,7 +97,9 @@ def hung_root(robot: Robot, state: State) -> RootMotion:
     gravity = turn.apparent_gravity
     if gravity is None:
         gravity = gravity_in_root_link(turn.quaternion, robot.gravity)
-    return RootMotion(gravity, np.hstack([np.zeros_like(turn.angular_velocity), turn.angular_velocity]))
+    still = np.zeros_like(turn.angular_velocity)
+    acceleration = np.hstack([still, turn.angular_acceleration]) if gyroscope else None
+    return RootMotion(gravity, np.hstack([still, turn.angular_velocity]), acceleration)
 
 
 def flying_root(rooted: RootedModel, state: State) -> RootMotion:

@@ -257,7 +257,8 @@ def weak_form(
     measured = log.foot_names if wrenches and log.foot_wrench is not None and settings.corrections != "none" else ()
     sensed = [foot for foot in surfaces if foot in measured]
     tilted = robot.base == "floating" and settings.tilt != "flat" and log.base_orientation is not None
-    used = find_contact_modes(robot, segments, columns, settings, tilted=tilted, sensed=sensed)
+    gyroscope = log.angular_velocity is not None
+    used = find_contact_modes(robot, segments, columns, settings, tilted=tilted, gyroscope=gyroscope, sensed=sensed)
     return WeakForm(
         robot=robot,
         log=log,

@@ -9,9 +9,8 @@ contain no joints without a measured torque, so that no sum needs them.
 
 Contact forces do not act on the rows of joints that are not between the base and a standing foot, such as the arms.
 On several soles, only these rows are used, unless `double_support` is "fit". The same rows serve a robot on other
-wheels or hangs: an unknown wrench on its base acts on none of them. Where there are many, the base's acceleration is
-unknown, too, as in flight, because feet rock and gantries swing; where there are few, only the linear one of such a
-base is.
+wheels or hangs: an unknown wrench on its base acts on none of them. The base's linear acceleration is unknown, too,
+because feet rock and gantries swing, and without a gyroscope also the angular one, if there are many rows.
 """
 
 from collections.abc import Sequence
@@ -31,8 +30,8 @@ from stribeck.robot.rooting import RootedModel
 from stribeck.settings import Settings
 from stribeck.whole_log.equations.segments import Segment
 
-MANY_ROWS = 12
-"""Number of rows [1] that can spare six: twice as many."""
+MANY_ROWS = {True: 6, False: 12}
+"""Number of rows [1] that can spare the three or six unknown accelerations, with and without a gyroscope."""
 ENOUGH = 0.1
 """Share of a log [1] in modes that have the rows of all joints, above which other modes are not used."""
 
@@ -55,6 +54,8 @@ class ContactMode:
         Whether the row of each of these joints is used, shape (n,).
     hung
         Whether the base is carried in an unknown way, or taken as if it was.
+    gyroscope
+        Whether a gyroscope measures how a hung base turns.
     sensor
         Number of the wrench sensor on `foot`, if the wrench is used: the root's own six rows are used too then.
     """
@@ -66,6 +67,7 @@ class ContactMode:
     joints: NDArray[np.int64]
     with_rows: NDArray[np.bool_]
     hung: bool = False
+    gyroscope: bool = False
     sensor: int | None = None
 
     @property
@@ -77,7 +79,7 @@ class ContactMode:
     def forces(self) -> int:
         """Number of unknown forces and moments on the rows, or of unknown accelerations of a hung root."""
         if self.hung:
-            return 6 if self.with_rows.sum() >= MANY_ROWS else 3
+            return 3 if self.gyroscope or self.with_rows.sum() < MANY_ROWS[False] else 6
         contacts = [self.robot.contacts[foot] for foot in self.feet]
         return sum(contact.size + bool(contact.axle) for contact in contacts)
 
@@ -104,7 +106,7 @@ class ContactMode:
         if not self.rooted.floating:
             return None
         if self.hung:
-            return hung_root(self.robot, state)
+            return hung_root(self.robot, state, self.gyroscope)
         if self.flies:
             return flying_root(self.rooted, state)
         return standing_root(self.robot, self.foot, state) if self.foot else base_root(self.robot, self.feet, state)
@@ -186,6 +188,7 @@ def find_contact_mode(
     sensed: Sequence[str] = (),
     *,
     loops: bool = True,
+    gyroscope: bool = False,
 ) -> ContactMode:
     """Build the contact mode of the standing feet (none for a fixed base), some with force sensors (`sensed`).
 
@@ -196,13 +199,13 @@ def find_contact_mode(
         return ContactMode(robot, robot.tree, "", (), joints, every)
     free = ~robot.standing(feet)[joints]
     if robot.carried(feet):
-        return ContactMode(robot, robot.tree, "", (), joints, free, hung=True)
+        return ContactMode(robot, robot.tree, "", (), joints, free, hung=True, gyroscope=gyroscope)
     surface = next((foot for foot in feet if robot.contacts[foot].kind == "surface"), "")
     rooted = robot.rooted_at(surface) if surface else robot.tree
     others = tuple(foot for foot in feet if foot != surface)
     if surface and others and (free.all() or not loops):
-        if free.sum() >= MANY_ROWS:  # feet rock on the ground: their motion matters more than the six sums
-            return ContactMode(robot, robot.tree, "", (), joints, free, hung=True)
+        if free.sum() >= MANY_ROWS[gyroscope]:  # feet rock on the ground: their motion matters more than these sums
+            return ContactMode(robot, robot.tree, "", (), joints, free, hung=True, gyroscope=gyroscope)
         return ContactMode(robot, rooted, surface, (), joints, free)
     sensor = sensed.index(surface) if surface in sensed and not others else None
     return ContactMode(robot, rooted, surface, others, joints, every, sensor=sensor)
@@ -215,6 +218,7 @@ def find_contact_modes(
     settings: Settings,
     *,
     tilted: bool,
+    gyroscope: bool,
     sensed: Sequence[str] = (),
 ) -> dict[tuple[str, ...], ContactMode]:
     """Build the contact modes of a log that the settings allow, by standing feet.
@@ -228,7 +232,7 @@ def find_contact_modes(
     time: dict[tuple[str, ...], int] = {}
     for segment in segments:
         time[segment.feet] = time.get(segment.feet, 0) + segment.last - segment.first
-    modes = {feet: find_contact_mode(robot, feet, joints, sensed, loops=loops) for feet in time}
+    modes = {feet: find_contact_mode(robot, feet, joints, sensed, loops=loops, gyroscope=gyroscope) for feet in time}
     modes = {
         feet: mode
         for feet, mode in modes.items()
