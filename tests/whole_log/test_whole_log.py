@@ -115,7 +115,7 @@ def test_every_leg_of_a_biped_counts_and_corrections_are_determined_by_swinging_
 
 def test_encoder_zeros_of_a_robot_that_never_stands_on_one_foot_are_refused() -> None:
     robot, log = walk("quadruped", 12.0)
-    with pytest.raises(NothingIdentifiedError, match=r"corrections = 'calibration'.* 'none' or 'inertia'"):
+    with pytest.raises(NothingIdentifiedError, match="set corrections = 'inertia'"):
         identify(log, robot, Settings(law="stribeck", corrections="calibration"))
 
 

@@ -46,9 +46,10 @@ def joints_that_move(
             "jack the robot up so that its wheels turn freely, and set [robot] base = 'fixed' without [contacts]"
         )
     if not used.any():
+        other = "set corrections = 'inertia', " if settings.corrections == "calibration" else ""
         raise NothingIdentifiedError(
             "no joint can be identified from this log: unknown contact forces act on all joints; "
-            "lift one foot at a time, or hang or jack the robot up"
+            f"{other}lift one foot at a time, or hang or jack the robot up"
         )
     slides = [robot.prismatic[column] for column in robot.torque_controlled]
     reasons = [reason(*each) for each in zip(velocity.T, slides, used.T, strict=True)]
