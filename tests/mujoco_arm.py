@@ -58,7 +58,7 @@ def record(speed: Sequence[float], seconds: float = 10.0, **law: float) -> dict[
 
 
 def with_force(log: dict[str, np.ndarray], span: tuple[float, float], force: Sequence[float], link: int = 3) -> None:
-    """Add the torques that resist a force [N] on the origin of a link's next joint in a span of a log [s]."""
+    """Add the torques that resist a force [N] 0.25 m after a link's joint in a span of a log [s]."""
     arm = mujoco.MjSpec.from_string(urdf()).compile()
     data, jacobian = mujoco.MjData(arm), np.zeros((3, 3))
     for row in np.flatnonzero((log["time"] >= span[0]) & (log["time"] < span[1])):
@@ -66,5 +66,5 @@ def with_force(log: dict[str, np.ndarray], span: tuple[float, float], force: Seq
         mujoco.mj_kinematics(arm, data)
         mujoco.mj_comPos(arm, data)
         body = arm.body(f"link {link}").id
-        mujoco.mj_jac(arm, data, jacobian, None, data.xpos[body] + data.xmat[body].reshape(3, 3) @ [0, 0, 0.4], body)
+        mujoco.mj_jac(arm, data, jacobian, None, data.xpos[body] + data.xmat[body].reshape(3, 3) @ [0, 0, 0.25], body)
         log["torque"][row] -= jacobian.T @ force

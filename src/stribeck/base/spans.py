@@ -1,7 +1,8 @@
 """Spans of logs: formatting for messages and for `--exclude`."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import ceil, floor
+from types import MappingProxyType
 from typing import NamedTuple
 
 
@@ -19,9 +20,12 @@ MOST_OPTIONS = 20
 """Largest number of spans that a message offers to exclude [1]."""
 
 
-def listed_spans(spans: Sequence[Span]) -> str:
-    """List spans, largest first, only the first few of many: "40.2 to 70.1 s, 81 to 83.5 s and 2 more"."""
-    shown = [f"{name}{start} to {end} s" for name, start, end in _largest(spans, " ", MOST)]
+def listed_spans(spans: Sequence[Span], notes: Mapping[Span, str] = MappingProxyType({})) -> str:
+    """List spans, largest first, only the first few of many: "40.2 to 70.1 s (note), 81 to 83.5 s and 2 more"."""
+    spans = sorted(spans, key=lambda span: span.start - span.end)
+    own = [f" ({notes[span]})" if span in notes else "" for span in spans]
+    largest = zip(_largest(spans, " ", MOST), own, strict=False)
+    shown = [f"{name}{start} to {end} s{note}" for (name, start, end), note in largest]
     return ", ".join(shown) + (f" and {len(spans) - MOST} more" if len(spans) > MOST else "")
 
 

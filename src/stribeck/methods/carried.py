@@ -1,22 +1,27 @@
-"""Payloads that explain spans which the whole-log fit set aside, as `[[robot.payload]]` states them."""
+"""Causes of spans that the whole-log fit set aside: payloads, as `[[robot.payload]]` states them, and forces."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil, floor
 
+import numpy as np
 import pinocchio as pin
 
-from stribeck.base.spans import Span, listed_spans
+from stribeck.base.spans import MOST, Span, listed_spans
 from stribeck.base.typing import Array
+from stribeck.methods.forces import Force, find_force
 from stribeck.robot import Robot
 from stribeck.whole_log.equations.equation_sequence import EquationSequence
 from stribeck.whole_log.estimate import WholeLogFit
-from stribeck.whole_log.fit_checks.causes import find_payloads
+from stribeck.whole_log.fit_checks.causes import Payload, find_payloads, residual_in
 from stribeck.whole_log.model.terms import Columns
 
 TOOLS = ("tool", "tcp", "flange", "hand", "gripper", "end_effector", "ee_")
 """Parts of the names of links that carry payloads."""
+
+CLIPPED = 0.02
+"""Smallest share of a span's torques that lie exactly at the largest one, if they are clipped [1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,23 +45,60 @@ class Carried:
         return f"{{ link = {json.dumps(self.link)}, mass = {self.mass:.4g}, com = [{com}], spans = [{spans}] }}"
 
 
-def find_carried(
+def find_causes_of_spans(
     robot: Robot,
     equations: EquationSequence,
     fit: WholeLogFit,
     aside: Sequence[Sequence[Span]],
     starts: Sequence[float],
-) -> list[Carried]:
-    """Find the payloads of a tree on a fixed base, given each log's spans that are set aside, and its start [s]."""
+) -> tuple[list[Carried], dict[Span, str]]:
+    """Find the payloads of a tree on a fixed base, and words on the cause of other spans.
+
+    `aside` are each log's spans that are set aside, `starts` its start [s].
+    """
     if robot.base != "fixed" or robot.loops:
-        return []
+        return [], {}
     spans = {(k, starts[k] + each.start, starts[k] + each.end): each for k, own in enumerate(aside) for each in own}
-    columns = Columns(fit.fit.laws.basis, fit.beside)
+    columns, delayed = Columns(fit.fit.laws.basis, fit.beside), equations.delayed(fit.delay)
+    residuals = {place: residual_in(delayed, place, columns, fit.components, fit.fit.values) for place in spans}
+    carried = _carried(robot, find_payloads(residuals), spans)
+    explained = {span for payload in carried for span in payload.spans}
+    others = {place: span for place, span in spans.items() if span not in explained}
+    causes = {}
+    for place in sorted(others, key=lambda each: each[1] - each[2])[:MOST]:
+        form, residual = delayed.forms[place[0]], residuals[place]
+        position = np.column_stack([np.interp(residual.time, form.log.time, own) for own in form.log.position.T])
+        if force := find_force(robot.tree, form.joints, position, residual):
+            rows = (form.log.time > residual.time[0]) & (form.log.time < residual.time[-1])
+            column = int(form.joints[force.joint])
+            causes[spans[place]] = _words(robot, column, force, form.log.torque[rows, column])
+    return carried, causes
+
+
+def _words(robot: Robot, column: int, force: Force, torque: Array) -> str:
+    """Name a force and its link, or the joint whose torque is wrong, given the joint's torques in the span [N m]."""
+    if force.size is None:
+        name, own = robot.joint_names[column], np.abs(torque)
+        clipped = np.mean(own == own.max()) > CLIPPED
+        return f"the torque of {name} is clipped" if clipped else f"only the torque of {name} disagrees"
+    joint = 1 + int(np.argsort(robot.tree.columns)[column])
+    return f"a force of about {float(f'{force.size:.2g}'):g} N on {_link(robot, joint).name}"
+
+
+def _link(robot: Robot, joint: int) -> pin.Frame:
+    """Find the link behind a joint of the tree, preferably the one that carries tools."""
+    frames = [frame for frame in robot.tree.model.frames if frame.parentJoint == joint]
+    links = [frame for frame in frames if frame.type == pin.FrameType.BODY]
+    return next((frame for frame in links if any(word in frame.name.lower() for word in TOOLS)), links[0])
+
+
+def _carried(
+    robot: Robot, payloads: Sequence[Payload], spans: Mapping[tuple[int, float, float], Span]
+) -> list[Carried]:
+    """Place payloads in the frames of links."""
     found = []
-    for payload in find_payloads(equations.delayed(fit.delay), list(spans), columns, fit.components, fit.fit.values):
-        frames = [frame for frame in robot.tree.model.frames if frame.parentJoint == payload.body + 1]
-        links = [frame for frame in frames if frame.type == pin.FrameType.BODY]
-        link = next((frame for frame in links if any(word in frame.name.lower() for word in TOOLS)), links[0])
+    for payload in payloads:
+        link = _link(robot, payload.body + 1)
         own = [spans[place] for place in payload.spans]
         found.append(Carried(str(link.name), payload.mass, link.placement.actInv(payload.centre), own))
     return found

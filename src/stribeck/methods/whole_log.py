@@ -4,8 +4,8 @@ docs/estimator.md explains the mathematics.
 """
 
 from collections import ChainMap
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
 from pathlib import Path
@@ -24,7 +24,7 @@ from stribeck.judgement.excitation import NOISE_FACTOR
 from stribeck.judgement.joint_fit import JointFit
 from stribeck.judgement.weakness import Criteria
 from stribeck.log import RobotLog
-from stribeck.methods.carried import Carried, find_carried
+from stribeck.methods.carried import Carried, find_causes_of_spans
 from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method, Unseen, cut
 from stribeck.methods.corrected import corrected_log, corrected_robot
 from stribeck.methods.moving import joints_that_move
@@ -64,6 +64,8 @@ class WholeLog:
         Spans of each log that are set aside, and used.
     carried
         Payloads that explain spans set aside.
+    disturbances
+        Words on the cause of other spans set aside, if it is clear.
     """
 
     fit: WholeLogFit
@@ -74,6 +76,7 @@ class WholeLog:
     set_aside: Sequence[Sequence[Span]]
     used: Sequence[Sequence[Span]]
     carried: Sequence[Carried] = ()
+    disturbances: Mapping[Span, str] = field(default_factory=dict)
 
     @property
     def joints(self) -> tuple[str, ...]:
@@ -191,7 +194,7 @@ def identify_whole_log(
     for log, segment in fit.held_out:
         held_out[log].append(slice(segment.first, segment.last))
     aside, starts = _spans(prepared, fit, used=False), [part.log.start for part in prepared]
-    carried = find_carried(robot, equations, fit, aside, starts) if fit.set_aside > FEW else []
+    carried, causes = find_causes_of_spans(robot, equations, fit, aside, starts) if fit.set_aside > FEW else ([], {})
     robot = corrected_robot(robot, equations.corrections, fit.corrections)
     return WholeLog(
         fit=fit,
@@ -202,6 +205,7 @@ def identify_whole_log(
         set_aside=aside,
         used=_spans(prepared, fit, used=True),
         carried=carried,
+        disturbances=causes,
     )
 
 

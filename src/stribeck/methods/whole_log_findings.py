@@ -67,7 +67,9 @@ def _of_disturbances(found: WholeLog) -> list[Finding]:
     explained = {span for payload in found.carried for span in payload.spans}
     if aside := [span for span in chain(*found.set_aside) if span not in explained]:
         options, rest = exclude_options(aside), listed_spans(list(chain(*found.used)))
-        problems.append(Finding.of("set-aside", spans=listed_spans(aside), rest=rest, exclude=options))
+        problems.append(
+            Finding.of("set-aside", spans=listed_spans(aside, found.disturbances), rest=rest, exclude=options)
+        )
     if found.carried:
         tables = ", ".join(payload.table for payload in found.carried)
         problems.append(Finding.of("payload", masses="; ".join(map(str, found.carried)), tables=tables))

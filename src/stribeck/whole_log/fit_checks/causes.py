@@ -5,7 +5,7 @@ adds to the parameters of the body that carries it. A hand or a table, whose for
 most of the residual unexplained.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,27 +48,69 @@ class Payload:
     spans: tuple[tuple[int, float, float], ...]
 
 
-def find_payloads(
+@dataclass(frozen=True, eq=False)
+class Residual:
+    """Residual of the fit in the windows of a span, without its ends.
+
+    Attributes
+    ----------
+    time
+        Time of the windows' centers [s], shape (K,).
+    left, weight
+        Residual [N m], and its inverse standard deviation, shape (K, m) each.
+    regressors
+        Derivatives by the inertial parameters of the bodies, shape (K, m, bodies, 10).
+    """
+
+    time: Array
+    left: Array
+    weight: Array
+    regressors: Array
+
+
+def residual_in(
     equations: EquationSequence,
-    spans: Sequence[tuple[int, float, float]],
+    span: tuple[int, float, float],
     columns: Columns,
     components: VarianceComponents,
     values: Array,
-) -> list[Payload]:
-    """Find the spans that a payload explains, and merge the spans of equal payloads.
+) -> Residual:
+    """Compute the residual in a span, given by the number of its log, start and end [s].
 
     Parameters
     ----------
     equations
         Equations of all segments, with the delay of the fit.
-    spans
-        Number of the log, start and end of each span that is set aside [s].
+    span
+        The span.
     columns, components, values
         Columns, variance components and values of the fit.
     """
+    number, start, end = span
+    time, bodies = equations.forms[number].log.time, len(equations.corrections.bodies)
+    joints = len(equations.forms[number].joints)
+    empty = np.zeros((0, joints))
+    found = [(np.zeros(0), empty, empty, np.zeros((0, joints, bodies, SIZE)))]
+    for place, (log, segment, _) in enumerate(equations.parts):
+        if log != number or time[segment.last - 1] < start or time[segment.first] > end:
+            continue
+        part = equations[place]
+        left = part.residual - (columns.design(part, columns.by_joint(part)) @ values).reshape(part.residual.shape)
+        inside = (part.time > start + CHANGE) & (part.time < end - CHANGE)
+        weight = 1 / np.sqrt(components.marginal(part))
+        regressors = np.zeros((*left.shape, 0)) if part.regressors is None else part.regressors
+        of_bodies = regressors[inside][:, :, : SIZE * bodies].reshape(-1, left.shape[1], bodies, SIZE)
+        found.append((part.time[inside], left[inside], weight[inside], of_bodies))
+    return Residual(*map(np.concatenate, zip(*found, strict=True)))
+
+
+def find_payloads(residuals: Mapping[tuple[int, float, float], Residual]) -> list[Payload]:
+    """Find the spans that a payload explains, from the residual in each, and merge the spans of equal payloads."""
     groups: list[tuple[int, float, Array, list[tuple[int, float, float]]]] = []
-    for span in spans if equations.corrections.bodies else ():
-        products = _products(equations, span, columns, components, values)
+    for span, residual in residuals.items():
+        products = _products(residual)
+        if not len(products):
+            continue
         fits = [_point_mass(product) for product in products]
         left = np.array([1 - explained for _, explained in fits])
         body = int(np.flatnonzero(left <= 1.5 * left.min())[-1])  # of bodies that explain as much, the last one
@@ -113,28 +155,8 @@ def _parameters(point: Array) -> Array:
     return inertial_parameters(matrix)
 
 
-def _products(
-    equations: EquationSequence,
-    span: tuple[int, float, float],
-    columns: Columns,
-    components: VarianceComponents,
-    values: Array,
-) -> Array:
-    """Sum the products of the columns of each body's parameters and of the residual over a span, shape (L, 11, 11)."""
-    number, start, end = span
-    bodies = len(equations.corrections.bodies)
-    total = np.zeros((bodies, SIZE + 1, SIZE + 1))
-    form = equations.forms[number]
-    for place, (log, segment, _) in enumerate(equations.parts):
-        if log != number or form.log.time[segment.last - 1] < start or form.log.time[segment.first] > end:
-            continue
-        part = equations[place]
-        residual = part.residual.ravel() - columns.design(part, columns.by_joint(part)) @ values
-        inside = (part.time > start + CHANGE) & (part.time < end - CHANGE)
-        weight = inside[:, None] / np.sqrt(components.marginal(part))
-        assert part.regressors is not None
-        own = part.regressors[:, :, : SIZE * bodies].reshape(*weight.shape, bodies, SIZE)
-        left = np.broadcast_to(residual.reshape(*weight.shape, 1, 1), (*own.shape[:3], 1))
-        rows = weight[:, :, None, None] * np.concatenate([own, left], axis=3)
-        total += np.einsum("kmbi,kmbj->bij", rows, rows, optimize=True)
-    return total
+def _products(residual: Residual) -> Array:
+    """Sum the products of the columns of each body's parameters and of the residual, shape (bodies, 11, 11)."""
+    left = np.broadcast_to(residual.left[:, :, None, None], (*residual.regressors.shape[:3], 1))
+    rows = residual.weight[:, :, None, None] * np.concatenate([residual.regressors, left], axis=3)
+    return np.asarray(np.einsum("kmbi,kmbj->bij", rows, rows, optimize=True))

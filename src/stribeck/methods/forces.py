@@ -1,0 +1,128 @@
+"""Causes of disturbances on a fixed base: a force on one link, or an error of one joint's torque.
+
+A force F at a point of a link acts on the joints before it by J^T F. Its point is constant in the link. If the
+force is free at every instant, as of a hand or a table, it explains any torques of three joints. It is considered only
+if more joints are disturbed, and otherwise a force that is constant in the world.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from stribeck.base.typing import Array
+from stribeck.robot.rooting import RootedModel
+from stribeck.whole_log.fit_checks.causes import EXPLAINED, Residual
+
+DISTURBED = 0.01
+"""Smallest share of chi^2 of a disturbed joint [1]."""
+FEWEST = 10
+"""Fewest windows of a span that is explained [1]."""
+ALIKE = 1.5, 1e-3
+"""Factor, and unexplained share, within which links explain a span alike [1]."""
+EXTENT = 1.1
+"""Largest distance of a point from its joint, relative to the distance of the link's tip [1]."""
+REACH = 0.5
+"""Largest distance of the point from the joint that carries the link [m]."""
+MOST = 100
+"""Largest number of windows that are fitted [1]."""
+
+Jacobians = tuple[Array, Array, Array, Array]
+"""Jacobians of a joint's origin, shape (K, 3, n) each, rotations of its link, shape (K, 3, 3), and the link's tip."""
+
+
+@dataclass(frozen=True)
+class Force:
+    """A force on the link after a joint, or an error of the joint's torque if `size` is None.
+
+    Attributes
+    ----------
+    joint
+        Number of the joint in the equations.
+    size
+        Median size of the force [N].
+    """
+
+    joint: int
+    size: float | None
+
+
+def find_force(tree: RootedModel, columns: NDArray[np.int64], position: Array, residual: Residual) -> Force | None:
+    """Find the joint or link whose error or force explains a span; None if none does, or more than two links do.
+
+    A point on the axis of a joint may belong to both of its links: to the first one within this link's extent.
+
+    Parameters
+    ----------
+    tree
+        Robot on a fixed base, whose joints with equations are `columns`.
+    position
+        Positions of all joints at the windows [rad], shape (K, all joints).
+    residual
+        Residual of the span.
+    """
+    rows = slice(None, None, 1 + len(position) // MOST)
+    weight, position = residual.weight[rows], position[rows]
+    left = residual.left[rows] * weight
+    if len(left) < FEWEST:
+        return None
+    shares = np.sum(left**2, axis=0) / np.sum(left**2)
+    if shares.max() > EXPLAINED:
+        return Force(int(shares.argmax()), None)
+    links = [_jacobians(tree, column, columns, position) for column in columns.tolist()]
+    for constant in (True, False) if np.count_nonzero(shares > DISTURBED) > 3 else (True,):
+        rests, sizes, reaches = np.array([_point_force(weight, left, link, constant) for link in links]).T
+        alike = np.flatnonzero(rests <= max(ALIKE[0] * rests.min(), ALIKE[1]))
+        if rests.min() < 1 - EXPLAINED and len(alike) <= 2:
+            joint = next((k for k in alike.tolist() if reaches[k] < EXTENT), int(alike[-1]))
+            return Force(joint, float(sizes[joint]))
+    return None
+
+
+def _jacobians(tree: RootedModel, column: int, columns: NDArray[np.int64], position: Array) -> Jacobians:
+    """Compute the Jacobians of a joint at some positions."""
+    model, data = tree.model, tree.model.createData()
+    places = np.argsort(tree.columns)
+    joint = 1 + int(places[column])
+    jacobian, turn = np.empty((len(position), 6, len(columns))), np.empty((len(position), 3, 3))
+    for row, each in enumerate(position):
+        pin.computeJointJacobians(model, data, each[tree.columns])
+        whole = pin.getJointJacobian(model, data, joint, pin.LOCAL_WORLD_ALIGNED)
+        jacobian[row], turn[row] = whole[:, places[columns]], data.oMi[joint].rotation
+    ends = [frame.placement.translation for frame in model.frames if frame.parentJoint == joint]
+    ends += [model.jointPlacements[child].translation for child in model.children[joint]]
+    tip = max(ends, key=lambda end: float(np.linalg.norm(end)))
+    return jacobian[:, :3], jacobian[:, 3:], turn, np.asarray(tip)
+
+
+def _point_force(weight: Array, left: Array, link: Jacobians, constant: bool) -> tuple[float, float, float]:
+    """Fit the point of a force: the share of chi^2 that it leaves [1], its median size [N], and the point's distance.
+
+    The distance from the joint is relative to the distance of the link's tip [1]. The search starts at
+    the joint, halfway to the tip, and at the tip.
+    """
+    linear, angular, turn, tip = link
+
+    def fitted(point: Array) -> tuple[Array, Array]:
+        lever = np.einsum("kij,j->ki", turn, point)
+        moved = linear + np.cross(angular, lever[:, :, None], axis=1)
+        effect = weight[:, :, None] * moved.transpose(0, 2, 1)
+        if constant:
+            force = np.broadcast_to(np.linalg.lstsq(effect.reshape(-1, 3), left.ravel())[0], (len(left), 3))
+        else:
+            force = np.einsum("kij,kj->ki", np.linalg.pinv(effect, rcond=1e-3), left)
+        return left - np.einsum("kij,kj->ki", effect, force), force
+
+    def residual(point: Array) -> Array:
+        return fitted(point)[0].ravel()
+
+    starts = 0.0 * tip, 0.5 * tip, tip
+    fits = [fit for start in starts if np.linalg.norm((fit := least_squares(residual, start, max_nfev=15)).x) < REACH]
+    if not fits:
+        return 1.0, 0.0, 0.0
+    point = min(fits, key=lambda fit: float(fit.cost)).x
+    rest, force = fitted(point)
+    distance = float(np.linalg.norm(point)) / max(float(np.linalg.norm(tip)), 1e-3)
+    return float(np.sum(rest**2) / np.sum(left**2)), float(np.median(np.linalg.norm(force, axis=1))), distance
