@@ -148,8 +148,7 @@ def _find_standing(
     if source == "kinematics" and "wheel" in {contact.kind for contact in robot.contacts.values()}:
         return ~none, none, ["The log has neither contact flags nor foot forces: wheels are taken as on the ground."]
     if source == "kinematics":
-        standing, notes = standing_from_kinematics(log, robot, feet, segments)
-        return standing, none, notes
+        return standing_from_kinematics(log, robot, feet, segments)
     if log.contact is None:
         raise LogError(f"{log.path or 'log'}: [identify.support] source is 'flags', but the log has no channel contact")
     return log.contact[:, [log.foot_names.index(foot) for foot in feet]], none, []

@@ -23,13 +23,14 @@ LEAST_MOTION = 0.05
 
 def standing_from_kinematics(
     log: RobotLog, robot: Robot, feet: tuple[str, ...], segments: tuple[slice, ...]
-) -> tuple[NDArray[np.bool_], list[str]]:
-    """Find the standing feet, shape (T, feet), and add notes.
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_], list[str]]:
+    """Find standing feet, and point feet that may touch the ground without standing, shape (T, feet) each, and notes.
 
     A foot is in the air while it is clearly higher than the lowest foot. Its swing extends before and after that time,
     as long as the foot moves relative to the feet that are not in the air. If two swings overlap and no foot would
-    stand, the time between them is divided in the middle. The method assumes level ground and at least one standing
-    foot; stairs, slopes without IMU and flight require contact flags or foot forces.
+    stand, the time between them is divided in the middle. Point feet slip and sink in while their load builds up: a low
+    one that swings may touch. The method assumes level ground and at least one standing foot; stairs, slopes without
+    IMU and flight require contact flags or foot forces.
 
     Raises
     ------
@@ -57,12 +58,13 @@ def standing_from_kinematics(
     threshold = max(SLOWEST, 0.1 * float(np.median(in_air))) if len(in_air) else SLOWEST
     for segment in segments:
         standing[segment] = ~_find_swings(airborne[segment], switch(speed[segment], threshold, threshold / 2))
+    touching = ~standing & (height < lift) & [foot in points for foot in feet]
     note = (
         "The log has neither contact flags nor foot forces; by kinematics, feet stand if lifted by less "
         f"than {1000 * lift:.0f} mm and slower than {threshold:.2g} m/s relative to the others, on level ground; "
         "flight is not detected."
     )
-    return standing, [note]
+    return standing, touching, [note]
 
 
 def share_at_rest(log: RobotLog, robot: Robot, feet: tuple[str, ...], segments: tuple[slice, ...]) -> float | None:
