@@ -5,7 +5,7 @@ import pytest
 from tests.rolling import rolling_robot
 from tests.standing import UPPER, still_humanoid
 
-from stribeck import LogError, NothingIdentifiedError, Settings, identify
+from stribeck import NothingIdentifiedError, Settings, identify
 from stribeck.init import draft_robot_file
 
 
@@ -43,14 +43,6 @@ def test_every_joint_is_identified_while_the_robot_hangs(tmp_path) -> None:
     assert {joint.verdict for joint in result.joints.values()} == {"identified"}
     assert worst_error(result, truth, truth) < 0.03
     assert covered(result, truth, truth) >= 0.9
-
-
-def test_flags_that_are_always_false_are_refused_if_a_foot_rests(tmp_path) -> None:
-    still_humanoid(tmp_path, "squat")
-    log = dict(np.load(tmp_path / "log.npz"))
-    np.savez(tmp_path / "log.npz", **log | {"contact": np.zeros_like(log["contact"])})
-    with pytest.raises(LogError, match=r"some foot always rests; set .* source = 'kinematics'"):
-        identify(tmp_path / "log.npz", tmp_path / "robot.toml")
 
 
 @pytest.mark.parametrize("corrections", ["none", "inertia", "calibration"])

@@ -98,14 +98,6 @@ def test_joints_that_are_exchanged_whole_stop(honest: dict[str, CleanLog]) -> No
     assert "torque-unexplained" in [finding.check for finding in found if finding.stops]
 
 
-def test_the_suggested_line_fixes_the_log(honest: dict[str, CleanLog]) -> None:
-    for each in honest.values():
-        log, robot = FAULTS["a clock twice too fast"].apply(each.log, each.robot)
-        (finding,) = audit(prepare(log, robot, robot.settings), robot, robot.settings)
-        assert "scale = 0.5 in [log.time]" in finding.cure
-        assert checks_of(replace(log, time=0.5 * log.time), robot) == ([], "")
-
-
 def test_the_clock_is_seen_from_the_logs_own_velocity(honest: dict[str, CleanLog]) -> None:
     arm = honest["arm"]
     velocity = np.gradient(arm.log.position, arm.log.time, axis=0)

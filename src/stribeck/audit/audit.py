@@ -76,7 +76,7 @@ def consequences(audited: Sequence[Finding], fitted: Sequence[Finding]) -> list[
 
 
 def without_refined(audited: Sequence[Finding], result: Result, logs: int) -> list[Finding]:
-    """Leave out findings on what the fit estimates more precisely: spans set aside, and the torque delay of one log."""
+    """Leave out findings that the fit makes more precisely: spans set aside, and the torque delay of one log."""
     refined = {"set-aside"} if {"set-aside", "payload"} & {each.check for each in result.findings} else set()
     if logs == 1 and result.corrections and result.corrections.torque_delay:
         refined.add("torque-delay")
