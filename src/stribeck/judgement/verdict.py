@@ -63,7 +63,6 @@ def judge(
     checked for excitation again, because the fit may use more samples.
     """
     results = {}
-    samples = _filled(samples, fits, law)
     for column, joint in enumerate(samples.joint_names):
         problem = joint_problem(samples, joint, law, settings)
         prismatic = samples.slides(column)
@@ -85,7 +84,7 @@ def judge(
     return results
 
 
-def _filled(samples: FrictionSamples, fits: Mapping[str, JointFit], law: FrictionLaw) -> FrictionSamples:
+def filled(samples: FrictionSamples, fits: Mapping[str, JointFit], law: FrictionLaw) -> FrictionSamples:
     """Use all samples of fitted joints that always share the load: their motion, and the friction of the fit."""
     usable, friction = samples.usable.copy(), samples.friction_torque.copy()
     for column, joint in enumerate(samples.joint_names):
