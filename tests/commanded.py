@@ -88,7 +88,7 @@ def with_drives(path: Path, drives: Mapping[str, Drive], clamped: bool = True) -
         joint = spec.joint(name)
         joint.limited = joint.actfrclimited = 0
         joint.armature, joint.frictionloss, joint.damping = drive.armature, drive.coulomb, [drive.viscous, 0, 0]
-        joint.solimp_friction, joint.solref_friction = [0.99, 0.999, 0.001, 0.5, 2], [0.005, 1]
+        joint.solimp_friction, joint.solref_friction = [0.99, 0.999, 0.001, 0.5, 2], [0.001, 1]
         actuator = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         actuator.set_to_position(kp=drive.kp, kv=drive.kd)
         actuator.forcelimited, actuator.forcerange = int(drive.effort > 0), [-drive.effort, drive.effort]

@@ -1,4 +1,4 @@
-"""A quadruped that trots in MuJoCo under a policy of 50 Hz, whose drives act late on position commands."""
+"""A quadruped that trots in MuJoCo under a policy of 50 Hz, on late position commands or on ramps between them."""
 
 import mujoco
 import numpy as np
@@ -74,8 +74,11 @@ class Policy:
         return angles - np.linalg.solve(inverse.T, force) / self.kp
 
 
-def trot(seed=11, latency=0.006, seconds=10.0, rate=500.0, kp=30.0, kd=0.7, noise=6.0, threshold=22.0):
-    """Simulate a trot, and return its log and truth; flags of contact compare noisy forces [N] with a threshold."""
+def trot(seed=11, latency=0.006, seconds=10.0, rate=500.0, kp=30.0, kd=0.7, noise=6.0, threshold=22.0, ramps=False):
+    """Simulate a trot, and return its log and truth; flags of contact compare noisy forces [N] with a threshold.
+
+    With `ramps` between commands, torques are logged instead of commands.
+    """
     generator, drives = np.random.default_rng(seed), leg_drives(seed, latency, kp, kd)
     spec, policy = with_drives(QUADRUPED, drives, clamped=False), Policy(generator, kp)
     for site, kind in [("imu", "GYRO"), ("imu", "ACCELEROMETER"), *((leg, "TOUCH") for leg in LEGS)]:
@@ -91,25 +94,28 @@ def trot(seed=11, latency=0.006, seconds=10.0, rate=500.0, kp=30.0, kd=0.7, nois
     for k in range(round((START + seconds) / STEP)):
         if k % hold == 0:
             sent.append(policy(k * STEP, data.qpos, data.qvel))
-        if k % hold == late:
+        if ramps:
+            data.ctrl[:] = sent[-2] + (sent[-1] - sent[-2]) * (k % hold) / hold
+        elif k % hold == late:
             data.ctrl[:] = sent[-1]
         state = np.concatenate([data.qpos, data.qvel, sent[-1]])
         mujoco.mj_step(model, data)  # whose sensors are of the step's begin
         if k % every == 0 and k * STEP >= START:
-            rows.append(np.concatenate([state, data.sensordata]))
-    pose, position, _, velocity, command, turning, acceleration, force = np.split(
-        np.array(rows), np.cumsum([7, 12, 6, 12, 12, 3, 3]), axis=1
+            rows.append(np.concatenate([state, data.sensordata, data.actuator_force]))
+    pose, position, _, velocity, command, turning, acceleration, force, torque = np.split(
+        np.array(rows), np.cumsum([7, 12, 6, 12, 12, 3, 3, 4]), axis=1
     )
     normal = generator.standard_normal
+    sent_or_measured = {"torque": torque + 0.08 * normal(torque.shape)} if ramps else {"desired_position": command}
     log = {
         "time": np.arange(len(rows)) / rate,
         "position": position + 1.5e-4 * normal(position.shape),
         "velocity": velocity + 0.02 * normal(velocity.shape),
-        "desired_position": command,
         "base_orientation": pose[:, [4, 5, 6, 3]],
         "angular_velocity": turning + 3e-3 * normal(turning.shape),
         "linear_acceleration": acceleration + 0.05 * normal(acceleration.shape),
         "foot_names": np.array(LEGS),
         "contact": (force + noise * normal(force.shape) > threshold).astype(float),
+        **sent_or_measured,
     }
     return log, drives
