@@ -156,9 +156,9 @@ def test_a_joint_at_the_end_of_its_range_is_named(arm: Robot) -> None:
     log = arm_log(arm)
     _, high = arm.position_limits
     np.testing.assert_array_equal(high, [3, np.inf, 1])
-    shifted = log.position.copy()
-    shifted[:, 2] += high[2] - shifted[:, 2].max()
-    warnings = identify(replace(log, position=shifted), arm).warnings
+    model = arm.tree.model.copy()
+    model.upperPositionLimit[2] = log.position[:, 2].max()
+    warnings = identify(log, replace(arm, tree=replace(arm.tree, model=model))).warnings
     warning = next(text for text in warnings if "reaches its limit" in text)
 
     assert "slide" in warning
