@@ -77,13 +77,16 @@ def test_a_table_that_is_touched_does_not_refuse_the_log_or_hide_wrong_units(tmp
     assert identify(tmp_path, "wrong") == 2
 
 
-def test_the_link_that_is_pushed_is_named_with_the_force(tmp_path: Path) -> None:
+@pytest.mark.parametrize("corrections", ["auto", "none"])
+def test_the_link_that_is_pushed_is_named_with_the_force(corrections: str, tmp_path: Path) -> None:
     log = record([1.5, 2.0, 2.5], 24.0)
     with_force(log, (3.0, 7.0), [20.0, 6.0, 45.0])
     with_force(log, (10.0, 13.0), [-10.0, 20.0, 10.0], link=2)
     high = (log["time"] > 16) & (log["time"] < 21)
     log["torque"][high, 0] = log["torque"][high, 0].clip(-4, 4)
     write_robot(tmp_path, log)
+    with (tmp_path / "robot.toml").open("a") as file:
+        file.write(f'[identify]\ncorrections = "{corrections}"\n')
     assert identify(tmp_path, "out") == 0
     (text,) = (each.text for each in read_result(tmp_path / "out/result.json").findings if each.check == "set-aside")
     assert re.search(r"2\.\d to 7\.\d s \(a force of about (49|50) N on link 3\)", text)

@@ -99,7 +99,7 @@ def residual_in(
         inside = (part.time > start + CHANGE) & (part.time < end - CHANGE)
         weight = 1 / np.sqrt(components.marginal(part))
         regressors = np.zeros((*left.shape, 0)) if part.regressors is None else part.regressors
-        of_bodies = regressors[inside][:, :, : SIZE * bodies].reshape(-1, left.shape[1], bodies, SIZE)
+        of_bodies = regressors[inside][:, :, : SIZE * bodies].reshape(*left[inside].shape, bodies, SIZE)
         found.append((part.time[inside], left[inside], weight[inside], of_bodies))
     return Residual(*map(np.concatenate, zip(*found, strict=True)))
 
