@@ -15,8 +15,8 @@ Look up a finding here when `inspect`, `identify` or the report shows one. The h
 Each section quotes an example with its remedy and explains the check. [Findings after the fit](findings-after.md) have
 a separate page.
 
-Of 45 faults in a simulated walk of the G1, on which no threshold was chosen, the findings name the cause of 37, and the
-cause of two is wrong. Logs without a fault have no findings (`python -m studies.faults --save studies/faults.json`).
+Of 45 faults in a simulated walk of the G1, on which no threshold was chosen, the findings name the cause of 38, and the
+cause of one is wrong. Logs without a fault have no findings (`python -m studies.faults --save studies/faults.json`).
 Friction that drives compensate is not detected.
 
 *Generated from `src/stribeck/base/findings.toml`.*
