@@ -10,6 +10,7 @@ import numpy as np
 
 from stribeck.base.typing import Array
 from stribeck.friction.terms import BASE
+from stribeck.judgement.curve import WIDEST
 from stribeck.judgement.weakness import CLEARED, RISING
 from stribeck.result import TermVerdict
 from stribeck.whole_log.constants import LEAST_GAIN, ROUNDS
@@ -84,6 +85,9 @@ def select_terms(
     for _ in range(ROUNDS):
         choice = _chosen(verdicts, trials, fit)
         found = solve(whole, choice.start)
+        viscous, coulomb = (trials.names.index(name) for name in ("viscous", "coulomb"))
+        errors = np.sqrt(found.variance[:, viscous]) * found.laws.top_speed  # [N m]; laws without the term lack it
+        unclear = 2 * errors > WIDEST * found.internal[:, coulomb]
         if not any(dropped := unproven(choice, found, found.covariance + effects(found), BASE | usual)):
             break
         refused = [
@@ -91,7 +95,8 @@ def select_terms(
             for out, own in zip(refused, dropped, strict=True)
         ]
         for joint in (joint for joint in joints if dropped[joint]):  # a refusal may make another term acceptable
-            verdicts[joint] = _select(trials, joint, refused[joint], BASE | usual) | dropped[joint]
+            kept = {"viscous": verdicts[joint]["viscous"]} if unclear[joint] else {}
+            verdicts[joint] = _select(trials, joint, refused[joint], BASE | usual) | dropped[joint] | kept
     return _chosen(verdicts, trials, fit)
 
 

@@ -31,6 +31,11 @@ from stribeck.whole_log.solver.statistics import Statistics
 PARAMETERS = {term.name: term.parameters for term in LADDER}
 """Parameters of each term; the first is zero without the term."""
 
+SEEN = 0.02
+"""Share of the held-out fold's information [1] by which all else is fitted, in case no other fold determines it.
+
+A wheel may roll backward only once: without this part of the log its offset is unknown, and all joints' scores."""
+
 SHAPES = ("stribeck", "rounding", "")
 """Terms that determine a law's shape at standstill; the last shape is a jump."""
 
@@ -67,7 +72,6 @@ def _eliminated(whole: Statistics, fold: Statistics | None, fit: Fit) -> Iterabl
     mean, deviation = laws.prior
     SJ = times_blocks(left.information, blocks)[:, free]
     slope = left.information @ y - left.right
-    inverse = inverse_of(times_blocks(SJ.T, blocks)[:, free] + np.diag(deviation.ravel()[free] ** -2.0))
     gradient = times_blocks(slope[None], blocks)[0, free] + ((fit.internal - mean) / deviation**2).ravel()[free]
     held, held_right = np.zeros((f, f)), np.zeros(f)
     if fold is not None:
@@ -77,6 +81,8 @@ def _eliminated(whole: Statistics, fold: Statistics | None, fit: Fit) -> Iterabl
         held_right = right[:f] - cross.T @ left.alone - left.follow.T @ (right[f:] - inner @ left.alone)
     FJ, beyond = times_blocks(held, blocks)[:, free], held @ y - held_right
     JFJ, tilted = times_blocks(FJ.T, blocks)[:, free], times_blocks(beyond[None], blocks)[0, free]
+    hessian = times_blocks(SJ.T, blocks)[:, free] + np.diag(deviation.ravel()[free] ** -2.0)
+    inverse = inverse_of(hessian + SEEN * JFJ)
     owner, q = np.repeat(np.arange(len(theta)), fit.internal.shape[1])[free], theta.shape[1]
     for joint, own_theta in enumerate(theta):
         rows, rest = slice(joint * q, (joint + 1) * q), owner != joint
