@@ -1,4 +1,4 @@
-"""Logs of robots on four wheels, simulated with MuJoCo alone: a quadruped, and a base with an arm of six joints."""
+"""Logs of robots that roll, with MuJoCo alone: quadrupeds on wheels or ball feet, and a base with a six-joint arm."""
 
 import mujoco
 import numpy as np
@@ -17,11 +17,14 @@ ARM = {"pan": ([0, 0, 1], [0.1, 0, 0.1]), "lift": ([0, 1, 0], [0, 0, 0.1]), "elb
 """Axis and place of each joint."""
 
 
-def wheeled_model(legs):
-    """Build a robot whose wheels are at the ends of its legs, or on its base."""
+def rolling_model(legs, wheels):
+    """Build a robot whose wheels are at the ends of its legs, or on its base; or a quadruped on ball feet."""
     spec = mujoco.MjSpec.from_file(str(QUADRUPED))
     spec.delete(spec.geoms[0])
     for leg, hip, side in zip(LEGS, HIPS, SIDES, strict=True):
+        if not wheels:
+            spec.site(leg).name = f"{leg}_foot"
+            continue
         spec.delete(spec.geom(leg))
         spec.delete(spec.site(leg))
         if not legs:
@@ -44,14 +47,15 @@ def wheeled_model(legs):
     return spec
 
 
-def rolling_robot(folder, legs, seed=1, seconds=25.0, rate=250.0, ahead=0.0):
-    """Write the model and a log of a robot that drives around while its trunk or its arm moves; return the truth."""
-    rng, spec = np.random.default_rng(seed), wheeled_model(legs)
+def rolling_robot(folder, legs, seed=1, seconds=25.0, rate=250.0, ahead=0.0, wheels=True):
+    """Write the model and a log of a robot whose trunk or arm moves while it drives or stands; return the truth."""
+    rng, spec = np.random.default_rng(seed), rolling_model(legs, wheels)
+    radius, wide = (RADIUS, WIDE) if wheels else (0.022, 0.01)
     (folder / "rover.xml").write_text(spec.to_xml())
     names = [joint.name for joint in spec.joints if joint.name != "base"]
-    wheels = np.array(["wheel" in name for name in names])
+    driven = np.array(["wheel" in name for name in names])
     coulomb, viscous = rng.uniform(0.2, 0.4, len(names)), rng.uniform(0.03, 0.15, len(names))
-    for name, rolls, *own in zip(names, wheels.tolist(), coulomb, viscous, strict=True):
+    for name, rolls, *own in zip(names, driven.tolist(), coulomb, viscous, strict=True):
         joint, actuator = spec.joint(name), spec.add_actuator(target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         actuator.set_to_velocity(kv=6.0) if rolls else actuator.set_to_position(kp=250.0, kv=8.0)
         joint.frictionloss, joint.damping, joint.armature = own[0], [own[1], 0, 0], 0.01
@@ -68,26 +72,27 @@ def rolling_robot(folder, legs, seed=1, seconds=25.0, rate=250.0, ahead=0.0):
     model.body_mass[:] *= factor
     model.body_inertia[:] *= factor[:, None]
     time = np.arange(0, seconds + 2, STEP)
-    forward, turn = multisine(rng, time, [ahead, 0], [0.8, 0.3], (0.03, 0.2)).T
+    forward, turn = wheels * multisine(rng, time, [ahead, 0], [0.8, 0.3], (0.03, 0.2)).T
     command = np.zeros((len(time), len(names)))
     if legs:
         lean = multisine(rng, time, [0] * 5, [0.12, 0.12, 0.03, 0.03, 0.05], (0.1, 0.5))
         level = Rotation.from_euler("xy", lean[:, :2]).inv()
     else:
-        command[:, ~wheels] = multisine(rng, time, [0, 0.3, 0.8, 0, 0.3, 0], [1.5, 0.8, 0.8, 1.5, 1, 1.5], (0.1, 0.6))
+        command[:, ~driven] = multisine(rng, time, [0, 0.3, 0.8, 0, 0.3, 0], [1.5, 0.8, 0.8, 1.5, 1, 1.5], (0.1, 0.6))
     for leg, hip, side in zip(LEGS, HIPS, SIDES, strict=True):
-        speed = forward - turn * (hip[1] + side * (OUTER + WIDE))
+        speed = forward - turn * (hip[1] + side * (OUTER + wide))
         if legs:
-            along = multisine(rng, time, [0], [0.03], (0.1, 0.4))[:, 0]
-            place = [hip[0] + along - lean[:, 2], hip[1] + side * (OUTER + WIDE) - lean[:, 3], -HEIGHT - lean[:, 4]]
-            foot = level.apply(np.transpose(place)) - hip - [0, side * WIDE, 0]
+            along = multisine(rng, time, [0], [0.03 * wheels], (0.1, 0.4))[:, 0]
+            place = [hip[0] + along - lean[:, 2], hip[1] + side * (OUTER + wide) - lean[:, 3], -HEIGHT - lean[:, 4]]
+            foot = level.apply(np.transpose(place)) - hip - [0, side * WIDE * wheels, 0]
             angles = np.array([leg_angles(each, side) for each in foot[::20]])
             for part, angle in zip(("hip", "thigh", "calf"), angles.T, strict=True):
                 command[:, names.index(f"{leg}_{part}_joint")] = np.interp(time, time[::20], angle)
             speed = speed + np.gradient(along - lean[:, 2], STEP)
-        command[:, names.index(f"{leg}_wheel_joint")] = speed / RADIUS
+        if wheels:
+            command[:, names.index(f"{leg}_wheel_joint")] = speed / RADIUS
     data = mujoco.MjData(model)
-    data.qpos[:] = [0, 0, RADIUS + (HEIGHT if legs else 0.1), 1, 0, 0, 0, *np.where(wheels, 0, command[0])]
+    data.qpos[:] = [0, 0, radius + (HEIGHT if legs else 0.1), 1, 0, 0, 0, *np.where(driven, 0, command[0])]
     state, sensed = rollout.rollout(model, data, np.concatenate([[0.0], data.qpos, data.qvel])[None], command[None])
     every, first = round(1 / rate / STEP), round(2 / STEP)
     sensed = sensed[0, first + 1 :: every]  # sensors belong to the start of a step

@@ -62,7 +62,7 @@ def drafted(folder, without="nothing"):
 
 @pytest.mark.parametrize("legs", [True, False])
 def test_wheels_roll(legs, tmp_path) -> None:
-    truth = rolling_robot(tmp_path, legs, seed=2)
+    truth = rolling_robot(tmp_path, legs, seed=2, seconds=20.0)
     text = drafted(tmp_path)
     assert (text.count('kind = "wheel"'), text.count("radius = 0.086")) == (4, 4 * legs)
     result = identify(tmp_path / "log.npz", tmp_path / "robot.toml")
@@ -74,8 +74,23 @@ def test_wheels_roll(legs, tmp_path) -> None:
     assert legs or "jack the robot up" in result.joints["FL_wheel_joint"].reason
 
 
-def test_wheels_of_unknown_radius_are_refused_with_a_remedy(tmp_path) -> None:
-    rolling_robot(tmp_path, legs=True, seconds=8.0)
-    drafted(tmp_path, without="radius = 0.086")
-    with pytest.raises(NothingIdentifiedError, match=r"set their radius .* or jack the robot up"):
-        identify(tmp_path / "log.npz", tmp_path / "robot.toml")
+def test_ball_feet_that_never_lift_are_identified_if_their_radius_is_given(tmp_path) -> None:
+    truth = rolling_robot(tmp_path, legs=True, wheels=False, seed=2, seconds=15.0)
+    text = drafted(tmp_path)
+    assert (text.count('kind = "point"'), text.count("radius = 0.022")) == (4, 4)
+    result = identify(tmp_path / "log.npz", tmp_path / "robot.toml")
+    known = [joint for joint, found in result.joints.items() if found.verdict == "identified"]
+    assert len(known) >= 6
+    assert worst_error(result, truth, known) < 0.1
+    assert covered(result, truth, known) >= 0.9
+
+
+@pytest.mark.parametrize(
+    ("wheels", "radius", "remedy"),
+    [(True, 0.086, r"set their radius .* or jack the robot up"), (False, 0.022, "set the radius of any ball feet")],
+)
+def test_an_unknown_radius_is_refused_with_a_remedy(wheels, radius, remedy, tmp_path) -> None:
+    rolling_robot(tmp_path, legs=True, seconds=8.0, wheels=wheels)
+    drafted(tmp_path, without=f"radius = {radius}")
+    with pytest.raises(NothingIdentifiedError, match=remedy):
+        identify(tmp_path / "log.npz", tmp_path / "robot.toml", law="coulomb-viscous")

@@ -142,7 +142,7 @@ class ContactTable(Table):
 
     frame: str
     kind: Literal["surface", "point", "wheel"] = "surface"
-    radius: NonNegative = 0.0  # [m], of a wheel; 0: unknown
+    radius: NonNegative = 0.0  # [m], of a wheel or a ball foot; 0: unknown
 
 
 class ChannelTable(Table):

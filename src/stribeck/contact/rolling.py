@@ -24,7 +24,7 @@ SLIP = 0.02
 def with_rolling_feet(
     robot: Robot, logs: Sequence[tuple[RobotLog, tuple[SupportPhase, ...], float]]
 ) -> tuple[Robot, list[str]]:
-    """Find the radius of the point feet, and write a note.
+    """Find the radius of point feet without a given one, and write a note.
 
     With v the velocities of the centers of two standing feet, W their angular velocities, and u up,
 
@@ -37,7 +37,7 @@ def with_rolling_feet(
     logs
         Logs, their support phases, and their sampling periods [s].
     """
-    points = {name: contact for name, contact in robot.contacts.items() if contact.kind == "point"}
+    points = {name: each for name, each in robot.contacts.items() if each.kind == "point" and not each.radius}
     usable = [log for log in logs if log[0].base_orientation is not None]
     parts = [part for log in usable for part in _pairs(robot, *log)] if points and robot.base == "floating" else []
     if not parts:
@@ -54,7 +54,7 @@ def with_rolling_feet(
         radius = float(trust @ product / max(trust @ weight, 1e-12))
     if np.median(error) > SLIP or not RADII[0] <= radius <= RADII[1]:
         return robot, []
-    rolling = {name: replace(contact, radius=radius) for name, contact in points.items()}
+    rolling = {name: replace(contact, radius=radius, given=False) for name, contact in points.items()}
     note = f"Standing feet roll like balls with a radius of {1e3 * radius:.0f} mm."
     return replace(robot, contacts={**robot.contacts, **rolling}), [note]
 

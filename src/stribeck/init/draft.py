@@ -139,9 +139,9 @@ def write_contacts(draft: Draft, labels: Sequence[str]) -> None:
     for foot in facts.feet:
         name = foot.name if foot.name in topics.values() else names.get(foot.name, foot.name)
         contacts[name] = {"frame": foot.frame, "kind": foot.kind}
-        if foot.kind == "wheel" and foot.radius:
+        if foot.radius:
             contacts[name]["radius"] = foot.radius
-            draft.note(f"contacts.{name}", "this wheel rolls; its radius [m] is that of the model's collision shape.")
+            draft.note(f"contacts.{name}", "this contact rolls; the radius [m] is from the model's collision shape.")
         elif foot.kind == "wheel" and len(facts.wheels) == len(facts.feet):
             draft.note(f"contacts.{name}", "this wheel rolls; it and others share the load, so it is not identified.")
         elif foot.kind == "wheel":

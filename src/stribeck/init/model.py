@@ -10,6 +10,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 import pinocchio as pin
 
+from stribeck.base.typing import Array
 from stribeck.init.names import words
 from stribeck.robot import Contact
 from stribeck.robot.model_file import joint_names, kind_of, load_model
@@ -88,17 +89,25 @@ def _is_ball(link: Element) -> bool:
     return [shape.tag for geometry in link.findall("collision/geometry") for shape in geometry] == ["sphere"]
 
 
-def _wheel_radius(root: Element, link: str) -> float:
-    """Find the radius [m] of a link's collision cylinder or sphere; 0 if it has none."""
-    named = next((each for each in root.iter() if each.tag in ("link", "body") and each.get("name") == link), root)
-    shapes = [shape for geometry in named.findall("collision/geometry") for shape in geometry] + named.findall("geom")
-    kinds = ("cylinder", "sphere")
-    sizes = [
-        shape.get("radius") or shape.get("size", "0").split()[0]
-        for shape in shapes
-        if shape.tag in kinds or (shape.tag == "geom" and shape.get("type", "sphere") in kinds)
-    ]
-    return max(map(float, sizes), default=0.0)
+def _radius(root: Element, frame: str, kind: str) -> float:
+    """Find the radius [m] of a wheel's collision cylinder or sphere, or of a sphere around a point; 0 if missing."""
+    owners = [each for each in root.iter() if each.tag in ("link", "body")]
+    sites = {site.get("name"): (owner, _place(site)) for owner in owners for site in owner.findall("site")}
+    owner, center = sites.get(frame) or (next((e for e in owners if e.get("name") == frame), root), np.zeros(3))
+    shapes = [(geom.get("type", "sphere"), geom.get("size", "0"), _place(geom)) for geom in owner.findall("geom")]
+    for collision in owner.findall("collision"):
+        origin = collision.find("origin")
+        place = np.zeros(3) if origin is None else _place(origin)
+        shapes += [(each.tag, each.get("radius", "0"), place) for each in collision.findall("geometry/*")]
+    rolling = ("cylinder", "sphere")[kind == "point" :]
+    sizes = [(float(size.split()[0]), place) for shape, size, place in shapes if shape in rolling]
+    near = [size for size, place in sizes if kind == "wheel" or np.linalg.norm(place - center) < 0.5 * size]
+    return max(near, default=0.0)
+
+
+def _place(element: Element) -> Array:
+    """Read a position [m] from an MJCF element or a URDF origin."""
+    return np.array([float(each) for each in (element.get("pos") or element.get("xyz") or "0 0 0").split()])
 
 
 def _find_feet(model: pin.Model, root: Element) -> tuple[tuple[Contact, ...], tuple[str, ...], tuple[str, ...]]:
@@ -135,7 +144,7 @@ def _find_feet(model: pin.Model, root: Element) -> tuple[tuple[Contact, ...], tu
             wheels.append(str(model.names[joint]))
         elif on_base and "wheel" in words(str(frame.name)):
             continue
-        radius = _wheel_radius(root, str(frame.name)) if rolls and not on_base else 0.0
+        radius = 0.0 if on_base or kind == "surface" else _radius(root, str(frame.name), kind)
         contacts.append(Contact(name, str(frame.name), kind, radius))
         if not (point or rolls) and data.oMf[model.getFrameId(frame.name)].rotation[2, 2] < 0.9:
             tilted.append(name)

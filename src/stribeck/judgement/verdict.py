@@ -34,7 +34,7 @@ NOT_FITTED = "too little motion in the parts that the method can use; record lon
 
 ALWAYS_STANDS = (
     "0 usable samples: several feet or wheels always stand, which leaves the contact forces on this joint unknown; "
-    "lift one foot at a time, or hang or jack the robot up"
+    "set the radius of any ball feet in [contacts], lift one foot at a time, or hang or jack the robot up"
 )
 """Reason for a joint of a leg that always shares the load with others."""
 

@@ -31,8 +31,8 @@ class Contact:
     """Frame that can stand on the ground.
 
     A `surface` constrains six degrees of freedom, a `point` three: it is the center of a ball that rolls on the ground,
-    with a `radius` [m]. A `wheel` with a radius rolls like a ball, and turns about its `axle`, a unit vector in the
-    frame; without one, it does not constrain the base.
+    with a `radius` [m], `given` or found from a log. A `wheel` with a radius rolls like a ball, and turns about its
+    `axle`, a unit vector in the frame; without one, it does not constrain the base.
     """
 
     name: str
@@ -40,6 +40,7 @@ class Contact:
     kind: Literal["surface", "point", "wheel"] = "surface"
     radius: float = 0.0
     axle: tuple[float, ...] = ()
+    given: bool = True
 
     @property
     def size(self) -> int:
@@ -198,8 +199,10 @@ def _build_contact(name: str, table: ContactTable, model: pin.Model, path: Path)
 
     A wheel whose joint is locked, so that its frame is not on the axis of a joint, does not show how it rolls.
     """
-    if table.radius and table.kind != "wheel":
-        raise RobotFileError(f"{path}: [contacts.{name}] radius is for kind 'wheel', not '{table.kind}'; remove it")
+    if table.radius and table.kind == "surface":
+        raise RobotFileError(f"{path}: [contacts.{name}] radius is for kinds 'point' and 'wheel'; remove it")
+    if table.kind == "point":
+        return Contact(name, table.frame, table.kind, table.radius)
     frames = (k for k, own in enumerate(model.frames) if own.name == table.frame and own.type != pin.FrameType.JOINT)
     place = next(frames, 0)
     if not table.radius or not is_on_axis(model, model.frames[place]):
