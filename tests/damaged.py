@@ -5,7 +5,6 @@ with the joints `JOINTS` of `tests.log.readers.formats` raises a LogError of one
 `BAD_SAMPLING` lists logs that can be read, but are refused when they are resampled.
 """
 
-import zipfile
 from functools import partial
 from pathlib import Path
 
@@ -83,21 +82,6 @@ def a_folder(name, folder):
     return folder / name
 
 
-def pickled(folder):
-    contents = arrays_of(synthetic_log(60))
-    contents["position"] = np.array([{"a": 1}, None], dtype=object)
-    return write_arrays(folder, **contents)
-
-
-def wrong_header(folder):
-    """Write an array whose header declares a terabyte."""
-    header = b"{'descr': '<f8', 'fortran_order': False, 'shape': (125000000000,), }"
-    header += b" " * (63 - (10 + len(header)) % 64) + b"\n"
-    with zipfile.ZipFile(folder / "log.npz", "w") as archive:
-        archive.writestr("position.npy", b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header)
-    return folder / "log.npz"
-
-
 def h5_without_positions(folder):
     with h5py.File(folder / "log.h5", "w") as file:
         file["group/q"] = np.zeros((5, 3))
@@ -124,12 +108,6 @@ def mcap_with_uneven_joints(folder):
 def rosbag_without_metadata(folder):
     path = write_rosbag2(folder, synthetic_log(20))
     (path / "metadata.yaml").unlink()
-    return path
-
-
-def rosbag_with_bad_metadata(folder):
-    path = write_rosbag2(folder, synthetic_log(20))
-    (path / "metadata.yaml").write_text("rosbag2_bagfile_information: [")
     return path
 
 
@@ -167,47 +145,22 @@ DAMAGED = [
     ("npz without torques", partial(arrays, without("torque")), ["no joint torques", "[log.torque] name"]),
     ("npz without time", partial(arrays, without("time")), ["no time", "[log] rate"]),
     ("npz with a short torque", partial(arrays, with_value("torque", lambda a: a[:-1])), ["'torque' has 59 rows"]),
-    ("npz on its side", partial(arrays, with_value("position", np.transpose)), ["'position' has 60 columns"]),
     ("npz of text", partial(arrays, with_value("torque", lambda a: a.astype(str))), ["'torque'", "expected numbers"]),
-    ("npz of complex numbers", partial(arrays, with_value("torque", lambda a: a + 1j)), ["expected numbers"]),
-    ("npz of cubes", partial(arrays, with_value("torque", lambda a: a[..., None])), ["shape (60, 3, 1)"]),
     ("npz of one number", partial(arrays, with_value("position", lambda _: np.float64(3))), ["shape ()"]),
-    ("npz with too few names", partial(arrays, with_value("joint_names", lambda a: a[:2])), ["2 names"]),
-    (
-        "npz with numbers as names",
-        partial(arrays, with_value("joint_names", lambda _: np.arange(3))),
-        ["expected text"],
-    ),
-    ("npz with a joint twice", partial(arrays, with_value("joint_names", lambda a: a[[0, 0, 2]])), ["more than one"]),
     (
         "npz with other joints",
         partial(arrays, with_value("joint_names", lambda _: np.array(["hip", "kne", "wheel"]))),
         ["no position of joint 'knee'", "'kne'", 'joint_names = {kne = "knee"} in [log]', "[robot] locked"],
     ),
-    ("npz of a strange source", partial(arrays, with_value("torque_source", lambda _: np.array("guess"))), ["'guess'"]),
     ("npz of contact forces", partial(arrays, with_value("contact", lambda a: a * 312.5)), ["312.5", "flags"]),
-    (
-        "npz with a long quaternion",
-        partial(arrays, with_value("base_orientation", lambda a: a[:, :3])),
-        ["expected 'x'"],
-    ),
     ("npz of one sample", lambda folder: write_arrays(folder, **arrays_of(synthetic_log(1))), ["1 samples"]),
-    ("npz of no samples", lambda folder: write_arrays(folder, **arrays_of(synthetic_log(0))), ["0 samples"]),
-    (
-        "npz with two columns of time",
-        partial(arrays, with_value("time", lambda a: np.stack([a, a], 1))),
-        ["'time' has 2"],
-    ),
     ("npz of nothing", lambda folder: write_arrays(folder), ["no arrays"]),
-    ("npz with pickled objects", pickled, ["'position'", "expected numbers"]),
-    ("npz with a wrong header", wrong_header, ["cannot be read"]),
     ("h5 without positions", h5_without_positions, ["no joint positions", "group/q"]),
     (
         "csv with text in a number",
         partial(csv_line, 20, text_in_first_number),
         ["cannot be read as CSV", "Row #21", "oops"],
     ),
-    ("csv with too many cells", partial(csv_line, 20, lambda line: line + ",1"), ["cannot be read as CSV"]),
     (
         "csv with a column twice",
         partial(csv_line, 0, lambda line: line.replace("position.knee", "position.hip")),
@@ -215,7 +168,6 @@ DAMAGED = [
     ),
     ("csv that is not UTF-8", partial(of_bytes, "log.csv", b"time,position.h\xff\n0,1\n"), ["cannot be read as CSV"]),
     ("csv with a header alone", partial(of_bytes, "log.csv", b"time,position.hip,position.knee,position.wheel\n"), []),
-    ("csv with clock times", partial(csv_line, 10, lambda line: "noon," + line.split(",", 1)[1]), ["time"]),
     ("parquet without a joint", partial(table, without("position.knee")), ["no position of joint 'knee'"]),
     ("parquet without a torque", partial(table, without("torque.knee")), ["no torque of joint 'knee'", "controlled"]),
     ("parquet of text", partial(table, with_value("torque.hip", lambda a: a.astype(str).tolist())), ["'torque.hip'"]),
@@ -225,18 +177,12 @@ DAMAGED = [
         partial(table, without(*(f"foot_wrench.{foot}.{axis}" for foot in FEET for axis in AXES if axis != "fz"))),
         ["'foot_wrench' has no column for 'left_foot.fx'", "'foot_force'"],
     ),
-    (
-        "npz with vertical forces as wrenches",
-        partial(arrays, with_value("foot_wrench", lambda a: a[:, :, 2])),
-        ["'foot_wrench' has 2 columns", "12 names"],
-    ),
     ("parquet with half a quaternion", partial(table, without("base_orientation.w")), ["base_orientation"]),
     ("parquet of no rows", lambda folder: write_parquet(folder, synthetic_log(0)), ["0 samples"]),
     ("mcap without joint states", mcap_without_joints, ["sensor_msgs/JointState", "'/imu'"]),
     ("mcap of two robots", mcap_of_two_sources, ["'/left/joint_states'", "[log.position] name"]),
     ("mcap with uneven joint states", mcap_with_uneven_joints, ["2 joint names and 3 values"]),
     ("rosbag2 without metadata", rosbag_without_metadata, ["metadata.yaml"]),
-    ("rosbag2 with bad metadata", rosbag_with_bad_metadata, ["cannot be read as a rosbag2 folder"]),
 ]
 
 
@@ -270,11 +216,6 @@ BAD_SAMPLING = [
         partial(arrays, with_value("position", lambda q: 1e11 * q)),
         ["position of '", "expected at most 1e8 in rad or m, set its unit by [log.position] unit"],
     ),
-    (
-        "velocities beyond any joint",
-        partial(arrays, with_value("velocity", lambda v: 1e11 + v)),
-        ["velocity of '", "1e8 in rad or m/s"],
-    ),
     *(
         (f"{rows} samples", lambda folder, rows=rows: write_npz(folder, synthetic_log(rows)), [f"has {rows} samples;"])
         for rows in (2, 15)
@@ -282,7 +223,6 @@ BAD_SAMPLING = [
     ("velocities in rpm", partial(arrays, with_value("velocity", lambda v: v * 30 / np.pi)), ["rpm"]),
     ("hardly a torque", partial(arrays, with_value("torque", mostly_missing)), ["torque.knee (59)"]),
     ("all positions missing", partial(arrays, with_value("position", lambda q: q * np.nan)), ["0 of 60 rows"]),
-    ("infinite positions", partial(arrays, with_value("position", lambda q: q + np.inf)), ["0 of 60 rows"]),
     (
         "holes everywhere",
         partial(arrays, with_value("time", lambda t: t + 0.5 * (np.arange(len(t)) // 4))),

@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.log.readers.formats import synthetic_log
 
-from stribeck.errors import LogError
 from stribeck.log.sampling import regularise
 from stribeck.settings import LogTable
 
@@ -202,13 +201,6 @@ def test_channels_beyond_the_memory_limit_are_cut_and_interpolated_on_disk(monke
         np.testing.assert_array_equal(even.channels()[name], channel)
 
 
-def test_time_that_runs_backwards_is_refused_with_the_row_and_both_times():
-    time = np.arange(100) / 1000
-    time[60:] -= 0.03
-    with pytest.raises(LogError, match=r"^walk.npz: time runs backwards in row 60, from 0.059 s to 0.03 s"):
-        regularise(log_at(time), TABLE)
-
-
 def test_suspicions_are_notes():
     log = synthetic_log(300)
     turned = replace(log, base_orientation=log.base_orientation[:, [3, 0, 1, 2]])
@@ -217,9 +209,3 @@ def test_suspicions_are_notes():
     assert any("'wheel' span more than four turns" in note for note in regularise(wheels, TABLE)[1].notes)
     mirrored = replace(log, velocity=log.velocity * [1, -1, 1])
     assert any("opposite signs in 'knee'" in note for note in regularise(mirrored, TABLE)[1].notes)
-
-
-@pytest.mark.parametrize("rate", [20.5, 100.0, 1000.0, 99_000.0])
-def test_rates_of_robots_are_accepted(rate):
-    _, sampling = regularise(log_at(np.arange(200) / rate), TABLE)
-    assert sampling.rate == pytest.approx(rate)

@@ -8,7 +8,7 @@ from rosbags.typesys import Stores, get_typestore
 from tests.arm import TRUTH, arm_log, save_npz, write_arm
 from tests.log.readers.formats import messages_of, synthetic_log, write_messages
 
-from stribeck import Robot, identify, inspect_log, read_log, write_log
+from stribeck import Robot, inspect_log, read_log, write_log
 from stribeck.errors import LogError, RobotFileError, SettingsError
 from stribeck.friction import get_law
 from stribeck.settings import FilterSettings, Settings
@@ -68,23 +68,6 @@ def test_commands_become_torques(velocity, log, tmp_path):
     np.testing.assert_allclose(found.torque, log.torque, atol=1e-10)
     term = "kd (desired_velocity - velocity)" if velocity else "- kd velocity"
     assert any("Torques are computed from the command" in note and term in note for note in found.notes)
-
-
-def test_the_friction_is_correct_for_every_torque_source(log, tmp_path):
-    plain = identify(log, robot(tmp_path, ""), EXACT)
-    for number, (text, changed) in enumerate(
-        [
-            (GAINS + "command_delay = 0.0\n", commanded(log)),
-            ('torque_source = "motor_side_sensor"\n' + motors(constant=False), {"torque": log.torque / RATIO}),
-        ]
-    ):
-        folder = tmp_path / str(number)
-        folder.mkdir()
-        found = identify(save_npz(log, folder / "log.npz", **changed), robot(folder, text), EXACT)
-        for joint in JOINTS:
-            value, wanted = (r.joints[joint].parameters["coulomb"].value for r in (found, plain))
-            assert value == pytest.approx(wanted, rel=1e-6)
-            assert value == pytest.approx(1.2, rel=0.02)
 
 
 def test_the_delay_of_a_command_is_found_and_taken_out(log, tmp_path):

@@ -6,7 +6,6 @@ import pyarrow.parquet
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
-from tests.damaged import SUFFIXES
 from tests.log.readers.formats import FEET, JOINTS, StubRobot, arrays_of, columns_of, synthetic_log, write_arrays
 
 from stribeck.errors import StribeckError
@@ -87,22 +86,6 @@ def test_any_table(changes, dropped, kind, tmp_path):
     path = tmp_path / f"log.{kind}"
     (pyarrow.parquet.write_table if kind == "parquet" else pyarrow.csv.write_csv)(table, path)
     read_and_regularise(path, StubRobot())
-
-
-@QUICK
-@given(content=st.binary(max_size=200), suffix=st.sampled_from(SUFFIXES))
-def test_any_bytes(content, suffix, tmp_path):
-    path = tmp_path / f"log{suffix}"
-    path.write_bytes(content)
-    read_and_regularise(path, StubRobot())
-
-
-@QUICK
-@given(text=st.text(alphabet="time,poskneq.hip;\t\n\"'#-0123456789eN", max_size=120))
-def test_any_text_as_csv(text, tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text("time,position.hip,torque.hip\n" + text, encoding="utf-8")
-    read_and_regularise(path, StubRobot(joint_names=("hip",)))
 
 
 @QUICK

@@ -65,28 +65,6 @@ def test_a_joint_that_a_message_names_twice(tmp_path):
         read_log(write_messages(tmp_path / "log.mcap", states(LOG, doubled)), StubRobot())
 
 
-@pytest.mark.parametrize(("every", "refused"), [(250, True), (25, True), (5, False)])
-def test_torques_that_come_far_too_seldom(every, refused, tmp_path):
-    log = synthetic_log(501)
-    types = STORE.types["sensor_msgs/msg/JointState"]
-    sent = []
-    for row, message in enumerate(m for m in messages_of(log, STORE) if m[0] == "/joint_states"):
-        topic, kind, stamp, state = message
-        if row % every == 0:
-            rare = types(
-                header=state.header, name=state.name, position=np.zeros(0), velocity=np.zeros(0), effort=state.effort
-            )
-            sent.append(("/efforts", kind, stamp, rare))
-        state.effort = np.zeros(0)
-        sent.append((topic, kind, stamp, state))
-    path = write_messages(tmp_path / "log.mcap", sent)
-    if not refused:
-        assert len(read_log(path, StubRobot()).time) == 501
-        return
-    with pytest.raises(LogError, match=rf"'/efforts' has 'torque' .* at {500 / every:g} Hz, .* 500 Hz; expected at"):
-        read_log(path, StubRobot())
-
-
 def test_a_slow_imu_is_ignored(tmp_path):
     sent = [m for row, m in enumerate(messages_of(synthetic_log(301), STORE)) if m[0] != "/imu" or row // 6 % 100 == 0]
     read = read_log(write_messages(tmp_path / "log.mcap", sent), StubRobot())

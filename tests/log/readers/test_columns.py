@@ -54,14 +54,6 @@ def test_a_csv_without_a_line_of_names(delimiter, tmp_path):
         np.testing.assert_array_equal(log.channels()[name], channel, err_msg=name)
 
 
-def test_columns_that_nobody_wants_may_share_a_name(tmp_path):
-    rows = np.column_stack([LOG.time, LOG.position, LOG.time, LOG.torque, LOG.time])
-    names = ["time", "q_0", "q_1", "q_2", "", "tau_0", "tau_1", "tau_2", ""]
-    check_motion(
-        read_log(write_rows(tmp_path / "log.csv", [], rows), robot_with(columns=names)), ("position", "torque")
-    )
-
-
 @pytest.mark.parametrize("pattern", ["{}_{{}}", "{}{{}}", "{}.{{}}", "{}[{{}}]", "{}_[{{}}]"])
 @pytest.mark.parametrize("first", [0, 1])
 def test_numbered_columns_are_the_joints_in_order(pattern, first, tmp_path):

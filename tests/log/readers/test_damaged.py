@@ -5,17 +5,15 @@ import os
 import struct
 from pathlib import Path
 
-import numpy as np
 import pyarrow as pa
 import pyarrow.parquet
 import pytest
-from tests.damaged import BAD_SAMPLING, DAMAGED, main_file
-from tests.log.readers.formats import WHOLE, WRITERS, StubRobot, columns_of, synthetic_log, write_npz, write_parquet
+from tests.damaged import BAD_SAMPLING, DAMAGED
+from tests.log.readers.formats import WHOLE, StubRobot, columns_of, synthetic_log, write_parquet
 
 from stribeck.errors import LogError
 from stribeck.log.readers import read_log
 from stribeck.log.sampling import regularise
-from stribeck.settings import LogTable
 
 
 def check_message(error, path, words):
@@ -50,23 +48,6 @@ def test_a_log_that_cannot_be_made_regular_is_refused_in_one_sentence(maker, wor
     check_message(caught.value, path, words)
 
 
-@pytest.mark.parametrize("writer", WRITERS.values(), ids=WRITERS)
-def test_flipped_bytes_never_give_anything_but_a_log_or_a_log_error(writer, tmp_path):
-    path = writer(tmp_path, synthetic_log(20))
-    file = main_file(path)
-    content = file.read_bytes()
-    rng = np.random.default_rng(1)
-    for _ in range(25):
-        damaged = bytearray(content)
-        for place in rng.integers(0, len(content), 8):
-            damaged[place] = rng.integers(0, 256)
-        file.write_bytes(damaged)
-        try:
-            read_log(path, StubRobot())
-        except LogError as error:
-            check_message(error, path, [])
-
-
 def test_a_full_disk_is_reported(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
@@ -79,11 +60,6 @@ def test_a_full_disk_is_reported(tmp_path, monkeypatch):
     check_message(caught.value, path, [])
 
 
-def test_a_path_that_cannot_be_one_is_refused():
-    with pytest.raises(LogError, match="no such file"):
-        read_log("a\0b.npz")
-
-
 @pytest.mark.parametrize("writer", WHOLE.values(), ids=WHOLE)
 def test_a_file_that_is_nearly_all_a_hole(writer, tmp_path):
     path = writer(tmp_path, synthetic_log(20))
@@ -92,12 +68,6 @@ def test_a_file_that_is_nearly_all_a_hole(writer, tmp_path):
         LogError, match=r"is 1\.1e\+12 bytes long, of which \d+ are on the disk; expected a complete file"
     ):
         read_log(path, StubRobot())
-
-
-def test_a_line_of_names_without_end(tmp_path):
-    (tmp_path / "log.csv").write_bytes(b"time,position.hip" + bytes(1 << 21))
-    with pytest.raises(LogError, match="field larger than"):
-        read_log(tmp_path / "log.csv", StubRobot())
 
 
 @pytest.mark.parametrize("reason", [errno.EACCES, errno.EIO])
@@ -123,13 +93,3 @@ def test_a_parquet_page_whose_checksum_is_wrong(tmp_path):
     path.write_bytes(content)
     with pytest.raises(LogError, match="CRC"):
         read_log(path, StubRobot())
-
-
-def test_an_array_whose_name_is_damaged_in_the_directory(tmp_path):
-    path = write_npz(tmp_path, synthetic_log(20))
-    content = path.read_bytes()
-    place = content.rindex(b"time.npy")
-    path.write_bytes(content[:place] + b"tine" + content[place + 4 :])
-    robot = StubRobot(log_table=LogTable(rate=1000.0))  # which would make up stamps
-    with pytest.raises(LogError, match=r"File name in directory 'tine\.npy' and header b'time\.npy' differ"):
-        read_log(path, robot)

@@ -125,7 +125,6 @@ def both(**changed):
     return files | {f"{name}.csv": columns for name, columns in changed.items()}
 
 
-CUT = {name: values[:-1] for name, values in joints(LOG.torque).items()}
 WORDS = joints(LOG.torque) | {"hip": ["oops"] * 200}
 HOLE = joints(LOG.torque) | {"time": np.where(LOG.time == LOG.time[7], np.nan, LOG.time)}
 REFUSED = [
@@ -156,13 +155,3 @@ def test_a_folder_that_cannot_be_used_is_refused_in_one_sentence(files, table, w
         read_log(tmp_path / "run", robot_with(**table))
     assert str(caught.value).startswith(str(tmp_path / "run"))
     assert len(str(caught.value).splitlines()) == 1
-
-
-def test_an_empty_file_and_an_empty_folder_are_refused(tmp_path):
-    folder = write(tmp_path / "run", "position.csv", joints(LOG.position))
-    (folder / "torque.csv").write_bytes(b"")
-    with pytest.raises(LogError, match=r"torque\.csv: is empty"):
-        read_log(folder, StubRobot())
-    (tmp_path / "none").mkdir()
-    with pytest.raises(LogError, match=r"is a folder without metadata\.yaml, .* or tables; expected a log file"):
-        read_log(tmp_path / "none", StubRobot())

@@ -23,14 +23,6 @@ def test_every_channel_is_read(make):
 
 
 @FRAMES
-def test_lists_numbers_and_usual_names(make):
-    frame = make({"t": LOG.time, "q": LOG.position.tolist(), "tau_0": LOG.time, "tau_1": LOG.time, "tau_2": LOG.time})
-    log = RobotLog.from_frame(frame, StubRobot())
-    np.testing.assert_array_equal(log.position, LOG.position)
-    np.testing.assert_array_equal(log.torque, np.stack([LOG.time] * 3, axis=1))
-
-
-@FRAMES
 def test_settings_of_the_robot_file_and_missing_values(make):
     torque = LOG.torque[:, 0].copy()
     torque[7] = np.nan

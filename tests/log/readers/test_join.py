@@ -14,7 +14,6 @@ from stribeck.log.readers import read_log
 from stribeck.settings import LogTable
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)
-TYPES = STORE.types
 
 
 def messages(log: RobotLog, prefix: str = "", **keep):

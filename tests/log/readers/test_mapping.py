@@ -74,30 +74,11 @@ def test_names_of_joints_feet_and_arrays(tmp_path):
     np.testing.assert_array_equal(log.contact, LOG.contact)
 
 
-def test_a_list_of_arrays_is_a_column_each(tmp_path):
-    table = {"position": {"name": ["q3", "q1", "q2"]}, "joint_names": {"q1": "hip", "q2": "knee", "q3": "wheel"}}
-    columns = {f"q{i + 1}": LOG.position[:, i] for i in range(3)}
-    log = read(tmp_path, table, position=None, **columns)
-    np.testing.assert_array_equal(log.position, LOG.position)
-
-
 def test_a_list_of_unknown_names_is_taken_in_the_robots_order_and_says_so(tmp_path):
     columns = {f"q{i + 1}": LOG.position[:, i] for i in range(3)}
     log = read(tmp_path, {"position": {"name": ["q1", "q2", "q3"]}}, position=None, **columns)
     np.testing.assert_array_equal(log.position, LOG.position)
     assert any("'position' have no known names" in note for note in log.notes)
-
-
-def test_joint_order_names_nameless_columns(tmp_path):
-    order = [1, 2, 0]
-    table = {"joint_order": [JOINTS[i] for i in order]}
-    log = read(tmp_path, table, position=LOG.position[:, order], torque=LOG.torque[:, order])
-    np.testing.assert_array_equal(log.position, LOG.position)
-
-
-def test_nameless_columns_of_another_number_need_an_order(tmp_path):
-    with pytest.raises(LogError, match=r"'position' has 2 columns without names, the robot has 3.*joint_order"):
-        read(tmp_path, {}, position=LOG.position[:, :2])
 
 
 def test_wxyz_is_turned_to_xyzw(tmp_path):

@@ -185,12 +185,6 @@ def in_parallel_mode(folder):
     return write_mcap(folder / "log.mcap", messages)
 
 
-def of_two_robots(folder):
-    log = synthetic_log(16, joints=G1)
-    messages = [*low_states(HG, log, range(29), "/a/lowstate"), *low_states(HG, log, range(29), "/b/lowstate")]
-    return write_mcap(folder / "log.mcap", messages)
-
-
 def sound(folder):
     return write_mcap(folder / "log.mcap", low_states(HG, synthetic_log(16, joints=G1), range(29)))
 
@@ -199,7 +193,6 @@ def sound(folder):
     ("maker", "robot", "words"),
     [
         (in_parallel_mode, {}, ["'/lowstate' has mode_pr 1", "expected mode_pr 0"]),
-        (of_two_robots, {}, ["'/a/lowstate', '/b/lowstate'", "[log.position] name"]),
         (sound, {"joint_names": _ARM}, ["no position of joint", "motor_0"]),
         (sound, {"joint_names": tuple(f"left_{name}" for name in _ARM)}, ["the orders of 'G1', 'H1-2'", "joint_order"]),
         (sound, {"joint_names": (*G1, "left_hand_thumb_0_joint")}, ["no position of joint 'left_hand_thumb", "locked"]),
