@@ -9,9 +9,9 @@ import tempfile
 from pathlib import Path
 
 from benchmarks.report import arguments, report
-from stribeck.exporters.code_files import c_text
 from stribeck.exporters.joints import JointTerms
 from stribeck.exporters.target import Request
+from stribeck.exporters.text_files import c_text
 from stribeck.result import JointResult, LogSummary, ParameterEstimate, Result
 from stribeck.robot import Robot
 from stribeck_simulation.robots import MODELS

@@ -210,7 +210,11 @@ BAD_SAMPLING = [
     ("time in ns", partial(arrays, with_value("time", lambda t: (1e9 * t).astype(int))), ['[log.time] unit = "ns"']),
     ("no torque at all", partial(arrays, with_value("torque", np.zeros_like)), ["'torque' is zero"]),
     ("long quaternions", partial(arrays, with_value("base_orientation", lambda q: 1.1 * q)), ["norm 1.1"]),
-    ("positions in degrees", partial(arrays, with_value("position", np.rad2deg)), ["degrees", "[log.position] unit"]),
+    (
+        "positions in degrees",
+        partial(arrays, with_value("position", np.rad2deg)),
+        ["in deg", "[log.position] unit"],
+    ),
     (
         "positions beyond any robot",
         partial(arrays, with_value("position", lambda q: 1e11 * q)),

@@ -219,5 +219,5 @@ def test_results_and_paths_are_planned_for_and_reported_alike(arm: Robot, tmp_pa
     assert "Residual of the law" in page
     assert "Which friction is measured" not in page
     (tmp_path / "friction_torque.parquet").unlink()
-    with pytest.raises(SettingsError, match=r"no samples to draw; expected friction_torque\.parquet"):
+    with pytest.raises(SettingsError, match=r"friction_torque\.parquet: no such file; expected"):
         write_report(tmp_path / "result.json", tmp_path / "report.html")

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tests.arm import URDF, arm_log, write_arm
 
 from stribeck import identify
-from stribeck.cli.values import with_settings
+from stribeck.cli.options import with_settings
 from stribeck.errors import RobotFileError, SettingsError
 from stribeck.robot import Robot
 from stribeck.settings import (

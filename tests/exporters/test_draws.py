@@ -20,8 +20,7 @@ from stribeck import Robot, export
 from stribeck.errors import NothingIdentifiedError, SettingsError
 from stribeck.exporters import TARGETS, export_ranges, export_samples
 from stribeck.exporters.joints import joint_terms
-from stribeck.exporters.ranges import joint_ranges
-from stribeck.exporters.samples import drawn
+from stribeck.exporters.samples import drawn, joint_ranges
 from stribeck.result import CurvePoint, JointResult, ParameterEstimate, Result, read_result
 
 TRUTH = {"viscous": 0.3, "coulomb": 1.2, "stribeck_gain": 0.4, "stribeck_velocity": 0.2, "offset": -0.4}

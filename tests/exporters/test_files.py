@@ -201,9 +201,9 @@ def test_free_joints_limits_efforts_and_couplings_stay(tmp_path: Path) -> None:
 
 def test_what_mjcf_cannot_hold_is_refused(tmp_path: Path) -> None:
     floating = ARM.replace('"base"', '"world"')
-    with pytest.raises(SettingsError, match="'world', a name that MuJoCo reserves"):
+    with pytest.raises(SettingsError, match="'world', which MuJoCo reserves"):
         converted(tmp_path, floating, "floating")
     planar = ARM.replace('"slide" type="prismatic"', '"slide" type="planar"')
-    with pytest.raises(SettingsError, match="joint 'slide' is planar, which MJCF does not support; export to urdf"):
+    with pytest.raises(SettingsError, match="joint 'slide' is planar, which MJCF lacks; export to urdf"):
         converted(tmp_path, planar, keys="locked = { slide = 0.0 }")
     assert not (tmp_path / "new").exists()

@@ -20,9 +20,9 @@ from tests.exporters.test_models import STEP, compiled
 from stribeck import export
 from stribeck.errors import SettingsError
 from stribeck.exporters import TARGETS
-from stribeck.exporters.code_files import FORMULAS, numbers_of
 from stribeck.exporters.forms import SPEEDS
 from stribeck.exporters.joints import joint_terms
+from stribeck.exporters.text_files import FORMULAS, numbers_of
 from stribeck.friction import LAWS, LAWS_WITH_STATE, get_law
 from stribeck.result import JointResult
 from stribeck.robot import Robot

@@ -11,13 +11,13 @@ from tests.result import made
 
 from stribeck.friction import get_law
 from stribeck.judgement.curve_fit.problem import joint_problem
-from stribeck.judgement.excitation import count_reversals, excitation, velocity_noise
+from stribeck.judgement.excitation import count_reversals, velocity_noise
 from stribeck.result.tables import advice
 from stribeck.settings import Settings
 
 
 def judged(samples, joint="knee", prismatic=False):
-    return excitation(joint_problem(samples, joint, get_law("stribeck"), Settings()), prismatic)
+    return joint_problem(samples, joint, get_law("stribeck"), Settings()).excitation(prismatic)
 
 
 def test_a_well_moved_joint_has_no_reason(make_samples, make_joint) -> None:

@@ -48,7 +48,7 @@ def test_without_a_block_to_spare_there_is_no_validation(make_samples, make_join
     law, settings = get_law("coulomb-viscous"), Settings(law="coulomb-viscous", holdout=1000)
     samples = make_samples({"knee": make_joint(law=law.name, truth=TRUTH)})
     fits = fit_law(samples, law, settings)
-    joint = judge(fits, samples, law, settings, validate(fits, samples, law, settings))["knee"]
+    joint = judge(fits, samples, law, settings, validate(fits, samples, law, settings)[0])["knee"]
     assert joint.validation is None
     assert joint.verdict == "identified"
 

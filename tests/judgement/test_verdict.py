@@ -19,7 +19,7 @@ def identified(samples, law="stribeck", **settings):
     chosen = Settings(law=law, **settings)
     problem = samples, get_law(law), chosen
     fits = fit_law(*problem)
-    results = judge(fits, *problem, validate(fits, *problem))
+    results = judge(fits, *problem, validate(fits, *problem)[0])
     json.dumps({joint: asdict(result) for joint, result in results.items()}, allow_nan=False)
     return results
 

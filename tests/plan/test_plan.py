@@ -167,7 +167,7 @@ def test_a_result_without_its_table_is_refused(out: Path, tmp_path: Path) -> Non
     with pytest.raises(SettingsError, match=r"friction_torque\.parquet: no such file; expected the"):
         plan(tmp_path / "result.json", out / "robot.toml")
     (tmp_path / "friction_torque.parquet").write_text("nothing")
-    with pytest.raises(SettingsError, match=r"friction_torque\.parquet: cannot be read as Parquet"):
+    with pytest.raises(SettingsError, match=r"friction_torque\.parquet: is not the table of this result"):
         plan(tmp_path / "result.json", out / "robot.toml")
 
 

@@ -272,7 +272,7 @@ def test_texts_are_escaped(result: Result, tmp_path: Path) -> None:
 
 
 def test_a_result_without_its_samples_is_refused(result: Result, tmp_path: Path) -> None:
-    with pytest.raises(SettingsError, match="no samples to draw"):
+    with pytest.raises(SettingsError, match="the result has no samples; expected"):
         write_report(replace(result, evidence=None), tmp_path / "report.html")
     assert list(tmp_path.iterdir()) == []
 

@@ -24,7 +24,7 @@ from stribeck.exporters import export
 from stribeck.friction import AUTO, LAWS, get_law
 from stribeck.friction.terms import BEYOND_VELOCITY, LADDER
 from stribeck.friction_torque.samples import FrictionSamples
-from stribeck.log.completeness import LARGEST
+from stribeck.log.sampling import LARGEST
 from stribeck.report import write_report
 from stribeck.result import (
     BodyCorrection,

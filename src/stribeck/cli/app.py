@@ -3,8 +3,6 @@
 Slow imports stand inside the commands, so that `--help` and `--version` respond at once.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from functools import partial
@@ -17,18 +15,8 @@ import typer
 from stribeck.base.outputs import check_name, check_outputs, staged_folder
 from stribeck.cli import console, options
 from stribeck.cli.fleet import fleet, trends
+from stribeck.cli.options import REPORT, RESULT, TABLE, files_of, part_of, result_file, robot_of, split_names
 from stribeck.cli.simulation import demo, simulate
-from stribeck.cli.values import (
-    REPORT,
-    RESULT,
-    TABLE,
-    files_of,
-    part_of,
-    result_file,
-    robot_of,
-    split_names,
-    with_settings,
-)
 from stribeck.errors import SettingsError, StribeckError, findings_kept
 
 app = typer.Typer(
@@ -38,9 +26,6 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
 )
 command = partial(app.command, cls=options.Command)
-
-PLAN, TRAJECTORY = "plan.json", "trajectory.csv"
-REPLAY, REPLAY_PAGE = "replay.json", "replay.html"
 
 
 def _print_version(asked: bool) -> None:
@@ -112,7 +97,8 @@ def inspect(
     check_outputs([output] if output else [], [log, *files_of(machine)], overwrite)
     with console.progress_bar(quiet) as progress:
         progress("inspecting", 0.1)
-        found = inspect_log(part_of(log, machine, start, stop), machine, with_settings(machine.settings, {}, settings))
+        chosen = options.with_settings(machine.settings, {}, settings)
+        found = inspect_log(part_of(log, machine, start, stop), machine, chosen)
     if output is not None:
         write_inspection(found, output)
     _show(found, console.print_inspection, [output] if output else [], json=json, quiet=quiet)
@@ -143,7 +129,7 @@ def identify(
     from stribeck.report import write_report
 
     machine = robot_of(robot, exclude)
-    chosen = with_settings(machine.settings, {"law": law, "method": method}, settings)
+    chosen = options.with_settings(machine.settings, {"law": law, "method": method}, settings)
     outputs = [output / name for name in (RESULT, REPORT, TABLE)]
     check_outputs(outputs, [*logs, *validate, *files_of(machine)], overwrite)
     with staged_folder(output) as staging, console.progress_bar(quiet) as progress:
@@ -253,16 +239,16 @@ def plan(
     from stribeck.robot import Robot
 
     file = result_file(result)
-    outputs = [output / name for name in (PLAN, TRAJECTORY)] if output else []
+    outputs = [output / name for name in ("plan.json", "trajectory.csv")] if output else []
     machine, asked = Robot.from_file(robot), split_names(joints)
     check_outputs(outputs, [file, *files_of(machine)], overwrite)
     with console.progress_bar(quiet) as progress:
         found = run(file, machine, joints=asked, held=held, duration=duration if output else None, progress=progress)
     if output is not None:
         with staged_folder(output) as staging:
-            (staging / PLAN).write_text(found.to_json(), encoding="utf-8")
+            (staging / "plan.json").write_text(found.to_json(), encoding="utf-8")
             if found.trajectory:
-                found.trajectory.write_csv(staging / TRAJECTORY)
+                found.trajectory.write_csv(staging / "trajectory.csv")
     _show(found, console.print_plan, outputs if found.trajectory else outputs[:1], json=json, quiet=quiet)
 
 
@@ -289,16 +275,16 @@ def replay(
     from stribeck.report.replay import write_replay
 
     machine = robot_of(robot, exclude)
-    chosen = with_settings(machine.settings, {}, settings)
-    outputs = [output / name for name in (REPLAY, REPLAY_PAGE)] if output else []
+    chosen = options.with_settings(machine.settings, {}, settings)
+    outputs = [output / name for name in ("replay.json", "replay.html")] if output else []
     check_outputs(outputs, [log, model, *files_of(machine)], overwrite)
     with console.progress_bar(quiet) as progress:
         part = part_of(log, machine, start, stop)
         found = run(part, machine, model, chosen, force=force, progress=progress)
     if output is not None:
         with staged_folder(output) as staging:
-            (staging / REPLAY).write_text(found.to_json(), encoding="utf-8")
-            write_replay(found, staging / REPLAY_PAGE)
+            (staging / "replay.json").write_text(found.to_json(), encoding="utf-8")
+            write_replay(found, staging / "replay.html")
     _show(found, console.print_replay, outputs, json=json, quiet=quiet)
 
 
@@ -381,7 +367,5 @@ def run() -> None:
         console.print_error(f"{place}{error.strerror or error}")
         sys.exit(2)
     except MemoryError:
-        console.print_error(
-            "the log and its intermediate results do not fit in memory; use a shorter part of it (--from, --to)"
-        )
+        console.print_error("the log does not fit in memory; use a shorter part of it (--from, --to)")
         sys.exit(2)

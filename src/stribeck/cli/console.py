@@ -255,9 +255,8 @@ def print_plan(found: Plan) -> None:
     _print_table(found.table())
     if found.trajectory:
         widths = ", ".join(f"{name} {within(one.relative_width)}" for name, one in found.trajectory.promise.items())
-        used = ", ".join(
-            f"{100 * share:.0f} % of the {name} limits" for name, share in found.trajectory.used.items() if share
-        )
+        shares = found.trajectory.used.items()
+        used = ", ".join(f"{100 * share:.0f} % of the {name} limits" for name, share in shares if share)
         duration = f"{found.trajectory.duration:.0f} s"
         _say([f"expected intervals after the trajectory ({duration}): {widths}", f"the trajectory uses {used}"])
     _say(f"note: {note}" for note in found.notes)
@@ -278,9 +277,8 @@ def print_replay(found: Replay) -> None:
     rollouts.append(["median", *(_relative(model.median_relative(k)) for model in found.models for k in horizons)])
     own, *others = dict.fromkeys(model.model for model in found.models)
     _say([f"model: {own}", *(f"new model: {other}" for other in others)])
-    _print_table(
-        TextTable(title=f"Torques of {found.robot}: R² (RMS error [N m])", left=["joint"], right=names, rows=torque)
-    )
+    title = f"Torques of {found.robot}: R² (RMS error [N m])"
+    _print_table(TextTable(title=title, left=["joint"], right=names, rows=torque))
     title = "Velocity error of simulations divided by the change of velocity (RMS)"
     notes = ["Values above 1 are worse than a constant velocity.", *(f"note: {note}" for note in found.notes)]
     _print_table(TextTable(title=title, left=["joint"], right=headings, rows=rollouts, notes=notes))

@@ -1,25 +1,17 @@
 """Commands on the logs of many robots: `fleet` and `trends`."""
 
-from __future__ import annotations
-
 import json as json_format
 import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from stribeck.base.outputs import check_outputs
 from stribeck.cli import console, options
-from stribeck.cli.values import REPORT
+from stribeck.cli.options import REPORT
 from stribeck.errors import SettingsError, require_extra
-
-if TYPE_CHECKING:
-    from stribeck.fleet.run import FleetRun
-
-FAILED = 3
-"""Exit code if a log has no result."""
 
 
 def fleet(
@@ -68,15 +60,11 @@ def fleet(
     if json:
         typer.echo(json_format.dumps(asdict(found), indent=2))
     elif not quiet:
-        _show_run(found, output)
+        for each in found.failed:
+            typer.echo(f"{each.status}: {each.error}")
+        typer.echo(f"{found.line}; {output}")
     if found.failed:
-        sys.exit(FAILED)
-
-
-def _show_run(found: FleetRun, store: Path) -> None:
-    for each in found.failed:
-        typer.echo(f"{each.status}: {each.error}")
-    typer.echo(f"{found.line}; {store}")
+        sys.exit(3)  # a log has no result
 
 
 def trends(

@@ -10,7 +10,7 @@ import typer
 
 from stribeck.base.outputs import check_outputs, staged_folder
 from stribeck.cli import console, options
-from stribeck.cli.values import REPORT, RESULT, TABLE
+from stribeck.cli.options import REPORT, RESULT, TABLE
 from stribeck.errors import SettingsError, require_extra
 
 if TYPE_CHECKING:

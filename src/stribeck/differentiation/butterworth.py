@@ -4,8 +4,7 @@ import numpy as np
 import scipy  # its signal is slow to import: loaded at its first use
 
 from stribeck.base.typing import Array
-from stribeck.differentiation.savitzky_golay import correlate_valid
-from stribeck.errors import SettingsError
+from stribeck.differentiation.savitzky_golay import correlate_valid, require_below_nyquist
 
 SETTLED = 1e-6
 """Share of the impulse response that may remain beyond the dropped edges."""
@@ -25,10 +24,7 @@ def butterworth_sections(cutoff: float, order: int, rate: float) -> Array:
     SettingsError
         If the cutoff is not below the Nyquist frequency.
     """
-    if cutoff >= rate / 2:
-        raise SettingsError(
-            f"[identify.filter] cutoff is {cutoff:g} Hz; it must be below half the log's rate of {rate:g} Hz"
-        )
+    require_below_nyquist(cutoff, rate)
     # |H|^2 = 1 / (1 + (w / w_c)^(2 order)) = 1 / sqrt 2, with w = tan(pi f / rate) of the bilinear transform
     warped = np.tan(np.pi * cutoff / rate) / (np.sqrt(2) - 1) ** (1 / (2 * order))
     return np.asarray(scipy.signal.butter(order, np.arctan(warped) * rate / np.pi, fs=rate, output="sos"))

@@ -145,15 +145,12 @@ def _refuse_unused(settings: FilterSettings) -> None:
 def _make_savitzky_golay(settings: FilterSettings, period: float) -> Filter:
     window = settings.window
     if window is not None and settings.cutoff is not None:
-        raise SettingsError(
-            f"[identify.filter] window is {window} and cutoff is {settings.cutoff:g} Hz; give only one of them"
-        )
+        both = f"window is {window} and cutoff is {settings.cutoff:g} Hz"
+        raise SettingsError(f"[identify.filter] {both}; give only one of them")
     if settings.cutoff is not None:
         window = savgol_window(settings.cutoff, settings.order, 1 / period)
     if window is None:
-        raise SettingsError(
-            "[identify.filter] kind is 'savitzky-golay', which needs a window [samples] or a cutoff [Hz]"
-        )
+        raise SettingsError("[identify.filter] kind 'savitzky-golay' needs a window [samples] or a cutoff [Hz]")
     kernels = savgol_kernels(window, settings.order, period)
     cutoff = savgol_cutoff(window, settings.order, 1 / period)
     name = f"Savitzky-Golay, window {window}, order {settings.order}, -3 dB at {cutoff:.3g} Hz"

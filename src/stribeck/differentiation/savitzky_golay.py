@@ -36,9 +36,7 @@ def savgol_kernels(window: int, order: int, period: float) -> Array:
     if order < 2:
         raise SettingsError(f"[identify.filter] order is {order}; an acceleration requires at least 2")
     if order >= window:
-        raise SettingsError(
-            f"[identify.filter] order is {order}; it must be smaller than the window of {window} samples"
-        )
+        raise SettingsError(f"[identify.filter] order is {order}; expected less than the window of {window} samples")
     # n from -1 to 1 instead of -N to N keeps the powers independent in double precision.
     T = np.linspace(-1.0, 1.0, window)[:, None] ** np.arange(order + 1)
     coefficients = np.linalg.pinv(T)[:3]
@@ -80,10 +78,7 @@ def savgol_window(cutoff: float, order: int, rate: float) -> int:
     SettingsError
         If the cutoff is not below the Nyquist frequency.
     """
-    if cutoff >= rate / 2:
-        raise SettingsError(
-            f"[identify.filter] cutoff is {cutoff:g} Hz; it must be below half the log's rate of {rate:g} Hz"
-        )
+    require_below_nyquist(cutoff, rate)
     wanted = cutoff * (1 - 1e-9)  # the cutoff of a window must give the same window
     low = order // 2 + order % 2  # half widths: `low` is long enough for the order, `high` too long for the cutoff
     high = 2 * low
@@ -96,6 +91,12 @@ def savgol_window(cutoff: float, order: int, rate: float) -> int:
         else:
             high = middle
     return 2 * low + 1
+
+
+def require_below_nyquist(cutoff: float, rate: float) -> None:
+    """Raise a SettingsError if a cutoff [Hz] is not below the Nyquist frequency."""
+    if cutoff >= rate / 2:
+        raise SettingsError(f"[identify.filter] cutoff is {cutoff:g} Hz; expected below half of the log's {rate:g} Hz")
 
 
 def correlate_valid(signal: Array, kernels: Array, orders: tuple[int, ...]) -> tuple[Array, ...]:
@@ -125,9 +126,8 @@ def correlate_valid(signal: Array, kernels: Array, orders: tuple[int, ...]) -> t
     block = max(64, length // 3)  # shorter blocks cost more for the call than for the arithmetic
     shifts = min(block, samples)
     inputs = shifts + length - 1
-    padded = np.hstack(
-        [kernels, np.zeros((count, shifts))]
-    )  # one entry longer than a row, so that each repetition starts one column later
+    # one entry longer than a row, so that each repetition starts one column later
+    padded = np.hstack([kernels, np.zeros((count, shifts))])
     band = np.tile(padded, shifts)[:, : shifts * inputs].reshape(count, shifts, inputs)
     for start in range(0, samples, block):
         rows = min(block, samples - start)

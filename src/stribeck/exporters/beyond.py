@@ -23,10 +23,6 @@ LEVEL, SPREAD = 0.1, 0.7
 """Relative error of the friction at top speed [1], and standard deviation of ln(b) among joints [1]."""
 GROWTH, DOUBT = 0.2, 1.2
 """Slope divided by the friction at top speed [s/rad], and standard deviation of its logarithm [1], before any log."""
-VISCOUS = ("viscous", "viscous_positive", "viscous_negative")
-"""Parameters of viscous friction in the laws."""
-SLOW = 0.2
-"""Top speed divided by `REACH` [1] below which friction is extrapolated; faster joints keep their law."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,12 +60,12 @@ def top_speed(joint: JointResult) -> float:
 
 
 def friction_beyond(joints: Mapping[str, JointResult]) -> dict[str, Beyond]:
-    """Extrapolate the friction of slow joints, given all joints of the robot with friction."""
+    """Extrapolate the friction of joints slower than 20 % of `REACH`, given all joints of the robot with friction."""
     found: dict[str, Beyond] = {}
     for units, reach in REACH.items():
         group = {name: joint for name, joint in joints.items() if joint.units() == units}
         with np.errstate(all="ignore"):  # joints with infinite friction are skipped
-            found |= {name: own for name, own in _extrapolate(group, units, reach) if own.top < SLOW * reach}
+            found |= {name: own for name, own in _extrapolate(group, units, reach) if own.top < 0.2 * reach}
     return found
 
 
@@ -107,5 +103,6 @@ def _resisting(joint: JointResult, speed: float) -> float:
 
 def _viscous_error(joint: JointResult) -> float:
     """Compute the standard error of viscous friction; zero for laws without viscous friction."""
-    errors = [own.standard_error for name, own in joint.parameters.items() if name in VISCOUS]
+    names = ("viscous", "viscous_positive", "viscous_negative")
+    errors = [joint.parameters[name].standard_error for name in names if name in joint.parameters]
     return float(np.nan_to_num(np.mean(errors), nan=np.inf)) if errors else 0.0

@@ -23,9 +23,6 @@ from stribeck.result import JointResult
 SPEEDS = 40
 """Number of speeds in each direction, up to the top speed, at which friction is compared."""
 
-SLOW_SPEEDS = 100
-"""Number of speeds in each direction, down to a thousandth of the top speed, for the torque at rest."""
-
 INSIDE, OUTSIDE = 0.05, 0.2
 """Tolerances of a form's friction within the log and beyond it, relative to the friction [1]."""
 
@@ -138,9 +135,10 @@ def _bristles(joint: JointResult, found: Mapping[str, float]) -> dict[str, float
 
 def _stiction(joint: JointResult, found: Mapping[str, float], numbers: Mapping[str, float]) -> float:
     """Compute the excess of the torque that resists slow motion over Coulomb friction, mean of both directions."""
-    velocity, friction = _resistance(joint, found, np.geomspace(1e-3, 1.0, SLOW_SPEEDS))
+    slow = np.geomspace(1e-3, 1.0, 100)
+    velocity, friction = _resistance(joint, found, slow)
     resisting = np.sign(velocity) * (friction - numbers["viscous"] * velocity)
-    levels = resisting.reshape(2, SLOW_SPEEDS, -1).mean(axis=2)  # decreasing speeds, then increasing
+    levels = resisting.reshape(2, len(slow), -1).mean(axis=2)  # decreasing speeds, then increasing
     return max(float((levels[0, ::-1] + levels[1]).max() / 2) - numbers.get("coulomb", 0.0), 0.0)
 
 

@@ -28,9 +28,7 @@ def mjcf_of_urdf(path: Path, folder: Path, *, floating: bool) -> tuple[str, list
     source = read_xml(path).root
     base, left_out = _prepare(path, source)
     if floating and base == "world":
-        raise SettingsError(
-            f"{path}: the root link is called 'world', a name that MuJoCo reserves; rename it to export to mjcf"
-        )
+        raise SettingsError(f"{path}: the root link has the name 'world', which MuJoCo reserves; rename the link")
     spec = _spec(path, source)
     root = Element("mujoco", model=source.get("name") or path.stem)
     _add(root, "compiler", angle="radian", autolimits="true", inertiafromgeom="false")
@@ -62,9 +60,7 @@ def _prepare(path: Path, source: Element) -> tuple[str, list[str]]:
     for joint, parent in zip(joints, ends["parent"], strict=True):
         kind = joint.get("type")
         if kind not in ("revolute", "continuous", "prismatic", "fixed") and (kind, parent) != ("floating", "world"):
-            raise SettingsError(
-                f"{path}: joint '{joint.get('name')}' is {kind}, which MJCF does not support; export to urdf"
-            )
+            raise SettingsError(f"{path}: joint '{joint.get('name')}' is {kind}, which MJCF lacks; export to urdf")
         source.remove(joint)
         source.append(joint)
     folders = [path.parent / own.get("meshdir", "") for own in source.iterfind("mujoco/compiler")]
@@ -92,9 +88,7 @@ def _spec(path: Path, source: Element) -> Any:
 
         from stribeck.robot.mjcf import quiet_mujoco
     except ModuleNotFoundError as error:
-        raise SettingsError(
-            f"{path}: converting URDF to MJCF needs MuJoCo: pip install 'stribeck[simulation]'"
-        ) from error
+        raise SettingsError(f"{path}: MJCF needs MuJoCo: pip install 'stribeck[simulation]'") from error
     try:
         with quiet_mujoco():
             return mujoco.MjSpec.from_string(tostring(source, encoding="unicode"))

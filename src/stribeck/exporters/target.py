@@ -8,7 +8,7 @@ import pinocchio as pin
 
 from stribeck.exporters.forms import Form
 from stribeck.exporters.joints import JointTerms
-from stribeck.exporters.ranges import JointRanges
+from stribeck.exporters.samples import JointRanges
 from stribeck.result import Result
 from stribeck.robot import Robot
 
@@ -95,8 +95,7 @@ def summary(
     impossible
         Joints whose estimated body is physically impossible.
     """
-    paths = result.log.path if isinstance(result.log.path, list) else [result.log.path]
-    logs = ", ".join(Path(path).name for path in paths if path) or "a log"
+    logs = ", ".join(Path(path).name for path in result.log.paths if path) or "a log"
     own = result.corrections
     bodies = ", ".join(own.bodies) if own else ""
     temperatures = {name: result.joints[name].mean_temperature for name in joints}

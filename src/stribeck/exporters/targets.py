@@ -1,6 +1,6 @@
 """Targets of `stribeck export --to`, with their friction models and the functions that format their files."""
 
-from stribeck.exporters import code_files, data_files, model_files
+from stribeck.exporters import model_files, text_files
 from stribeck.exporters.forms import plain, stribeck, viscous
 from stribeck.exporters.target import Target
 
@@ -20,7 +20,7 @@ TARGETS: dict[str, Target] = {
         },
         suffix=".xml",
         text=model_files.mjcf_text,
-        ranges=code_files.mujoco_ranges,
+        ranges=text_files.mujoco_ranges,
         models=("mjcf", "urdf"),
     ),
     "urdf": Target(
@@ -35,16 +35,16 @@ TARGETS: dict[str, Target] = {
         text=model_files.drake_text,
         models=("urdf",),
     ),
-    "c": Target(forms={"all": None}, suffix=".h", text=code_files.c_text),
-    "python": Target(forms={"all": None}, suffix=".py", text=code_files.python_text),
+    "c": Target(forms={"all": None}, suffix=".h", text=text_files.c_text),
+    "python": Target(forms={"all": None}, suffix=".py", text=text_files.python_text),
     "yaml": Target(
         forms={"all": None, "plain": plain(**{n: n for n in ("static", "coulomb", "viscous", "armature")})},
         suffix=".yaml",
-        text=data_files.yaml_text,
+        text=text_files.yaml_text,
         any_unit=True,
-        ranges=data_files.yaml_ranges,
+        ranges=text_files.yaml_ranges,
     ),
-    "table": Target(forms={"all": None}, suffix=".csv", text=data_files.table_text),
+    "table": Target(forms={"all": None}, suffix=".csv", text=text_files.table_text),
     "isaaclab": Target(
         forms={
             "plain": plain(
@@ -52,18 +52,18 @@ TARGETS: dict[str, Target] = {
             )
         },
         suffix=".py",
-        text=code_files.isaaclab_text,
-        ranges=code_files.isaaclab_ranges,
+        text=text_files.isaaclab_text,
+        ranges=text_files.isaaclab_ranges,
     ),
     "mjlab": Target(
         forms={"plain": plain(coulomb="frictionloss", viscous="viscous_damping", armature="armature")},
         suffix=".py",
-        text=code_files.mjlab_text,
+        text=text_files.mjlab_text,
     ),
     "pinocchio": Target(
         forms={"plain": plain(coulomb="friction", viscous="damping", armature="armature")},
         suffix=".py",
-        text=code_files.pinocchio_text,
+        text=text_files.pinocchio_text,
     ),
 }
 """Targets by their name after `--to`."""

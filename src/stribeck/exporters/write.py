@@ -8,16 +8,12 @@ from stribeck.base.outputs import staged_folder, whole_or_not_at_all
 from stribeck.errors import NothingIdentifiedError, SettingsError, did_you_mean
 from stribeck.exporters.joints import joint_terms
 from stribeck.exporters.links import corrected_links
-from stribeck.exporters.ranges import joint_ranges
-from stribeck.exporters.samples import drawn
+from stribeck.exporters.samples import drawn, joint_ranges
 from stribeck.exporters.target import Request, summary
 from stribeck.exporters.targets import TARGETS
 from stribeck.result import Result, read_result
 from stribeck.robot import Robot
 from stribeck.robot.model_file import kind_of
-
-MOST_SAMPLES = 100_000
-"""Largest number of files that `export_samples` writes to one folder."""
 
 
 def export(
@@ -136,8 +132,8 @@ def export_samples(
     ['000.urdf', '001.urdf']
     """
     result, robot = _read(result, robot)
-    if not 1 <= count <= MOST_SAMPLES:
-        raise SettingsError(f"export: {count} samples were requested; expected 1 to {MOST_SAMPLES:,}")
+    if not 1 <= count <= 100_000:  # in one folder
+        raise SettingsError(f"export: {count} samples were requested; expected 1 to 100,000")
     form = _request(result, robot, Path(folder), target, joints, include_weak, friction).form  # the same in all files
     own = TARGETS[target]
     paths = [Path(folder) / f"{k:03d}{own.suffix}" for k in range(count)]
@@ -220,9 +216,8 @@ def _request(
 ) -> Request:
     """Collect the content of a file, with the requested friction model or the one with the smallest error."""
     if target not in TARGETS:
-        raise SettingsError(
-            f"export: the target is '{target}'; expected {_either(TARGETS)}{did_you_mean(target, TARGETS)}"
-        )
+        near = did_you_mean(target, TARGETS)
+        raise SettingsError(f"export: the target is '{target}'; expected {_either(TARGETS)}{near}")
     own = TARGETS[target]
     _check(result, robot, path, own.models, target)
     if friction is not None and friction not in own.forms:

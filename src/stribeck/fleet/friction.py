@@ -11,11 +11,6 @@ from stribeck.base.typing import Array
 from stribeck.errors import NothingIdentifiedError
 from stribeck.fleet.store import IDENTIFIED, connect
 
-CHANNELS = 3
-"""Speeds of each joint that are followed [1], at most."""
-COMMON = 0.8
-"""Share of a joint's logs that reach a followed speed [1], at least."""
-
 
 @dataclass(frozen=True)
 class Channel:
@@ -60,22 +55,20 @@ class Fleet:
 
 
 def read_fleet(store: str | Path) -> Fleet:
-    """Read the friction of all logs at the speeds that most of them reach."""
-    speeds = f"""CREATE TEMP TABLE channel AS
+    """Read the friction of all logs, at up to three speeds per joint that at least 80 % of its logs reach."""
+    speeds = """CREATE TEMP TABLE channel AS
         WITH counts AS (SELECT joint, velocity, unit, speed_unit, count(*) AS n FROM curves GROUP BY ALL),
         usual AS (SELECT *, row_number() OVER (PARTITION BY joint ORDER BY velocity) AS k,
                          count(*) OVER (PARTITION BY joint) AS m
-                  FROM counts QUALIFY n >= {COMMON} * max(n) OVER (PARTITION BY joint))
+                  FROM counts QUALIFY n >= 0.8 * max(n) OVER (PARTITION BY joint))
         SELECT joint, velocity, unit, speed_unit, row_number() OVER (ORDER BY joint, velocity) - 1 AS c FROM usual
-        WHERE m <= {CHANNELS} OR k IN (1, (m + 1) // 2, m)"""
+        WHERE m <= 3 OR k IN (1, (m + 1) // 2, m)"""
     with connect(store) as connection:
         connection.execute("SET memory_limit = '1GB'; SET preserve_insertion_order = false")
         connection.execute(speeds)
         channels = connection.execute("SELECT * EXCLUDE c FROM channel ORDER BY c").fetchall()
         if not channels:
-            raise NothingIdentifiedError(
-                f"{store}: has no log with the friction of a joint; run `stribeck fleet` first"
-            )
+            raise NothingIdentifiedError(f"{store}: no log has the friction of a joint; run `stribeck fleet` first")
         connection.execute(
             "CREATE TEMP TABLE place AS SELECT key, robot, start, log, "
             f"row_number() OVER (ORDER BY robot, start, log) - 1 AS n FROM logs WHERE status = '{IDENTIFIED}'"

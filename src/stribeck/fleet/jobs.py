@@ -16,10 +16,6 @@ from stribeck.log.readers import FORMATS
 
 COLUMNS = ("log", "robot_file", "robot", "start", "note")
 """Columns of a manifest; the last two are optional."""
-ROBOT_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
-"""Serial numbers that are also names of folders."""
-FOLDERS = {"metadata.yaml": 1, "meta/info.json": 2}
-"""Files that make a folder one log (rosbag2, LeRobot), and their depth in it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,9 +116,8 @@ def _logs_at(place: str) -> Iterator[tuple[str, dict[str, Any]]]:
 def _logs_in(files: Any, folder: str) -> Iterator[tuple[str, dict[str, Any]]]:
     """Find the logs in a folder and its folders; some folders are one log."""
     inside = files.find(folder, detail=True)
-    whole = {
-        path.rsplit("/", depth)[0] for path in inside for end, depth in FOLDERS.items() if path.endswith(f"/{end}")
-    }
+    marks = ("/metadata.yaml", "/meta/info.json")  # of rosbag2 and LeRobot
+    whole = {path.removesuffix(mark) for path in inside for mark in marks if path.endswith(mark)}
     for each in sorted(whole):
         parts = [info for path, info in inside.items() if path.startswith(f"{each}/")]
         size, modified = sum(info["size"] for info in parts), max(_modified(info) for info in parts)
@@ -138,7 +133,7 @@ def _named(files: Any, path: str) -> str:
 
 def _job(url: str, info: dict[str, Any], robot_file: str, robot: str = "", note: str = "") -> Job:
     robot = robot or Path(url.partition("://")[2] or url).resolve().parent.name
-    if not ROBOT_ID.fullmatch(robot):
+    if not re.fullmatch("[A-Za-z0-9][A-Za-z0-9._-]*", robot):  # it names a folder of the store
         raise LogError(
             f"{url}: its robot's id is '{robot}'; expected letters, digits, '.', '_', '-'; a manifest can name it"
         )

@@ -8,10 +8,6 @@ from stribeck.fleet.trends import Trends
 from stribeck.report.charts import Chart, axis, density, line, robust_limits
 from stribeck.report.page import Section, render, write_page
 
-DAY = np.timedelta64(1, "D")
-SHOWN = 4
-"""Robots of a chart that are drawn as lines [1], at most."""
-
 
 def write_trends(found: Trends, path: str | Path) -> None:
     """Write the trends as one self-contained HTML file, completely or not at all."""
@@ -42,12 +38,13 @@ def _chart(found: Trends, joint: str, shown: dict[str, str]) -> tuple[Chart, str
     wanted = [channel for channel in own if alarms and fleet.channels[channel].velocity == alarms[0].velocity]
     channel = wanted[0] if wanted else own[len(own) // 2]
     at = fleet.channels[channel]
-    day = (fleet.start - fleet.start.min()) / DAY
+    first_start, one_day = fleet.start.min(), np.timedelta64(1, "D")
+    day = (fleet.start - first_start) / one_day
     friction = fleet.friction[:, channel]
     known = np.flatnonzero(np.isfinite(friction))
-    lines = []
+    lines, drawn = [], dict(list(shown.items())[:4])  # more lines hide each other
     spread = next(each.log_spread for each in found.friction if (each.joint, each.velocity) == (joint, at.velocity))
-    for robot, colour in list(shown.items())[:SHOWN]:
+    for robot, colour in drawn.items():
         logs = np.flatnonzero((fleet.robots == robot) & np.isfinite(friction))
         half = 1.96 * spread * np.array([[-1.0], [1.0]])
         lines.append(line(day[logs], friction[logs], colour, robot, band=friction[logs] + half, width=1.5))
@@ -59,6 +56,6 @@ def _chart(found: Trends, joint: str, shown: dict[str, str]) -> tuple[Chart, str
         "y": axis(f"friction [{at.unit}]", limits),
         "images": [density(day[known], friction[known], days, limits)],
         "lines": lines,
-        "marks": [float((np.datetime64(each.start.replace(tzinfo=None)) - fleet.start.min()) / DAY) for each in alarms],
+        "marks": [float((np.datetime64(each.start.replace(tzinfo=None)) - first_start) / one_day) for each in alarms],
     }
-    return chart, ": ".join(filter(None, (f"{joint} at {at.speed}", ", ".join(list(shown)[:SHOWN]))))
+    return chart, ": ".join(filter(None, (f"{joint} at {at.speed}", ", ".join(drawn))))

@@ -7,9 +7,6 @@ from scipy.stats import t as student_t
 from stribeck.base.typing import Array
 from stribeck.fleet.friction import Fleet
 
-PAIRS = 4000
-"""Pairs of successive logs that the spreads are estimated from [1], at most."""
-
 
 def log_variance(fleet: Fleet, channel: int) -> Array:
     """Compute the relative variance of each log about its robot's friction, omega^2 + phi s^2, shape (N,).
@@ -26,7 +23,7 @@ def log_variance(fleet: Fleet, channel: int) -> Array:
     difference, own = difference[kept], own[kept]
     if len(difference) < 5:  # too few logs to tell
         return squares
-    some = np.linspace(0, len(difference) - 1, min(len(difference), PAIRS)).astype(int)
+    some = np.linspace(0, len(difference) - 1, min(len(difference), 4000)).astype(int)  # more take longer
     difference, own = difference[some], own[some]
     scale = np.mean(difference**2) + 1e-12 * np.mean(own) + 1e-300
 

@@ -26,6 +26,7 @@ import pyarrow.parquet as pq
 
 from stribeck.errors import SettingsError
 from stribeck.result import JointResult, Result
+from stribeck.result.tables import parameter_rows
 
 NUMBER, TEXT, COUNT = pa.float64(), pa.string(), pa.int64()
 TABLES = {
@@ -90,11 +91,8 @@ def rows_of(result: Result) -> dict[str, list[dict[str, Any]]]:
         own = {"joint": joint, "verdict": found.verdict, "reason": found.reason, "samples": found.samples}
         own |= {"top_speed": max(map(abs, found.velocity_range)), "residual_rms": found.residual_rms}
         rows["joints"].append(own | {"torque_r2": found.torque_r2.best if found.torque_r2 else None})
-        for name, each in found.parameters.items():
-            ends = {"standard_error": each.standard_error, "low": each.interval_95[0], "high": each.interval_95[1]}
-            about = {"joint": joint, "parameter": name, "unit": each.unit, "verdict": each.verdict}
-            rows["parameters"].append(about | {"value": each.value} | ends)
         rows["curves"] += _curve(joint, found)
+    rows["parameters"] = [row for row in parameter_rows(result) if row["parameter"]]
     rows["findings"] = [
         {"check": each.check, "joints": list(each.joints), "text": each.text, "remedy": each.cure}
         for each in result.findings

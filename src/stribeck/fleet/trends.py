@@ -18,9 +18,6 @@ from stribeck.fleet.changes import Change, find_changes
 from stribeck.fleet.friction import Channel, Fleet, read_fleet
 from stribeck.fleet.spreads import log_variance, outliers, reml
 
-ALPHA = 0.05
-"""Probability that a fleet in which no robot stands out has one that seems to [1]."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class TypeFriction(Channel):
@@ -136,7 +133,9 @@ def find_trends(store: str | Path, *, logs_per_false_alarm: float = 1000.0) -> T
     fleet = read_fleet(store)
     variance = np.column_stack([log_variance(fleet, channel) for channel in range(len(fleet.channels))])
     changes = find_changes(fleet.robots, fleet.logarithm, variance, logs_per_false_alarm)
-    first = _before_changes(fleet, changes)
+    first = np.isfinite(fleet.logarithm)  # logs before the first change of their robot
+    for change in changes:
+        first[change.first : change.stop, change.channel] = False
     friction, odd = [], list[OddRobot]()
     for channel in range(len(fleet.channels)):
         found, own = _type_friction(fleet, channel, variance[:, channel], first[:, channel])
@@ -151,15 +150,6 @@ def find_trends(store: str | Path, *, logs_per_false_alarm: float = 1000.0) -> T
     )
 
 
-def _before_changes(fleet: Fleet, changes: list[Change]) -> NDArray[np.bool_]:
-    """Mask the logs of each channel before the first change of their robot, shape (N, C)."""
-    first = np.isfinite(fleet.logarithm)
-    for change in changes:
-        own = slice(change.first, change.stop)
-        first[own, change.channel] = False
-    return first
-
-
 def _type_friction(
     fleet: Fleet, channel: int, variance: Array, used: NDArray[np.bool_]
 ) -> tuple[TypeFriction, list[OddRobot]]:
@@ -169,7 +159,7 @@ def _type_friction(
     weight = 1 / variance[used]
     total = np.bincount(which, weight)
     mean = np.bincount(which, weight * fleet.logarithm[used, channel]) / total
-    odd = outliers(mean, ALPHA / len(fleet.channels))
+    odd = outliers(mean, 0.05 / len(fleet.channels))  # 5 % of fleets without such a robot seem to have one
     kept = np.setdiff1d(np.arange(len(robots)), odd)
     usual, error, spread = reml(mean[kept], 1 / total[kept])
     friction = float(np.exp(usual))

@@ -9,7 +9,7 @@ import scipy  # its linalg is slow to import: loaded at its first use
 from stribeck.base.typing import Array
 from stribeck.friction.law import LawWithState, Motion, Parameter
 from stribeck.friction.parameters import COULOMB, OFFSET, STRIBECK_GAIN, STRIBECK_VELOCITY, VISCOUS
-from stribeck.friction.stribeck import bell, split_stribeck
+from stribeck.friction.stribeck import bell, from_coefficients
 from stribeck.friction.stribeck_exponent import StribeckExponent
 
 STEADY = StribeckExponent()
@@ -73,10 +73,9 @@ class LuGre(LawWithState):
 
     def from_linear(self, coefficients: Array, shape: Mapping[str, float]) -> Array:
         """Compute the seven parameters from (Fv, Fc, Fc S, offset, sigma1) and the nonlinear parameters."""
-        viscous, kinetic, excess, offset, damping = coefficients
-        coulomb, gain = split_stribeck(kinetic, excess)
+        *linear, offset, damping = coefficients
         nonlinear = shape["stribeck_velocity"], offset, shape["bristle_travel"]
-        return np.array([max(viscous, 0.0), coulomb, gain, *nonlinear, max(damping, 0.0)])
+        return np.array([*from_coefficients(*linear), *nonlinear, max(damping, 0.0)])
 
     def torque_along(self, motion: Motion, values: Array) -> Array:
         """Compute R [N m] along a motion, shape (M,)."""

@@ -10,13 +10,14 @@ from stribeck.friction.law import FrictionLaw, Parameter
 from stribeck.friction.parameters import COULOMB, MAX_GAIN, OFFSET, SLOPE, STRIBECK_GAIN, STRIBECK_VELOCITY, VISCOUS
 
 
-def split_stribeck(kinetic: float, excess: float) -> tuple[float, float]:
-    """Split kinetic + excess w into Coulomb friction Fc [N m] and a bounded gain S [1], as in Fc (1 + S w).
+def from_coefficients(viscous: float, kinetic: float, excess: float) -> tuple[float, float, float]:
+    """Compute Fv [N m s/rad], Fc [N m] and a bounded S [1] from the coefficients in Fv v + (kinetic + excess w) sgn(v).
 
     If the kinetic part vanishes, S is at its bound and Fc keeps the breakaway level.
     """
     coulomb = max(kinetic, excess / MAX_GAIN, 0.0)
-    return coulomb, min(max(excess, 0.0) / coulomb, MAX_GAIN) if coulomb > 0 else 0.0
+    gain = min(max(excess, 0.0) / coulomb, MAX_GAIN) if coulomb > 0 else 0.0
+    return max(viscous, 0.0), coulomb, gain
 
 
 class Stribeck(FrictionLaw):
@@ -60,9 +61,8 @@ class Stribeck(FrictionLaw):
 
     def from_linear(self, coefficients: Array, shape: Mapping[str, float]) -> Array:
         """Compute the six parameters from (Fv, Fc, Fc S, offset) and the nonlinear parameters."""
-        viscous, kinetic, excess, offset = coefficients
-        coulomb, gain = split_stribeck(kinetic, excess)
-        return np.array([max(viscous, 0.0), coulomb, gain, shape["stribeck_velocity"], offset, shape["slope"]])
+        *linear, offset = coefficients
+        return np.array([*from_coefficients(*linear), shape["stribeck_velocity"], offset, shape["slope"]])
 
 
 def bell(velocity: Array, stribeck_velocity: float) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 from stribeck.base.typing import Array
 from stribeck.friction.law import FrictionLaw, Parameter
 from stribeck.friction.parameters import COULOMB, OFFSET, STRIBECK_GAIN, STRIBECK_VELOCITY, VISCOUS
-from stribeck.friction.stribeck import split_stribeck
+from stribeck.friction.stribeck import from_coefficients
 
 
 class StribeckExponent(FrictionLaw):
@@ -67,7 +67,5 @@ class StribeckExponent(FrictionLaw):
 
     def from_linear(self, coefficients: Array, shape: Mapping[str, float]) -> Array:
         """Compute the six parameters from (Fv, Fc, Fc S, offset) and the nonlinear parameters."""
-        viscous, kinetic, excess, offset = coefficients
-        coulomb, gain = split_stribeck(kinetic, excess)
-        nonlinear = shape["stribeck_velocity"], shape["exponent"]
-        return np.array([max(viscous, 0.0), coulomb, gain, *nonlinear, offset])
+        *linear, offset = coefficients
+        return np.array([*from_coefficients(*linear), shape["stribeck_velocity"], shape["exponent"], offset])

@@ -17,8 +17,9 @@ from stribeck.init.model import read_model
 from stribeck.init.names import match, words
 from stribeck.log import RobotLog
 from stribeck.log.readers import read_log
+from stribeck.log.readers.channels import JOINT_CHANNELS, WRENCH
 from stribeck.log.readers.read import open_log
-from stribeck.log.readers.recording import JOINT_CHANNELS, WRENCH, Recording, listed
+from stribeck.log.readers.recording import Recording, listed
 from stribeck.log.readers.unitree import name_motors
 from stribeck.robot import model_path
 from stribeck.robot.packages import PREFIX
@@ -231,9 +232,7 @@ def _decide_base(draft: Draft, source: Recording) -> None:
                 draft.ask("log.foot_order", "the log has no foot names; is this their order?")
     write_contacts(draft, labels)
     if "base_orientation" in seen:
-        draft.note(
-            "robot.base", "the log's base orientation is assumed to refer to the root link; if not, set base_frame."
-        )
+        draft.note("robot.base", "the log's base orientation should refer to the root link; if not, set base_frame.")
 
 
 def _write_torque_source(draft: Draft, source: Recording, by_name: TorqueSource | None) -> None:

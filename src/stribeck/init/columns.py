@@ -8,8 +8,9 @@ import numpy as np
 from stribeck.base.typing import Array, TorqueSource
 from stribeck.log import RobotLog
 from stribeck.log.clock import RATES
-from stribeck.log.plausibility import AGREEMENT, position_slope
-from stribeck.log.readers.recording import JOINT_CHANNELS, Recording
+from stribeck.log.plausibility import AGREEMENT, RATIOS, position_slopes
+from stribeck.log.readers.channels import JOINT_CHANNELS
+from stribeck.log.readers.recording import Recording
 from stribeck.robot import Robot
 
 WORDS: dict[str, set[str]] = {
@@ -149,15 +150,9 @@ def position_and_velocity_units(log: RobotLog, robot: Robot) -> list[tuple[str, 
     why = "the positions are outside the model's limits in radians, and inside in degrees."
     position, velocity = "deg" if degrees else "rad", "deg/s" if degrees else "rad/s"
     if log.velocity is not None:
-        slopes = np.array([position_slope(log, joint) for joint in range(len(log.joint_names))])
-        middle = float(np.median(slopes[np.isfinite(slopes)])) if np.isfinite(slopes).any() else 1.0
-        units_by_slope = {
-            180 / np.pi: ("deg", "rad/s"),
-            np.pi / 180: ("rad", "deg/s"),
-            np.pi / 30: ("rad", "rpm"),
-            6.0: ("deg", "rpm"),
-        }
-        for ratio, units in units_by_slope.items():
+        slopes = position_slopes(log)
+        middle = float(np.nanmedian(slopes)) if np.isfinite(slopes).any() else 1.0
+        for ratio, units in RATIOS.items():
             if abs(abs(middle) / ratio - 1) < AGREEMENT:
                 position, velocity = units
                 why = f"the positions change {middle:.4g} times as fast as the velocities."

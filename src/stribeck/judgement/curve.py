@@ -19,9 +19,6 @@ WIDEST = 0.25
 In simulations, 95 % of the identified parameters are within this distance of the truth (studies/verdicts.py).
 """
 
-NO_FRICTION = 0.5
-"""Largest friction relative to the residual's root mean square [1] for the verdict "no friction"."""
-
 ROUNDING = 1e-9
 """Friction due to rounding errors [N m]."""
 

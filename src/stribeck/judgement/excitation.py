@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
-from stribeck.judgement.curve_fit.problem import FitProblem
 from stribeck.judgement.curve_fit.robust import robust_scale
 from stribeck.judgement.speed import TOP_SPEED_PERCENTILE, top_speed
 
@@ -40,10 +40,17 @@ class Excitation:
     reason: str
 
 
-def excitation(problem: FitProblem, prismatic: bool) -> Excitation:
-    """Judge the motion of a joint by its usable samples, held-out blocks included."""
-    velocity = problem.velocity
-    blocks = len(np.unique(problem.block))
+def excitation(velocity: Array, block: NDArray[np.int64], parameters: int, prismatic: bool) -> Excitation:
+    """Judge the motion of a joint by its usable samples, held-out blocks included.
+
+    Parameters
+    ----------
+    velocity, block
+        Velocity [rad/s] or [m/s], and number of the block (step or second) of each sample, shape (N,).
+    parameters
+        Number of parameters to fit.
+    """
+    blocks = len(np.unique(block))
     noise = velocity_noise(velocity)
     threshold = max(NOISE_FACTOR * noise, 0.02 * top_speed(velocity))  # hysteresis against noise
     reversals = count_reversals(velocity, threshold)
@@ -52,7 +59,7 @@ def excitation(problem: FitProblem, prismatic: bool) -> Excitation:
         blocks=blocks,
         velocity_range=(float(velocity.min()), float(velocity.max())) if len(velocity) else (0.0, 0.0),
         reversals=reversals,
-        reason=_too_few(problem, blocks) or _too_slow(velocity, noise, reversals, prismatic),
+        reason=_too_few(len(velocity), parameters, blocks) or _too_slow(velocity, noise, reversals, prismatic),
     )
 
 
@@ -72,11 +79,10 @@ def count_reversals(velocity: Array, threshold: float) -> int:
     return int(np.count_nonzero(np.diff(side)))
 
 
-def _too_few(problem: FitProblem, blocks: int) -> str:
-    samples, needed = len(problem.velocity), MIN_SAMPLES_PER_PARAMETER * len(problem.parameters)
+def _too_few(samples: int, parameters: int, blocks: int) -> str:
+    needed = MIN_SAMPLES_PER_PARAMETER * parameters
     if samples < needed:
-        parameters = f"{len(problem.parameters)} parameters"
-        return f"{samples} usable samples, but {parameters} need at least {needed}; record a longer motion"
+        return f"{samples} usable samples, but {parameters} parameters need at least {needed}; record a longer motion"
     if blocks < MIN_BLOCKS:
         return f"the motion is too short: {blocks} blocks (steps or seconds); record at least {MIN_BLOCKS}"
     return ""

@@ -9,13 +9,6 @@ from stribeck.base.typing import Array
 from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.result import JointResult
 
-LEAST_NEGATIVE = 4.0
-"""Mean added power in standard errors over the blocks [1] above which passivity is violated.
-
-In `studies.misfits` every log with torques of the wrong sign has a joint with at least 4.5; all joints of other logs
-have at most 2.4.
-"""
-
 
 def passivity_violated(joints: Mapping[str, JointResult], samples: FrictionSamples) -> list[Finding]:
     """Report joints whose measured friction torque adds power beyond its own noise."""
@@ -34,7 +27,8 @@ def added_power(samples: FrictionSamples, column: int, offset: float) -> float:
     """Compute the mean power that the measured friction torque adds to a joint [W]; 0 if it is within noise.
 
     Noise makes the power of single samples negative half of the time, but not the mean. The noise of the mean is
-    estimated from the differences between blocks, at least five.
+    estimated from the differences between blocks, at least five. In `studies.misfits`, every log with torques of the
+    wrong sign has a joint with at least 4.5 standard errors; all joints of other logs have at most 2.4.
     """
     rows = samples.usable[:, column] & np.isfinite(samples.friction_torque[:, column])
     power = samples.velocity[rows, column] * (samples.friction_torque[rows, column] - offset)
@@ -45,7 +39,7 @@ def added_power(samples: FrictionSamples, column: int, offset: float) -> float:
     mean = float(power.mean())
     spread = np.bincount(block, power) - mean * count
     error = float(np.sqrt((spread**2).sum() * len(count) / (len(count) - 1)) / len(power))
-    return -mean if mean < -LEAST_NEGATIVE * error else 0.0
+    return -mean if mean < -4.0 * error else 0.0
 
 
 def positive_power_fraction(velocity: Array, friction_torque: Array) -> float:

@@ -12,6 +12,9 @@ from stribeck.judgement.curve_fit.along import along
 from stribeck.judgement.joint_fit import JointFit
 from stribeck.judgement.speed import top_speed
 
+COMMON = {"filter_torque": True, "averaged_law": False, "standing_legs": False, "observer_bandwidth": None}
+"""Settings for comparing torque errors of methods and models: one filter, and only swinging limbs."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class TorqueError:

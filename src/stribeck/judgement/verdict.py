@@ -7,17 +7,9 @@ import numpy as np
 
 from stribeck.friction import FrictionLaw, unit_for
 from stribeck.friction_torque.samples import FrictionSamples
-from stribeck.judgement.curve import (
-    NO_FRICTION,
-    ROUNDING,
-    WIDEST,
-    friction_curve,
-    is_significant,
-    relative_width,
-    upper_bound,
-)
+from stribeck.judgement.curve import ROUNDING, WIDEST, friction_curve, is_significant, relative_width, upper_bound
 from stribeck.judgement.curve_fit.problem import FitProblem, joint_problem
-from stribeck.judgement.excitation import Excitation, excitation
+from stribeck.judgement.excitation import Excitation
 from stribeck.judgement.joint_fit import JointFit
 from stribeck.judgement.passivity import added_power, positive_power_fraction
 from stribeck.judgement.weakness import USUAL, Criteria, is_weak, weak_by_themselves, why_weak
@@ -54,8 +46,8 @@ def judge(
     - "weak": half of the 95 % interval of the friction curve is wider than `WIDEST` times the curve, the measured
       friction adds power, the law explains held-out blocks no better than zero friction, or leaves more than
       `UNEXPLAINED` of the friction torque there in a log that is `disturbed` ("from 40.2 to 70.1 s").
-    - "no friction": the curve is small relative to the residual, and is significant at no speed or explains held-out
-      blocks no better than zero friction.
+    - "no friction": the curve is at most half of the residual (RMS), and is significant at no speed or
+      explains held-out blocks no better than zero friction.
     - "identified": otherwise.
 
     Each parameter has its own verdict, by the same width and the method's `criteria`. The interval of an offset is
@@ -66,7 +58,7 @@ def judge(
     for column, joint in enumerate(samples.joint_names):
         problem = joint_problem(samples, joint, law, settings)
         prismatic = samples.slides(column)
-        moved = excitation(problem, prismatic)
+        moved = problem.excitation(prismatic)
         if joint not in fits or not moved.samples:
             shared = not moved.samples and all("+" in support for support in samples.support_names)
             results[joint] = _not_excited(replace(moved, reason=ALWAYS_STANDS) if shared else moved)
@@ -126,9 +118,8 @@ def _judge_joint(
         reason += f" ({moved.blocks} blocks, {moved.reversals} reversals)"
     if is_significant(curve):
         reason += weak_by_themselves(fit, weak, problem.velocity, prismatic, unresolved)
-        reason += (
-            "" if fit.converged else "; the fit did not converge because the parameters are hardly distinguishable"
-        )
+        if not fit.converged:
+            reason += "; the fit did not converge because the parameters are hardly distinguishable"
     return JointResult(
         parameters={
             parameter.name: ParameterEstimate(
@@ -166,7 +157,7 @@ def _verdict(
     most = upper_bound(curve)
     significant = is_significant(curve)
     useless = validation is not None and validation.rms >= validation.rms_zero_friction
-    unseen = not wrong_sign and most <= NO_FRICTION * fit.rms and (useless or not significant)
+    unseen = not wrong_sign and most <= 0.5 * fit.rms and (useless or not significant)
     if most <= ROUNDING or unseen:
         return "no friction", f"no friction detected, below {most:.2g} {curve[0].unit}"
     if wrong_sign and not significant:

@@ -14,6 +14,7 @@ from stribeck.result import CurvePoint
 CLEARED = 2.0
 """Minimum ratio of top speed to Stribeck velocity [1]; 2 % of the Stribeck effect is left at this ratio."""
 
+
 RISING = 2.0
 """Product of slope and speed [1] at which tanh reaches 96 %; faster samples contain no information about the slope."""
 
@@ -139,14 +140,12 @@ def _causes(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: 
 def _stribeck_causes(fit: JointFit, values: dict[str, float], open_: set[str], velocity: Array, unit: str) -> list[str]:
     speed = values["stribeck_velocity"]
     slower = float(np.mean(np.abs(velocity) < speed))
-    causes = []
+    causes, share = [], f"{100 * slower:.3g} % of the samples are slower than the Stribeck velocity, {speed:.2g} {unit}"
     inside = not fit.at_bound[fit.names.index("stribeck_velocity")]  # a Stribeck velocity at a bound is not meaningful
     if inside and slower >= 0.9:
-        causes.append(f"{100 * slower:.0f} % of the samples are slower than the Stribeck velocity, {speed:.2g} {unit}")
+        causes.append(share)
     elif inside and slower <= 0.02:
-        causes.append(
-            f"only {100 * slower:.1f} % of the samples are slower than the Stribeck velocity, {speed:.2g} {unit}"
-        )
+        causes.append(f"only {share}")
     elif "stribeck_velocity" not in open_ and (top := top_speed(velocity)) < CLEARED * speed:
         causes.append(f"the top speed, {top:.2g} {unit}, is below twice the Stribeck velocity, {speed:.2g} {unit}")
     if "stribeck_gain" in open_ and fit.intervals[fit.names.index("stribeck_gain"), 0] <= 0:

@@ -16,23 +16,17 @@ BRIDGED = 0.01  # [s], steps that are always interpolated: a quarter of the wind
 ROUNDING = 0.55  # grains; rounding moves a stamp by half a grain, and the fitted line a little
 
 
-def refuse_backward_time(time: Array, path: str) -> None:
-    """Raise a LogError if time decreases."""
+def refuse_wrong_time(time: Array, path: str) -> None:
+    """Raise a LogError if time decreases or jumps, because a stamp is damaged or the clock was set."""
     rows = np.flatnonzero(np.isfinite(time))
-    back = np.flatnonzero(np.diff(time[rows]) < 0)
-    if back.size:
+    steps = np.diff(time[rows])
+    if len(back := np.flatnonzero(steps < 0)):
         before, after = rows[back[0]], rows[back[0] + 1]
         raise LogError(
             f"{path or 'log'}: time runs backwards in row {after}, from {time[before]:.9g} s to {time[after]:.9g} s; "
             "expected increasing stamps (split the log there, or sort it)"
         )
-
-
-def refuse_jump(time: Array, path: str) -> None:
-    """Raise a LogError if a step is longer than any recording, because a stamp is damaged or the clock was set."""
-    rows = np.flatnonzero(np.isfinite(time))
-    steps = np.diff(time[rows])
-    if steps.size and steps.max() > 1e8:  # [s]; three years
+    if steps.size and steps.max() > 1e8:  # [s]; three years, longer than any recording
         before = rows[int(np.argmax(steps))]
         raise LogError(
             f"{path or 'log'}: time jumps by {steps.max():.4g} s after row {before}, from {time[before]:.9g} s; "
@@ -76,9 +70,8 @@ def mean_step(time: Array, segments: tuple[slice, ...]) -> float:
 
 
 def _centred_rows(part: slice) -> Array:
-    rows = np.arange(part.stop - part.start, dtype=np.float64)
-    centred: Array = rows - rows.mean()
-    return centred
+    count = part.stop - part.start
+    return np.asarray(np.arange(count) - (count - 1) / 2)
 
 
 def even(

@@ -44,8 +44,7 @@ def cubic(query: Array, time: Array, values: Array) -> Array:
 
 def previous(query: Array, time: Array, values: NDArray[np.generic]) -> NDArray[np.generic]:
     """Return the last value at or before each `query`; before the first sample, the first value."""
-    held: NDArray[np.generic] = values[np.maximum(np.searchsorted(time, query, side="right") - 1, 0)]
-    return held
+    return np.asarray(values[np.maximum(np.searchsorted(time, query, side="right") - 1, 0)])
 
 
 def slerp(query: Array, time: Array, quaternions: Array) -> Array:
@@ -69,13 +68,11 @@ def slerp(query: Array, time: Array, quaternions: Array) -> Array:
 def bridges(query: Array, time: Array, longest: float) -> NDArray[np.bool_]:
     """Find queries outside the samples, or strictly between two samples farther apart than `longest`."""
     if len(time) == 1:
-        elsewhere: NDArray[np.bool_] = query != time[0]
-        return elsewhere
+        return np.asarray(query != time[0])
     left, share = _bracket(query, time)
     on_sample = (share == 0) | (share == 1)
     outside = (query < time[0]) | (query > time[-1])
-    unknown: NDArray[np.bool_] = outside | (~on_sample & (time[left + 1] - time[left] > longest))
-    return unknown
+    return np.asarray(outside | (~on_sample & (time[left + 1] - time[left] > longest)))
 
 
 def _bracket(query: Array, time: Array) -> tuple[NDArray[np.int64], Array]:
@@ -114,5 +111,4 @@ def on_uniform_clock(log: RobotLog, segments: tuple[slice, ...], period: float) 
 
 def _make_clock(time: Array, period: float) -> Array:
     steps = int(np.floor((time[-1] - time[0]) / period + 1e-6))  # keep a last sample that rounding moves beyond the end
-    clock: Array = np.minimum(time[0] + period * np.arange(steps + 1), time[-1])
-    return clock
+    return np.asarray(np.minimum(time[0] + period * np.arange(steps + 1), time[-1]))

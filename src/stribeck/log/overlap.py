@@ -16,9 +16,6 @@ WINDOW = 32
 EVERY = np.uint64(16)
 """Mean number of rows per fingerprint. The values themselves select the start rows, independent of how a log is cut."""
 
-SHARED = 0.01
-"""Share of fingerprints above which logs overlap; recorders repeat some messages when they start a new file."""
-
 
 def prints(log: RobotLog) -> Prints:
     """Compute fingerprints of windows of a log's positions and torques; a robot at rest has none."""
@@ -54,7 +51,7 @@ def refuse_overlap(own: Prints, path: str, others: Sequence[tuple[Prints, str]])
     for other, where in others:
         fewest = min(len(own), len(other))
         shared = len(np.intersect1d(own, other, assume_unique=True)) / fewest if fewest else 0.0
-        if shared > SHARED:
+        if shared > 0.01:  # recorders repeat some messages when they start a new file
             raise LogError(
                 f"{path or 'log'}: {100 * shared:.0f} % of its samples are also in {where or 'the previous log'}; "
                 "use each sample only once, because repeated samples make intervals too narrow"

@@ -7,15 +7,9 @@ from stribeck.errors import LogError
 from stribeck.log import RobotLog
 from stribeck.log.readers.recording import listed
 
-ROWS = 50_000  # for the comparison of units
 AGREEMENT = 0.05  # relative tolerance for the ratio of two units
-RATIOS = {
-    180 / np.pi: 'position is in degrees and velocity in rad/s; set [log.position] unit = "deg"',
-    np.pi / 180: 'position is in rad and velocity in deg/s; set [log.velocity] unit = "deg/s"',
-    np.pi / 30: 'position is in rad and velocity in rpm; set [log.velocity] unit = "rpm"',
-    6.0: 'position is in degrees and velocity in rpm; set [log.position] unit = "deg" and [log.velocity] unit = "rpm"',
-}
-"""Slope of position versus integrated velocity -> the wrong units that cause it, and the settings that correct them."""
+RATIOS = {180 / np.pi: ("deg", "rad/s"), np.pi / 180: ("rad", "deg/s"), np.pi / 30: ("rad", "rpm"), 6.0: ("deg", "rpm")}
+"""Slope of position versus integrated velocity -> the units of position and velocity that cause it."""
 
 
 def check_plausible(log: RobotLog) -> list[str]:
@@ -67,26 +61,29 @@ def _check_velocity_unit(log: RobotLog, where: str) -> list[str]:
     """Compare the log's velocity with the slope of its position for each joint."""
     if log.velocity is None:
         return []
-    slopes = np.array([position_slope(log, joint) for joint in range(len(log.joint_names))])
-    slope = float(np.median(slopes[np.isfinite(slopes)])) if np.isfinite(slopes).any() else 1.0
-    for ratio, meaning in RATIOS.items():
+    slopes = position_slopes(log)
+    slope = float(np.nanmedian(slopes)) if np.isfinite(slopes).any() else 1.0
+    for ratio, (position, velocity) in RATIOS.items():
         if abs(slope / ratio - 1) < AGREEMENT:
-            raise LogError(f"{where}: 'position' changes {slope:.4g} times as fast as 'velocity': probably {meaning}")
+            settings = {"position": position, "velocity": velocity}
+            wrong = [f'[log.{name}] unit = "{unit}"' for name, unit in settings.items() if not unit.startswith("rad")]
+            raise LogError(
+                f"{where}: 'position' changes {slope:.4g} times as fast as 'velocity': probably position is in "
+                f"{position} and velocity in {velocity}; set {' and '.join(wrong)}"
+            )
     turned = [name for name, slope in zip(log.joint_names, slopes, strict=True) if abs(slope + 1) < AGREEMENT]
     return [f"Position and velocity have opposite signs in {listed(turned)}."] if turned else []
 
 
-def position_slope(log: RobotLog, joint: int) -> float:
-    """Compute the ratio of position steps to integrated velocity; NaN if they do not match."""
+def position_slopes(log: RobotLog) -> Array:
+    """Compute the ratio of position steps to integrated velocity, shape (n,); NaN if they do not match."""
     assert log.velocity is not None
-    step = np.diff(log.time[:ROWS])
-    moved = np.diff(log.position[:ROWS, joint])
-    velocity: Array = log.velocity[:ROWS, joint]
-    expected = (velocity[1:] + velocity[:-1]) / 2 * step
-    power, both = float(expected @ expected), float(moved @ expected)
-    if not both**2 > 0.9 * power * float(moved @ moved):  # squared correlation
-        return np.nan
-    return both / power
+    rows = slice(50_000)  # sufficient to compare units
+    velocity, moved = log.velocity[rows], np.diff(log.position[rows], axis=0)
+    expected = (velocity[1:] + velocity[:-1]) / 2 * np.diff(log.time[rows])[:, None]
+    power, both = np.sum(expected**2, axis=0), np.sum(moved * expected, axis=0)
+    known = both**2 > 0.9 * power * np.sum(moved**2, axis=0)  # squared correlation
+    return np.asarray(np.divide(both, power, out=np.full(len(both), np.nan), where=known))
 
 
 def _note_wide_ranges(log: RobotLog) -> list[str]:

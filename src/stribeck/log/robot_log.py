@@ -137,17 +137,11 @@ class RobotLog:
         object.__setattr__(self, "joint_names", tuple(self.joint_names))
         object.__setattr__(self, "foot_names", tuple(self.foot_names))
         samples, joints, feet = len(self.time), len(self.joint_names), len(self.foot_names)
+        of_joints = ("position", "torque", "velocity", "acceleration", "temperature", "external_torque")
+        of_commands = ("desired_position", "desired_velocity", "desired_torque", "command", "feedback")
         shapes = {
             "time": (samples,),
-            "position": (samples, joints),
-            "torque": (samples, joints),
-            "velocity": (samples, joints),
-            "acceleration": (samples, joints),
-            "temperature": (samples, joints),
-            "external_torque": (samples, joints),
-            **dict.fromkeys(("desired_position", "desired_velocity", "desired_torque"), (samples, joints)),
-            "command": (samples, joints),
-            "feedback": (samples, joints),
+            **dict.fromkeys((*of_joints, *of_commands), (samples, joints)),
             "base_orientation": (samples, 4),
             "angular_velocity": (samples, 3),
             "linear_acceleration": (samples, 3),

@@ -4,18 +4,20 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
 from stribeck.errors import LogError, findings_kept
 from stribeck.log import RobotLog
-from stribeck.log.clock import STEP, even, longest_step, mean_step, refuse_backward_time, refuse_jump, typical_step
-from stribeck.log.completeness import complete_rows, counts, cut, repeats, without_empty_channels
+from stribeck.log.clock import STEP, even, longest_step, mean_step, refuse_wrong_time, typical_step
 from stribeck.log.plausibility import check_plausible
+from stribeck.log.storage import allocate
+from stribeck.log.writers import column_names
 from stribeck.settings import LogTable
 
+LARGEST = 1e12  # in SI units; larger than any measurement of a robot, and sums of its squares do not overflow
 FEWEST = 16  # rows; fewer are too short for filters
 SHORT = 0.12  # [s]; shorter segments are too short for filters and windows of estimators
-LEAST_SHARE = 0.02  # of the rows; if fewer remain, the log is unusable
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,8 +76,7 @@ def regularise(log: RobotLog, log_table: LogTable) -> tuple[RobotLog, Sampling]:
         (`stribeck.log.plausibility`).
     """
     where, rows = log.path or "log", len(log.time)
-    refuse_backward_time(log.time, log.path)
-    refuse_jump(log.time, log.path)
+    refuse_wrong_time(log.time, log.path)
     log, missing, duplicates, notes = _remove_incomplete(log, where)
     step = typical_step(log.time, where)
     longest = longest_step(step, log_table.max_gap)
@@ -118,20 +119,77 @@ def regularise(log: RobotLog, log_table: LogTable) -> tuple[RobotLog, Sampling]:
 
 def _remove_incomplete(log: RobotLog, where: str) -> tuple[RobotLog, dict[str, int], int, list[str]]:
     """Keep complete rows with different stamps; return missing values, number of repeated stamps, and notes."""
-    log, notes = without_empty_channels(log)
-    keep, missing = complete_rows(log)
+    log, notes = _without_empty_channels(log)
+    keep, missing = _complete_rows(log)
     complete = int(keep.sum())
     if len(keep) < FEWEST:
         raise LogError(f"{where}: the log has {len(keep)} samples; expected at least {FEWEST}")
-    if complete < max(FEWEST, LEAST_SHARE * len(keep)):
-        raise LogError(f"{where}: only {complete} of {len(keep)} rows are complete; missing: {counts(missing)}")
+    if complete < max(FEWEST, 0.02 * len(keep)):
+        raise LogError(f"{where}: only {complete} of {len(keep)} rows are complete; missing: {_counts(missing)}")
     if missing:
-        notes.append(f"{len(keep) - complete} rows with missing values were removed: {counts(missing)}.")
-    again = repeats(log.time, keep, typical_step(log.time[keep], where))
+        notes.append(f"{len(keep) - complete} rows with missing values were removed: {_counts(missing)}.")
+    again = _repeats(log.time, keep, typical_step(log.time[keep], where))
     keep[again] = False
     if len(again):
         notes.append(f"{len(again)} rows with repeated stamps were removed.")
-    return cut(log, keep), missing, len(again), notes
+    return _cut(log, keep), missing, len(again), notes
+
+
+def _without_empty_channels(log: RobotLog) -> tuple[RobotLog, list[str]]:
+    """Remove optional channels with an empty column."""
+    empty: dict[str, None] = {}
+    for name in ("velocity", "acceleration", "angular_velocity", "linear_acceleration"):
+        channel = getattr(log, name)
+        if channel is not None and any(not np.isfinite(column).any() for column in channel.T):
+            empty[name] = None
+    notes = [f"'{name}' is ignored: one of its columns has no values." for name in empty]
+    return (replace(log, **empty) if empty else log), notes  # type: ignore[arg-type]
+
+
+def _complete_rows(log: RobotLog) -> tuple[NDArray[np.bool_], dict[str, int]]:
+    """Find the complete rows, and count the missing or implausible values of each column."""
+    keep = np.ones(len(log.time), dtype=bool)
+    missing: dict[str, int] = {}
+    for name, channel in log.channels().items():
+        if name in ("temperature", "contact"):  # these are not filtered
+            continue
+        for label, column in zip(column_names(log, name), channel.reshape(len(keep), -1).T, strict=True):
+            known = np.isfinite(column) if name == "time" else np.abs(column) < LARGEST
+            if not known.all():
+                keep &= known
+                missing[label] = int(len(known) - known.sum())
+    if log.base_orientation is not None:  # zeros, which IMUs send before they are ready
+        void = ~log.base_orientation.any(axis=1)
+        if void.any():
+            keep &= ~void
+            missing["base_orientation"] = int(void.sum())
+    return keep, missing
+
+
+def _counts(missing: dict[str, int]) -> str:
+    """List the columns with the most missing values, for a message."""
+    worst = sorted(missing.items(), key=lambda item: -item[1])
+    text = ", ".join(f"{name} ({count})" for name, count in worst[:6])
+    return text + (f" and {len(worst) - 6} more columns" if len(worst) > 6 else "")
+
+
+def _repeats(time: Array, keep: NDArray[np.bool_], period: float) -> NDArray[np.int64]:
+    """Find the kept rows whose stamp repeats the previous kept one."""
+    rows = np.flatnonzero(keep)
+    return rows[1:][np.diff(time[rows]) < 0.05 * period]  # so soon after the last, it is the same sample
+
+
+def _cut(log: RobotLog, keep: NDArray[np.bool_]) -> RobotLog:
+    """Select rows; a selection of all rows is not copied."""
+    if keep.all():
+        return log
+    rows = int(keep.sum())
+    cut = {}
+    for name, channel in log.channels().items():
+        shape = (rows, *channel.shape[1:])
+        target = np.empty(shape, dtype=bool) if channel.dtype == bool else allocate(shape)
+        cut[name] = np.compress(keep, channel, axis=0, out=target)
+    return replace(log, **cut)  # type: ignore[arg-type]
 
 
 def _split(time: Array, longest: float) -> tuple[tuple[slice, ...], tuple[tuple[float, float], ...]]:

@@ -1,6 +1,6 @@
 """Writers of logs, with names that `read_log` reads without any setting."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from stribeck.base.outputs import whole_or_not_at_all
 from stribeck.errors import LogError
-from stribeck.log.readers.recording import JOINT_CHANNELS, VECTOR_CHANNELS, WRENCH
+from stribeck.log.readers.channels import FOOT_CHANNELS, VECTOR_CHANNELS, WRENCH
+from stribeck.log.readers.feet import widened
 from stribeck.log.robot_log import RobotLog
 from stribeck.log.storage import BLOCK_ROWS
 
@@ -69,14 +70,20 @@ def _write_parquet(log: RobotLog, path: Path) -> None:
 
 def named_columns(log: RobotLog) -> dict[str, NDArray[np.generic]]:
     """Split the channels of a log into columns, shape (T,), named as in a log in Parquet or CSV."""
-    labels = dict.fromkeys(JOINT_CHANNELS, log.joint_names) | VECTOR_CHANNELS
-    labels |= {"contact": log.foot_names, "foot_force": log.foot_names}
-    labels["foot_wrench"] = tuple(f"{foot}.{axis}" for foot in log.foot_names for axis in WRENCH)
     columns: dict[str, NDArray[np.generic]] = {}
     for channel, values in _channels(log).items():
-        names = [f"{channel}.{label}" for label in labels[channel]] if channel != "time" else ["time"]
-        columns |= dict(zip(names, values.reshape(len(values), -1).T, strict=True))
+        columns |= dict(zip(column_names(log, channel), values.reshape(len(values), -1).T, strict=True))
     return columns
+
+
+def column_names(log: RobotLog, channel: str) -> list[str]:
+    """Name the columns of a channel as in a log in Parquet or CSV, e.g. `position.knee`."""
+    if channel == "time":
+        return ["time"]
+    labels: Sequence[str] = VECTOR_CHANNELS.get(channel, log.joint_names)
+    if channel in FOOT_CHANNELS:
+        labels = widened(log.foot_names, len(WRENCH) if channel == "foot_wrench" else 1)
+    return [f"{channel}.{label}" for label in labels]
 
 
 WRITERS: dict[str, Callable[[RobotLog, Path], None]] = {".npz": _write_npz, ".parquet": _write_parquet}

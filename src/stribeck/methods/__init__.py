@@ -14,9 +14,7 @@ from stribeck.methods.whole_log import WHOLE_LOG
 from stribeck.robot import Robot
 from stribeck.settings import Settings, flat
 
-METHODS: dict[str, Method] = {
-    method.name: method for method in (CURVE_FIT, OBSERVER, WHOLE_LOG, GROUND_REACTION, DIRECT)
-}
+METHODS: dict[str, Method] = {each.name: each for each in (CURVE_FIT, OBSERVER, WHOLE_LOG, GROUND_REACTION, DIRECT)}
 
 
 def get_method(settings: Settings, robot: Robot) -> tuple[Method, FrictionLaw, Settings]:

@@ -17,12 +17,6 @@ from stribeck.whole_log.estimate import WholeLogFit
 from stribeck.whole_log.fit_checks.causes import Payload, find_payloads, residual_in
 from stribeck.whole_log.model.terms import Columns
 
-TOOLS = ("tool", "tcp", "flange", "hand", "gripper", "end_effector", "ee_")
-"""Parts of the names of links that carry payloads."""
-
-CLIPPED = 0.02
-"""Smallest share of a span's torques that lie exactly at the largest one, if they are clipped [1]."""
-
 
 @dataclass(frozen=True, eq=False)
 class Carried:
@@ -79,7 +73,7 @@ def _words(robot: Robot, column: int, force: Force, torque: Array) -> str:
     """Name a force and its link, or the joint whose torque is wrong, given the joint's torques in the span [N m]."""
     if force.size is None:
         name, own = robot.joint_names[column], np.abs(torque)
-        clipped = np.mean(own == own.max()) > CLIPPED
+        clipped = np.mean(own == own.max()) > 0.02  # share of samples exactly at the largest torque
         return f"the torque of {name} is clipped" if clipped else f"only the torque of {name} disagrees"
     joint = 1 + int(np.argsort(robot.tree.columns)[column])
     return f"a force of about {float(f'{force.size:.2g}'):g} N on {_link(robot, joint).name}"
@@ -89,7 +83,8 @@ def _link(robot: Robot, joint: int) -> pin.Frame:
     """Find the link behind a joint of the tree, preferably the one that carries tools."""
     frames = [frame for frame in robot.tree.model.frames if frame.parentJoint == joint]
     links = [frame for frame in frames if frame.type == pin.FrameType.BODY]
-    return next((frame for frame in links if any(word in frame.name.lower() for word in TOOLS)), links[0])
+    tools = ("tool", "tcp", "flange", "hand", "gripper", "end_effector", "ee_")
+    return next((frame for frame in links if any(word in frame.name.lower() for word in tools)), links[0])
 
 
 def _carried(

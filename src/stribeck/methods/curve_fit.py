@@ -11,7 +11,7 @@ from stribeck.base.finding import Finding
 from stribeck.errors import SettingsError
 from stribeck.friction import LAWS, LAWS_WITH_STATE, FrictionLaw, LawWithState
 from stribeck.friction_torque.preparation import PreparedLog, Progress
-from stribeck.judgement.curve_fit.fit import fit_law, held_out, validate
+from stribeck.judgement.curve_fit.fit import fit_law, validate
 from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method, Unseen
 from stribeck.robot import Robot
 from stribeck.settings import Settings
@@ -41,12 +41,13 @@ def find(
     samples = friction_torque(prepared, robot, settings).samples
     progress("fitting", 0.0)
     fits = fit_law(samples, law, settings)
+    validations, unseen = validate(fits, samples, law, settings)
     names = [joint for own in robot.couplings.values() for joint in own]
     couplings = Finding.of("couplings-left-out", names, couplings=", ".join(robot.couplings))
     return Fitted(
         fits=fits,
-        validations=validate(fits, samples, law, settings),
-        unseen=Unseen(fits=fits, usable=held_out(fits, samples, law, settings)),
+        validations=validations,
+        unseen=Unseen(fits=fits, usable=unseen),
         robot=robot,
         logs=prepared,
         settings=settings if with_state else None,

@@ -16,19 +16,6 @@ from stribeck.base.typing import Array
 from stribeck.robot.rooting import RootedModel
 from stribeck.whole_log.fit_checks.causes import EXPLAINED, Residual
 
-DISTURBED = 0.01
-"""Smallest share of chi^2 of a disturbed joint [1]."""
-FEWEST = 10
-"""Fewest windows of a span that is explained [1]."""
-ALIKE = 1.5, 1e-3
-"""Factor, and unexplained share, within which links explain a span alike [1]."""
-EXTENT = 1.1
-"""Largest distance of a point from its joint, relative to the distance of the link's tip [1]."""
-REACH = 0.5
-"""Largest distance of the point from the joint that carries the link [m]."""
-MOST = 100
-"""Largest number of windows that are fitted [1]."""
-
 Jacobians = tuple[Array, Array, Array, Array]
 """Jacobians of a joint's origin, shape (K, 3, n) each, rotations of its link, shape (K, 3, 3), and the link's tip."""
 
@@ -63,20 +50,21 @@ def find_force(tree: RootedModel, columns: NDArray[np.int64], position: Array, r
     residual
         Residual of the span.
     """
-    rows = slice(None, None, 1 + len(position) // MOST)
+    rows = slice(None, None, 1 + len(position) // 100)  # at most 100 windows are fitted
     weight, position = residual.weight[rows], position[rows]
     left = residual.left[rows] * weight
-    if len(left) < FEWEST:
+    if len(left) < 10:  # too few windows to distinguish causes
         return None
     shares = np.sum(left**2, axis=0) / np.sum(left**2)
     if shares.max() > EXPLAINED:
         return Force(int(shares.argmax()), None)
     links = [_jacobians(tree, column, columns, position) for column in columns.tolist()]
-    for constant in (True, False) if np.count_nonzero(shares > DISTURBED) > 3 else (True,):
+    disturbed = np.count_nonzero(shares > 0.01)  # joints with at least 1 % of chi^2
+    for constant in (True, False) if disturbed > 3 else (True,):
         rests, sizes, reaches = np.array([_point_force(weight, left, link, constant) for link in links]).T
-        alike = np.flatnonzero(rests <= max(ALIKE[0] * rests.min(), ALIKE[1]))
+        alike = np.flatnonzero(rests <= max(1.5 * rests.min(), 1e-3))  # links that explain the span about equally well
         if rests.min() < 1 - EXPLAINED and len(alike) <= 2:
-            joint = next((k for k in alike.tolist() if reaches[k] < EXTENT), int(alike[-1]))
+            joint = next((k for k in alike.tolist() if reaches[k] < 1.1), int(alike[-1]))  # within the link's extent
             return Force(joint, float(sizes[joint]))
     return None
 
@@ -118,8 +106,8 @@ def _point_force(weight: Array, left: Array, link: Jacobians, constant: bool) ->
     def residual(point: Array) -> Array:
         return fitted(point)[0].ravel()
 
-    starts = 0.0 * tip, 0.5 * tip, tip
-    fits = [fit for start in starts if np.linalg.norm((fit := least_squares(residual, start, max_nfev=15)).x) < REACH]
+    fits = [least_squares(residual, start, max_nfev=15) for start in (0.0 * tip, 0.5 * tip, tip)]
+    fits = [fit for fit in fits if np.linalg.norm(fit.x) < 0.5]  # [m] from the joint that carries the link
     if not fits:
         return 1.0, 0.0, 0.0
     point = min(fits, key=lambda fit: float(fit.cost)).x

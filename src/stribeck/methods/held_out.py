@@ -9,15 +9,12 @@ from stribeck.errors import errors_about
 from stribeck.friction_torque.inverse_dynamics import torque_chunks
 from stribeck.friction_torque.preparation import PreparedLog
 from stribeck.friction_torque.thinning import MOST_KEPT
-from stribeck.judgement.torque_error import torque_errors
+from stribeck.judgement.torque_error import COMMON, torque_errors
 from stribeck.methods.contract import Fitted
 from stribeck.result import HeldOutError, HeldOutLog, JointResult, Result
 from stribeck.result.provenance import sha256
 from stribeck.robot import Robot
 from stribeck.settings import Settings
-
-COMMON = {"filter_torque": True, "averaged_law": False, "standing_legs": False}
-"""Settings for comparing all methods, as in `stribeck replay`: one filter, and only swinging limbs."""
 
 
 def held_out_log(prepared: PreparedLog, fitted: Fitted, result: Result, robot: Robot, settings: Settings) -> HeldOutLog:
@@ -37,7 +34,7 @@ def held_out_log(prepared: PreparedLog, fitted: Fitted, result: Result, robot: R
     """
     given = prepared.log
     log = fitted.correct(given) if fitted.correct else given
-    settings = settings.model_copy(update=COMMON | {"observer_bandwidth": None})
+    settings = settings.model_copy(update=COMMON)
     stride = max(1, -(-len(log.time) // MOST_KEPT))
     parts: list[tuple[Array, ...]] = []
     names: tuple[str, ...] = ()

@@ -9,7 +9,6 @@ from stribeck.base.typing import Array
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw
 from stribeck.friction_torque.preparation import PreparedLog
-from stribeck.judgement.curve_fit.problem import FitProblem
 from stribeck.judgement.excitation import excitation, why_none
 from stribeck.robot import Robot
 from stribeck.settings import Settings
@@ -29,15 +28,7 @@ def joints_that_move(
     names = [robot.joint_names[column] for column in robot.torque_controlled]
 
     def reason(speed: Array, prismatic: bool, rows: NDArray[np.bool_]) -> str:
-        problem = FitProblem(
-            law=law,
-            parameters=law.parameters,
-            velocity=speed[rows],
-            friction_torque=np.zeros(rows.sum()),
-            acceleration=None,
-            block=block[rows],
-        )
-        return excitation(problem, prismatic).reason
+        return excitation(speed[rows], block[rows], len(law.parameters), prismatic).reason
 
     if not used.any() and "wheel" in {contact.kind for contact in robot.contacts.values()}:
         raise NothingIdentifiedError(

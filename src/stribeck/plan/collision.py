@@ -15,9 +15,6 @@ from stribeck.robot import Robot, read_robot_file
 CLEARANCE = 0.02
 """Minimum distance of bodies [m]; calibration and compliance move them by some millimeters."""
 
-FLAT = 1e-6
-"""Thickness divided by length [1] below which a mesh has no convex hull: Coal crashes on flatter ones."""
-
 
 @dataclass(frozen=True, eq=False)
 class SelfCollision:
@@ -110,7 +107,7 @@ def _make_convex(model: pin.Model, geometry: pin.GeometryModel) -> list[str]:
         centred = vertices - vertices.mean(axis=0)
         axes = np.linalg.eigh(centred.T @ centred)[1]
         low, high = (vertices @ axes).min(axis=0), (vertices @ axes).max(axis=0)
-        if (high - low).min() > FLAT * (high - low).max():
+        if (high - low).min() > 1e-6 * (high - low).max():  # Coal crashes on convex hulls of flatter meshes
             each.geometry.buildConvexHull(True, "Qt")
             each.geometry = each.geometry.convex
             continue

@@ -12,11 +12,8 @@ et al. 1997).
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 from scipy.linalg import block_diag
 from scipy.special import stdtrit  # avoids the slow import of scipy.stats
 
@@ -27,6 +24,7 @@ from stribeck.errors import SettingsError
 from stribeck.judgement.curve import curve_points
 from stribeck.plan.joint import PlannedJoint, PresentMotion, averaged
 from stribeck.result import CurvePoint, Result
+from stribeck.result.saved import saved_evidence
 from stribeck.robot import Robot
 from stribeck.settings import Priors
 from stribeck.whole_log.equations.filters import WINDOW_LENGTH
@@ -144,10 +142,16 @@ def quantile(duration: float) -> float:
 
 
 def present_motions(result: Result, joints: Iterable[str]) -> dict[str, PresentMotion]:
-    """Find the motion of joints in a result's samples, or in the table beside its file."""
-    if result.evidence is None:
-        return read_present(Path(result.path).parent / "friction_torque.parquet", joints, result.log.rate)
-    samples = result.evidence.samples
+    """Find the motion of joints in a result's samples, or in the table beside its file.
+
+    Raises
+    ------
+    SettingsError
+        If there is no such table, or it belongs to another result.
+    """
+    samples = (result.evidence or saved_evidence(result)).samples
+    if missing := [name for name in joints if name not in samples.joint_names]:
+        raise SettingsError(f"{result.path}: the samples have no joint '{missing[0]}'; repeat `stribeck identify`")
     period = samples.period * samples.stride
     stride = max(1, int(WINDOW_LENGTH / 8 / period))  # averaged over a window
     motions = {}
@@ -161,39 +165,6 @@ def present_motions(result: Result, joints: Iterable[str]) -> dict[str, PresentM
             period=stride * period,
         )
     return motions
-
-
-def read_present(path: Path, joints: Iterable[str], rate: float) -> dict[str, PresentMotion]:
-    """Read the motion of joints from the table of friction torques that `identify` wrote.
-
-    Raises
-    ------
-    SettingsError
-        If there is no such table, or it belongs to another result.
-    """
-    needed = "expected the friction_torque.parquet that `stribeck identify` wrote next to this result.json"
-    if not path.is_file():
-        raise SettingsError(f"{path}: no such file; {needed}")
-    try:
-        table = pq.ParquetFile(path)
-        missing = [name for name in joints if f"velocity.{name}" not in table.schema_arrow.names]
-        if missing:
-            raise SettingsError(f"{path}: has no joint '{missing[0]}'; {needed}")
-        return {name: _read(table, name, rate) for name in joints}
-    except (pa.ArrowException, OSError) as error:
-        raise SettingsError(f"{path}: cannot be read as Parquet ({error}); {needed}") from error
-
-
-def _read(table: pq.ParquetFile, name: str, rate: float) -> PresentMotion:
-    keys = [f"{kind}.{name}" for kind in ("velocity", "friction_torque", "usable")]
-    stride = max(1, int(WINDOW_LENGTH / 8 * rate))  # averaged over a window
-    velocity, torque, usable = (np.asarray(each.to_numpy())[::stride] for each in table.read(columns=keys).columns)
-    return PresentMotion(
-        velocity=np.nan_to_num(velocity.astype(float)),
-        friction_torque=np.nan_to_num(torque.astype(float)),
-        usable=usable.astype(bool) & np.isfinite(velocity) & np.isfinite(torque),
-        period=stride / rate,
-    )
 
 
 def noise_of(joints: Mapping[str, PlannedJoint], motions: Mapping[str, PresentMotion]) -> dict[str, float]:

@@ -20,9 +20,6 @@ from stribeck.plan.trajectory import Trajectory, design
 from stribeck.result import JointResult, Result, read_result
 from stribeck.robot import Robot
 
-SHARE_OF_ADVICE = 0.2
-"""Share of the progress before the search for a trajectory [1]."""
-
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Plan:
@@ -79,13 +76,9 @@ class Plan:
 
     def to_json(self) -> str:
         """Format the content of plan.json."""
-        document = {
-            "schema": 1,
-            "robot": self.robot,
-            "joints": {name: asdict(joint) for name, joint in self.joints.items()},
-            "trajectory": self.trajectory.to_plain() if self.trajectory else None,
-            "notes": self.notes,
-        }
+        document = {"schema": 1, **asdict(self)}
+        if self.trajectory:
+            del document["trajectory"]["motion"]  # a function
         return json.dumps(document, indent=2, allow_nan=False) + "\n"
 
 
@@ -152,7 +145,7 @@ def plan(
     planned = {name: replace(planned[name], noise=noise[name]) for name in chosen}
     advice = {}
     for k, (name, joint) in enumerate(planned.items()):
-        progress(f"moving {name}", k / len(planned) * SHARE_OF_ADVICE)
+        progress(f"moving {name}", 0.2 * k / len(planned))
         advice[name] = advise(joint, motions[name], found.log.duration, dynamics, posture, _how(robot, joint.column))
     guessed = ", ".join(name for name, joint in planned.items() if joint.guessed)
     known = f"{guessed}: no data; the median friction of the other joints is assumed"
@@ -163,7 +156,7 @@ def plan(
     if robot.base == "floating" and held is None:
         moves = "no trajectory, because the base moves; if it is held, name its axis that points up (`held`)"
         return replace(advised, notes=[*notes, moves])
-    progress("searching a trajectory", SHARE_OF_ADVICE)
+    progress("searching a trajectory", 0.2)
     bodies, of_bodies = load_self_collision(robot, posture)
     task = Task(dynamics, list(planned.values()), posture)
     trajectory, of_trajectory = design(task, duration, bodies)
@@ -174,9 +167,7 @@ def _chosen(result: Result, robot: Robot, joints: Sequence[str] | None) -> list[
     """Select the joints to plan for; raise SettingsError for names that cannot be planned for."""
     strangers = [name for name in result.joints if name not in robot.joint_names]
     if strangers:
-        raise SettingsError(
-            f"{robot.path}: the robot has no joint '{strangers[0]}'; use the robot file of the result's log"
-        )
+        raise SettingsError(f"{robot.path}: has no joint '{strangers[0]}'; use the robot file of the result's log")
     if joints is None:
         return [name for name, joint in result.joints.items() if joint.verdict in ("weak", "not excited")]
     for name in joints:

@@ -110,9 +110,8 @@ class Task:
 
     def used(self, state: State) -> dict[str, float]:
         """Compute the largest shares of the limits [1]."""
-        return {
-            name: float(each.max(initial=0.0)) for name, each in self.shares(state, self.dynamics.load(state)).items()
-        }
+        shares = self.shares(state, self.dynamics.load(state))
+        return {name: float(each.max(initial=0.0)) for name, each in shares.items()}
 
 
 def optimized(task: Task) -> Array:

@@ -7,7 +7,7 @@ found is checked on a fine grid, and shrunk towards the posture until it is with
 """
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -83,10 +83,6 @@ class Trajectory:
             for name, signal in zip(self.joint_names, getattr(state, kind).T, strict=True):
                 columns[f"{kind}.{name}"] = np.round(signal, 9) + 0.0
         csv.write_csv(pa.table(columns), path, csv.WriteOptions(quoting_style="needed"))
-
-    def to_plain(self) -> dict[str, object]:
-        """Convert to the entry of plan.json."""
-        return {key: value for key, value in asdict(self).items() if key != "motion"}
 
 
 def design(task: Task, duration: float, bodies: SelfCollision | None) -> tuple[Trajectory, list[str]]:

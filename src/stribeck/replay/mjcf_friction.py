@@ -5,11 +5,8 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from stribeck.replay.model_friction import JointFriction, StatedFriction
+from stribeck.replay.model_friction import Coupling, JointFriction, StatedFriction
 from stribeck.robot.mjcf import compile_mjcf
-
-LUGRE = slice(3, 6)
-"""Indices of Coulomb friction, static friction and Stribeck velocity in a motor's bias parameters."""
 
 
 def read_mjcf_friction(path: Path) -> StatedFriction:
@@ -28,16 +25,16 @@ def read_mjcf_friction(path: Path) -> StatedFriction:
         motors = [motor for motor in range(len(model.actuator_trntype)) if _drives(model, motor, joint)]
         viscous += sum(float(model.actuator_damping[k] * model.actuator_gear[k, 0] ** 2) for k in motors)
         lugre = [k for k in motors if int(model.actuator_biastype[k]) == int(mujoco.mjtBias.mjBIAS_DCMOTOR)]
-        lugre = [k for k in lugre if model.actuator_biasprm[k, LUGRE.start + 1] > 0]
+        lugre = [k for k in lugre if model.actuator_biasprm[k, 4] > 0]  # static friction
         rise, velocity = 0.0, 1.0
         for k in lugre[:1]:
             gear = abs(float(model.actuator_gear[k, 0]))
-            slow, static, own = (float(value) for value in model.actuator_biasprm[k, LUGRE])
+            slow, static, own = (float(value) for value in model.actuator_biasprm[k, 3:6])
             coulomb, rise, velocity = coulomb + gear * slow, gear * (static - slow), own / gear
         found[name] = JointFriction(coulomb=coulomb, viscous=viscous, rise=rise, stribeck_velocity=velocity)
         notes += [f"joint '{name}': {what}, which is left out" for what in _others(model, joint, dof, len(lugre))]
     couplings, more = _of_tendons(model)
-    return StatedFriction(joints=found, couplings=couplings, notes=notes + more)
+    return found, couplings, notes + more
 
 
 def _drives(model: mujoco.MjModel, motor: int, joint: int) -> bool:
@@ -60,7 +57,7 @@ def _others(model: mujoco.MjModel, joint: int, dof: int, motors: int) -> list[st
     return others
 
 
-def _of_tendons(model: mujoco.MjModel) -> tuple[dict[str, tuple[dict[str, float], JointFriction]], list[str]]:
+def _of_tendons(model: mujoco.MjModel) -> tuple[dict[str, Coupling], list[str]]:
     """Read the friction and coefficients of fixed tendons, with notes on omitted parts of tendons."""
     found, left_out = {}, 0
     for tendon in range(model.ntendon):

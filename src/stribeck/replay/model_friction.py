@@ -4,15 +4,12 @@ R(v) = (Fc + (Fs - Fc) exp(-(v / vs)^2)) sign(v) + Fv v
 """
 
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass, field
+from dataclasses import astuple, dataclass
 from functools import cached_property
 
 import numpy as np
 
 from stribeck.base.typing import Array
-
-CREEP = 1e-3
-"""Speed below which friction is linear in a rollout, for a finite slope at rest [rad/s], [m/s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,6 +24,13 @@ class JointFriction:
     def __bool__(self) -> bool:
         """Whether there is any."""
         return bool(self.coulomb or self.viscous or self.rise)
+
+
+Coupling = tuple[dict[str, float], JointFriction]
+"""Coefficients by joint, and friction of the sum of speeds."""
+
+StatedFriction = tuple[dict[str, JointFriction], dict[str, Coupling], list[str]]
+"""Friction stated in a model file: of joints and couplings by name, and notes on unsupported effects."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,8 +50,9 @@ class ModelFriction:
         return np.asarray((np.sign(speeds) * self._resistance(np.abs(speeds))) @ self._coefficients.T)
 
     def damping(self, velocity: Array) -> Array:
-        """Compute D with R = D v at velocities of shape (T, n), finite at rest, shape (T, n, n)."""
-        speed = np.maximum(np.abs(velocity @ self._coefficients), CREEP)
+        """Compute D with R = D v at velocities of shape (T, n), shape (T, n, n)."""
+        creep = 1e-3  # [rad/s], [m/s]; slower friction is linear, for a finite slope at rest
+        speed = np.maximum(np.abs(velocity @ self._coefficients), creep)
         slope, joints = self._resistance(speed) / speed, len(self.joints)
         found = slope[:, :joints, None] * np.eye(joints)
         if self.couplings:
@@ -68,22 +73,3 @@ class ModelFriction:
     def _resistance(self, speed: Array) -> Array:
         coulomb, viscous, rise, stribeck_velocity = self._numbers
         return np.asarray(coulomb + rise * np.exp(-((speed / stribeck_velocity) ** 2)) + viscous * speed)
-
-
-@dataclass(frozen=True, kw_only=True)
-class StatedFriction:
-    """Friction stated in a model file.
-
-    Attributes
-    ----------
-    joints
-        Friction by joint.
-    couplings
-        Coefficients by joint, and friction of the sum of speeds, by coupling.
-    notes
-        Notes on unsupported effects on joints.
-    """
-
-    joints: dict[str, JointFriction]
-    couplings: dict[str, tuple[dict[str, float], JointFriction]] = field(default_factory=dict)
-    notes: list[str] = field(default_factory=list)

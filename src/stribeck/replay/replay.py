@@ -15,7 +15,7 @@ from stribeck.differentiation import make_filter
 from stribeck.errors import RobotFileError, errors_about, findings_kept
 from stribeck.friction_torque.preparation import PreparedLog, Progress, prepare, quiet
 from stribeck.friction_torque.stage import thinned_samples, with_filter
-from stribeck.judgement.torque_error import TorqueError, torque_errors
+from stribeck.judgement.torque_error import COMMON, TorqueError, torque_errors
 from stribeck.log import LogLike
 from stribeck.replay.model_friction import JointFriction, ModelFriction, StatedFriction
 from stribeck.replay.other_model import other_model, with_joints
@@ -138,12 +138,9 @@ def replay(
     """
     robot = robot if isinstance(robot, Robot) else Robot.from_file(robot)
     if robot.loops:
-        raise RobotFileError(
-            f"{robot.path}: replay takes a robot for a tree, and [[robot.loops]] close it; leave them out"
-        )
-    common = {"filter_torque": True, "averaged_law": False, "standing_legs": False, "observer_bandwidth": None}
+        raise RobotFileError(f"{robot.path}: replay does not support [[robot.loops]]; leave them out")
     asked = settings or robot.settings
-    settings = asked.model_copy(update=common)
+    settings = asked.model_copy(update=COMMON)
     other, notes = other_model(robot, Path(model))
     frictions = [_friction(each, notes) for each in (robot, other)]
     with one_blas_thread(), findings_kept(notes):
@@ -234,16 +231,16 @@ def _flight(prepared: PreparedLog) -> list[str]:
 def _friction(robot: Robot, notes: list[str]) -> ModelFriction:
     """Collect the friction that a robot's model states, with a note on missing friction."""
     path = robot.model_file
-    stated = read_friction(path)
+    joints, stated, about = read_friction(path)
     names, couplings = robot.joint_names, []
     unmeasured = [name for k, name in enumerate(names) if k not in robot.torque_controlled]
-    for coupling, (coefficients, friction) in stated.couplings.items():
+    for coupling, (coefficients, friction) in stated.items():
         if own := [name for name in coefficients if name in unmeasured]:
-            stated.notes.append(f"tendon '{coupling}' is left out, as the torque of '{own[0]}' is not measured")
+            about.append(f"tendon '{coupling}' is left out, as the torque of '{own[0]}' is not measured")
         else:
             couplings.append((np.array([coefficients.get(name, 0.0) for name in names]), friction))
-    found = ModelFriction([stated.joints.get(name, JointFriction()) for name in names], couplings)
-    notes += [f"{path.name}: {note}" for note in stated.notes]
+    found = ModelFriction([joints.get(name, JointFriction()) for name in names], couplings)
+    notes += [f"{path.name}: {note}" for note in about]
     if not found:
         notes.append(f"{path.name}: states no joint friction")
     return found
@@ -272,4 +269,4 @@ def read_friction(path: Path) -> StatedFriction:
                     xml.refuse(dynamics, f"{of} is {dynamics.get(word)}; expected zero or more")
         if joint.get("type"):  # no transmission's
             found[name] = JointFriction(coulomb=numbers["friction"], viscous=numbers["damping"])
-    return StatedFriction(joints=found)
+    return found, {}, []

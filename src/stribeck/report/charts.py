@@ -16,9 +16,6 @@ from stribeck.base.typing import Array
 Chart = dict[str, Any]
 """Axes `x` and `y` (see `axis`), `lines` (see `line`), `images` and `marks`; `sync` names charts that zoom together."""
 
-SAMPLES_COLOUR = (64, 133, 224)
-"""Color of densities (red, green, blue), between the page's blues for light and dark."""
-
 
 def axis(label: str, limits: tuple[float, float], **more: Any) -> dict[str, Any]:
     """Describe an axis; `log=True` makes it logarithmic, `names` are labels for 0, 1, 2, ..."""
@@ -62,7 +59,7 @@ def density(
     counts, _, _ = np.histogram2d(y, x, bins=bins, range=(y_limits, x_limits))
     opacity = np.where(counts > 0, 0.22 + 0.78 * np.log1p(counts) / np.log1p(max(float(counts.max()), 2.0)), 0.0)
     pixels = np.empty((*counts.shape, 4), dtype=np.uint8)
-    pixels[..., :3] = SAMPLES_COLOUR
+    pixels[..., :3] = (64, 133, 224)  # between the page's blues for light and dark
     pixels[..., 3] = 15 * np.round(17 * opacity[::-1])  # 18 levels; more are not visible and double the size
     return image(pixels, x_limits, y_limits)
 
@@ -98,6 +95,5 @@ def to_json(charts: Mapping[str, Chart]) -> Markup:
 
 def _short(values: ArrayLike) -> list[float | None]:
     """Round numbers to five significant digits; null if not finite."""
-    return [
-        float(f"{value:.5g}") if -1e300 < value < 1e300 else None for value in np.asarray(values, dtype=float).tolist()
-    ]
+    numbers = np.asarray(values, dtype=float).tolist()
+    return [float(f"{number:.5g}") if -1e300 < number < 1e300 else None for number in numbers]

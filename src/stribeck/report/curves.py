@@ -9,15 +9,6 @@ from stribeck.report.charts import Chart, density, line, velocity_axes
 from stribeck.report.joints import JointSamples
 from stribeck.result import JointResult, velocity_grid
 
-FILLED = 0.4
-"""Minimum share of a common scale that a curve fills [1]; smaller curves get a finer scale."""
-
-NEAR = 0.8
-"""Minimum ratio of two curve sizes [1] for a common scale although they fill only half of `FILLED`.
-
-It keeps left and right joints on the same scale.
-"""
-
 ABSURD = 1e12
 """Largest speed or torque that is drawn; the smallest is its inverse."""
 
@@ -133,7 +124,9 @@ def curve_charts(curves: dict[str, FrictionCurve]) -> tuple[list[Chart], list[bo
 
 
 def common_scales(sizes: list[float], shown: list[bool]) -> list[float]:
-    """Choose the scale of each curve: a common one, and finer ones for curves that fill too little of it.
+    """Choose the scale of each curve: a common one, and finer ones for curves that fill less than 40 % of it.
+
+    If the next larger curve has nearly the same size, 20 % is sufficient, so that left and right joints share a scale.
 
     Parameters
     ----------
@@ -145,7 +138,7 @@ def common_scales(sizes: list[float], shown: list[bool]) -> list[float]:
     scales: list[float] = []
     previous = 0.0
     for size in sorted((size for size, worth in zip(sizes, shown, strict=True) if worth), reverse=True):
-        if not scales or size < FILLED * scales[-1] * (0.5 if size > NEAR * previous else 1.0):
+        if not scales or size < scales[-1] * (0.2 if size > 0.8 * previous else 0.4):
             scales.append(size)
         previous = size
     scales = scales or [max(sizes, default=1.0) or 1.0]

@@ -11,37 +11,8 @@ from stribeck.report.joints import joint_samples, running_mean
 from stribeck.report.page import Section, render
 from stribeck.report.reference import Reference
 from stribeck.report.text import parameter_names, symbols
-from stribeck.result import BodyCorrection, Evidence, JointResult, Result
+from stribeck.result import BodyCorrection, Evidence, Result
 from stribeck.result.tables import friction_text
-
-SUSPICIOUS = 0.2
-"""Share of samples with added power [1] above which model, torque sign and delay should be checked."""
-
-MEANING: dict[TorqueSource, str] = {
-    "link_side_sensor": (
-        "The torque sensors are behind the gears. The friction includes only bearings, seals and cables between "
-        "sensor and link. It excludes the friction of gear and motor, which is most of a joint's friction, and "
-        "the rotor's inertia. A gain error of a sensor scales all friction of its joint."
-    ),
-    "motor_side_sensor": (
-        "The torque sensors are between motor and gear. The friction includes gear, bearings and seals. It "
-        "excludes the motor's own friction and the rotor's inertia. The inertia of the gear's input side counts "
-        "with the ratio squared. Errors of sensor gain and gear ratio scale all friction of the joint."
-    ),
-    "motor_current": (
-        "The torques are motor currents times torque constant and gear ratio. The friction includes motor, gear "
-        "and bearings; the rotor's inertia is part of the dynamics. An error of the torque constant, which "
-        "decreases as the magnets warm up, scales all friction of its joint. Saturation, cogging and iron losses "
-        "of the motor look like friction."
-    ),
-    "command": (
-        "The torques are the commands to the drives. The friction includes all torque lost between command and "
-        "link: friction of motor, gear and bearings, and torque that the drive does not deliver. Errors of its "
-        "torque constant, limits of current and voltage, its own friction compensation and the delay of its "
-        "control loop cannot be distinguished from friction."
-    ),
-}
-"""Description of the included friction, by torque source (docs/torque.md)."""
 
 
 def verdict_table(result: Result, evidence: Evidence, law: FrictionLaw, reference: Reference) -> Section:
@@ -58,21 +29,12 @@ def verdict_table(result: Result, evidence: Evidence, law: FrictionLaw, referenc
             "joint": joint,
             "reference": reference.parameters.get(name, {}),
             "friction": friction_text(joint),
-            "explained": explained(joint),
             "unit": joint.units(name in evidence.prismatic)[1],
         }
         for name, joint in result.joints.items()
     ]
-    body = render("verdict_table.html.j2", columns=columns, rows=rows, word=reference.word)
+    body = render("verdict_table.html.j2", columns=columns, rows=rows, known=reference)
     return Section(anchor="verdicts", title="Verdicts", body=body)
-
-
-def explained(joint: JointResult) -> float | None:
-    """Compute the relative reduction of the friction torque's RMS by the law on held-out blocks."""
-    validation = joint.validation
-    if validation is None or validation.rms_zero_friction <= 0:
-        return None
-    return 1 - validation.rms / validation.rms_zero_friction
 
 
 def terms(result: Result) -> Section | None:
@@ -112,24 +74,12 @@ def corrections(result: Result) -> Section | None:
         return None
     ordered = sorted(errors.bodies.items(), key=lambda item: -item[1].known)
     bodies = [_body(name, body) for name, body in ordered if body.known >= 0.1]
-    calibration = [
-        {
-            "name": name,
-            "gain": [100 * part for part in errors.torque_gain.get(name, ())],
-            "zero": [1e3 * part for part in errors.encoder_zero.get(name, ())],
-        }
-        for name in dict.fromkeys([*errors.torque_gain, *errors.encoder_zero])
-    ]
-    delays = (("Torques", errors.torque_delay), ("Base orientation", errors.base_delay))
     figures = branch_charts(result)
     body = render(
         "corrections.html.j2",
-        chi_square=errors.chi_square,
-        heterogeneity=errors.disagreement,
+        errors=errors,
         bodies=bodies,
-        others=len(errors.bodies) - len(bodies),
-        calibration=calibration,
-        delays=[(what, [1e3 * part for part in delay]) for what, delay in delays if delay],
+        joints=list(dict.fromkeys([*errors.torque_gain, *errors.encoder_zero])),
         figures=[(f"b{k}", caption) for k, (_, caption) in enumerate(figures)],
     )
     charts = {f"b{k}": chart for k, (chart, _) in enumerate(figures)}
@@ -197,7 +147,7 @@ def _split(up: Array, down: Array) -> float:
 
 def torque_meaning(source: TorqueSource) -> Section:
     """Render the section on the friction that the torque source includes, and its limits."""
-    body = render("torque_meaning.html.j2", source=source, meaning=MEANING[source])
+    body = render("torque_meaning.html.j2", source=source)
     return Section(anchor="torque-source", title="Which friction is measured", body=body)
 
 
@@ -206,6 +156,7 @@ def power(result: Result) -> Section | None:
 
     Joints without significant friction are left out unless they add power: their power is only noise.
     """
+    suspicious = 0.2  # share of samples [1] above which model, torque sign and delay should be checked
     adding = {name for finding in result.findings if finding.check == "passivity" for name in finding.joints}
     checked = {
         name: joint
@@ -213,20 +164,19 @@ def power(result: Result) -> Section | None:
         if name in adding or (joint.verdict != "no friction" and is_significant(joint))
     }
     rows = [
-        {"name": name, "share": share, "length": min(share / 0.5, 1.0), "high": share > SUSPICIOUS}
+        {"name": name, "share": share, "length": min(share / 0.5, 1.0), "high": share > suspicious}
         for name, joint in checked.items()
         if (share := joint.positive_power_fraction) is not None
     ]
     if not rows:
         return None
-    body = render("power.html.j2", rows=rows, suspicious=SUSPICIOUS, omitted=len(result.joints) - len(checked))
+    body = render("power.html.j2", rows=rows, suspicious=suspicious, omitted=len(result.joints) - len(checked))
     return Section(anchor="power", title="Power check", body=body)
 
 
 def provenance(result: Result, evidence: Evidence) -> Section:
     """Render logs with hashes, versions, settings, and notes on the preparation of the log."""
-    paths = [result.log.path] if isinstance(result.log.path, str) else result.log.path
     hashes = [result.log.sha256] if isinstance(result.log.sha256, str) else result.log.sha256
-    logs = list(zip(paths, hashes, strict=True))
+    logs = list(zip(result.log.paths, hashes, strict=True))
     body = render("provenance.html.j2", logs=logs, rows=evidence.provenance, notes=evidence.notes)
     return Section(anchor="provenance", title="Settings and provenance", body=body)

@@ -11,21 +11,6 @@ from stribeck.report.timeline import timeline
 if TYPE_CHECKING:  # only for types: the audit is above this room
     from stribeck.audit.inspection import Inspection, JointInspection
 
-CHANNEL_UNITS = {
-    "time": "s",
-    "position": "rad",
-    "velocity": "rad/s",
-    "acceleration": "rad/s²",
-    "torque": "N m",
-    "external_torque": "N m",
-    "base_orientation": "xyzw",
-    "angular_velocity": "rad/s",
-    "linear_acceleration": "m/s²",
-    "foot_wrench": "N, N m",
-    "foot_force": "N",
-    "temperature": "°C",
-}
-
 
 def write_inspection(inspection: Inspection, path: str | Path) -> None:
     """Write an inspection as one self-contained HTML file, completely or not at all."""
@@ -33,7 +18,7 @@ def write_inspection(inspection: Inspection, path: str | Path) -> None:
         "findings": render("warnings.html.j2", findings=inspection.audit, warnings=[]) if inspection.audit else None,
         "joints": render("inspection_joints.html.j2", rows=_joint_rows(inspection.joints)),
         "timeline": timeline(inspection.phases),
-        "channels": render("inspection_channels.html.j2", inspection=inspection, units=CHANNEL_UNITS),
+        "channels": render("inspection_channels.html.j2", inspection=inspection),
         "sampling": render("inspection_sampling.html.j2", inspection=inspection),
     }
     log = PurePath(inspection.path).name or "log in memory"

@@ -16,18 +16,6 @@ from stribeck.report.text import number, symbols
 from stribeck.result import Evidence, JointResult, Result, velocity_grid
 from stribeck.result.tables import friction_text
 
-MOST_DRAWN = 30_000
-"""Largest number of samples per figure; more are not visible."""
-
-NOISY = 3.0
-"""Median residual of a contact mode [1] above which its samples are not drawn, relative to fit and quietest mode.
-
-Such samples, for example of a standing leg, hardly contribute to the fit.
-"""
-
-MOST_POINTS = 700
-"""Number of points of a line over time, about one per pixel."""
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class JointSamples:
@@ -47,8 +35,8 @@ class JointSamples:
 
 
 def joint_samples(samples: FrictionSamples, name: str, joint: JointResult | None = None) -> JointSamples:
-    """Select the samples of a joint; empty without a torque. With a result, `NOISY` contact modes are omitted."""
-    every = max(1, -(-len(samples.time) // MOST_DRAWN))
+    """Select the samples of a joint; empty without a torque. With a result, noisy contact modes are omitted."""
+    every = max(1, -(-len(samples.time) // 30_000))  # more samples are not visible
     rows, column = np.empty(0, dtype=np.int64), 0
     if name in samples.joint_names:
         column = samples.joint_names.index(name)
@@ -67,14 +55,17 @@ def joint_samples(samples: FrictionSamples, name: str, joint: JointResult | None
 
 
 def _noisy_modes(samples: FrictionSamples, rows: NDArray[np.int64], column: int, joint: JointResult) -> list[int]:
-    """Find the contact modes with large residuals of a fitted joint, as indices; never the quietest one."""
+    """Find the contact modes with large residuals of a fitted joint, as indices; never the quietest one.
+
+    Their samples, for example of a standing leg, hardly contribute to the fit.
+    """
     if not joint.residual_rms or (joint.verdict != "no friction" and joint.band(np.zeros(1)) is None):
         return []
     residual = np.abs(samples.friction_torque[rows, column] - joint.friction(samples.velocity[rows, column]))
     modes = np.unique(samples.support[rows]).tolist()
     medians = {mode: float(np.median(residual[samples.support[rows] == mode])) for mode in modes}
     usual = max(joint.residual_rms, min(medians.values(), default=0.0))
-    return [mode for mode, median in medians.items() if median > NOISY * usual]
+    return [mode for mode, median in medians.items() if median > 3.0 * usual]
 
 
 def joint_panels(result: Result, evidence: Evidence, law: FrictionLaw, reference: Reference) -> Section:
@@ -150,7 +141,8 @@ def friction_over_velocity(
 
 def friction_over_time(near: JointSamples, joint: JointResult, unit: str) -> Chart:
     """Draw a few seconds of the friction torque and the law; lines break at missing samples."""
-    step = max(float(np.median(np.diff(near.time))), (near.time[-1] - near.time[0]) / MOST_POINTS, 1e-9)
+    one_pixel = (near.time[-1] - near.time[0]) / 700
+    step = max(float(np.median(np.diff(near.time))), one_pixel, 1e-9)
     rows = np.searchsorted(near.time, np.arange(near.time[0], near.time[-1] + step / 2, step))
     rows = rows.clip(max=len(near.time) - 1)
     here = np.abs(near.time[rows] - (near.time[0] + step * np.arange(len(rows)))) < 3 * step

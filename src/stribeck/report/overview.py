@@ -42,17 +42,15 @@ def heading(result: Result, law: FrictionLaw, reference: Reference = NO_REFERENC
     r2 = [joint.torque_r2 for joint in joints.values() if joint.torque_r2]
     unseen = [share for joint in joints.values() if joint.curve and (share := unseen_r2(joint)) is not None]
     urgent = next((found for found in findings if found.cure), None)
-    paths = [result.log.path] if isinstance(result.log.path, str) else result.log.path
     without = [_bound(joints[name]) for name in named["no friction"] if joints[name].curve]
     return render(
         "heading.html.j2",
         result=result,
         law=law,
-        logs=[PurePath(path).name or "log in memory" for path in paths],
-        counts=[(verdict, len(names)) for verdict, names in named.items() if names],
-        total=len(joints),
+        logs=[PurePath(path).name or "log in memory" for path in result.log.paths],
+        named=named,
         range=_friction_range(result),
-        known=reference.name,
+        known=reference,
         deviations=_deviations(result, reference),
         bound=_bound_text(max(without)) if without else "",
         r2=median(each.best for each in r2) if r2 else None,

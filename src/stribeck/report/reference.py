@@ -33,10 +33,5 @@ class Reference:
             return None
         return velocity, torque - np.interp(0.0, velocity, torque)
 
-    @property
-    def word(self) -> str:
-        """Last word of the name."""
-        return self.name.split()[-1]
-
 
 NO_REFERENCE = Reference(name="none")

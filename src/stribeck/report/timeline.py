@@ -6,9 +6,6 @@ from stribeck.base.typing import Array
 from stribeck.report.charts import Chart, axis, line
 from stribeck.report.page import Section, render
 
-MOST_EXACT = 250
-"""Largest number of phases that are drawn exactly instead of as shares of 600 steps."""
-
 CLOSE_UP = 12.0
 """Duration of the close-up of a long log [s]."""
 
@@ -67,7 +64,7 @@ def one_clock(phases: Phases) -> Phases:
 def _strips(phases: Phases, names: list[str], start: float, end: float) -> Chart:
     visible = [phase for phase in phases if phase[1] > start and phase[0] < end]
     edges = np.linspace(start, end, 601)
-    if len(visible) <= MOST_EXACT:  # few enough to be drawn exactly
+    if len(visible) <= 250:  # few enough to be drawn exactly instead of as shares of 600 steps
         borders = np.clip([phase[:2] for phase in visible], start, end).ravel()
         edges = np.unique(np.round([start, *borders, end], 6))
     lines = []

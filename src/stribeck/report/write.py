@@ -13,9 +13,9 @@ from stribeck.report.joints import joint_panels
 from stribeck.report.overview import first_screen, heading
 from stribeck.report.page import Section, write_page
 from stribeck.report.reference import NO_REFERENCE, Reference
-from stribeck.report.saved import saved_evidence
 from stribeck.report.timeline import timeline
 from stribeck.result import Result, read_result
+from stribeck.result.saved import saved_evidence
 
 
 def write_report(

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
@@ -12,9 +12,6 @@ from stribeck.base.text_table import TextTable, number, span
 from stribeck.errors import SettingsError
 from stribeck.result import JointResult, ParameterEstimate, Result, read_result
 from stribeck.result.mirror import mirrored_pairs
-
-DIRECTED = frozenset({"offset", "coulomb_positive", "coulomb_negative", "viscous_positive", "viscous_negative"})
-"""Parameters that depend on the direction of a joint's axis, which is unknown for mirrored joints."""
 
 FALSE_ALARMS = 0.05
 """Probability of any false "significant" in a comparison without changes [1]."""
@@ -135,8 +132,8 @@ def compare(a: Result | str | Path, b: Result | str | Path, names: tuple[str, st
     missing |= {joint: "only in the second result" for joint in b.joints if joint not in a.joints}
     for which, place in (("second", 1), ("first", 0)):
         missing |= {joint: reason for joint, pair in joints.items() if (reason := _unknown(pair[place], which))}
-    first, second = names or (_label(a), _label(b))
-    return _comparison(a, joints, missing, (first, second))
+    labels = names or (", ".join(a.log.paths), ", ".join(b.log.paths))
+    return _comparison(a, joints, missing, labels)
 
 
 def compare_sides(result: Result) -> Comparison:
@@ -155,7 +152,8 @@ def compare_sides(result: Result) -> Comparison:
     sides = [name for pair in pairs for name in pair]
     missing = {name: reason for name in sides if (reason := _unknown(result.joints[name], "result"))}
     joints = {f"{left} | {right}": (result.joints[left], result.joints[right]) for left, right in pairs}
-    return _comparison(result, joints, missing, ("left", "right"), DIRECTED)
+    directed = {"offset", "coulomb_positive", "coulomb_negative", "viscous_positive", "viscous_negative"}
+    return _comparison(result, joints, missing, ("left", "right"), directed)
 
 
 def _comparison(
@@ -163,7 +161,7 @@ def _comparison(
     joints: Mapping[str, tuple[JointResult, JointResult]],
     missing: dict[str, str],
     names: tuple[str, str],
-    left_out: frozenset[str] = frozenset(),
+    left_out: Collection[str] = (),
 ) -> Comparison:
     """Compare pairs of joints; all differences are tested together."""
     for joint, (first, second) in list(joints.items()):
@@ -218,9 +216,7 @@ def difference_of(label: str, name: str, a: ParameterEstimate, b: ParameterEstim
     above = math.hypot(b.interval_95[1] - b.value, a.value - a.interval_95[0])
     error = math.hypot(a.standard_error, b.standard_error)
     if not math.isfinite(difference + below + above + error):
-        raise SettingsError(
-            f"compare: {name} of {label} is {a.value:g} and {b.value:g}; expected numbers whose difference is finite"
-        )
+        raise SettingsError(f"compare: {name} of {label} is {a.value:g} and {b.value:g}; expected a finite difference")
     z_score = difference / error if error > 0 else math.inf
     return Difference(
         joint=label,
@@ -246,11 +242,6 @@ def _unknown(joint: JointResult, which: str) -> str:
     """Explain why a joint of a result has no friction; "" if it has."""
     without = joint.verdict in ("no friction", "not excited")
     return f"{joint.verdict} in the {which} ({joint.reason})" if without else ""
-
-
-def _label(result: Result) -> str:
-    path = result.log.path
-    return path if isinstance(path, str) else ", ".join(path)
 
 
 def _listed(result: Result) -> str:

@@ -32,9 +32,6 @@ def verdict_place(verdict: str) -> str:
 
 TermDecision = Literal["kept", "refused", "open"]
 
-STEP = 1e-4
-"""Step of finite differences relative to a parameter [1]; the differentiated functions are nearly linear."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterEstimate:
@@ -385,7 +382,7 @@ def law_slopes(law: FrictionLaw, found: Mapping[str, float], load: float = 0.0) 
     """Compute the derivatives of a law's values under a load [N m] with respect to the k parameters, shape (p, k)."""
     columns = []
     for name, value in found.items():
-        step = STEP * max(abs(value), STEP)
+        step = 1e-4 * max(abs(value), 1e-4)  # the values are nearly linear in the parameters
         ends = [law_values(law, {**found, name: value + sign * step}, load) for sign in (1, -1)]
         columns.append((np.array(ends[0]) - np.array(ends[1])) / (2 * step))
     return np.column_stack(columns)

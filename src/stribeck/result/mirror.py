@@ -3,10 +3,8 @@
 import re
 from collections.abc import Iterable
 
-TOKENS = (("left", "right"), ("l", "r"), ("lf", "rf"), ("lh", "rh"), ("fl", "fr"), ("rl", "rr"), ("hl", "hr"))
-"""Words for left and right in joint names; two letters name a leg, with fore (f), hind (h) or rear (r)."""
-
-OTHER_SIDE = dict(TOKENS) | {right: left for left, right in TOKENS}
+RIGHT = {"left": "right", "l": "r", "lf": "rf", "lh": "rh", "fl": "fr", "rl": "rr", "hl": "hr"}
+"""Words for left -> words for right in joint names; two letters name a leg, with fore (f), hind (h) or rear (r)."""
 
 PARTS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|[^A-Za-z]+")
 """Pattern of the words of a name: `LHipPitch` is L, Hip, Pitch; `leg_left_1_joint` is leg, _, left, _1_, joint."""
@@ -52,7 +50,8 @@ def _mirrored(name: str) -> list[str]:
 
 def _other_side(word: str) -> str | None:
     """Translate a word to the other side, in the same case; None for words without a side."""
-    other = OTHER_SIDE.get(word.lower())
+    left = {right: left for left, right in RIGHT.items()}
+    other = (RIGHT | left).get(word.lower())
     if other is None or word.islower():
         return other
     return other.upper() if word.isupper() else other.capitalize()
@@ -62,4 +61,4 @@ def _is_left(name: str, partner: str) -> bool:
     """Check that the first word in which two names differ means left."""
     words = zip(PARTS.findall(name), PARTS.findall(partner), strict=True)
     word = next(a.lower() for a, b in words if a != b)
-    return word in dict(TOKENS)
+    return word in RIGHT

@@ -17,9 +17,6 @@ Six = Annotated[tuple[float, ...], Field(min_length=6, max_length=6)]
 BODY_COORDINATES = ("log_mass", "centre_x", "centre_y", "centre_z", *(f"shape_{k}" for k in range(1, 7)))
 """Coordinates of a body's errors; `stribeck.robot.inertial_parameters.shape_coordinates` defines the last six."""
 
-DRAWN = 5000
-"""Largest number of samples per joint behind a curve [1]."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class BodyCorrection:
@@ -143,7 +140,7 @@ class Evidence:
         found = {}
         for k, name in enumerate(self.samples.joint_names):
             known = np.flatnonzero(self.samples.usable[:, k] & np.isfinite(self.samples.friction_torque[:, k]))
-            rows = known[:: max(1, -(-len(known) // DRAWN))]
+            rows = known[:: max(1, -(-len(known) // 5000))]  # more samples are not visible behind a curve
             found[name] = (self.samples.velocity[rows, k], self.samples.friction_torque[rows, k])
         return found
 

@@ -44,6 +44,11 @@ class LogSummary:
     samples: int = 0
 
     @property
+    def paths(self) -> list[str]:
+        """Paths of the logs."""
+        return [self.path] if isinstance(self.path, str) else self.path
+
+    @property
     def usage(self) -> str:
         """Phrase on the number of samples whose friction torque is known; methods can use more of the log."""
         if not self.samples:

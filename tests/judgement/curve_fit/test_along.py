@@ -138,7 +138,7 @@ def test_stiff_bristles_are_called_weak_and_why() -> None:
     noise = 0.02 * np.random.default_rng(1).standard_normal(len(torque))
     samples = samples_of(velocity, torque + noise, nodes=nodes)
     fits = fit_law(samples, law, Settings())
-    joint = judge(fits, samples, law, Settings(), validate(fits, samples, law, Settings()))["knee"]
+    joint = judge(fits, samples, law, Settings(), validate(fits, samples, law, Settings())[0])["knee"]
     assert joint.verdict == "identified"
     assert joint.parameters["bristle_damping"].verdict == "weak"
     assert joint.parameters["bristle_travel"].verdict == "weak"

@@ -10,8 +10,8 @@ from tests.log.readers.formats import JOINTS, StubRobot, columns_of, synthetic_l
 
 from stribeck.errors import LogError, SettingsError
 from stribeck.log.readers import read_log
+from stribeck.log.readers.channels import COMMAND
 from stribeck.log.readers.mapping import CURRENT, UNITS
-from stribeck.log.readers.recording import COMMAND
 from stribeck.log.sampling import regularise
 from stribeck.settings import LogTable
 

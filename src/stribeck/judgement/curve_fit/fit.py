@@ -16,14 +16,10 @@ from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.judgement.curve_fit.covariance import block_covariance, intervals_95
 from stribeck.judgement.curve_fit.problem import FitProblem, hold_out, joint_problem, to_external, to_internal
 from stribeck.judgement.curve_fit.robust import TUNING, Loss, influence, robust_scale
-from stribeck.judgement.excitation import excitation
 from stribeck.judgement.joint_fit import PRIOR_FACTOR, JointFit, near_bound, parameter_units
 from stribeck.judgement.speed import top_speed
 from stribeck.result import Validation
 from stribeck.settings import Settings
-
-ROUGH, FINE = 1e-6, 1e-9
-"""Convergence tolerances of descents on the subset and of the last one: change of cost and parameters [1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +40,7 @@ def fit_law(samples: FrictionSamples, law: FrictionLaw, settings: Settings) -> d
     fits = {}
     for column, joint in enumerate(samples.joint_names):
         problem = joint_problem(samples, joint, law, settings)
-        if not excitation(problem, samples.slides(column)).reason:
+        if not problem.excitation(samples.slides(column)).reason:
             training, _ = hold_out(problem, settings.holdout)
             fits[joint] = fit_joint(training, settings.loss)
     return fits
@@ -66,13 +62,13 @@ def _minimise(problem: FitProblem, loss: Loss) -> tuple[Descent, float]:
     step = -(-len(problem.velocity) // 4000)  # samples are sufficient to compare starts
     subset = problem.take(slice(None, None, step))
     starts = grid_starts(subset)
-    descents = [descend(subset, values, tolerance=ROUGH) for _, values in starts[:3]]
+    descents = [descend(subset, values, tolerance=1e-6) for _, values in starts[:3]]
     best = min(descents, key=lambda descent: descent.cost)
     loss_scale = 0.0
     if loss != "linear":  # twice: outliers inflate the first scale
         for _ in range(2):
             loss_scale = TUNING[loss] * robust_scale(subset.predict(best.values) - subset.friction_torque)
-            best = descend(subset, best.values, loss, loss_scale, ROUGH)
+            best = descend(subset, best.values, loss, loss_scale, 1e-6)
     return descend(problem, best.values, loss, loss_scale), loss_scale
 
 
@@ -111,9 +107,12 @@ def eliminate_linear(problem: FitProblem, shape: dict[str, float]) -> tuple[floa
 
 
 def descend(
-    problem: FitProblem, start: Array, loss: Loss = "linear", loss_scale: float = 0.0, tolerance: float = FINE
+    problem: FitProblem, start: Array, loss: Loss = "linear", loss_scale: float = 0.0, tolerance: float = 1e-9
 ) -> Descent:
-    """Minimize the sum of squares by SciPy's trust-region-reflective algorithm, with logarithms of scales."""
+    """Minimize the sum of squares by SciPy's trust-region-reflective algorithm, with logarithms of scales.
+
+    It converges when cost and parameters change by less than the relative `tolerance`.
+    """
     logs = problem.logarithmic
     # residuals of order one, because SciPy's gradient tolerance is absolute
     scale = max(float(np.sqrt(np.mean(problem.friction_torque**2))), 1e-30) * np.sqrt(len(problem.velocity))
@@ -192,24 +191,15 @@ def _prior(problem: FitProblem) -> Array:
 
 def validate(
     fits: Mapping[str, JointFit], samples: FrictionSamples, law: FrictionLaw, settings: Settings
-) -> dict[str, Validation | None]:
-    """Validate each joint's fit on the blocks that `fit_law` held out; None without such blocks."""
+) -> tuple[dict[str, Validation | None], NDArray[np.bool_]]:
+    """Validate each joint's fit on the blocks that `fit_law` held out, None without any; mark these samples, (N, n)."""
     found: dict[str, Validation | None] = {}
+    held_out = np.zeros(samples.usable.shape, dtype=bool)
     for joint, fit in fits.items():
         training, unseen = hold_out(joint_problem(samples, joint, law, settings), settings.holdout)
         found[joint] = validate_values(fit.values, training, unseen) if len(unseen.velocity) else None
-    return found
-
-
-def held_out(
-    fits: Mapping[str, JointFit], samples: FrictionSamples, law: FrictionLaw, settings: Settings
-) -> NDArray[np.bool_]:
-    """Mark the samples of each joint in the blocks that `fit_law` held out, shape (N, n)."""
-    found = np.zeros(samples.usable.shape, dtype=bool)
-    for joint in fits:
-        _, unseen = hold_out(joint_problem(samples, joint, law, settings), settings.holdout)
-        found[:, samples.joint_names.index(joint)] = np.isin(samples.block, unseen.block)
-    return found
+        held_out[:, samples.joint_names.index(joint)] = np.isin(samples.block, unseen.block)
+    return found, held_out
 
 
 def validate_values(values: Array, training: FitProblem, unseen: FitProblem) -> Validation:

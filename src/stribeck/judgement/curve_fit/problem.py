@@ -14,6 +14,7 @@ from stribeck.base.typing import Array
 from stribeck.friction import FrictionLaw, LawWithState, Parameter
 from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.judgement.curve_fit.along import Along, along, state_known
+from stribeck.judgement.excitation import Excitation, excitation
 from stribeck.judgement.speed import top_speed
 from stribeck.settings import Settings
 
@@ -114,6 +115,10 @@ class FitProblem:
     def internal_jacobian(self, values: Array) -> Array:
         """Compute the derivatives in internal coordinates, dR/d(ln p) = p dR/dp for scales, shape (N, p)."""
         return self.jacobian(values) * np.where(self.logarithmic, values, 1.0)
+
+    def excitation(self, prismatic: bool) -> Excitation:
+        """Judge the motion of the joint."""
+        return excitation(self.velocity, self.block, len(self.parameters), prismatic)
 
     def take(self, rows: slice | NDArray[np.bool_] | NDArray[np.int64]) -> FitProblem:
         """Select samples of the problem."""

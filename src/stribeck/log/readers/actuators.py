@@ -82,9 +82,8 @@ def command_and_feedback(channels: dict[str, Array], time: Array, robot: Robot) 
     assert robot.command_gains is not None
     (kp, kd), unknown = robot.command_gains, without_kp(robot)
     if unknown and channels.get("desired_torque", np.zeros(1)).any():
-        raise LogError(
-            f"{robot.path}: [robot] kp has no value for joint '{unknown[0]}'; the log's desired torques require it"
-        )
+        missing = f"[robot] kp has no value for joint '{unknown[0]}'"
+        raise LogError(f"{robot.path}: {missing}; the log's desired torques require it")
     kp = np.nan_to_num(kp, nan=1.0)
     command, feedback = kp * channels["desired_position"], -kp * channels["position"]
     terms = ["kp (desired_position - position)"]

@@ -14,19 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.errors import LogError
-from stribeck.log.readers.recording import (
-    CHANNELS,
-    FOOT_CHANNELS,
-    JOINT_CHANNELS,
-    WRENCH,
-    Channel,
-    Loaded,
-    Recording,
-    alias_note,
-    find_aliases,
-    foreign,
-    listed,
-)
+from stribeck.log.readers.channels import CHANNELS, FOOT_CHANNELS, JOINT_CHANNELS, WRENCH, alias_note, find_aliases
+from stribeck.log.readers.recording import Channel, Loaded, Recording, foreign, listed
 from stribeck.log.storage import BLOCK_ROWS, allocate, check_size
 from stribeck.settings import LogTable
 
@@ -66,7 +55,9 @@ def open_npz(path: Path, table: LogTable) -> Recording:
             archive.open(member).close()  # checks that its header has the same name as the directory
         members = [name for name in archive.namelist() if name.endswith(".npy")]
         arrays = {name.removesuffix(".npy"): _open_member(path, archive, name) for name in members}
-        words = {name: _read_words_of_npz(arrays[name], name, path) for name in WORDS if name in arrays}
+        stored = {name: arrays[name] for name in WORDS if name in arrays}
+        check_size(str(path), sum(array.size for array in stored.values()))
+        words = {name: _texts(array.read(), name, path) for name, array in stored.items()}
         if not arrays:
             raise LogError(f"{path}: contains no arrays; expected at least 'position' and 'torque'")
     return source_of_arrays(str(path), "NumPy .npz", arrays, words, table)
@@ -97,13 +88,6 @@ def _read_header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
     return shape, dtype
 
 
-def _read_words_of_npz(stored: StoredArray, name: str, path: Path) -> tuple[str, ...]:
-    check_size(str(path), stored.size)
-    if stored.dtype.kind not in "US":
-        raise LogError(f"{path}: array '{name}' contains values of type {stored.dtype}; expected text")
-    return tuple(value.decode() if isinstance(value, bytes) else str(value) for value in np.ravel(stored.read()))
-
-
 def open_hdf5(path: Path, table: LogTable) -> Recording:
     """Open an HDF5 file with datasets named as the channels of RobotLog at its root.
 
@@ -127,7 +111,9 @@ def open_hdf5(path: Path, table: LogTable) -> Recording:
             if node.shape is not None
         }
         check_size(str(path), sum(arrays[name].size for name in WORDS if name in arrays))
-        words = {name: _read_words_of_hdf5(file, name, path) for name in WORDS if name in arrays or name in file.attrs}
+        texts = {name: file[name][()] for name in WORDS if name in arrays}
+        texts |= {name: file.attrs[name] for name in WORDS if name in file.attrs}
+        words = {name: _texts(values, name, path) for name, values in texts.items()}
     if not arrays:
         raise LogError(f"{path}: contains no datasets; expected at least 'position' and 'torque'")
     return source_of_arrays(str(path), "HDF5", arrays, words, table)
@@ -150,13 +136,12 @@ def datasets(file: h5py.File, path: Path) -> dict[str, h5py.Dataset]:
     return found
 
 
-def _read_words_of_hdf5(file: h5py.File, name: str, path: Path) -> tuple[str, ...]:
-    """Read the texts of a dataset or an attribute."""
-    node = file[name] if name not in file.attrs else file.attrs[name]
-    values = np.ravel(np.asarray(node[()] if isinstance(node, h5py.Dataset) else node, dtype=object))
-    if not all(isinstance(value, (bytes, str)) for value in values):
-        raise LogError(f"{path}: '{name}' contains other values than text")
-    return tuple(value.decode() if isinstance(value, bytes) else value for value in values)
+def _texts(values: object, name: str, path: Path) -> tuple[str, ...]:
+    """Convert an array of text, or a single text, to strings."""
+    flat = np.ravel(np.asarray(values, dtype=object))
+    if not all(isinstance(value, (bytes, str)) for value in flat):
+        raise LogError(f"{path}: '{name}' contains other values than text; expected text")
+    return tuple(value.decode() if isinstance(value, bytes) else value for value in flat)
 
 
 def source_of_arrays(

@@ -30,7 +30,6 @@ from stribeck.log.readers.recording import Recording, foreign
 from stribeck.log.storage import IN_MEMORY_LIMIT, check_size
 from stribeck.settings import LogTable
 
-MILLI = 1_000_000  # [ns]
 Messages = Iterator[tuple[str, str, int, Any]]
 """Topic, type, recorder's stamp [ns] and content of each message."""
 
@@ -272,8 +271,9 @@ def _convert_counter(ticks: NDArray[np.int64], recorded: NDArray[np.int64]) -> N
 
     The counter wraps around after 2^32. Messages are counted on board, and recorded after a network delay.
     """
-    since = np.concatenate([[0], np.cumsum(np.diff(ticks) % (1 << 32))]) * MILLI
+    milli = 1_000_000  # [ns]
+    since = np.concatenate([[0], np.cumsum(np.diff(ticks) % (1 << 32))]) * milli
     span = int(recorded[-1] - recorded[0])
-    if since[-1] <= 0 or abs(since[-1] - span) > 0.02 * span + 20 * MILLI:  # messages may be recorded 20 ms late
+    if since[-1] <= 0 or abs(since[-1] - span) > 0.02 * span + 20 * milli:  # messages may be recorded 20 ms late
         return None
     return since + np.int64(np.median(recorded - since))

@@ -13,17 +13,8 @@ from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
 from stribeck.errors import LogError
-from stribeck.log.readers.recording import (
-    CHANNELS,
-    JOINT_CHANNELS,
-    Arrays,
-    Channel,
-    Loaded,
-    Recording,
-    alias_note,
-    find_aliases,
-    listed,
-)
+from stribeck.log.readers.channels import CHANNELS, JOINT_CHANNELS, alias_note, find_aliases
+from stribeck.log.readers.recording import Arrays, Channel, Loaded, Recording, listed
 from stribeck.log.storage import allocate, check_size
 from stribeck.settings import LogTable
 
@@ -87,8 +78,10 @@ def is_list(kind: pa.DataType) -> bool:
     return bool(of_lists and (pa.types.is_floating(kind.value_type) or pa.types.is_integer(kind.value_type)))
 
 
-def source_of_columns(table: Table, settings: LogTable) -> Recording:
+def source_of_columns(table: Table, settings: LogTable, notes: Sequence[str] = ()) -> Recording:
     """Make the recording of a table whose columns are named `<channel>.<label>`, numbered, or named in `[log]`.
+
+    The notes follow those on alternative names.
 
     Raises
     ------
@@ -105,11 +98,11 @@ def source_of_columns(table: Table, settings: LogTable) -> Recording:
     taken = {name for _, columns in used.values() for name in columns}
     if clash := sorted(taken & {name for name, count in Counter(names).items() if count > 1}):
         raise LogError(f"{path}: contains column {listed(clash)} more than once; expected unique names")
-    time = used["time"][1]
+    time, notes = used["time"][1], [*alias_note(aliases), *notes]
     return Recording(
         path=path,
         channels={name: Channel(len(columns), labels) for name, (labels, columns) in used.items() if columns},
-        load=partial(_load, {name: columns for name, (_, columns) in used.items()}, table, alias_note(aliases)),
+        load=partial(_load, {name: columns for name, (_, columns) in used.items()}, table, notes),
         others=tuple(dict.fromkeys(re.sub(r"\[\d+\]$", "", name) for name in names if name not in taken)),
         wide=frozenset(name[: bracket.start()] for name in names if (bracket := re.search(r"\[\d+\]$", name))),
         time_unit="ns" if time and _is_stamp(table.kind(table.places[time[0]][0])) else None,
@@ -130,9 +123,7 @@ def _columns_of(
     if isinstance(asked, list):
         missing = [name for name in asked if name not in names]
         if missing:
-            raise LogError(
-                f"{path}: [log.{channel}] name lists column {listed(missing)}; the file contains {listed(names)}"
-            )
+            raise LogError(f"{path}: [log.{channel}] name lists column {listed(missing)}; the file has {listed(names)}")
         return (tuple(asked) if channel in JOINT_CHANNELS else None), asked
     prefix = asked or usual
     matches = {name: match for name in names if (match := re.fullmatch(re.escape(prefix) + NUMBER, name))}

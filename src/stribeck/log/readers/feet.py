@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from stribeck.errors import LogError
-from stribeck.log.readers.recording import FOOT_CHANNELS, WRENCH, Recording, listed
+from stribeck.log.readers.channels import FOOT_CHANNELS, WRENCH
+from stribeck.log.readers.recording import Recording, listed
 from stribeck.settings import LogTable
 
 if TYPE_CHECKING:

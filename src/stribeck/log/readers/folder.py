@@ -10,26 +10,16 @@ from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
 from stribeck.errors import LogError
+from stribeck.log.readers.channels import ALIASES, CHANNELS, JOINT_CHANNELS, VECTOR_CHANNELS
 from stribeck.log.readers.columns import group_of, source_of_columns
 from stribeck.log.readers.join import NANO, Stream, fast_enough, load_on_one_clock
 from stribeck.log.readers.mapping import TIME
-from stribeck.log.readers.recording import (
-    ALIASES,
-    CHANNELS,
-    JOINT_CHANNELS,
-    VECTOR_CHANNELS,
-    Channel,
-    Recording,
-    foreign,
-    listed,
-)
+from stribeck.log.readers.recording import Channel, Recording, foreign, listed
 from stribeck.log.readers.tables import csv_table, first_line, is_data, parquet_table
 from stribeck.settings import LogTable
 
 SUFFIXES = (".csv", ".parquet")
-USUAL = {name: channel for channel, names in ALIASES.items() for name in names} | dict(
-    zip(CHANNELS, CHANNELS, strict=True)
-)
+USUAL = {*CHANNELS, *(name for names in ALIASES.values() for name in names)}
 """Names that identify a channel."""
 KINDS = dict.fromkeys(JOINT_CHANNELS, "joints") | dict.fromkeys(VECTOR_CHANNELS, "imu")
 KINDS |= {"foot_wrench": "wrench", "foot_force": "wrench", "contact": "flag", "temperature": "slow"}
@@ -48,11 +38,8 @@ class _File:
 
     @property
     def rows(self) -> int:
-        return (
-            len(next(iter(self.values.values())))
-            if self.values
-            else len(self.stamps if self.stamps is not None else ())
-        )
+        columns = [*self.values.values(), *([] if self.stamps is None else [self.stamps])]
+        return len(columns[0]) if columns else 0
 
 
 def tables_in(path: Path) -> list[Path]:
@@ -146,14 +133,12 @@ def _read(path: Path, settings: LogTable) -> _File:
     source = source_of_columns(renamed, own)
     channels = {name: channel for name, channel in source.channels.items() if name == "time" or name not in elsewhere}
     loaded = source.load({name: range(channel.columns) for name, channel in channels.items()})
-    stamps = loaded.arrays.pop("time", None)
+    stamps, unit = loaded.arrays.pop("time", None), source.time_unit or settings.time.unit
     return _File(
         name=path.name,
         labels={name: channel.labels for name, channel in channels.items() if name != "time"},
         values={name: np.asarray(array, dtype=np.float64) for name, array in loaded.arrays.items()},
-        stamps=None
-        if stamps is None
-        else _to_nanoseconds(stamps.ravel(), source.time_unit or settings.time.unit, str(path)),
+        stamps=None if stamps is None else _to_nanoseconds(stamps.ravel(), unit, str(path)),
         others=source.others,
         notes=loaded.notes,
     )

@@ -12,17 +12,8 @@ from stribeck.base.typing import Array
 from stribeck.errors import LogError
 from stribeck.log.clock import BRIDGED, RATES
 from stribeck.log.interpolation import bridges, linear, previous, slerp
-from stribeck.log.readers.recording import (
-    COMMAND,
-    JOINT_CHANNELS,
-    VECTOR_CHANNELS,
-    WRENCH,
-    Arrays,
-    Channel,
-    Loaded,
-    Recording,
-    listed,
-)
+from stribeck.log.readers.channels import COMMAND, JOINT_CHANNELS, VECTOR_CHANNELS, WRENCH
+from stribeck.log.readers.recording import Arrays, Channel, Loaded, Recording, listed
 from stribeck.log.readers.unitree import ORDERS
 from stribeck.settings import LogTable
 
@@ -60,17 +51,6 @@ class Stream:
 
 Part = tuple[Stream, int]
 """Stream, and its column for a joint, a foot or a component."""
-
-STAMPS = {
-    "recorder": "has messages without stamps: the recorder's time is used.",
-    "tick": "has messages without stamps: their millisecond counter is aligned with the recorder's time.",
-}
-
-SLOWEST = 10.0
-"""Largest number of interpolated rows per message of a joint's signal; beyond it, hardly a row is measured."""
-
-LONGEST = 3.0
-"""Longest step in periods of a stream that is interpolated, unless `[log] max_gap` allows more; stamps jitter."""
 
 
 def join(
@@ -225,7 +205,7 @@ def _is_too_slow(stream: Stream) -> bool:
 
 def _refuse_slow(stream: Stream, clock: Stream, path: str) -> None:
     rate, of_clock = _compute_rate(stream), _compute_rate(clock)
-    slowest = max(of_clock / SLOWEST, RATES[0])
+    slowest = max(of_clock / 10.0, RATES[0])  # with more rows per message, hardly a row is measured
     if stream.kind == "joints" and rate < slowest:
         raise LogError(
             f"{path}: '{stream.topic}' has {listed(list(stream.values))} of {listed(stream.labels)} at {rate:.4g} "
@@ -257,14 +237,15 @@ def load_on_one_clock(
         topics = listed([stream.topic for stream in streams])
         raise LogError(f"{path}: topics {topics} do not overlap in time; expected streams of one recording")
     stamps = clock.stamps[rows[0] : rows[-1] + 1]
-    notes = [
-        *found,
-        *[f"The clock is '{clock.topic}'."][: len({s.topic for s in streams}) - 1],
-    ]
+    notes = [*found, *[f"The clock is '{clock.topic}'."][: len({s.topic for s in streams}) - 1]]
     if len(stamps) < len(clock.stamps):
         notes.append(f"{len(clock.stamps) - len(stamps)} messages outside the common time of all topics are ignored.")
-    stamped = {stream.topic: stream.stamped_by for stream in streams if stream.stamped_by in STAMPS}
-    notes += [f"'{topic}' {STAMPS[stamped_by]}" for topic, stamped_by in stamped.items()]
+    used_clocks = {
+        "recorder": "the recorder's time is used",
+        "tick": "their millisecond counter is aligned with the recorder's time",
+    }
+    stamped = {stream.topic: stream.stamped_by for stream in streams if stream.stamped_by in used_clocks}
+    notes += [f"'{topic}' has messages without stamps: {used_clocks[by]}." for topic, by in stamped.items()]
     held = {id(part[0]) for name in COMMAND for part in used.get(name, ()) if part}
     on_clock = {id(clock): {name: values[rows[0] : rows[-1] + 1] for name, values in clock.values.items()}}
     for stream in streams:
@@ -279,10 +260,8 @@ def load_on_one_clock(
             notes.append(how)
     arrays: Arrays = {"time": stamps[:, None]} if "time" in wanted else {}
     for name, columns in used.items():
-        arrays[name] = np.stack(
-            [on_clock[id(p[0])][name][:, p[1]] if p else np.zeros(len(stamps)) for p in columns],
-            axis=1,
-        )
+        parted = [on_clock[id(p[0])][name][:, p[1]] if p else np.zeros(len(stamps)) for p in columns]
+        arrays[name] = np.stack(parted, axis=1)
     return Loaded(arrays, tuple(notes))
 
 
@@ -297,7 +276,7 @@ def _resample(
     order = np.argsort(stream.stamps, kind="stable")  # messages may be recorded later than their successors
     time, query = (stream.stamps[order] - zero) / NANO, (stamps - zero) / NANO
     period = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
-    longest = max(table.max_gap or BRIDGED, LONGEST * period)
+    longest = max(table.max_gap or BRIDGED, 3.0 * period)  # stamps jitter
     pauses = np.zeros(len(query), dtype=bool) if held else bridges(query, time, longest)
     result = {}
     for name, values in stream.values.items():

@@ -13,37 +13,21 @@ import pyarrow as pa
 from stribeck.base.typing import Array
 from stribeck.errors import LogError
 from stribeck.log.readers.columns import Table, source_of_columns
-from stribeck.log.readers.recording import Loaded, Recording, foreign, listed
+from stribeck.log.readers.recording import Recording, foreign, listed
 from stribeck.log.readers.tables import parquet_table
 from stribeck.log.storage import check_size
 from stribeck.settings import LogTable
 
 INFO = Path("meta", "info.json")
 STATE = "observation.state"
-STAMPS = ("timestamp", "frame_index", "episode_index")
-FEATURES = {
-    STATE: "position",
-    "observation.velocity": "velocity",
-    "observation.effort": "torque",
-    "observation.torque": "torque",
-    "observation.temperature": "temperature",
-}
-"""Feature -> channel."""
 ENDINGS = {
-    "pos": "position",
-    "vel": "velocity",
-    "acc": "acceleration",
-    "eff": "torque",
-    "effort": "torque",
-    "torque": "torque",
-    "temp": "temperature",
-    "temperature": "temperature",
+    **dict.fromkeys(("state", "pos", "position"), "position"),
+    **dict.fromkeys(("vel", "velocity"), "velocity"),
+    **dict.fromkeys(("acc", "acceleration"), "acceleration"),
+    **dict.fromkeys(("eff", "effort", "torque"), "torque"),
+    **dict.fromkeys(("temp", "temperature"), "temperature"),
 }
-"""Ending of a name in the state, such as `elbow.pos` -> channel."""
-UNITS = (
-    "LeRobot datasets do not state units, so positions are assumed to be in radians. For an arm that records degrees, "
-    'set [log.position] unit = "deg"; for one that records normalized positions, set its scale and offset.'
-)
+"""Ending of a feature, such as `observation.effort`, or of a name in the state, such as `elbow.pos` -> channel."""
 
 
 def open_lerobot(path: Path, table: LogTable) -> Recording:
@@ -87,14 +71,16 @@ def open_lerobot(path: Path, table: LogTable) -> Recording:
         widths=tables[0].widths,
         on_disk=False,
     )
-    source = source_of_columns(whole, table)
     notes = [f"{episodes} episodes were concatenated, with a pause between them."][: max(0, episodes - 1)]
     if table.position.unit is None:
-        notes.append(UNITS)
+        notes.append(
+            "LeRobot datasets do not state units, so positions are assumed to be in radians. For an arm that records "
+            'degrees, set [log.position] unit = "deg"; for one that records normalized positions, its scale and offset.'
+        )
+    source = source_of_columns(whole, table, notes)
     return replace(
         source,
-        load=partial(_load, source, notes),
-        others=tuple(name for name in source.others if name not in STAMPS),
+        others=tuple(name for name in source.others if name not in ("timestamp", "frame_index", "episode_index")),
         expected={
             "position": f"numbers in '{STATE}', named '<joint>.pos' or like the joints",
             "torque": f"a feature 'observation.effort', or names '<joint>.effort' in '{STATE}', present if the "
@@ -129,7 +115,7 @@ def _rename_columns(columns: Sequence[str], features: Mapping[str, Any]) -> list
         own = next((known for known in (_list_names(features.get(feature, {})), of_state) if len(known) == width), ())
         name = own[int(place)] if own else ""
         stem, dot, ending = name.rpartition(".")
-        channel = FEATURES.get(feature, feature)
+        channel = ENDINGS.get(feature.removeprefix("observation."), feature)
         if dot and ending in ENDINGS:
             name, channel = stem, ENDINGS[ending] if feature == STATE else channel
         names.append(f"{channel}.{name}" if name else f"{channel}[{place}]")
@@ -176,8 +162,3 @@ def _read(
         for batch in table.read(stored or [table.places[table.names[0]][0]], free):
             yield batch if time is None else batch.append_column("time", pa.array(time[row : row + batch.num_rows]))
             row += batch.num_rows
-
-
-def _load(source: Recording, notes: Sequence[str], wanted: Mapping[str, Sequence[int]]) -> Loaded:
-    loaded = source.load(wanted)
-    return Loaded(loaded.arrays, (*loaded.notes, *notes))

@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
 from stribeck.errors import LogError, SettingsError
-from stribeck.log.clock import longest_step, refuse_backward_time
+from stribeck.log.clock import longest_step, refuse_wrong_time
 from stribeck.log.interpolation import bridges, linear, previous, slerp
-from stribeck.log.readers.recording import CHANNELS, listed
+from stribeck.log.readers.channels import CHANNELS
+from stribeck.log.readers.recording import listed
 from stribeck.settings import ChannelTable, LogTable, PerJoint
 
 TURN = 2 * np.pi  # [rad]
@@ -138,7 +139,7 @@ def advance(channels: dict[str, Array], time: Array, table: LogTable, path: str)
     delays = {name: delay for name, delay in delays.items() if delay != 0}
     if not delays:
         return slice(None), []
-    refuse_backward_time(time, path)
+    refuse_wrong_time(time, path)
     known = np.isfinite(time)
     clock = time[known]
     if len(clock) < 2:

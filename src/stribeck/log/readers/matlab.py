@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from stribeck.errors import LogError
 from stribeck.log.readers.arrays import WORDS, StoredArray, datasets, source_of_arrays
-from stribeck.log.readers.recording import ALIASES, Recording, foreign
+from stribeck.log.readers.channels import ALIASES
+from stribeck.log.readers.recording import Recording, foreign
 from stribeck.log.readers.yarp import is_telemetry, open_telemetry
 from stribeck.log.storage import check_size
 from stribeck.settings import LogTable

@@ -1,22 +1,14 @@
 """Content of each message type: joints, IMU, wrench or flag."""
 
+import tomllib
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from stribeck.errors import LogError
 from stribeck.log.readers.unitree import FEET, MOTOR
-
-INTERFACES = {
-    "position": "position",
-    "velocity": "velocity",
-    "acceleration": "acceleration",
-    "torque": "torque",
-    "effort": "torque",
-    "temperature": "temperature",
-}
-"""Interfaces of ros2_control -> channels; of two for the same channel, the later one is used."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +55,10 @@ def _dynamic_joint_state(message: Any, place: str) -> list[Part]:
                 f"of joint '{name}'; expected one value per name"
             )
         found = dict(zip(interface.interface_names, interface.values, strict=True))
-        values = {channel: found[key] for key, channel in INTERFACES.items() if key in found}
+        if "effort" in found:  # of ros2_control's torque and effort, the latter is used
+            found["torque"] = found["effort"]
+        channels = ("position", "velocity", "acceleration", "torque", "temperature")
+        values = {channel: found[channel] for channel in channels if channel in found}
         if values:
             groups.setdefault(tuple(values), []).append((name, values))
     return [
@@ -121,10 +116,8 @@ def _low_state(message: Any, place: str) -> list[Part]:
         "linear_acceleration": imu.accelerometer,
     }
     labels = tuple(f"{MOTOR}{number}" for number in range(len(motors)))
-    parts = [Part("joints", labels, joints), Part("imu", (), measured)]
-    return (
-        [*parts, Part("force", FEET, {"foot_force": message.foot_force})] if hasattr(message, "foot_force") else parts
-    )
+    forces = [Part("force", FEET, {"foot_force": message.foot_force})] if hasattr(message, "foot_force") else []
+    return [Part("joints", labels, joints), Part("imu", (), measured), *forces]
 
 
 READ: dict[str, Callable[[Any, str], list[Part]]] = {
@@ -141,39 +134,5 @@ READ: dict[str, Callable[[Any, str], list[Part]]] = {
 JOINT_TYPES = tuple(name.replace("/msg/", "/") for name in list(READ)[:4])
 """Types with joints, as shown in error messages."""
 
-DEFINITIONS = {
-    "control_msgs/msg/InterfaceValue": "string[] interface_names\nfloat64[] values\n",
-    "control_msgs/msg/DynamicJointState": (
-        "std_msgs/Header header\nstring[] joint_names\nInterfaceValue[] interface_values\n"
-    ),
-    "unitree_go/msg/IMUState": (
-        "float32[4] quaternion\nfloat32[3] gyroscope\nfloat32[3] accelerometer\nfloat32[3] rpy\nint8 temperature\n"
-    ),
-    "unitree_go/msg/MotorState": (
-        "uint8 mode\nfloat32 q\nfloat32 dq\nfloat32 ddq\nfloat32 tau_est\nfloat32 q_raw\nfloat32 dq_raw\n"
-        "float32 ddq_raw\nint8 temperature\nuint32 lost\nuint32[2] reserve\n"
-    ),
-    "unitree_go/msg/BmsState": (
-        "uint8 version_high\nuint8 version_low\nuint8 status\nuint8 soc\nint32 current\nuint16 cycle\nint8[2] bq_ntc\n"
-        "int8[2] mcu_ntc\nuint16[15] cell_vol\n"
-    ),
-    "unitree_go/msg/LowState": (
-        "uint8[2] head\nuint8 level_flag\nuint8 frame_reserve\nuint32[2] sn\nuint32[2] version\nuint16 bandwidth\n"
-        "IMUState imu_state\nMotorState[20] motor_state\nBmsState bms_state\nint16[4] foot_force\n"
-        "int16[4] foot_force_est\nuint32 tick\nuint8[40] wireless_remote\nuint8 bit_flag\nfloat32 adc_reel\n"
-        "int8 temperature_ntc1\nint8 temperature_ntc2\nfloat32 power_v\nfloat32 power_a\nuint16[4] fan_frequency\n"
-        "uint32 reserve\nuint32 crc\n"
-    ),
-    "unitree_hg/msg/IMUState": (
-        "float32[4] quaternion\nfloat32[3] gyroscope\nfloat32[3] accelerometer\nfloat32[3] rpy\nint16 temperature\n"
-    ),
-    "unitree_hg/msg/MotorState": (
-        "uint8 mode\nfloat32 q\nfloat32 dq\nfloat32 ddq\nfloat32 tau_est\nint16[2] temperature\nfloat32 vol\n"
-        "uint32[2] sensor\nuint32 motorstate\nuint32[4] reserve\n"
-    ),
-    "unitree_hg/msg/LowState": (
-        "uint32[2] version\nuint8 mode_pr\nuint8 mode_machine\nuint32 tick\nIMUState imu_state\n"
-        "MotorState[35] motor_state\nuint8[40] wireless_remote\nuint32[4] reserve\nuint32 crc\n"
-    ),
-}
+DEFINITIONS: dict[str, str] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
 """Published definitions of types outside ROS, for bags without definitions."""

@@ -84,28 +84,27 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     >>> log.torque.shape
     (12000, 3)
     """
-    path, (table, where) = Path(path), _check_settings(robot)
+    path = Path(path)
     opener = _choose_opener(path)
-    if table.columns and opener is not open_csv:
-        raise SettingsError(f"{where}: [log] columns is set; only CSV files without a line of names have use for it")
+    table, where = _check_settings(robot, csv=opener is open_csv)
     return _read(opener(path, table), robot, table, where, str(path))
 
 
 @np.errstate(over="ignore", invalid="ignore")
 def read_frame(frame: object, robot: Robot | None = None) -> RobotLog:
     """Read a log from a table in memory: `RobotLog.from_frame`."""
-    table, where = _check_settings(robot)
-    if table.columns:
-        raise SettingsError(f"{where}: [log] columns is set; only CSV files without a line of names have use for it")
+    table, where = _check_settings(robot, csv=False)
     return _read(source_of_columns(table_of_frame(frame), table), robot, table, where, "")
 
 
-def _check_settings(robot: Robot | None) -> tuple[LogTable, str]:
+def _check_settings(robot: Robot | None, *, csv: bool) -> tuple[LogTable, str]:
     """Check the settings of `[log]`, and return them with the path of their file."""
     table, where = robot.log_table if robot else LogTable(), (robot.path if robot else "") or "robot file"
     check_table(table, where)
     if robot:
         check_current(robot)
+    if table.columns and not csv:
+        raise SettingsError(f"{where}: [log] columns is set; only CSV files without a line of names have use for it")
     return table, where
 
 

@@ -11,17 +11,9 @@ from typing import TYPE_CHECKING
 import tomlkit
 
 from stribeck.errors import LogError
+from stribeck.log.readers.channels import COMMAND, FOOT_CHANNELS, JOINT_CHANNELS, VECTOR_CHANNELS, WRENCH
 from stribeck.log.readers.feet import foot_columns, places_of, widened
-from stribeck.log.readers.recording import (
-    COMMAND,
-    FOOT_CHANNELS,
-    JOINT_CHANNELS,
-    VECTOR_CHANNELS,
-    WRENCH,
-    Channel,
-    Recording,
-    listed,
-)
+from stribeck.log.readers.recording import Channel, Recording, listed
 from stribeck.settings import LogTable
 
 if TYPE_CHECKING:
@@ -227,13 +219,7 @@ def _paired(names: Sequence[str], joints: Sequence[str]) -> dict[str, str]:
     """Pair names of a log with joints, in order if their numbers agree, otherwise with the closest name."""
     if len(names) == len(joints):
         return dict(zip(names, joints, strict=True))
-    pairs, left = {}, list(names)
-    for joint in joints:
-        if left:
-            closest = difflib.get_close_matches(joint, left, n=1, cutoff=0.0)[0]
-            left.remove(closest)
-            pairs[closest] = joint
-    return pairs
+    return {difflib.get_close_matches(joint, names, n=1, cutoff=0.0)[0]: joint for joint in joints}
 
 
 def _toml(value: Mapping[str, object] | Sequence[str]) -> str:

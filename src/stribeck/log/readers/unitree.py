@@ -1,11 +1,14 @@
 """Order of the motors in messages of Unitree's robots, where they have no names."""
 
+import tomllib
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 
 from stribeck.errors import LogError
-from stribeck.log.readers.recording import JOINT_CHANNELS, Channel, Recording, listed
+from stribeck.log.readers.channels import JOINT_CHANNELS
+from stribeck.log.readers.recording import Channel, Recording, listed
 from stribeck.settings import LogTable
 
 MOTOR = "motor_"
@@ -14,41 +17,8 @@ MOTOR = "motor_"
 FEET = ("FR", "FL", "RR", "RL")
 """Feet of quadrupeds, in the order of their force sensors."""
 
-_SHOULDER = ("shoulder_pitch", "shoulder_roll", "shoulder_yaw", "elbow")
-_ARM = (*_SHOULDER, "wrist_roll", "wrist_pitch", "wrist_yaw")
-
-
-def _both_sides(first: str, second: str, joints: Sequence[str]) -> tuple[str, ...]:
-    return tuple(f"{side}_{joint}" for side in (first, second) for joint in joints)
-
-
-_REST = ("knee", "ankle_pitch", "ankle_roll")
-
-ORDERS: dict[str, dict[str, tuple[str, ...]]] = {
-    "unitree_go/msg/LowState": {
-        "Go1, Go2, A1, B2": tuple(
-            f"{leg}_{joint}" for leg in ("fr", "fl", "rr", "rl") for joint in ("hip", "thigh", "calf")
-        ),
-        "H1": (
-            *_both_sides("right", "left", ("hip_roll", "hip_pitch", "knee")),
-            *("waist_yaw", "left_hip_yaw", "right_hip_yaw", "", "left_ankle", "right_ankle"),
-            *_both_sides("right", "left", _SHOULDER),
-        ),
-    },
-    "unitree_hg/msg/LowState": {
-        "G1": (
-            *_both_sides("left", "right", ("hip_pitch", "hip_roll", "hip_yaw", *_REST)),
-            *("waist_yaw", "waist_roll", "waist_pitch"),
-            *_both_sides("left", "right", _ARM),
-        ),
-        "H1-2": (
-            *_both_sides("left", "right", ("hip_yaw", "hip_pitch", "hip_roll", *_REST)),
-            "waist_yaw",
-            *_both_sides("left", "right", _ARM),
-        ),
-    },
-}
-"""Message type -> robot -> joints in the order of the motors (unitree_sdk2); a motor without a joint has no name."""
+ORDERS: dict[str, dict[str, list[str]]] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+"""Message type -> robot -> joints in the order of the motors; a motor without a joint has no name."""
 
 SYNONYMS = {"torso": "waist_yaw", "elbow_pitch": "elbow", "elbow_roll": "wrist_roll"}
 """Names of the same joints in some models."""

@@ -8,9 +8,10 @@ from scipy.spatial.transform import Rotation
 
 from stribeck.base.typing import Array
 from stribeck.errors import LogError
+from stribeck.log.readers.channels import VECTOR_CHANNELS
 from stribeck.log.readers.join import NANO, Stream, join
 from stribeck.log.readers.messages import refuse_twice
-from stribeck.log.readers.recording import VECTOR_CHANNELS, Recording
+from stribeck.log.readers.recording import Recording
 from stribeck.settings import LogTable
 
 POSITIONS = ".joints_state.positions.data"

@@ -20,13 +20,6 @@ from stribeck.robot.inertial_parameters import SIZE, pseudo_inertia
 BASIS = pseudo_inertia(np.eye(SIZE))
 """Derivatives of the pseudo-inertia with respect to the ten parameters, shape (10, 4, 4)."""
 
-DEPENDENT = 1e-8
-"""Threshold for dependent columns: diagonal entry of the triangular factor for columns of norm 1 [1].
-
-Columns that depend on each other by the structure of the robot have entries of at most 1e-12; columns that the motion
-hardly excites have entries above 1e-5.
-"""
-
 
 class ConsistentFit(NamedTuple):
     """Parameters (L, 10), friction coefficients (q,), mask of coefficients at zero, and Hessian of the penalty."""
@@ -40,19 +33,22 @@ class ConsistentFit(NamedTuple):
 def base_parameters(regressor: Array) -> tuple[NDArray[np.int64], float]:
     """Find the independent columns of a regressor (N, p), by QR with column pivoting (Gautier 1991).
 
+    For columns of norm 1, those that depend on each other by the structure of the robot have diagonal entries of at
+    most 1e-12 in the triangular factor, and those that the motion hardly excites above 1e-5.
+
     Returns
     -------
     columns, condition
         Indices of the columns, shape (b,), and their condition number at norm 1 [1].
     """
-    norms = np.linalg.norm(regressor, axis=0)
-    seen = np.flatnonzero(norms > DEPENDENT * norms.max(initial=0.0))
+    dependent, norms = 1e-8, np.linalg.norm(regressor, axis=0)
+    seen = np.flatnonzero(norms > dependent * norms.max(initial=0.0))
     if not len(seen):
         return seen, 1.0
     unit = regressor[:, seen] / norms[seen]
     factor, order = qr(unit, mode="r", pivoting=True, check_finite=False)
     size = np.abs(np.diag(factor[: len(seen)]))
-    kept = order[: len(size)][size > DEPENDENT * size[0]]
+    kept = order[: len(size)][size > dependent * size[0]]
     return np.sort(seen[kept]), float(np.linalg.cond(unit[:, kept]))
 
 

@@ -16,9 +16,6 @@ from stribeck.robot.inertial_parameters import SIZE
 
 Regression = Literal["ordinary", "weighted", "robust"]
 
-RELAXATION = 1.8
-"""Exponent of expectation maximization steps [1]; values below 2 converge (Salakhutdinov and Roweis 2003)."""
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class DirectFit:
@@ -175,9 +172,8 @@ class Spread:
     @property
     def logarithms(self) -> Array:
         """Vector of all standard deviations."""
-        return np.asarray(
-            np.log(np.append(self.deviation, np.maximum(self.root_std, 1e-3)))
-        )  # smaller values are rounding
+        root_std = np.maximum(self.root_std, 1e-3)  # smaller values are rounding
+        return np.asarray(np.log(np.append(self.deviation, root_std)))
 
     def weights(self, rows: Sequence[DirectRows]) -> list[tuple[DirectRows, Weights]]:
         """Compute the weights of the rows."""
@@ -255,8 +251,9 @@ def _spread(weighted: Weighted, x: Array, before: Spread, regression: Regression
     else:
         factor = np.sqrt(np.divide(squares, count, out=np.ones_like(squares), where=count > 0))
     if regression != "ordinary" and of_root[0].size:
-        factor **= RELAXATION
-        root_std = before.root_std * np.concatenate(of_root).mean(axis=0) ** (0.5 * RELAXATION)
+        relaxation = 1.8  # exponent of expectation maximization; below 2 converges (Salakhutdinov and Roweis 2003)
+        factor **= relaxation
+        root_std = before.root_std * np.concatenate(of_root).mean(axis=0) ** (0.5 * relaxation)
     else:
         root_std = before.root_std
     deviation = np.maximum(factor * before.deviation, least)

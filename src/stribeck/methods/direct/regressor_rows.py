@@ -16,16 +16,13 @@ from stribeck.friction import FrictionLaw
 from stribeck.friction_torque.contact_modes import contact_modes, seen_joints, swinging_joints
 from stribeck.friction_torque.inverse_dynamics import differentiate, orientation_filter, require_channels, spans
 from stribeck.friction_torque.preparation import PreparedLog
-from stribeck.methods.direct.rows import DirectRows
+from stribeck.methods.direct.rows import ROOT, DirectRows
 from stribeck.robot import Robot
 from stribeck.settings import Settings
 from stribeck.whole_log.equations.build import acting
 from stribeck.whole_log.equations.contact_mode import ContactMode, find_contact_mode
 from stribeck.whole_log.equations.regressors import inertia_regressors
 from stribeck.whole_log.weak_equations import CorrectionLayout
-
-ROOT_ROWS = 6
-"""Number of a free root's kinds of rows, which precede the joints' rows."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +86,7 @@ class RowMaker:
         self, prepared: Sequence[PreparedLog], blocks: Sequence[Block], numbers: Sequence[int]
     ) -> list[DirectRows]:
         """Build the rows of some blocks, with given block numbers."""
-        columns = self.corrections.inertial_parameters.size * (ROOT_ROWS + len(self.joints))
+        columns = self.corrections.inertial_parameters.size * (ROOT + len(self.joints))
         stride = -(-sum(block.last - block.first for block in blocks) * columns // 20_000_000)  # 160 MB
         found: list[DirectRows] = []
         feet, numbered = list(dict.fromkeys(block.feet for block in blocks)), zip(blocks, numbers, strict=True)
@@ -188,7 +185,7 @@ class RowMaker:
             columns=np.concatenate([regressor, friction[:, kept]], axis=2),
             effects=np.concatenate(effects, axis=1)[:, :, kept],
             used=used[:, kept],
-            kind=np.concatenate([np.arange(root), ROOT_ROWS + np.arange(len(self.joints))])[kept],
+            kind=np.concatenate([np.arange(root), ROOT + np.arange(len(self.joints))])[kept],
             clusters=clusters,
         )
 

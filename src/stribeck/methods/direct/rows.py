@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from stribeck.base.typing import Array
 
 ROOT = 6
-"""Number of unknowns of a floating root."""
+"""Number of a floating root's unknowns, and of its kinds of rows, which precede those of the joints."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -1,4 +1,4 @@
-"""Source files: a C header and a Python module with all friction terms, and modules for other libraries.
+"""Text files: a C header and a Python module with all friction terms, modules for other libraries, YAML and CSV.
 
 C and Python evaluate one function that covers all laws:
 
@@ -11,6 +11,7 @@ with a load, dT the temperature above its mean, and q the position. Above the to
 that speed, and R grows linearly with the slope of `beyond`.
 """
 
+import json
 import re
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
@@ -21,8 +22,8 @@ import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
 from stribeck.errors import SettingsError
-from stribeck.exporters.beyond import Beyond
-from stribeck.exporters.ranges import JointRanges
+from stribeck.exporters.beyond import Beyond, top_speed
+from stribeck.exporters.samples import JointRanges
 from stribeck.exporters.target import Request
 from stribeck.friction.auto import JUMP
 from stribeck.result import JointResult
@@ -82,9 +83,7 @@ def c_text(request: Request) -> str:
     for name in request.joints:
         own = _identifier(name)
         if (other := names.setdefault(own, name)) != name:
-            raise SettingsError(
-                f"export: joints '{other}' and '{name}' have the same identifier {own}; rename one of them"
-            )
+            raise SettingsError(f"export: joints '{other}' and '{name}' have the same identifier {own}; rename one")
         numbers = _with_confidence(request, name).values()
         rows[own] = f"{{{', '.join(f'(friction_real){number!r}' for number in numbers)}}}"
     lines = [re.sub(r"\*/|/\*", "", line).encode("ascii", "replace").decode() for line in request.lines]
@@ -151,6 +150,42 @@ def mujoco_ranges(lines: list[str], joints: Mapping[str, JointRanges]) -> str:
     return _module("mujoco_ranges", lines, ranges=fields)
 
 
+def yaml_text(request: Request) -> str:
+    """Format the values of each joint as YAML: of the function above, or of the form "plain"."""
+    lines = [f"robot: {json.dumps(request.result.robot)}", "joints:"]
+    for name, terms in request.joints.items():
+        joint = request.result.joints[name]
+        lines += [f"  {json.dumps(name)}:", f"    verdict: {joint.verdict}"]
+        lines += [f"    torque_unit: {joint.torque_unit}"] * (joint.torque_unit is not None)
+        lines += [f"    mean_temperature: {joint.mean_temperature}"] * (joint.mean_temperature is not None)
+        plain = {word: value for word, (value, _) in terms.stated.items()}
+        lines += _entries(plain if request.form == "plain" else numbers_of(joint, terms.beyond))
+    return _below_comments(request.lines, lines)
+
+
+def yaml_ranges(lines: list[str], joints: Mapping[str, JointRanges]) -> str:
+    """Format the lowest and highest values of the form "plain" as YAML."""
+    body = ["joints:"]
+    for name, own in joints.items():
+        body += [f"  {json.dumps(name)}:", *_entries(own.numbers)]
+    return _below_comments(lines, body)
+
+
+def table_text(request: Request) -> str:
+    """Format a CSV table: joint, velocity, friction torque without the offset at the log's mean load."""
+    lines = ["# friction [N m] or [N] without the offset, at the log's mean load; velocity [rad/s] or [m/s]"]
+    lines += ["joint,velocity,friction"]
+    denser = 3.0  # exponent of the spacing: speeds are denser near standstill
+    shape = np.expm1(denser * np.arange(101) / 100) / np.expm1(denser)
+    for name in request.joints:
+        joint = request.result.joints[name]
+        velocity = top_speed(joint) * np.concatenate([-shape[:0:-1], shape])
+        quoted = '"' + name.replace('"', '""') + '"' if set(name) & set(',"\n') else name
+        rows = zip(velocity.tolist(), joint.friction(velocity).tolist(), strict=True)
+        lines += [f"{quoted},{v:.9g},{friction:.9g}" for v, friction in rows]
+    return _below_comments(request.lines, lines)
+
+
 def _with_confidence(request: Request, name: str) -> dict[str, float]:
     """Collect a joint's values, the compensated share of its friction, and the log's mean temperature [°C].
 
@@ -185,3 +220,12 @@ def _template(name: str) -> Template:
         loader=loader, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True
     )
     return environment.get_template(name)
+
+
+def _entries(numbers: Mapping[str, object]) -> list[str]:
+    return [f"    {key}: {json.dumps(value)}" for key, value in numbers.items()]
+
+
+def _below_comments(head: Iterable[str], lines: list[str]) -> str:
+    """Format lines below a head of comments."""
+    return "\n".join([*(f"# {' '.join(line.split())}" for line in head), *lines]) + "\n"

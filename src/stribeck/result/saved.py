@@ -23,9 +23,11 @@ def saved_evidence(result: Result) -> Evidence:
         If the result was not read from a file, or its table is missing or damaged.
     """
     path = Path(result.path).parent / "friction_torque.parquet"
-    if not result.path or not path.is_file():
-        where = str(path) if result.path else "write_report"
-        raise SettingsError(f"{where}: no samples to draw; expected friction_torque.parquet next to the result.json")
+    needed = "expected the friction_torque.parquet that `stribeck identify` wrote next to this result.json"
+    if not result.path:
+        raise SettingsError(f"{result.robot}: the result has no samples; {needed}")
+    if not path.is_file():
+        raise SettingsError(f"{path}: no such file; {needed}")
     try:
         table = pq.read_table(path)
         every = max(1, -(-len(table) // MOST_KEPT))
@@ -35,7 +37,7 @@ def saved_evidence(result: Result) -> Evidence:
         velocity, torque, usable = (np.stack([columns[f"{kind}.{name}"] for name in names], 1) for kind in kinds)
         time, support_text = columns["time"].astype(float), columns["support"].astype(str)
     except (pa.ArrowException, OSError, KeyError, ValueError) as error:
-        raise SettingsError(f"{path}: is not the table of this result ({error})") from error
+        raise SettingsError(f"{path}: is not the table of this result ({error}); {needed}") from error
     support_names, support = np.unique(support_text, return_inverse=True)
     step = every / result.log.rate
     samples = FrictionSamples(
