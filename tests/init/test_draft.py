@@ -339,6 +339,11 @@ def test_feet_are_found_by_name_and_shape(model: str | Path, feet: dict[str, str
     assert facts.base == ("floating" if {"surface", "point"} & set(feet.values()) else "fixed")
 
 
+@pytest.mark.parametrize(("model", "radius"), [("a1", 0.02), ("b1", 0.04), ("icub", 0.0)])
+def test_the_radius_of_ball_feet_is_that_of_a_collision_sphere_at_the_foot(model: str, radius: float) -> None:
+    assert {foot.radius for foot in read_model(model_path(f"package:{model}", Path())).feet} == {radius}
+
+
 @pytest.mark.parametrize("base", ["fixed", "floating"])
 def test_a_free_joint_at_the_root_of_a_urdf_is_the_base(tmp_path: Path, base: str) -> None:
     free = '<link name="ground"/><joint name="free" type="floating"><parent link="ground"/><child link="base"/></joint>'
