@@ -4,11 +4,10 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from qpsolvers import solve_qp
 from tests.models import make_robot
-from tests.simulation.walkers import POSTURE, SOLES, walker
+from tests.simulation.walkers import POSTURE, walker
 
 from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
@@ -58,25 +57,6 @@ def standing_toro() -> tuple[Robot, Body, Dynamics, Start]:
     return robot, body, dynamics, start_standing(robot, dynamics, POSTURE["toro"])
 
 
-@pytest.mark.parametrize("name", ["toro", "g1"])
-def test_terms_are_those_of_pinocchio(name: str, tmp_path: Path) -> None:
-    robot = walker(name, tmp_path)
-    dynamics = Dynamics(robot, compile_body(robot, SOLES.get(name)).soles)
-    model, data = dynamics.model, dynamics.model.createData()
-    generator = np.random.default_rng(4)
-    q = pin.integrate(model, pin.neutral(model), generator.normal(size=model.nv))
-    v = generator.normal(size=model.nv)
-    terms = dynamics.at(q, v)
-    pin.centerOfMass(model, data, q, v, np.zeros(model.nv))
-    np.testing.assert_allclose(terms.com, data.com[0], atol=1e-12)
-    np.testing.assert_allclose(terms.com_drift, data.acom[0], atol=1e-12)
-    np.testing.assert_allclose(terms.com_jacobian, pin.jacobianCenterOfMass(model, data, q), atol=1e-12)
-    np.testing.assert_allclose(terms.inertia @ v + terms.bias, pin.rnea(model, data, q, v, v), atol=1e-9)
-    later = dynamics.at(pin.integrate(model, q, 1e-6 * v), v)
-    for foot, moved in zip(terms.feet, later.feet, strict=True):
-        np.testing.assert_allclose((moved.velocity - foot.velocity) / 1e-6, foot.drift, atol=1e-3)
-
-
 def test_the_swing_starts_and_lands_at_rest_and_its_derivatives_are_its_own() -> None:
     start, goal = np.array([0.1, 0.2, 0.01]), Footprint(0.5, 0.25, 0.3)
     at = [swing_at(start, 0.1, goal, 0.05, s, 0.8) for s in np.linspace(0, 1, 8001)]
@@ -89,27 +69,6 @@ def test_the_swing_starts_and_lands_at_rest_and_its_derivatives_are_its_own() ->
         numeric = np.gradient(np.array([getattr(swing, value) for swing in at]), 1e-4, axis=0)
         np.testing.assert_allclose(numeric[1:-1], exact[1:-1], atol=0.02)
         np.testing.assert_allclose(exact[[0, -1]], 0.0, atol=1e-12)
-
-
-def test_standing_torques_carry_the_robot_within_cones_and_limits() -> None:
-    robot, body, dynamics, start = standing_toro()
-    plan = plan_walk([Steps(count=2)], start.feet, 3.2)
-    controller = WalkingController(robot, dynamics, body.soles, start, body.torque_limit, plan, Gains())
-    rest = np.zeros(dynamics.model.nv)
-    torque = controller.torque(0, start.configuration, rest)
-    data = dynamics.model.createData()
-    jacobians = [pin.computeFrameJacobian(dynamics.model, data, start.configuration, f) for f in dynamics.frames]
-    mass, bias = pin.crba(dynamics.model, data, start.configuration), dynamics.at(start.configuration, rest).bias
-    mass = np.triu(mass) + np.triu(mass, 1).T
-    stacked = np.vstack(jacobians)
-    # With both feet held, M a + h = S^T tau + J^T w and J a = 0 give back accelerations and wrenches.
-    kkt = np.block([[mass, -stacked.T], [stacked, np.zeros((12, 12))]])
-    solution = np.linalg.lstsq(kkt, np.concatenate([[0] * 6, torque, [0] * 12]) - np.pad(bias, (0, 12)), rcond=None)[0]
-    wrenches = solution[-12:].reshape(2, 6)
-    for wrench in wrenches:
-        assert (wrench_cone(SOLE, 0.6) @ wrench).max() < 1e-6
-    assert wrenches[:, 2].sum() == pytest.approx(dynamics.weight, rel=0.05)
-    assert np.all(np.abs(torque) <= body.torque_limit)
 
 
 def test_the_watched_limits_give_the_whole_programs_solution() -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from tests.models import POSTURES, STRIBECK, example_robot
-from tests.simulation.stepping import FRICTION, SUPPORTS, Stepper, simulate, start, stepping, toro
+from tests.simulation.stepping import FRICTION, SUPPORTS, simulate, start, stepping, toro
 
 from stribeck import Settings
 from stribeck.errors import SettingsError, StribeckError
@@ -13,7 +13,7 @@ from stribeck.friction_torque.inverse_dynamics import Chunk, torque_chunks
 from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
-from stribeck_simulation.friction import Backlash, FrictionTruth, LawFriction, LuGre
+from stribeck_simulation.friction import FrictionTruth, LawFriction
 from stribeck_simulation.prescribed.exact import Truth
 from stribeck_simulation.rigid.constrained import BodyState, Support, simulate_constrained
 from stribeck_simulation.sensors.measure import measure, sensors_for
@@ -152,13 +152,6 @@ def test_a_foot_that_touches_down_loses_energy_stops_turns_level_and_is_set_down
         assert stopped < free
 
 
-def test_by_the_paper_s_equations_alone_feet_keep_the_speed_they_land_with():
-    log, truth = stepping(paper_literal=True)
-    assert np.sqrt((error(toro(), log, truth, "left_foot") ** 2).mean(axis=0)).max() < 1e-4
-    assert np.sqrt((error(toro(), log, truth, "right_foot") ** 2).mean(axis=0)).max() > 0.01
-    assert np.abs(foot_motion(log, truth, "right_foot", 1250)[1]).max() > 1e-3
-
-
 def test_explicit_friction_chatters_on_a_light_link():
     """tanh(40 v) with 1 N m on 0.012 kg m^2 has dt D / M = 4; explicit Euler is stable up to 2."""
     friction = {"right_ankle_pitch": {**FRICTION["right_knee"], "offset": 0.2}}
@@ -231,24 +224,6 @@ def test_wrong_schedules_are_refused(supports, culprit):
         simulate_constrained(
             toro(), lambda *_: np.zeros(27), supports, FrictionTruth(27), configuration=start(), duration=0.1
         )
-
-
-def test_friction_that_no_law_of_the_library_has_is_found_all_the_same():
-    """Bristles in the right knee, play in the right ankle's bar: what is lost between sensor and link is lost."""
-    names = toro().joint_names
-    bristles = {"bristle_stiffness": 500.0, "bristle_damping": 2.0, "offset": 0.0}
-    steady = {"viscous": 0.2, "coulomb": 1.0, "stribeck_gain": 0.2, "stribeck_velocity": 0.1}
-    play = {"play": 0.002, "stiffness": 2000.0, "damping": 0.5}
-    effects = [LuGre(names, {"right_knee": {**bristles, **steady}}), Backlash(names, {"right_ankle_pitch": play})]
-    log, truth = simulate_constrained(
-        toro(), Stepper(), SUPPORTS, FrictionTruth(27, effects), configuration=start(), duration=1.1
-    )
-    assert set(truth.parameters) == {"right_knee", "right_ankle_pitch"}
-    wrong = error(toro(), log, truth, "left_foot")
-    assert np.sqrt((wrong**2).mean(axis=0)).max() < 1e-5
-    assert np.all(
-        np.abs(truth.friction_torque[250:950, [names.index(name) for name in truth.parameters]]).max(axis=0) > 0.1
-    )
 
 
 def test_an_unstable_controller_is_named():

@@ -85,15 +85,6 @@ def test_a_steep_law_on_a_light_link_at_rest_does_not_chatter():
     np.testing.assert_allclose(run["velocity"][-50:], np.arctanh(0.5) / 40, rtol=1e-3)
 
 
-def test_joints_keep_their_columns_and_effects_add_up():
-    parameters = {"c": STRIBECK, "a": {**STRIBECK, "offset": -1.0}}
-    truth = FrictionTruth(3, [LawFriction(["a", "b", "c"], Stribeck(), parameters) for _ in range(2)])
-    at_rest = np.zeros(3)
-    damping, _ = truth.before(Instant(time=0, step=1e-3, position=at_rest, velocity=at_rest, torque=at_rest))
-    np.testing.assert_allclose(truth.after(np.zeros(3)), [-2.0, 0.0, 0.6])
-    np.testing.assert_allclose(damping, [96.4, 0.0, 96.4], rtol=1e-4)  # twice Fv + Fc a (1 + S)
-
-
 def test_warm_joints_have_the_warm_parameters():
     drift = Drift({"viscous": 0.5}, time_constant=10.0)
     friction = LawFriction(["a"], Stribeck(), {"a": STRIBECK}, drift)
@@ -138,12 +129,6 @@ def test_backlash_lets_nothing_through_until_the_play_is_used_up():
     assert len(second) * STEP == pytest.approx(0.001, abs=2 * STEP)
     closed = (run["time"] > 0.05) & (run["time"] < 0.09)
     np.testing.assert_allclose(run["friction"][closed], 0.5 * run["velocity"][closed], atol=0.02)
-
-
-def test_a_bar_without_play_is_a_damper():
-    play = {"play": 0.0, "stiffness": 1e5, "damping": 0.5}
-    run = swing(Backlash(["a"], {"a": play}), lambda t: np.sin(10 * t), 1.0, inertia=0.1)
-    np.testing.assert_allclose(run["friction"][10:], 0.5 * run["velocity"][10:], atol=2e-3)
 
 
 @pytest.mark.parametrize(

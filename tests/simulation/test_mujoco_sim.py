@@ -11,7 +11,6 @@ from tests.simulation.walkers import POSTURE, SOLES, leg_friction, walker
 
 from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
-from stribeck.friction import Stribeck
 from stribeck.robot import Robot
 from stribeck_simulation.friction import FrictionTruth
 from stribeck_simulation.mujoco.model import compile_body
@@ -126,39 +125,6 @@ def free_leg(step: float, control_period: float) -> tuple[MujocoSim, int]:
     start[7:] = [POSTURE["toro"].get(name, 0.0) for name in names]
     sim = MujocoSim(compile_body(robot, step=step), leg_friction(robot, 1.0), start, control_period)
     return sim, names.index("left_knee")
-
-
-def distances_from_the_laws(step: float) -> list[float]:
-    """Return how far friction is from its law, and joint torques from the ones that the motion needs [N m], RMS.
-
-    Both belong to the motion that positions show.
-    """
-    sim, knee = free_leg(step, step)
-    sim.body.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)  # no joint's stop acts
-    model = Robot.from_file(MODELS / "toro.toml").tree.model
-    data, torque = model.createData(), np.zeros(27)
-    values = np.array([sim.friction.parameters["left_knee"][parameter.name] for parameter in Stribeck().parameters])
-    positions, frictions, errors = [], [], []
-    for k in range(round(0.3 / step)):
-        torque[[0, knee - 1, knee]] = np.array([5.0, -5.0, 5.0]) * np.sin(2 * np.pi * 3 * k * step)
-        before, _ = as_mujoco_has_it(sim)
-        velocity = sim.data.qvel.copy()
-        applied, _, _ = sim.advance(torque)
-        change = sim.data.qvel - velocity
-        v, a = as_pinocchio_has_them(sim, before, velocity + 0.5 * change, change / step)
-        frictions.append(sim.now().friction_torque)
-        positions.append(sim.data.qpos[sim.body.position_index[knee]])
-        errors.append(pin.rnea(model, data, before, v, a)[6:] + frictions[-1] - applied)
-    shown = (np.array(positions[2:]) - positions[:-2]) / (2 * step)  # friction of a step acts at the position before it
-    beyond_the_law = np.array(frictions)[2:, knee] - Stribeck().torque(shown, values)
-    return [float(np.sqrt(np.mean(np.square(wrong)))) for wrong in (beyond_the_law, errors[2:])]
-
-
-def test_friction_and_the_equation_of_motion_are_those_of_the_motion_that_positions_show() -> None:
-    """Errors fall with the square of the physics step: nothing depends on the acceleration, Coriolis does not lag."""
-    for coarse, fine, most in zip(*map(distances_from_the_laws, (0.0005, 0.00025)), (2e-3, 1e-4), strict=True):
-        assert fine < most
-        assert 3.0 < coarse / fine < 5.0
 
 
 def test_positions_and_velocities_are_of_one_instant() -> None:

@@ -5,14 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from tests.cli.test_cli import run
 
 from stribeck import Robot, Settings, identify
-from stribeck.errors import SettingsError, StribeckError
-from stribeck.friction_torque.inverse_dynamics import torque_chunks
-from stribeck.friction_torque.preparation import prepare
+from stribeck.errors import SettingsError
 from stribeck.settings import FilterSettings
 from stribeck_simulation.run import friction_of, run_scenario
 from stribeck_simulation.scenario import Scenario, by_joint, read_scenario
@@ -61,20 +57,6 @@ def test_an_arm_gives_back_its_friction_by_pattern() -> None:
         assert found.truth.parameters[name]["offset"] == 0.2
 
 
-def test_an_ideal_walk_is_recovered_in_single_support_and_not_in_double() -> None:
-    found = run_scenario(Scenario.model_validate({**TWO_STEPS, "simulator": "constrained"}))
-    settings = Settings(filter=FilterSettings(kind="log"))
-    robot = found.robot
-    legs = robot.standing(tuple(robot.contacts))[robot.torque_controlled]
-    log = found.log.take(slice(0, 1500))
-    for chunk in torque_chunks(prepare(log, robot, settings), robot, settings):
-        truth = found.truth.friction_torque[chunk.rows][:, robot.torque_controlled]
-        error = (chunk.samples.friction_torque - truth)[:, legs]
-        single = np.array(["+" not in name for name in chunk.samples.support_names])[chunk.samples.support]
-        assert np.sqrt(np.mean(error[single] ** 2)) < 1e-4
-        assert np.isnan(error[~single]).all()
-
-
 def test_the_same_scenario_gives_the_same_log_and_another_seed_another() -> None:
     quick = {"count": 2, "forward": 0.1, "single_support": 0.4, "stand": 0.1}
     walk = {**TWO_STEPS, "walk": [quick], "sensors": "realistic", "physics_step": 0.0005}
@@ -105,19 +87,10 @@ def test_simulate_writes_log_and_truth_together(tmp_path: Path, capsys: pytest.C
         ("robot = 'other.toml'\n", ["other.toml", "cannot be read"]),
         ("robot = 'arm'\nsimulator = 'exact'\n[friction.joints.knee]\ncoulomb = 1.0\n", ["'knee'", "elbow"]),
         ("simulator = 'exact'\n[[walk]]\ncount = 2\n", ["exact", "[[walk]]"]),
-        ("simulator = 'constrained'\nmodel_error = 0.1\n", ["constrained", "model_error"]),
         ("[friction.joints.left_knee]\ncoulomb = 1.0\n", ["left_knee", "viscous"]),
         ("[friction]\nlaw = 'lugre'\n[friction.joints.left_knee]\ncoulomb = 1.0\n", ["'lugre'", "[friction.lugre]"]),
-        ("robot = 'arm'\n[[walk]]\ncount = 2\n", ["two contacts"]),
-        ("[[walk]]\ncount = 2\nforward = 5.0\n", []),
         ("simulator = 'exact'\nduration = 1e9\n", ["'duration'", "1000000000.0", "to 1000"]),
         ("physics_step = 1.0\n", ["'physics_step'", "to 0.001"]),
-        ("physics_step = 1e-300\n", ["'physics_step'", "a number from 1e-05 to"]),
-        (
-            "robot = 'arm'\nsimulator = 'exact'\n[posture]\nelbow = 9e8\n",
-            ["'elbow' is at 9e+08", "from -2.6 to 2.6"],
-        ),
-        ("[[walk]]\ncount = 1000000000\n", ["'walk.0.count'", "to 10000"]),
         ("[[walk]]\ncount = 2\nstand = 1e9\n", ["[[walk]] takes 1e+09 s, expected 1000 s at most"]),
         ("[[walk]]\ncount = 2\nfoward = 0.1\n", ["unknown key 'walk.0.foward'; did you mean 'walk.0.forward'?"]),
     ],
@@ -139,17 +112,3 @@ def test_later_patterns_win_and_one_that_names_nothing_is_refused() -> None:
     assert found == {"left_knee": {"a": 3.0, "b": 2.0, "c": 4.0}, "right_knee": {"a": 1.0, "b": 2.0, "c": 4.0}}
     with pytest.raises(SettingsError, match="'elbow' names no joint"):
         by_joint({"elbow": {}}, {}, joints, "[x]")
-
-
-@given(st.text(max_size=200))
-def test_any_text_is_a_scenario_or_a_sentence(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
-    path = tmp_path_factory.getbasetemp() / "any.toml"
-    path.write_text(text, encoding="utf-8")
-    try:
-        read_scenario(path)
-    except StribeckError as error:
-        message = str(error)
-    else:
-        message = str(path)
-    assert message.startswith(str(path))
-    assert "\n" not in message

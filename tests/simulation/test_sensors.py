@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from stribeck.errors import SettingsError
 from stribeck.log import RobotLog
 from stribeck_simulation.sensors.measure import measure, sensors_for
 from stribeck_simulation.sensors.profiles import PROFILES, SensorProfile, get_profile
@@ -146,21 +145,3 @@ def test_a_controller_sees_what_the_log_will_hold():
         )
         np.testing.assert_array_equal(sensors.foot_wrench(k, LOG.foot_wrench[late]), log.foot_wrench[k])
         assert sensors.time(k, LOG.time[k]) == log.time[k]
-
-
-def test_profiles_get_worse():
-    ideal, realistic, harsh = (vars(PROFILES[name]) for name in ("ideal", "realistic", "harsh"))
-    assert all(ideal[name] == 0 < realistic[name] < harsh[name] for name in ideal)
-    with pytest.raises(SettingsError, match="sensors: found 'perfect', expected one of ideal, calibrated, realistic"):
-        get_profile("perfect")
-
-
-def test_calibrated_sensors_are_realistic_ones_with_white_noise_alone():
-    calibrated = measure(LOG, sensors_for(LOG, PROFILES["calibrated"], seed=4))
-    for name in ("position", "torque", "angular_velocity", "linear_acceleration", "foot_wrench"):
-        error = calibrated.channels()[name] - LOG.channels()[name]
-        assert np.all(np.abs(error.mean(axis=0)) < 5 * error.std(axis=0) / np.sqrt(SAMPLES))
-    for name in ("time", "base_orientation", "contact"):
-        np.testing.assert_allclose(calibrated.channels()[name], LOG.channels()[name], atol=1e-15)
-    realistic = vars(PROFILES["realistic"])
-    assert all(value in (0.0, realistic[name]) for name, value in vars(PROFILES["calibrated"]).items())

@@ -1,12 +1,10 @@
 """Smooth signals: derivatives, bounds and ends."""
 
-import itertools
-
 import numpy as np
 import pytest
 
 from stribeck.base.typing import Array
-from stribeck_simulation.prescribed.gait import STAND_TIME, in_the_air, load_share, plan_swings, swing_window
+from stribeck_simulation.prescribed.gait import in_the_air, load_share, plan_swings, swing_window
 from stribeck_simulation.prescribed.trajectory import bell, product, random_sines, smooth_step
 
 TIME = np.linspace(-0.5, 2.5, 30001)
@@ -44,18 +42,6 @@ def test_steps_begin_and_end_softly():
     assert np.all(np.diff(step) >= 0)
     assert (step[0], step[-1]) == (0, 1)
     np.testing.assert_allclose(step + smooth_step(1 - TIME, 0.0, 1.0), 1, atol=1e-12)
-
-
-def test_walk_swings_feet_in_turn_and_trot_in_pairs():
-    walk = plan_swings("walk", ("a", "b", "c"), 10.0)
-    assert [swing.feet for swing in walk[:4]] == [("a",), ("b",), ("c",), ("a",)]
-    trot = plan_swings("trot", ("FL", "FR", "RL", "RR"), 2.0)
-    assert [swing.feet for swing in trot[:2]] == [("FL", "RR"), ("FR", "RL")]
-    for swings, end in ((walk, 10.0), (trot, 2.0)):
-        assert swings[-1].end + STAND_TIME <= end
-        for first, second in itertools.pairwise(swings):
-            assert second.start - first.end == pytest.approx(STAND_TIME)
-    assert plan_swings("stand", ("a",), 10.0) == ()
 
 
 def test_feet_in_the_air_carry_nothing_and_do_not_stop_abruptly():

@@ -65,9 +65,3 @@ def test_a_plan_puts_the_weight_on_the_standing_foot() -> None:
     rest = int(np.sum(plan.swing == BOTH))
     expected = 0.5 + 4 * 0.2 + 0.4 + 1.0 + 0.5 + 2 * 0.2 + 0.4 + 1.0
     assert rest * PERIOD == pytest.approx(expected, abs=0.01)
-
-
-def test_standing_needs_no_steps() -> None:
-    plan = plan_walk([Steps(count=0, stand=0.5)], FEET, PULSATION, PERIOD)
-    assert plan.samples == 1501
-    np.testing.assert_allclose(plan.dcm, 0.0, atol=1e-15)

@@ -115,14 +115,6 @@ def best_of(known: Statistics) -> Fit:
     return no_fit(LAWS, make_model(), internal)
 
 
-def test_the_group_prior_of_joints_that_differ_is_wide() -> None:
-    velocity, values = moving()
-    values[:, 3] = np.geomspace(0.05, 0.4, JOINTS)
-    known = measured(velocity, values, noise=0.02 * NOISE)
-    fit = solve_with_empirical_bayes(known, best_of(known))
-    assert LAWS.external(fit.internal)[:, 3] == pytest.approx(values[:, 3], rel=0.03)
-
-
 def test_a_joint_without_information_has_the_uncertainty_of_the_group() -> None:
     known = measured(*moving(), noise=0.02 * NOISE)
     own = slice(0, known.friction // JOINTS)

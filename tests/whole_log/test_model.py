@@ -47,16 +47,6 @@ def test_derivatives_are_those_of_differences() -> None:
         np.testing.assert_allclose(slopes[:, :, k], difference, atol=1e-8)
 
 
-def test_coordinates_are_in_units_of_their_prior() -> None:
-    parameters = some_parameters(1)
-    body = bodies_of(parameters, Priors())
-    heavier = body.corrections(np.eye(10)[:1])
-    moved = body.corrections(np.eye(10)[1:2])
-    np.testing.assert_allclose(heavier[0, 0], parameters[0, 0] * np.expm1(Priors().mass))
-    np.testing.assert_allclose(moved[0, 1] / parameters[0, 0], Priors().centre_of_mass)
-    np.testing.assert_allclose(moved[0, 0], 0, atol=1e-15)
-
-
 @pytest.mark.parametrize("name", [*LAWS, "auto"])
 def test_slopes_of_a_laws_coefficients_are_those_of_differences(name: str) -> None:
     laws = make_laws(name, 2, PLAY)
@@ -118,19 +108,3 @@ def test_columns_are_the_friction_terms_through_the_window() -> None:
         )
         found = columns[:, joint, : len(values)] @ list(values.values())
         np.testing.assert_allclose(found, part.windows(extra[:, None])[:, 0], atol=2e-3 * np.abs(extra).max())
-
-
-def test_a_late_torque_has_the_column_of_a_delay_and_a_change_of_sign_that_of_play() -> None:
-    time = 0.01 * np.arange(40)
-    torque = 5 * np.sin(9 * time - 1)[:, None] * np.array([1.0, -1.0, 0.0])
-    part = replace(steps(1)[0], torque=torque, torque_noise=1e-3 * np.ones(3))
-    terms = make_terms()
-    play, rebound, _, delay = np.moveaxis(terms.columns(part, np.zeros((40, 3, 1)))[:, :, -4:], 2, 0)
-    late = 5 * np.sin(9 * (time - terms.delay) - 1) - torque[:, 0]
-    np.testing.assert_allclose(delay[2:-2, 0], late[2:-2], rtol=0.1, atol=2e-3)
-    crossing = np.flatnonzero(np.diff(np.sign(torque[:, 0])))[0]
-    assert set(np.flatnonzero(play[: crossing + 5, 0])) <= {crossing - 1, crossing, crossing + 1, crossing + 2}
-    assert play[:, 0] @ np.ones(40) != 0
-    np.testing.assert_array_equal(play[:, 1], -play[:, 0])
-    np.testing.assert_array_equal(rebound[1:], play[:-1])
-    assert not play[:, 2].any()

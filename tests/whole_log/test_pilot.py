@@ -14,7 +14,6 @@ from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
 from stribeck.methods.whole_log import WholeLog, identify_whole_log
 from stribeck.whole_log import reading
-from stribeck.whole_log.solver.pilot import pilot_places
 from stribeck_simulation.sensors.measure import with_noise
 
 SETTINGS = Settings(law="stribeck", corrections="inertia")
@@ -137,15 +136,6 @@ def test_a_delay_is_found_beside_the_friction(arm: Robot, exact: RobotLog, delay
     shifted = found.corrected(late(exact, delay))
     ahead = round(len(exact.time) / 2)
     np.testing.assert_allclose(shifted.torque[ahead - 100], exact.torque[ahead], atol=0.02)
-
-
-def test_segments_of_every_contact_mode_are_in_the_pilot() -> None:
-    walk = [("left",), ("right",)] * 20
-    places = pilot_places([*walk, ("left", "right"), *walk])
-    assert len(walk) in places
-    assert len(places) == 9
-    assert sum(place % 2 for place in places if place != len(walk)) == 4
-    assert max(np.diff(places)) < len(walk)
 
 
 def test_of_a_long_log_evenly_spread_segments_are_read(

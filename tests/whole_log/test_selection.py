@@ -8,14 +8,7 @@ from hypothesis import strategies as st
 from stribeck.friction.terms import BASE, LADDER
 from stribeck.result import JointResult, ParameterEstimate, TermVerdict
 from stribeck.whole_log.constants import LEAST_GAIN
-from stribeck.whole_log.terms.selection import (
-    Candidate,
-    JointTerms,
-    Kept,
-    held_out_gain,
-    select_stepwise,
-    with_terms,
-)
+from stribeck.whole_log.terms.selection import Candidate, JointTerms, Kept, held_out_gain, select_stepwise, with_terms
 
 FOLDS = np.array([0.8, 1.1, 0.9, 1.2])
 """How much of a gain is found on each fold, its sum 4."""

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
-from tests.whole_log.synthetic import make_laws, make_terms, no_fit, statistics, steps, summed
+from tests.whole_log.synthetic import make_laws, no_fit, statistics
 
 from stribeck.base.typing import Array
 from stribeck.settings import Priors
 from stribeck.whole_log.model.corrections import ModelCorrections, model_corrections
-from stribeck.whole_log.model.terms import Columns
-from stribeck.whole_log.solver.elimination import eliminate, inverse_of, solve
+from stribeck.whole_log.solver.elimination import inverse_of, solve
 from stribeck.whole_log.solver.empirical_bayes import cost_of
 from stribeck.whole_log.solver.gauss_newton import minimise
 from stribeck.whole_log.solver.statistics import Statistics
@@ -52,23 +51,6 @@ def summed_up(columns: Array, torque: Array) -> Statistics:
 
 def inside(values: Array) -> Array:
     return np.where(LAWS.logarithmic, np.log(values, where=LAWS.logarithmic, out=np.zeros_like(values)), values)
-
-
-def test_what_is_left_is_the_least_over_all_corrections(known: tuple[Array, Array, Statistics]) -> None:
-    columns, torque, sums = known
-    model = two_bodies()
-    around = 0.3 * np.random.default_rng(4).standard_normal(model.layout.size)
-    left, slopes, f = eliminate(sums, model, around), model.slopes(around), sums.friction
-    T = slopes.pushed(np.eye(model.layout.size))
-    root = np.linalg.cholesky(model.precision).T
-    least, best = [], []
-    for theta in np.random.default_rng(5).standard_normal((2, f)):
-        right = torque - columns[:, :f] @ theta - columns[:, f:] @ (model.values(around) - T @ around)
-        found = np.linalg.lstsq(np.vstack([columns[:, f:] @ T, root]), np.append(right, root @ model.prior_mean))
-        least.append(found[1][0])
-        best.append(theta @ left.information @ theta - 2 * left.right @ theta)
-        np.testing.assert_allclose(left.alone - left.follow @ theta, found[0], rtol=1e-6, atol=1e-9)
-    assert best[1] - best[0] == pytest.approx(least[1] - least[0], rel=1e-8)
 
 
 def test_a_fit_ends_where_a_dense_minimiser_does(known: tuple[Array, Array, Statistics]) -> None:
@@ -129,19 +111,3 @@ def test_where_rounding_leaves_nothing_of_a_prior_variances_are_those_of_roundin
     assert min(found[0, 0], found[1, 1]) > 1e8
     np.testing.assert_allclose(found[:2, :2] / found[0, 0], [[1.0, -1.0], [-1.0, 1.0]], rtol=1e-6)
     np.testing.assert_allclose(found[2], [0.0, 0.0, 0.25], atol=1e-6)
-
-
-def test_folds_add_up_to_the_log_to_the_last_digit_of_every_run() -> None:
-    columns = Columns(make_laws("auto", 3).basis, make_terms())
-    first, second = (summed(steps(12), columns, 4) for _ in range(2))
-    for one, other in zip(first, second, strict=True):
-        np.testing.assert_array_equal(one.information, other.information)
-        np.testing.assert_array_equal(one.right, other.right)
-    (whole,) = summed(steps(12), columns, 1)
-    added = first[0] + first[1] + first[2] + first[3]
-    np.testing.assert_allclose(added.information, whole.information, rtol=1e-9, atol=1e-6)
-    np.testing.assert_allclose(
-        added.without(first[3]).right, (first[0] + first[1] + first[2]).right, rtol=1e-6, atol=1e-3
-    )
-    assert added.count == 12 * 120
-    assert sorted(added.effects) == [0, 1]

@@ -7,7 +7,6 @@ import pytest
 from tests.whole_log.synthetic import make_laws, make_model, make_terms, no_fit, steps, summed
 
 from stribeck.base.typing import Array
-from stribeck.whole_log.constants import LEAST_GAIN
 from stribeck.whole_log.model.terms import Columns
 from stribeck.whole_log.solver.elimination import Fit, solve
 from stribeck.whole_log.solver.statistics import Statistics, total
@@ -58,17 +57,6 @@ def test_scores_of_linear_terms_are_those_of_refits(linear: Log, joint: int) -> 
         found = solve(whole, start)
         np.testing.assert_allclose(tried.internal, found.internal[joint], atol=1e-3)
     np.testing.assert_allclose(np.diff(scores, axis=0), np.diff(refits, axis=0), rtol=1e-3, atol=0.05)
-
-
-def test_a_load_term_that_is_there_pays_and_one_that_is_not_does_not(linear: Log) -> None:
-    whole, folds, fit = linear
-    trials = make_trials(whole, folds, fit)
-    gains = []
-    for joint in range(3):
-        without, with_it = (trials.try_terms(joint, kept) for kept in (("viscous",), ("viscous", "load")))
-        gains.append(float(np.sum(without.scores - with_it.scores)))
-    assert gains[1] > 100 * LEAST_GAIN
-    assert max(gains[0], gains[2]) < LEAST_GAIN
 
 
 def test_a_bound_holds_a_term_that_would_be_negative(linear: Log) -> None:

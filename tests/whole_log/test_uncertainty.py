@@ -42,16 +42,6 @@ def test_noise_is_the_covariance_given_the_model() -> None:
     np.testing.assert_allclose(found.noise[friction, friction], np.linalg.inv(information[friction, friction]))
 
 
-def test_terms_add_up_and_only_one_of_two_reasons_widens() -> None:
-    own, of_each = np.array([0, 1]), np.array([1.0, 4.0])
-    found = budget(3.0)[1]
-    terms, plain = found.terms(own, 2.0, of_each, np.array([0.1, 0.0])), np.diag(found.total)[:2]
-    np.testing.assert_allclose(np.diag(np.sum(list(terms.values()), axis=0)), plain * [2.0, 4.0] + [0.01, 0.0])
-    assert np.diag(terms["overdispersion"]) == pytest.approx([plain[0], 0.0])
-    assert terms["heterogeneity over folds"][0, 0] == pytest.approx(2 * terms["model"][0, 0])
-    assert np.diag(terms["common gain"]) == pytest.approx([0.01, 0.0])
-
-
 def parts_of_a_log(zeros: Array, lasting: float, shared: float, seed: int) -> list[Statistics]:
     """What parts say of friction and of zeros, whose errors are larger than they say by what lasts.
 

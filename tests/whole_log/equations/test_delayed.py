@@ -1,4 +1,4 @@
-"""Equations with torques that are late: the same segments up to 0.02 s, and none is lost beyond it."""
+"""Equations with torques that are late lose the rows whose torques are not in the log."""
 
 import numpy as np
 import pytest
@@ -19,21 +19,6 @@ def undelayed() -> EquationSequence:
     phases = part.support.phases
     form = weak_form(robot, part.log, joints, phases, sampling.segments, sampling.period, settings)
     return equation_sequence([form])
-
-
-@pytest.mark.parametrize("delay", [-0.02, 0.0, 0.01, 0.02])
-def test_segments_are_the_same_for_delays_up_to_20_ms(undelayed: EquationSequence, delay: float) -> None:
-    delayed = undelayed.delayed(delay)
-    assert delayed.parts == undelayed.parts
-    for k in (0, len(delayed) - 1):
-        assert np.isfinite(delayed[k].residual).all()
-
-
-def test_torques_come_later_by_the_delay(undelayed: EquationSequence) -> None:
-    middle, form = len(undelayed) // 2, undelayed.forms[0]
-    delay = form.window.step * form.period
-    later, plain = undelayed.delayed(delay)[middle].torque, undelayed[middle].torque
-    np.testing.assert_allclose(later[:-1], plain[1:], atol=1e-9)
 
 
 @pytest.mark.parametrize("delay", [-0.1, 0.1])

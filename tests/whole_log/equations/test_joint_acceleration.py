@@ -4,14 +4,7 @@ import numpy as np
 import pytest
 
 from stribeck.base.typing import Array
-from stribeck.whole_log.equations.filters import (
-    ACCELERATION_LENGTHS,
-    NOISE_SHARE,
-    JointAcceleration,
-    joint_acceleration,
-    savgol,
-    smooth_window,
-)
+from stribeck.whole_log.equations.filters import JointAcceleration, joint_acceleration, savgol, smooth_window
 
 PERIOD = 1e-3
 TIME = PERIOD * np.arange(30_000)
@@ -31,24 +24,6 @@ def motion() -> tuple[Array, Array]:
 
 def kernels(position: Array, segments: tuple[slice, ...] = WHOLE) -> JointAcceleration:
     return joint_acceleration(position, NOISE, segments, PERIOD, WINDOW, savgol(0.04, PERIOD)[2])
-
-
-def lengths(away_from_contacts: JointAcceleration) -> Array:
-    """Return the lengths of the windows [s], that of the weak form not included."""
-    taken = np.count_nonzero(away_from_contacts.kernels, axis=1) - len(WINDOW.taps) + 1
-    return np.asarray(PERIOD * taken)
-
-
-def test_each_joint_has_as_long_a_window_as_its_noise_needs() -> None:
-    position, acceleration = motion()
-    noise = NOISE * np.random.default_rng(0).standard_normal(position.shape)
-    away_from_contacts = kernels(position + noise)
-    found = lengths(away_from_contacts)
-    shortest, longest = ACCELERATION_LENGTHS
-    assert shortest < found[0] < found[1] < found[2] < found[3]
-    assert found[3] == pytest.approx(longest, abs=2 * PERIOD)
-    alone = np.mean(away_from_contacts.windows(noise, 200, 29_800) ** 2, axis=0)
-    assert np.all(alone[:2] < NOISE_SHARE * np.mean(acceleration**2, axis=0)[:2])
 
 
 def test_next_to_nothing_is_lost_of_the_motion() -> None:
