@@ -28,8 +28,7 @@ from stribeck.base.typing import Array
 from stribeck.dynamics.rooted import rooted_inverse_dynamics
 from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
-from stribeck.log.commands import with_command_delay
-from stribeck.log.interpolation import linear
+from stribeck.log.interpolation import linear, with_command_delay
 from stribeck.log.sampling import regularise
 from stribeck.result import BodyCorrection, JointResult, Result
 from studies.command import Row, command, real_robot, rounded

@@ -25,7 +25,7 @@ from stribeck.dynamics.rooted import joint_inertia
 from stribeck.friction_torque.inverse_dynamics import torque_chunks
 from stribeck.friction_torque.preparation import PreparedLog
 from stribeck.log import RobotLog
-from stribeck.log.commands import with_command_delay
+from stribeck.log.interpolation import with_command_delay
 from stribeck.result import JointResult
 from stribeck.robot import Robot
 from stribeck.settings import FilterSettings, Settings

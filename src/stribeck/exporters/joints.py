@@ -134,9 +134,8 @@ def _terms(joint: JointResult, form: Form | None, good: Collection[str], beyond:
     words, rotor, (unit, units) = form.words, {}, _units(joint)
     if "armature" in there and "armature" in words and there["armature"].verdict in good:
         rotor[words["armature"]] = _rounded(there["armature"].value, there["armature"].standard_error), "kg m^2"
-    left_out = {
-        name: own for name, own in quantities.items() if name in FORMLESS and (name != "armature" or name not in words)
-    }
+    formless = set(FORMLESS) - ({"armature"} & words.keys())
+    left_out = {name: own for name, own in quantities.items() if name in formless}
     if joint.verdict == "no friction" and joint.curve:
         zero = {words[name]: (0.0, units[name]) for name in words if name in units and name != "stribeck_velocity"}
         return JointTerms(stated=zero | rotor, left_out=left_out, note=joint.reason)

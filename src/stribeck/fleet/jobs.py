@@ -144,9 +144,8 @@ def _job(url: str, info: dict[str, Any], robot_file: str, robot: str = "", note:
 
 def _modified(info: dict[str, Any]) -> float:
     """Find the time of the last change [s since 1970], which file systems name differently; 0 if unknown."""
-    found = next(
-        (info[key] for key in ("mtime", "LastModified", "last_modified", "updated", "created") if key in info), 0
-    )
+    names = ("mtime", "LastModified", "last_modified", "updated", "created")
+    found = next((info[name] for name in names if name in info), 0)
     if isinstance(found, str):
         found = datetime.fromisoformat(found)
     return found.timestamp() if isinstance(found, datetime) else float(found or 0)

@@ -16,9 +16,8 @@ def write_trends(found: Trends, path: str | Path) -> None:
     shown = changed | {(each.robot, each.joint): "ink" for each in found.odd} | changed  # changes are drawn first
     for joint in dict.fromkeys(each.joint for each in found.fleet.channels):
         name = f"t{len(charts)}"
-        charts[name], caption = _chart(
-            found, joint, {robot: colour for (robot, of), colour in shown.items() if of == joint}
-        )
+        own = {robot: colour for (robot, of), colour in shown.items() if of == joint}
+        charts[name], caption = _chart(found, joint, own)
         figures.append((name, caption))
     sections = [
         Section(anchor="alarms", title="Changes", body=render("trends_tables.html.j2", found=found)),

@@ -104,10 +104,9 @@ class Trends:
         """Format tables of the type's friction, robots that stand out, and alarms."""
         lines = [self.title]
         for each in self.friction:
+            friction = f"{each.friction:.3g} {each.unit} at {each.speed}"
             spreads = f"robots {each.robot_spread:.2g}, logs {each.log_spread:.2g}"
-            lines.append(
-                f"  {each.joint}  {each.friction:.3g} {each.unit} at {each.speed}; standard deviations: {spreads}"
-            )
+            lines.append(f"  {each.joint}  {friction}; standard deviations: {spreads}")
         lines += [f"stands out: {each.line}" for each in self.odd]
         lines += [f"changed: {each.line}" for each in self.alarms] or ["no joint changed"]
         return "\n".join(lines)
@@ -174,11 +173,7 @@ def _type_friction(
     )
     return found, [
         OddRobot(
-            **place,
-            robot=str(robots[k]),
-            friction=float(np.exp(mean[k])),
-            usual=friction,
-            spread=friction * spread,
+            **place, robot=str(robots[k]), friction=float(np.exp(mean[k])), usual=friction, spread=friction * spread
         )
         for k in odd
     ]

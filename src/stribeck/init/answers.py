@@ -118,7 +118,8 @@ def _find_time_unit(draft: Draft, source: Recording) -> None:
         draft.table("log")["rate"] = 1000.0  # [Hz], a guess
         draft.ask("log.rate", "the log has no time; what is its sampling rate [Hz]?")
     elif source.time_unit is None:
-        unit = time_unit(np.asarray(source.load({"time": [0]}).arrays["time"], dtype=float).reshape(-1))
+        loaded, _ = source.load({"time": [0]})
+        unit = time_unit(np.asarray(loaded["time"], dtype=float).reshape(-1))
         if unit != "s":
             draft.set("log.time", "unit", unit, "found from the length of its steps.")
 
@@ -128,9 +129,8 @@ def _match_joints(draft: Draft, source: Recording) -> list[str]:
     facts, robot = draft.facts, draft.document["robot"]
     position = source.channels["position"]
     torque = source.channels["torque" if "torque" in source.channels else "desired_position"]
-    names, unsure, extra = (
-        (*_assign_in_order(draft, position.columns), []) if position.labels is None else _match(draft, source)
-    )
+    nameless = position.labels is None
+    names, unsure, extra = _assign_in_order(draft, position.columns) if nameless else _match(draft, source)
     if missing := [joint for joint in facts.joints if joint not in names]:
         ranges = {joint: facts.range[joint] for joint in missing}
         robot["locked"] = robot.get("locked", {}) | {
@@ -195,14 +195,14 @@ def _without_hands(joints: Sequence[str]) -> Sequence[str]:
     return [joint for joint in joints if not hands & set(words(joint))]
 
 
-def _assign_in_order(draft: Draft, columns: int) -> tuple[list[str], list[str]]:
+def _assign_in_order(draft: Draft, columns: int) -> tuple[list[str], list[str], list[str]]:
     """Assign unnamed columns in the model's order, first without hands."""
     every, arms = draft.facts.joints, _without_hands(draft.facts.joints)
     joints = list(arms if columns <= len(arms) and columns < len(every) else every)[:columns]
     order = joints + [f"unknown_{k}" for k in range(columns - len(joints))]
     draft.table("log")["joint_order"] = order
     draft.ask("log.joint_order", "the log has no column names; is this their order?")
-    return joints, joints
+    return joints, joints, []
 
 
 def _decide_base(draft: Draft, source: Recording) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
-from stribeck.judgement.curve import SPEEDS, WIDEST, is_significant, least_known, upper_bound
+from stribeck.judgement.curve import WIDEST, is_significant, least_known, upper_bound
 from stribeck.judgement.joint_fit import JointFit
 from stribeck.judgement.speed import top_speed
 from stribeck.result import CurvePoint
@@ -94,8 +94,7 @@ def _clears(fit: JointFit, weak: NDArray[np.bool_], velocity: Array) -> bool:
 
 def why_weak(fit: JointFit, curve: tuple[CurvePoint, ...], velocity: Array, prismatic: bool) -> str:
     """Describe the speed at which the friction curve is least known, and how many samples are near it."""
-    name, unit = least_known(curve), "m/s" if prismatic else "rad/s"
-    point = curve[list(SPEEDS).index(name)]
+    point, unit = least_known(curve), "m/s" if prismatic else "rad/s"
     force, (low, high) = point.unit, point.interval_95
     residual = f"residual {fit.rms:.2g} {force} in {fit.blocks} blocks"
     if not is_significant(curve):

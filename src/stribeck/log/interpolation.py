@@ -112,3 +112,14 @@ def on_uniform_clock(log: RobotLog, segments: tuple[slice, ...], period: float) 
 def _make_clock(time: Array, period: float) -> Array:
     steps = int(np.floor((time[-1] - time[0]) / period + 1e-6))  # keep a last sample that rounding moves beyond the end
     return np.asarray(np.minimum(time[0] + period * np.arange(steps + 1), time[-1]))
+
+
+def with_command_delay(log: RobotLog, delay: Array) -> RobotLog:
+    """Compute the torques of a log anew for commands that act a delay per joint [s], shape (n,), later."""
+    assert log.command is not None
+    assert log.feedback is not None
+    command = allocate(log.command.shape)
+    for column, late in enumerate(delay.tolist()):
+        command[:, column] = np.interp(log.time - late, log.time, log.command[:, column])
+    limits = np.array(log.effort_limits)
+    return replace(log, command=command, torque=np.clip(command + log.feedback, -limits, limits))

@@ -90,9 +90,5 @@ def _note_wide_ranges(log: RobotLog) -> list[str]:
     """Note joints that turn farther than joints with limits do."""
     span = np.ptp(log.position, axis=0)
     wide = [name for name, width in zip(log.joint_names, span, strict=True) if width > 8 * np.pi]
-    if not wide:
-        return []
-    return [
-        f"Positions of {listed(wide)} span more than four turns; if they are in degrees, set "
-        '[log.position] unit = "deg".'
-    ]
+    setting = '[log.position] unit = "deg"'
+    return [f"Positions of {listed(wide)} span more than four turns; if in degrees, set {setting}."] if wide else []

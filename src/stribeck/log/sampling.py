@@ -86,10 +86,8 @@ def regularise(log: RobotLog, log_table: LogTable) -> tuple[RobotLog, Sampling]:
             f"{where}: no segment has {FEWEST} rows without a step longer than {longest:.6g} s (typical step: "
             f"{step:.6g} s); allow longer steps with [log] max_gap"
         )
-    since = log.start
-    gaps = tuple(
-        gap for gap in gaps if not any(gap[0] < since + low and since + high <= gap[1] for low, high, _ in log.excluded)
-    )
+    excluded = [(log.start + low, log.start + high) for low, high, _ in log.excluded]
+    gaps = tuple(gap for gap in gaps if not any(gap[0] < low and high <= gap[1] for low, high in excluded))
     if gaps:
         notes.append(f"{len(gaps)} gaps longer than {longest:.4g} s split the log; nothing is filtered across them.")
     usable = [part.stop - part.start for part in segments if log.time[part.stop - 1] - log.time[part.start] >= SHORT]

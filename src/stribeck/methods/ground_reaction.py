@@ -48,11 +48,14 @@ def find(
     fitted = curve_fit.find(logs, robot, law, settings, friction_torque, progress)
     swings = _swings(fitted.fits, friction_torque(logs, robot, settings).samples, robot, law, settings)
     without_zero = dict.fromkeys(foot for of_log in unknown for foot in of_log)
-    shown = ", ".join(f"{joint} ({text})" for joint, (text, _) in swings.items())
-    note = f"friction of swinging legs relative to the same legs standing: {shown}"
+    shown = {joint: f"{joint} ({text})" for joint, (text, _) in swings.items()}
+    note = f"friction of swinging legs relative to the same legs standing: {', '.join(shown.values())}"
+    differing = [joint for joint, (_, differs) in swings.items() if differs]
+    evidence = ", ".join(shown[joint] for joint in differing)
+    differs = [Finding.of("swing-differs", differing, evidence=evidence)] if differing else []
     return replace(
         fitted,
-        findings=[*fitted.findings, *_without_zero(without_zero, logs[0].log.position, robot), *_differing(swings)],
+        findings=[*fitted.findings, *_without_zero(without_zero, logs[0].log.position, robot), *differs],
         notes=[*(note for of_log in notes for note in of_log), *([note] if swings else [])],
     )
 
@@ -140,14 +143,6 @@ def _without_zero(feet: Collection[str], position: Array, robot: Robot) -> list[
         frame = robot.tree.model.getFrameId(robot.contacts[foot].frame)
         levers.append(np.linalg.norm(joint_torque_of_wrench(robot.tree, frame, posture, np.eye(3, 6)), axis=0).max())
     return [Finding.of("wrench-zero", feet=", ".join(feet), lever=max(levers))]
-
-
-def _differing(swings: Mapping[str, tuple[str, bool]]) -> list[Finding]:
-    """Report joints whose friction differs while their leg swings."""
-    joints = {joint: f"{joint} ({text})" for joint, (text, differs) in swings.items() if differs}
-    if not joints:
-        return []
-    return [Finding.of("swing-differs", tuple(joints), evidence=", ".join(joints.values()))]
 
 
 GROUND_REACTION = Method(

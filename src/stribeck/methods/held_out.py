@@ -59,10 +59,7 @@ def held_out_log(prepared: PreparedLog, fitted: Fitted, result: Result, robot: R
         without_friction, with_friction = torque_errors(names, velocity, torque, of_models, settings.rest)
         errors = {
             name: HeldOutError(
-                rms=own.rms,
-                rms_zero_friction=without_friction[name].rms,
-                torque_r2=own.r2,
-                samples=own.samples,
+                rms=own.rms, rms_zero_friction=without_friction[name].rms, torque_r2=own.r2, samples=own.samples
             )
             for name, own in with_friction.items()
         }

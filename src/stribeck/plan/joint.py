@@ -185,10 +185,8 @@ class PlannedJoint:
         slopes = self.curve(self.found.curve[-1].velocity)[2]
         found = [self.found.parameters[name] for name in self.names]
         weight = np.mean(slopes**2, axis=0) * np.array([own.standard_error for own in found]) ** 2 / self.units**2
-        shares = [
-            1.0 if (parts := own.variance_shares) is None else sum(parts.get(part, 0.0) for part in SHRINKING)
-            for own in found
-        ]
+        parts = [{"noise": 1.0} if own.variance_shares is None else own.variance_shares for own in found]
+        shares = [sum(own.get(name, 0.0) for name in SHRINKING) for own in parts]
         return float(np.average(shares, weights=weight)) if weight.sum() > 0 else 1.0
 
     @property

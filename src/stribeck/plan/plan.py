@@ -76,9 +76,10 @@ class Plan:
 
     def to_json(self) -> str:
         """Format the content of plan.json."""
-        document = {"schema": 1, **asdict(self)}
+        plain = asdict(self)
         if self.trajectory:
-            del document["trajectory"]["motion"]  # a function
+            del plain["trajectory"]["motion"]  # a function
+        document = {"schema": 1} | {key: plain[key] for key in ("robot", "joints", "trajectory", "notes")}
         return json.dumps(document, indent=2, allow_nan=False) + "\n"
 
 

@@ -49,11 +49,7 @@ def velocity_axes(units: tuple[str, str], velocity: tuple[float, float], torque:
 
 
 def density(
-    x: Array,
-    y: Array,
-    x_limits: tuple[float, float],
-    y_limits: tuple[float, float],
-    bins: tuple[int, int] = (90, 150),
+    x: Array, y: Array, x_limits: tuple[float, float], y_limits: tuple[float, float], bins: tuple[int, int] = (90, 150)
 ) -> dict[str, Any]:
     """Describe samples of shape (N,) as an image whose opacity is their density; samples outside are omitted."""
     counts, _, _ = np.histogram2d(y, x, bins=bins, range=(y_limits, x_limits))

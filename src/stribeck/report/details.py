@@ -51,9 +51,8 @@ def terms(result: Result) -> Section | None:
         else:
             shown.append(term)
     anchors = {name: f"joint-{index}" for index, name in enumerate(result.joints)}
-    rows = [
-        {"name": name, "anchor": anchors[name], "cells": [own[term] for term in shown]} for name, own in chosen.items()
-    ]
+    cells = {name: [own[term] for term in shown] for name, own in chosen.items()}
+    rows = [{"name": name, "anchor": anchors[name], "cells": own} for name, own in cells.items()]
     body = render("terms.html.j2", columns=shown, rows=rows, common=common)
     return Section(anchor="terms", title="Terms of the law", body=body)
 

@@ -14,23 +14,21 @@ if TYPE_CHECKING:  # only for types: the audit is above this room
 
 def write_inspection(inspection: Inspection, path: str | Path) -> None:
     """Write an inspection as one self-contained HTML file, completely or not at all."""
-    sections = {
-        "findings": render("warnings.html.j2", findings=inspection.audit, warnings=[]) if inspection.audit else None,
-        "joints": render("inspection_joints.html.j2", rows=_joint_rows(inspection.joints)),
-        "timeline": timeline(inspection.phases),
-        "channels": render("inspection_channels.html.j2", inspection=inspection),
-        "sampling": render("inspection_sampling.html.j2", inspection=inspection),
-    }
+    findings = _section("findings", "warnings", findings=inspection.audit, warnings=[]) if inspection.audit else None
+    sections = [
+        findings,
+        _section("joints", "inspection_joints", rows=_joint_rows(inspection.joints)),
+        timeline(inspection.phases),
+        _section("channels", "inspection_channels", inspection=inspection),
+        _section("sampling", "inspection_sampling", inspection=inspection),
+    ]
     log = PurePath(inspection.path).name or "log in memory"
-    write_page(
-        path,
-        f"A log of {inspection.robot}",
-        [
-            part if part is None or isinstance(part, Section) else Section(anchor=name, title=name.title(), body=part)
-            for name, part in sections.items()
-        ],
-        lead=render("inspection_heading.html.j2", inspection=inspection, log=log),
-    )
+    lead = render("inspection_heading.html.j2", inspection=inspection, log=log)
+    write_page(path, f"A log of {inspection.robot}", sections, lead=lead)
+
+
+def _section(name: str, template: str, **values: Any) -> Section:
+    return Section(anchor=name, title=name.title(), body=render(f"{template}.html.j2", **values))
 
 
 def _joint_rows(joints: dict[str, JointInspection]) -> list[dict[str, Any]]:

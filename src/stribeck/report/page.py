@@ -48,11 +48,7 @@ def render(template: str, **values: Any) -> Markup:
 
 
 def render_page(
-    title: str,
-    sections: Sequence[Section | None],
-    *,
-    folded: Sequence[Section | None] = (),
-    lead: Markup | None = None,
+    title: str, sections: Sequence[Section | None], *, folded: Sequence[Section | None] = (), lead: Markup | None = None
 ) -> str:
     """Render a complete HTML document without external references.
 

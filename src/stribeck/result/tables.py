@@ -150,9 +150,5 @@ def _of_weak(joint: JointResult) -> str:
         return "check the torque signal or record a longer log"
     if validation is not None and validation.rms >= validation.rms_zero_friction:
         return "check the model, signs and delays"
-    point = max(joint.curve, key=_relative_width)
+    point = max(joint.curve, key=lambda point: point.half_width / max(point.value, 1e-300))
     return f"record more motion near {point.velocity:.2g} {joint.units()[0]}"
-
-
-def _relative_width(point: CurvePoint) -> float:
-    return point.half_width / point.value if point.value > 0 else float("inf")

@@ -165,7 +165,7 @@ def source_of_arrays(
         check_size(path, sum(part.size for name in wanted for part in parts[name]))
         with foreign(path, what):
             loaded = {name: _load(name, parts[name], list(columns), path) for name, columns in wanted.items()}
-        return Loaded(loaded, tuple(alias_note(aliases)))
+        return loaded, alias_note(aliases)
 
     taken = {key for keys in used.values() for key in keys} | set(WORDS)
     return Recording(

@@ -150,10 +150,7 @@ def _load(
     used: Mapping[str, list[str]], table: Table, notes: Sequence[str], wanted: Mapping[str, Sequence[int]]
 ) -> Loaded:
     """Read columns, batch by batch, directly into their arrays to save memory."""
-    plan = {
-        channel: [table.places[used[channel][k]] if k >= 0 else None for k in columns]
-        for channel, columns in wanted.items()
-    }
+    plan = {name: [table.places[used[name][k]] if k >= 0 else None for k in own] for name, own in wanted.items()}
     if table.on_disk:
         check_size(table.path, 8 * table.rows * sum(map(len, plan.values())))
     stored = list(dict.fromkeys(place[0] for places in plan.values() for place in places if place))
@@ -183,7 +180,7 @@ def _load(
     arrays: Arrays = {name: values[:row] for name, values in channels.items()}
     if "time" in plan:
         arrays["time"] = np.concatenate(stamps or [np.empty(0)])[:, None]
-    return Loaded(arrays, tuple(notes))
+    return arrays, list(notes)
 
 
 def _stack_lists(column: pa.Array, width: int, row: int, name: str, path: str) -> Array:

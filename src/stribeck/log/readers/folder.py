@@ -34,7 +34,7 @@ class _File:
     values: Mapping[str, Array]
     stamps: NDArray[np.int64] | None
     others: tuple[str, ...]
-    notes: tuple[str, ...]
+    notes: list[str]
 
     @property
     def rows(self) -> int:
@@ -91,10 +91,7 @@ def open_folder(path: Path, table: LogTable) -> Recording:
                 f"'{holders[0]}' have no names; expected joint names, or one file per channel"
             )
     kept, slow = fast_enough(streams)
-    columns = {
-        channel: [(stream, label, k) for stream, label, k in offered if stream in kept]
-        for channel, offered in parts.items()
-    }
+    columns = {name: [part for part in offered if part[0] in kept] for name, offered in parts.items()}
     columns = {channel: offered for channel, offered in columns.items() if offered}
     idle = [file.name for file in files if not file.labels and file is not clock]
     return Recording(
@@ -132,15 +129,15 @@ def _read(path: Path, settings: LogTable) -> _File:
     )
     source = source_of_columns(renamed, own)
     channels = {name: channel for name, channel in source.channels.items() if name == "time" or name not in elsewhere}
-    loaded = source.load({name: range(channel.columns) for name, channel in channels.items()})
-    stamps, unit = loaded.arrays.pop("time", None), source.time_unit or settings.time.unit
+    loaded, notes = source.load({name: range(channel.columns) for name, channel in channels.items()})
+    stamps, unit = loaded.pop("time", None), source.time_unit or settings.time.unit
     return _File(
         name=path.name,
         labels={name: channel.labels for name, channel in channels.items() if name != "time"},
-        values={name: np.asarray(array, dtype=np.float64) for name, array in loaded.arrays.items()},
+        values={name: np.asarray(array, dtype=np.float64) for name, array in loaded.items()},
         stamps=None if stamps is None else _to_nanoseconds(stamps.ravel(), unit, str(path)),
         others=source.others,
-        notes=loaded.notes,
+        notes=notes,
     )
 
 

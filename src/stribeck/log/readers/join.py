@@ -189,18 +189,14 @@ def _compute_rate(stream: Stream) -> float:
 
 def fast_enough(streams: Sequence[Stream]) -> tuple[list[Stream], list[str]]:
     """Select the streams that are fast enough for a robot's motion, and note the others."""
+    measuring = [stream for stream in streams if stream.kind in ("imu", "wrench", "force")]  # flags are held
+    slow = [stream for stream in measuring if _compute_rate(stream) < RATES[0]]
     notes = [
         f"'{stream.topic}' is ignored: {_compute_rate(stream):.4g} Hz is too slow for robot motion; expected at least "
         f"{RATES[0]:g} Hz."
-        for stream in streams
-        if _is_too_slow(stream)
+        for stream in slow
     ]
-    return [stream for stream in streams if not _is_too_slow(stream)], notes
-
-
-def _is_too_slow(stream: Stream) -> bool:
-    """Return whether a stream is slower than the motion it measures. Flags are held, so their rate does not matter."""
-    return stream.kind in ("imu", "wrench", "force") and _compute_rate(stream) < RATES[0]
+    return [stream for stream in streams if stream not in slow], notes
 
 
 def _refuse_slow(stream: Stream, clock: Stream, path: str) -> None:
@@ -262,7 +258,7 @@ def load_on_one_clock(
     for name, columns in used.items():
         parted = [on_clock[id(p[0])][name][:, p[1]] if p else np.zeros(len(stamps)) for p in columns]
         arrays[name] = np.stack(parted, axis=1)
-    return Loaded(arrays, tuple(notes))
+    return arrays, notes
 
 
 def _resample(

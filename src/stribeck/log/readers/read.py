@@ -113,13 +113,14 @@ def _read(source: Recording, robot: Robot | None, table: LogTable, where: str, p
     source, motor_notes = name_motors(source, table, robot.joint_names if robot else ())
     selection = select(source, table, robot)
     with errors_about(source.path), foreign(source.path, "a log"):
-        loaded = source.load({name: columns for name, columns in selection.columns.items() if name in source.channels})
-    time, time_notes = _read_time(source, loaded.arrays, table)
-    channels = _collect_channels(source, selection, loaded.arrays, len(time))
+        wanted = {name: columns for name, columns in selection.columns.items() if name in source.channels}
+        loaded, load_notes = source.load(wanted)
+    time, time_notes = _read_time(source, loaded, table)
+    channels = _collect_channels(source, selection, loaded, len(time))
     for name, values in channels.items():
         labels = selection.labels.get(name, selection.joint_names)
         convert(name, values, labels, selection.columns[name], getattr(table, name), where)
-    notes = [*motor_notes, *selection.notes, *loaded.notes, *time_notes, *_fill(channels, selection, robot)]
+    notes = [*motor_notes, *selection.notes, *load_notes, *time_notes, *_fill(channels, selection, robot)]
     rows, delay_notes = advance(channels, time, table, source.path)
     time, channels = time[rows], {name: values[rows] for name, values in channels.items()}
     limits: tuple[float, ...] = ()

@@ -27,12 +27,8 @@ from stribeck.log.storage import too_large
 Arrays = dict[str, NDArray[np.generic]]
 
 
-@dataclass(frozen=True)
-class Loaded:
-    """Loaded columns by channel, shape (T, columns) each, and notes on changes."""
-
-    arrays: Arrays
-    notes: tuple[str, ...] = ()
+Loaded = tuple[Arrays, list[str]]
+"""Loaded columns by channel, shape (T, columns) each, and notes on changes."""
 
 
 @dataclass(frozen=True)

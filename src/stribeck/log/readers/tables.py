@@ -64,9 +64,8 @@ def open_csv(path: Path, table: LogTable) -> Recording:
 def parquet_table(path: Path) -> Table:
     """Open the table of a Parquet file."""
     # Without prefetching and with small buffers, a file with a single row group is not read into memory at once.
-    opened = partial(
-        pyarrow.parquet.ParquetFile, path, pre_buffer=False, buffer_size=1 << 18, page_checksum_verification=True
-    )
+    bounds = {"pre_buffer": False, "buffer_size": 1 << 18}
+    opened = partial(pyarrow.parquet.ParquetFile, path, page_checksum_verification=True, **bounds)
 
     def read(columns: list[str], _: Collection[str]) -> Iterator[pa.RecordBatch]:
         with foreign(str(path), "Parquet"), opened() as file:
