@@ -11,9 +11,6 @@ from tests.cli.test_cli import run
 
 from stribeck import LogError, Robot, RobotLog, SettingsError, identify, read_result
 from stribeck.log.interpolation import linear
-from stribeck.settings import FilterSettings
-
-FILTER = FilterSettings(kind="butterworth", cutoff=20.0)
 
 
 @pytest.fixture(scope="module")

@@ -1,144 +1,22 @@
 """Settings of robot files and the command line are valid or refused in one sentence."""
 
-import json
 import math
-from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, example, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.arm import URDF, arm_log, write_arm
+from tests.arm import arm_log, write_arm
 
 from stribeck import identify
 from stribeck.cli.options import with_settings
-from stribeck.errors import RobotFileError, SettingsError
+from stribeck.errors import SettingsError
 from stribeck.robot import Robot
-from stribeck.settings import (
-    ChannelTable,
-    ContactTable,
-    FilterSettings,
-    LogTable,
-    RobotFile,
-    RobotTable,
-    Settings,
-    SupportSettings,
-    flat,
-)
-
-QUICK = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-TABLES = (ChannelTable, ContactTable, FilterSettings, LogTable, RobotFile, RobotTable, Settings, SupportSettings)
-KEYS = sorted({key for table in TABLES for key in table.model_fields})
-WORDS = [
-    "floating",
-    "fixed",
-    "arm.urdf",
-    "hand",
-    "point",
-    "elbow",
-    "slide",
-    "butterworth",
-    "auto",
-    "imu",
-    "wxyz",
-    "deg",
-]
-
-keys = st.sampled_from(KEYS) | st.sampled_from(WORDS) | st.text(max_size=6)
-numbers = st.integers(-(2**70), 2**70) | st.floats() | st.sampled_from([0, 1, 31, 0.5])
-scalars = st.booleans() | numbers | st.sampled_from(WORDS) | st.text(max_size=6)
-values = st.recursive(
-    scalars,
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(keys, inner, max_size=3),
-    max_leaves=6,
-)
-
-
-def table_of(model: type[RobotTable | LogTable | Settings]) -> st.SearchStrategy[dict[str, object]]:
-    """Generate tables whose keys are the settings', with arbitrary values."""
-    return st.dictionaries(st.sampled_from(sorted(model.model_fields)) | keys, values, max_size=3)
-
-
-near_documents = st.fixed_dictionaries(
-    {"robot": table_of(RobotTable).map(lambda table: {"model": "arm.urdf", "base": "fixed", **table})},
-    optional={
-        "contacts": st.dictionaries(keys, st.fixed_dictionaries({"frame": st.sampled_from(WORDS)}), max_size=2),
-        "log": table_of(LogTable),
-        "identify": table_of(Settings),
-    },
-)
-documents = near_documents | st.dictionaries(keys, values, max_size=3)
-
-
-def toml(value: object) -> str:
-    """Format a value as TOML; its basic strings are JSON's."""
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{_quoted(key)} = {toml(one)}" for key, one in value.items()) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(toml, value)) + "]"
-    if isinstance(value, str):
-        return _quoted(value)
-    return str(value).lower()
-
-
-def _quoted(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+from stribeck.settings import FilterSettings, Settings, flat
 
 
 def check_sentence(message: str) -> None:
     assert message.strip()
     assert len(message.splitlines()) == 1
-
-
-def robot_of(text: str, folder: Path) -> Robot | None:
-    """Read a robot file with this text; None if it is refused, which must be one sentence."""
-    (folder / "arm.urdf").write_text(URDF)
-    path = folder / "robot.toml"
-    path.write_text(text, encoding="utf-8")
-    try:
-        return Robot.from_file(path)
-    except RobotFileError as error:
-        refusal = str(error)
-    check_sentence(refusal)
-    assert str(folder) in refusal
-    return None
-
-
-@QUICK
-@given(document=documents)
-@example(document={"robot": {"model": "arm.urdf", "base": "fixed"}})
-@example(document={"robot": {"model": "arm.urdf", "a\nb": 1}})
-@example(document={"robot": {"model": "arm\0.urdf"}})
-def test_any_robot_file(document: dict[str, object], tmp_path: Path) -> None:
-    robot = robot_of("\n".join(f"{_quoted(key)} = {toml(value)}" for key, value in document.items()), tmp_path)
-    if robot is not None:
-        assert RobotFile.model_validate(document).robot.base == robot.base
-        assert set(robot.joint_names) <= {"shoulder", "elbow", "slide"}
-        assert set(robot.position_controlled) <= set(robot.joint_names)
-
-
-paths = st.lists(st.sampled_from(KEYS) | st.text(max_size=4), min_size=1, max_size=3).map(".".join)
-assignments = st.builds("{}={}".format, paths, values.map(toml) | st.text(max_size=8)) | st.text(max_size=12)
-
-
-@QUICK
-@given(
-    file=table_of(Settings),
-    law=st.none() | st.text(max_size=6),
-    given_assignments=st.lists(assignments, max_size=3),
-)
-def test_any_assignments(file: dict[str, object], law: str | None, given_assignments: list[str]) -> None:
-    try:
-        base = Settings.model_validate(file)
-    except ValueError:
-        base = Settings()
-    try:
-        chosen = with_settings(base, {"law": law, "method": None}, given_assignments)
-    except SettingsError as error:
-        check_sentence(str(error))
-        return
-    assert isinstance(chosen, Settings)
-    if not given_assignments:
-        assert chosen == base.model_copy(update={} if law is None else {"law": law})
 
 
 numeric = [
@@ -150,7 +28,7 @@ numeric = [
 ]
 
 
-@QUICK
+@settings(max_examples=150, deadline=None)
 @given(data=st.data())
 def test_an_assignment_is_what_comes_out_and_changes_nothing_else(data: st.DataObject) -> None:
     key, drawn, read = data.draw(st.sampled_from(numeric))

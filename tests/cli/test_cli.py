@@ -9,7 +9,6 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import get_args
 
@@ -17,9 +16,7 @@ import numpy as np
 import pytest
 import typer
 from tests.arm import URDF, arm_log, save_npz, write_arm
-from tests.damaged import DAMAGED
 from tests.exporters.found import found_in
-from tests.log.readers.formats import JOINTS
 from tests.result.test_any_result import plain
 from typer.testing import CliRunner
 
@@ -33,11 +30,6 @@ from stribeck.friction import AUTO, LAWS, LAWS_WITH_STATE
 from stribeck.methods import METHODS
 from stribeck.result.joint import Verdict
 
-ON_FEET = {
-    *("npz of contact forces", "parquet with half a wrench"),
-    *("parquet with vertical forces as wrenches", "npz with vertical forces as wrenches"),
-}
-"""Damages that a robot without feet does not meet."""
 OUTPUTS = ["friction_torque.parquet", "report.html", "result.json"]
 
 
@@ -179,40 +171,6 @@ def test_what_was_found_is_told_when_a_log_is_refused(
         assert "'torque' is zero" in sentence
 
 
-def test_what_was_found_is_told_when_nothing_can_be_exported(
-    arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    robot = Robot.from_file(arm / "robot.toml")
-    result = replace(found_in(robot)[0], corrections=None, joints={}, warnings=["positions are in degrees"])
-    (tmp_path / "result.json").write_text(result.to_json())
-    arguments = ("-r", arm / "robot.toml", "--to", "urdf", "-o", tmp_path / "new.urdf")
-    assert run("export", tmp_path / "result.json", *arguments) == 3
-    note, sentence = capsys.readouterr().err.splitlines()
-    assert note == "stribeck: note: positions are in degrees"
-    assert "neither corrected inertias" in sentence
-
-
-@pytest.mark.parametrize(("name", "maker", "words"), DAMAGED, ids=[case[0] for case in DAMAGED])
-def test_a_damaged_log(
-    name: str, maker: Callable[[Path], Path], words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / "log").mkdir()
-    (tmp_path / "robot").mkdir()
-    urdf = URDF
-    for old, new in zip(("shoulder", "elbow", "slide"), JOINTS, strict=True):
-        urdf = urdf.replace(f'"{old}"', f'"{new}"')
-    robot = write_arm(tmp_path / "robot")
-    if name in ON_FEET:
-        robot.write_text('[robot]\nmodel = "arm.urdf"\n[contacts.left_foot]\nframe = "hand"\n')
-    (tmp_path / "robot/arm.urdf").write_text(urdf)
-    path = maker(tmp_path / "log")
-    sentence = refused(capsys, "identify", path, "-r", robot, "-o", tmp_path / "out")
-    assert path.name in sentence
-    for word in words:
-        assert word in sentence
-    assert not (tmp_path / "out").exists()
-
-
 FIXED = "[robot]\nmodel = 'arm.urdf'\nbase = 'fixed'\n"
 ROBOT_FILES = {
     "missing file": (None, ["cannot be read"]),
@@ -220,8 +178,6 @@ ROBOT_FILES = {
     "no model": ("[robot]\nbase = 'fixed'\n", ["'robot.model' is missing"]),
     "nested too deeply": (f"deep = {'[' * 3000}{']' * 3000}", ["nested too deeply"]),
     "deep tables": (f"[robot]\nmodel{'.a' * 3000} = 1", ["robot.model", "too large to show"]),
-    "5000 digits": (f"[robot]\nmodel = {'9' * 5000}", ["is not TOML", "4300 digits"]),
-    "5000 digits in hexadecimal": (f"[robot]\nmodel = 0x{'f' * 5000}", ["robot.model", "too large to show"]),
     "unknown unit": (FIXED + "[log]\nposition = { unit = 'furlong' }\n", ["furlong"]),
     "even window": (
         FIXED + "[identify.filter]\nkind = 'savitzky-golay'\nwindow = 30\n",
@@ -260,10 +216,6 @@ def test_a_wrong_robot_file(
         (["--set", "filter.windoe=31"], ["unknown key 'filter.windoe'; did you mean 'filter.window'?"]),
         (["--set", "filter.window=100000001"], ["key 'filter.window'", "expected a number from 3 to 99999"]),
         (["--set", "holdout=1"], ["holdout", "expected a number from 2 to 1e+06"]),
-        (["--set", f"fit_armature={'[' * 3000}{']' * 3000}"], ["--set fit_armature", "nested too deeply"]),
-        (["--set", f"fit_armature{'.a' * 3000}=1"], ["key 'fit_armature", "too large to show"]),
-        (["--set", f"block={'9' * 5000}"], ["--set block", "4300 digits"]),
-        (["--set", f"filter.window={'9' * 4000}"], ["key 'filter.window'", "expected a number from 3 to 99999"]),
         (["--set", "law.name=1"], ["key 'law'", "valid string"]),
         (["--set", "filter.kind=butterworth", "--set", "filter.cutoff=900"], ["900 Hz", "below half"]),
     ],
@@ -370,21 +322,6 @@ def test_a_path_that_is_not_utf_8(arm: Path, tmp_path: Path, capsys: pytest.Capt
     assert len(os.listdir(tmp_path)) == 1
 
 
-def test_a_result_that_is_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    head = '{"schema": 1, "stribeck": "", "robot": "", "law": "", "method": "", "warnings": [], "joints": '
-    deep = "[" * 3000 + "]" * 3000
-    for text in (
-        "",
-        "[]",
-        '{"schema": 9}',
-        '{"schema": 1}',
-        deep,
-        *(f"{head}{joints}}}" for joints in (deep, "9" * 5000)),
-    ):
-        (tmp_path / "result.json").write_text(text)
-        assert "result.json" in refused(capsys, "compare", tmp_path / "result.json")
-
-
 @pytest.fixture(scope="module")
 def long_log(arm: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     log = arm_log(Robot.from_file(arm / "robot.toml"), duration=120)
@@ -467,19 +404,6 @@ def test_what_ascii_lacks_is_printed_by_its_number(tmp_path: Path) -> None:
     done = subprocess.run(command, capture_output=True, env={**os.environ, "PYTHONIOENCODING": "ascii"}, timeout=60)
     assert (done.returncode, done.stderr) == (0, b"")
     assert rb"Kniegelenk_\xe4" in done.stdout
-
-
-def test_the_help_lists_the_first_four_commands_first_and_cuts_no_summary(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run() == 2
-    shown = capsys.readouterr().err
-    names = re.findall(r"^  ([a-z]+)  ", shown.partition("Commands:")[2], re.MULTILINE)
-    assert names[:4] == ["init", "inspect", "identify", "export"]
-    assert "..." not in shown.partition("Commands:")[2]
-    assert run("identify", "-h") == 0
-    shown = capsys.readouterr().out
-    assert "identify [OPTIONS] LOG...\n" in shown
-    assert re.search(r"default: auto.*default: whole-log", shown, re.DOTALL)
-    assert not re.search(r"<\w+", shown)
 
 
 def test_explain_prints_the_explanation_of_verdicts_and_checks(capsys: pytest.CaptureFixture[str]) -> None:

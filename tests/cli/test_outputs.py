@@ -156,13 +156,6 @@ def test_what_is_no_folder_is_not_written_to(
     assert os.listdir(tmp_path) == ["out"]
 
 
-def test_a_dangling_link_is_replaced(tmp_path: Path) -> None:
-    (tmp_path / "page").symlink_to(tmp_path / "nowhere")
-    write_file(tmp_path)
-    assert os.listdir(tmp_path) == ["page"]
-    assert (tmp_path / "page").read_text() == "3"
-
-
 FULL = """
 import resource, sys
 from stribeck.cli import main

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.signal import savgol_coeffs, sosfreqz
+from scipy.signal import sosfreqz
 
 from stribeck.differentiation import (
     choose_cutoff,
@@ -14,7 +14,7 @@ from stribeck.differentiation import (
     savgol_kernels,
     savgol_window,
 )
-from stribeck.differentiation.butterworth import SETTLED, butterworth_sections, filter_derivatives
+from stribeck.differentiation.butterworth import SETTLED, butterworth_sections
 from stribeck.differentiation.cutoff import average_spectra
 from stribeck.differentiation.savitzky_golay import correlate_valid
 from stribeck.errors import LogError, SettingsError
@@ -59,15 +59,6 @@ class TestSavitzkyGolay:
             np.testing.assert_allclose(result[:, 0], expected, rtol=1e-9, atol=1e-9 * scale(expected) + rounding)
             np.testing.assert_array_equal(kernels[d], (-1) ** d * kernels[d][::-1])
 
-    @pytest.mark.parametrize("window", [3, 5, 9, 31, 101])
-    @pytest.mark.parametrize("order", [2, 3, 4])
-    def test_kernels_are_scipys_coefficients(self, window, order):
-        order = min(order, window - 1)  # for higher orders and long windows it is scipy that runs out of digits
-        kernels = savgol_kernels(window, order, PERIOD)
-        for d in range(3):
-            expected = savgol_coeffs(window, order, deriv=d, delta=PERIOD, use="dot")
-            np.testing.assert_allclose(kernels[d], expected, rtol=0, atol=1e-9 * scale(expected))
-
     @pytest.mark.parametrize("order", [2, 3, 4, 6])
     def test_cutoff_is_where_half_the_power_of_a_sine_is_left(self, order):
         cutoff = savgol_cutoff(41, order, RATE)
@@ -108,18 +99,6 @@ class TestEveryFilter:
         np.testing.assert_allclose(found[1], np.broadcast_to([1.0, -3.0], (rows, 2)), atol=1e-5)
         np.testing.assert_allclose(found[2], 0.0, atol=1e-5)
 
-    def test_linear(self, choice):
-        motion_filter = make_filter(choice, PERIOD)
-        a, b = walk(seed=1), walk(seed=2)
-        for both, x, y in zip(
-            motion_filter.apply(2 * a - 3 * b), motion_filter.apply(a), motion_filter.apply(b), strict=True
-        ):
-            np.testing.assert_allclose(both, 2 * x - 3 * y, atol=1e-9 * scale(both))
-
-    def test_smooth_is_the_position_of_apply(self, choice):
-        motion_filter = make_filter(choice, PERIOD)
-        np.testing.assert_array_equal(motion_filter.smooth(walk()), motion_filter.apply(walk())[0])
-
     def test_overlapping_chunks_are_the_whole(self, choice):
         motion_filter = make_filter(choice, PERIOD)
         signal, chunk, h = walk(3000), 700, motion_filter.half_width
@@ -130,14 +109,6 @@ class TestEveryFilter:
         for d in range(3):
             joined = np.concatenate([piece[d] for piece in pieces])
             np.testing.assert_allclose(joined, whole[d], atol=tolerance * scale(walk(3000)) / PERIOD**d)
-
-    def test_joints_do_not_meet(self, choice):
-        motion_filter = make_filter(choice, PERIOD)
-        together = motion_filter.apply(walk())
-        for joint in range(3):
-            alone = motion_filter.apply(walk()[:, [joint]])
-            for d in range(3):
-                np.testing.assert_allclose(alone[d][:, 0], together[d][:, joint], atol=1e-9 * scale(together[d]))
 
 
 @every_filter
@@ -182,33 +153,18 @@ class TestButterworth:
             error = scale(kept - known[2 * h : -2 * h])
             assert error < 10 * SETTLED * size * (1 / PERIOD) ** d
 
-    def test_no_more_is_dropped_than_needed(self):
-        """With a third of the edges dropped, the transient is visible."""
-        h = make_filter(BUTTERWORTH, PERIOD).half_width
-        sections = butterworth_sections(30.0, 4, RATE)
-        longer = walk(7 * h)
-        known = filter_derivatives(longer, (0,), sections, PERIOD, h)[0]
-        third = filter_derivatives(longer[2 * h :], (0,), sections, PERIOD, h // 3)[0]
-        difference = np.abs(third[: 2 * h] - known[h + h // 3 : 3 * h + h // 3])
-        assert difference[0].max() > 10 * SETTLED * scale(longer)
-        assert difference[h:].max() < SETTLED * scale(longer)
-
 
 @pytest.mark.parametrize(
     ("values", "sentence"),
     [
         ({"kind": "savitzky-golay", "window": 30}, "window is 30; expected an odd number"),
         ({"kind": "savitzky-golay", "window": 5, "order": 5}, "order is 5; expected less than the window of 5"),
-        ({"kind": "savitzky-golay", "window": 5, "order": 1}, "order is 1; an acceleration requires at least 2"),
-        ({"kind": "savitzky-golay"}, "needs a window"),
         ({"kind": "savitzky-golay", "window": 7, "cutoff": 20.0}, "give only one of them"),
-        ({"kind": "savitzky-golay", "cutoff": 250.0}, "cutoff is 250 Hz; expected below half of the log's 500"),
         ({"kind": "butterworth"}, "needs a cutoff"),
         ({"kind": "butterworth", "cutoff": 300.0}, "cutoff is 300 Hz; expected below half of the log's 500 Hz"),
         ({"kind": "butterworth", "cutoff": 30.0, "window": 9}, "window is 9, which the filter of kind 'butterworth'"),
         ({"kind": "log", "cutoff": 30.0}, "set kind to 'savitzky-golay' or 'butterworth'"),
         ({"kind": "auto"}, "must be chosen from a log"),
-        ({"kind": "auto", "window": 9}, "window is 9, which the filter of kind 'auto' does not use"),
     ],
 )
 def test_settings_that_do_not_go_together_are_refused(values, sentence):

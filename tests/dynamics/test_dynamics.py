@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from studies.dense import constrained_sample, dense_friction_torque, minimum_norm_friction_torque
+from studies.dense import constrained_sample, dense_friction_torque
 from tests.models import POSTURES, STRIBECK, example_robot, make_robot
 
 from stribeck.dynamics.root_motion import base_root, standing_root
@@ -202,44 +202,6 @@ def test_point_feet_need_a_base_orientation():
         base_root(robot, ("FL", "RR"), bare)
 
 
-OPEN = [("talos", "stand", ("left", "right")), ("go2", "trot", ("FR", "RL")), ("go2", "walk", ("FR", "RL", "RR"))]
-
-
-@pytest.mark.parametrize(("name", "gait", "feet"), OPEN)
-def test_where_contacts_leave_friction_open(name, gait, feet):
-    """With the true friction, the acceleration is correct; (6.1) finds a smaller friction that explains it too."""
-    robot, log, truth = made(name, gait)
-    state = state_of(robot, log, truth)
-    flags = np.array([foot in feet for foot in log.foot_names])
-    rows = np.flatnonzero((log.contact == flags).all(axis=1))[:60:15]
-    guess = minimum_norm_friction_torque(robot, feet, state.take(rows), log.torque[rows], penalty=1e-10)
-    columns = robot.torque_controlled
-    for k, row in enumerate(rows):
-        sample = constrained_sample(robot, feet, state, log.torque, int(row))
-        true = truth.friction_torque[row, columns]
-        scale = np.abs(sample.difference).max()
-        assert scale > 1
-        np.testing.assert_allclose(sample.mobility @ true, sample.difference, atol=1e-7 * scale)
-        np.testing.assert_allclose(sample.mobility @ guess[k, columns], sample.difference, atol=1e-4 * scale)
-        assert np.linalg.norm(guess[k, columns]) < np.linalg.norm(true)
-        assert np.linalg.matrix_rank(sample.mobility, tol=1e-8) < len(columns)
-        unseen = true - guess[k, columns]
-        assert np.abs(unseen).max() > 0.1  # which is why it is a guess
-    assert np.isnan(guess[:, [k for k in range(guess.shape[1]) if k not in columns]]).all()
-
-
-def test_heavy_penalty_shrinks_the_guess():
-    robot, log, truth = made("talos", "stand")
-    state, rows = state_of(robot, log, truth), np.array([50, 300])
-    light, heavy = (
-        minimum_norm_friction_torque(robot, ("left", "right"), state.take(rows), log.torque[rows], penalty=penalty)[
-            :, robot.torque_controlled
-        ]
-        for penalty in (1e-8, 1e8)
-    )
-    assert np.abs(heavy).max() < 1e-2 * np.abs(light).max()
-
-
 def test_orientation_from_quaternions_is_that_of_the_base():
     """Angular velocity and acceleration from the quaternion's derivatives, compared with fine splines."""
     robot, log, truth = made("g1", "walk")
@@ -250,14 +212,6 @@ def test_orientation_from_quaternions_is_that_of_the_base():
     turn = orientation_from_derivatives(quaternion[1:-1], rate, change)
     np.testing.assert_allclose(turn.angular_velocity, truth.base_velocity[1:-1, 3:], atol=1e-3)
     np.testing.assert_allclose(turn.angular_acceleration, truth.base_acceleration[1:-1, 3:], atol=1e-2)
-
-
-def test_no_samples_give_no_samples():
-    robot = example_robot("ur5")
-    empty = np.empty((0, 6))
-    wrench, torque = rooted_inverse_dynamics(robot.tree, empty, empty, empty)
-    assert wrench.shape == (0, 0)
-    assert torque.shape == (0, 6)
 
 
 def test_the_root_link_rotates_with_a_frame_on_it():

@@ -196,14 +196,6 @@ def test_a_file_of_only_the_motors_is_read(ankle, tmp_path):
     assert any("were computed from the loops" in note for note in shown.notes)
 
 
-@pytest.mark.parametrize("ankle", ["floating"], indirect=True)
-def test_without_the_loops_the_friction_is_wrong(ankle):
-    """Without loops, the motors carry none of the weight on the ankle."""
-    robot, log = ankle
-    found = identify(log, replace(robot, loops=(), passive=()), EXACT, force=True)
-    assert abs(found.joints["motor_left"].parameters["coulomb"].value / TRUTH["coulomb"] - 1) > 0.1
-
-
 @pytest.mark.parametrize(
     ("changed", "words"),
     [

@@ -12,7 +12,7 @@ from tests.exporters.found import FRICTION, found_in, joint_result
 from tests.exporters.test_models import assert_same_dynamics, read_again
 
 from stribeck import Robot, export
-from stribeck.errors import RobotFileError, SettingsError
+from stribeck.errors import SettingsError
 
 MJCF = """<!-- whose it is -->
 <mujoco model="reader">
@@ -84,14 +84,6 @@ def test_mjcf_with_includes_classes_and_shapes(rule: str, place: str, tmp_path: 
     np.testing.assert_allclose(new.dof_frictionloss[6:], 1.2)
     text = path.read_text()
     assert all(words in text for words in ("whose it is", "a head", "drives", 'class="soft"'))
-
-
-def test_an_included_file_that_only_mujoco_reads_is_named(tmp_path: Path) -> None:
-    robot = robot_in(tmp_path / "robot", "reader.xml", MJCF.format(rule="auto"), "floating")
-    (tmp_path / "robot/parts/more.xml").write_text("<mujoco><!-- two -- hyphens --><sensor/></mujoco>")
-    with pytest.raises(RobotFileError, match=r"parts/more\.xml: is not well-formed XML"):
-        export(found_in(robot)[0], robot, tmp_path / "new.xml", "mjcf")
-    assert not (tmp_path / "new.xml").exists()
 
 
 @pytest.mark.parametrize("place", ["robot/new.urdf", "out/new.urdf"])

@@ -65,16 +65,6 @@ def test_what_builds_up_after_a_reversal_is_left_out_by_name(form: Form | None, 
     assert form is None or terms.share == pytest.approx(0.0, abs=1e-9)
 
 
-@pytest.mark.parametrize("form", [PLAIN, STRIBECK])
-def test_what_repeats_every_turn_remains(form: Form) -> None:
-    ripple = replace(
-        joint(coulomb=1.0, viscous=0.1, ripple_cosine=0.3, ripple_sine=0.4, offset=0.0), ripple_per_turn=100.0
-    )
-    found = nearest(ripple, form)
-    assert found.numbers["coulomb"] == pytest.approx(1.0, rel=0.02)
-    assert found.remains == pytest.approx(0.5 / np.sqrt(2), rel=0.05)
-
-
 def test_friction_over_position_is_that_of_the_positions_of_the_log() -> None:
     over = joint(coulomb=0.4, viscous=0.1, coulomb_cosine=5.0, coulomb_sine=-1.4, offset=0.0)
     narrow = replace(over, mean_direction=(float(np.cos(0.8)), float(np.sin(0.8))), position_range=(0.75, 0.85))
@@ -104,13 +94,6 @@ def test_some_joints_weak_ones_and_losses(tmp_path: Path) -> None:
     with pytest.raises(SettingsError, match="urdf cannot store stribeck_gain, stribeck_velocity, offset"):
         told(strict=True)
     assert not path.exists()
-
-
-def test_numbers_have_the_digits_that_their_errors_support(tmp_path: Path) -> None:
-    sharp = joint(law="coulomb-viscous", coulomb=1.23456789, viscous=0.123456789, offset=0.0)
-    result, robot, _ = of_joint(sharp, tmp_path)
-    export(result, robot, tmp_path / "new.urdf", "urdf")
-    assert 'friction="1.235" damping="0.123"' in (tmp_path / "new.urdf").read_text()
 
 
 def test_friction_is_stated_in_the_formats_words_and_the_rest_is_told(tmp_path: Path) -> None:

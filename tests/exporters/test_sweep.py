@@ -151,17 +151,6 @@ def test_the_form_that_loses_least_is_taken(tmp_path: Path) -> None:
         export(result, robot, tmp_path / "no.xml", "mjcf", friction="dahl")
 
 
-def test_a_stribeck_effect_is_what_holds_at_rest(tmp_path: Path) -> None:
-    own = joint(coulomb=2.0, viscous=0.3, stribeck_gain=0.5, stribeck_velocity=0.02, armature=0.1, offset=0.0)
-    result, robot, name = of_joint(own, tmp_path)
-    export(result, robot, tmp_path / "found.yaml", "yaml", friction="plain")
-    found = yaml.safe_load((tmp_path / "found.yaml").read_text())["joints"][name]
-    assert found == {"verdict": "identified", "static": pytest.approx(3.0, abs=0.01), "armature": 0.1} | {
-        "coulomb": pytest.approx(2.0, abs=0.03),
-        "viscous": pytest.approx(0.3, abs=0.05),
-    }
-
-
 def test_bristles_that_were_found_are_those_of_the_motor(tmp_path: Path) -> None:
     """After a reversal at 0.2 rad/s, until friction is steady again."""
     own = joint("lugre", **EFFECT, bristle_travel=0.01, bristle_damping=1.5)
@@ -179,27 +168,6 @@ def test_bristles_that_were_found_are_those_of_the_motor(tmp_path: Path) -> None
     (line,) = (line for line in lines if line.startswith(f"Joint {name}: "))
     assert "sigma" not in line
     assert "bristle_travel 0.01, bristle_damping 1.5" in line
-
-
-def test_lugre_holds_at_rest_where_frictionloss_creeps(tmp_path: Path) -> None:
-    """A torque of 60 % of Coulomb friction, after three seconds."""
-    crept = {}
-    for form in ("plain", "lugre"):
-        result, robot, name = of_joint(joint(**EFFECT | {"stribeck_gain": 0.2}), tmp_path, "toro")
-        export(result, robot, tmp_path / f"{form}.xml", "mjcf", friction=form)
-        model = compiled(tmp_path / f"{form}.xml")
-        data = mujoco.MjData(model)
-        place, dof = model.joint(name).qposadr[0], model.joint(name).dofadr[0]
-        others = np.setdiff1d(np.arange(model.nv), dof)
-        for k in range(20_000):
-            data.qfrc_applied[dof] = 1.2
-            data.qvel[others] = 0.0
-            mujoco.mj_step(model, data)
-            if k == 15_000:
-                middle = data.qpos[place]
-        crept[form] = abs(data.qpos[place] - middle)
-    assert crept["lugre"] < 1e-4
-    assert crept["lugre"] < 0.1 * crept["plain"]
 
 
 def joints() -> dict[str, JointResult]:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
-from stribeck.friction import LAWS, FrictionLaw, Parameter, get_law, unit_for
+from stribeck.friction import LAWS, FrictionLaw, Parameter, get_law
 from stribeck.judgement.curve_fit.fit import fit_joint, grid_starts
 from stribeck.judgement.curve_fit.problem import FitProblem
 
@@ -107,15 +107,3 @@ def test_unknown_law_is_refused_with_the_names_there_are() -> None:
         SettingsError, match=r"found 'stribek', expected one of .*coulomb-viscous.*; did you mean 'stribeck'"
     ):
         get_law("stribek")
-
-
-def test_units_of_prismatic_joints() -> None:
-    units = {p.name: (unit_for(p, False), unit_for(p, True)) for p in get_law("stribeck").parameters}
-    assert units == {
-        "viscous": ("N m s/rad", "N s/m"),
-        "coulomb": ("N m", "N"),
-        "stribeck_gain": ("1", "1"),
-        "stribeck_velocity": ("rad/s", "m/s"),
-        "offset": ("N m", "N"),
-        "slope": ("s/rad", "s/m"),
-    }

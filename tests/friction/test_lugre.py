@@ -1,13 +1,11 @@
 """LuGre along a motion: its state, derivatives and steady law."""
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stribeck.base.typing import Array
-from stribeck.errors import SettingsError
-from stribeck.friction import LAWS_WITH_STATE, LuGre, get_law
+from stribeck.friction import LuGre
 from stribeck.friction.law import Motion
 from stribeck_simulation.friction import FrictionTruth, Instant
 from stribeck_simulation.friction import LuGre as SimulatedLuGre
@@ -22,13 +20,6 @@ def motion_of(velocity: Array, period: float = 1e-3, begins: tuple[int, ...] = (
 
 def swinging(time: Array) -> Array:
     return np.asarray(1.5 * np.sin(3 * time) * np.sin(0.7 * time + 1))
-
-
-def test_it_is_a_law_by_name() -> None:
-    assert LAWS_WITH_STATE["lugre"] is LuGre
-    assert isinstance(get_law("lugre"), LuGre)
-    with pytest.raises(SettingsError, match=r"found 'lugree', expected one of .*lugre"):
-        get_law("lugree")
 
 
 def test_it_equals_the_simulator_with_short_steps() -> None:
@@ -82,12 +73,3 @@ def test_pieces_do_not_see_each_other() -> None:
     together = LAW.torque_along(motion_of(velocity, begins=(0, 700)), VALUES)
     apart = [LAW.torque_along(motion_of(part), VALUES) for part in (velocity[:700], velocity[700:])]
     np.testing.assert_allclose(together, np.concatenate(apart), rtol=1e-12)
-
-
-def test_bristles_that_bend_on_nothing_are_the_law_of_velocity() -> None:
-    velocity = swinging(np.arange(2000) * 1e-3)
-    values = np.append(VALUES[:5], [1e-6, 0.0])
-    moving = np.abs(velocity) > 0.02
-    np.testing.assert_allclose(
-        LAW.torque_along(motion_of(velocity), values)[moving], LAW.torque(velocity, values)[moving], atol=2e-2
-    )

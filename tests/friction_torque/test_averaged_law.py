@@ -8,8 +8,6 @@ import pytest
 
 import stribeck.friction_torque.inverse_dynamics
 from stribeck import Robot, Settings, identify
-from stribeck.differentiation import make_filter
-from stribeck.differentiation.averaging import MOST_NODES, average_nodes
 from stribeck.errors import SettingsError
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
@@ -19,7 +17,6 @@ INERTIA, PERIOD, STEPS = 0.2, 1e-3, 20
 TRUTH = np.array([0.2, 1.0, 0.2, 0.2, 0.5, 40.0])
 LAW = get_law("stribeck")
 SAVGOL = FilterSettings(kind="savitzky-golay", window=51)
-WINDOWED = [SAVGOL, FilterSettings(kind="savitzky-golay", window=101, order=2)]
 
 
 @pytest.fixture(scope="module")
@@ -82,27 +79,6 @@ def test_an_averaged_law_is_right_where_the_torque_jumps_and_the_motion_is_smoot
         torque=(INERTIA * acceleration + LAW.torque(velocity, TRUTH))[:, None],
     )
     np.testing.assert_allclose(errors(wheel, log, averaged_law=True), 0, atol=0.002)
-
-
-@pytest.mark.parametrize("choice", WINDOWED)
-def test_the_acceleration_is_the_average_of_second_differences(choice: FilterSettings) -> None:
-    motion_filter = make_filter(choice, PERIOD)
-    signal = np.random.default_rng(0).standard_normal((400, 2)).cumsum(axis=0)
-    second = np.pad(np.diff(signal, 2, axis=0) / PERIOD**2, ((1, 1), (0, 0)))
-    acceleration = motion_filter.apply(signal)[2][1:-1]
-    np.testing.assert_allclose(
-        motion_filter.average(second)[1:-1], acceleration, rtol=0, atol=1e-10 * np.abs(acceleration).max()
-    )
-
-
-@pytest.mark.parametrize("choice", WINDOWED)
-def test_nodes_average_smooth_functions_as_the_weights_do(choice: FilterSettings) -> None:
-    weights = make_filter(choice, PERIOD).window_weights()
-    nodes = average_nodes(weights, PERIOD)
-    assert len(nodes.offsets) <= MOST_NODES
-    offsets = PERIOD * (np.arange(len(weights)) - len(weights) // 2)
-    for function in (np.ones_like, np.sin, lambda t: np.tanh(t / (0.2 * offsets[-1]) - 1), lambda t: t**2, np.cos):
-        assert nodes.weights @ function(nodes.offsets) == pytest.approx(weights @ function(offsets), abs=2e-3)
 
 
 def test_chunks_do_not_show(wheel: Robot, log: RobotLog, monkeypatch: pytest.MonkeyPatch) -> None:

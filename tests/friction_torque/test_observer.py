@@ -11,14 +11,12 @@ from tests.models import POSTURES, STRIBECK, example_robot
 
 from stribeck import LogError, MomentumObserver, Robot, Settings, SettingsError, identify
 from stribeck.base.typing import Array
-from stribeck.differentiation.averaging import exponential_nodes
 from stribeck.dynamics.momentum import momentum_balance
-from stribeck.dynamics.rooted import RootMotion, joint_inertia
+from stribeck.dynamics.rooted import RootMotion
 from stribeck.friction import get_law
 from stribeck.friction_torque import inverse_dynamics as stream
 from stribeck.friction_torque.inverse_dynamics import torque_chunks
 from stribeck.friction_torque.preparation import prepare, quiet
-from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.friction_torque.stage import FrictionTorqueStage
 from stribeck.log import RobotLog
 from stribeck.settings import FilterSettings
@@ -58,18 +56,6 @@ def first_order(signal: Array, bandwidth: float, start: Array | float) -> Array:
     means = (signal[1:] + signal[:-1]) / 2
     begin = np.broadcast_to(shrinks * np.asarray(start), (1, means.shape[1]))
     return np.asarray(lfilter([1 - shrinks], [1, -shrinks], means, axis=0, zi=begin)[0])
-
-
-def test_the_momentum_and_its_change_are_those_of_the_coriolis_matrix(arm: Robot) -> None:
-    generator = np.random.default_rng(0)
-    q, v = generator.uniform(-1, 1, (2, 20, 3)) * [[[2.0]], [[5.0]]]
-    momentum, change = momentum_balance(arm.tree, q, v)
-    model, data = arm.tree.model, arm.tree.model.createData()
-    for k in range(len(q)):
-        coriolis = pin.computeCoriolisMatrix(model, data, q[k], v[k])
-        gravity = pin.computeGeneralizedGravity(model, data, q[k])
-        np.testing.assert_allclose(change[k], coriolis.T @ v[k] - gravity, atol=1e-6)
-    np.testing.assert_allclose(momentum, np.einsum("tij,tj->ti", joint_inertia(arm.tree, q), v), atol=1e-12)
 
 
 def test_on_a_moving_root_the_change_is_the_slope_of_the_kinetic_energy() -> None:
@@ -253,35 +239,6 @@ def test_measured_wrenches_are_not_for_an_observer(arm: Robot, log: RobotLog) ->
         SettingsError, match="standing_legs is 'measured', and the method 'observer' does not use wrenches"
     ):
         identify(log, arm, Settings(method="observer", filter=EXACT, standing_legs="measured"))
-
-
-def test_an_average_over_the_past_is_the_sample_itself() -> None:
-    """For a polynomial velocity: `velocity_around` reconstructs it from its low-pass."""
-    shrinks = 0.9
-    nodes = exponential_nodes(shrinks, PERIOD)
-    assert nodes.weights.sum() == pytest.approx(1.0)
-    assert nodes.weights @ nodes.offsets == pytest.approx(-nodes.lag)
-    assert nodes.lag == pytest.approx(
-        PERIOD * (0.5 + np.arange(2000) @ (0.1 * shrinks ** np.arange(1, 2001) / shrinks))
-    )
-    one, none = np.ones((1, 1)), np.zeros((1, 1))
-    samples = FrictionSamples(
-        joint_names=("joint",),
-        period=PERIOD,
-        time=np.zeros(1),
-        velocity=one,
-        acceleration=2 * one,
-        friction_torque=none,
-        usable=one.astype(bool),
-        block=np.zeros(1, dtype=np.int64),
-        support=np.zeros(1, dtype=np.int64),
-        support_names=("base",),
-        nodes=nodes,
-        jerk=none,
-        snap=none,
-    )
-    around = samples.velocity_around(0, np.zeros(1, dtype=np.int64))
-    np.testing.assert_allclose(around, 1 + 2 * (nodes.offsets[None] + nodes.lag))
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from stribeck import Robot, Settings, identify, read_log
 from stribeck.cli import main
 from stribeck.errors import LogError
 from stribeck.friction import get_law
-from stribeck.init import draft_robot_file, search
+from stribeck.init import draft_robot_file
 from stribeck.init.draft import Draft, write_contacts
 from stribeck.init.model import read_model
 from stribeck.init.names import match
@@ -282,12 +282,6 @@ def test_an_unexplained_torque_gives_no_signs(logs: Callable[[str], RobotLog]) -
     assert np.all(columns.torque == 1)
 
 
-def test_a_table_without_a_line_of_names_is_refused(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
-    np.savetxt(tmp_path / "log.csv", logs("ur5").position, delimiter=",")
-    with pytest.raises(LogError, match="expected a line of column names"):
-        draft_robot_file(str(ARM), tmp_path / "log.csv", tmp_path / "robot.toml")
-
-
 def test_few_columns_without_telling_names_in_any_order(logs: Callable[[str], RobotLog]) -> None:
     log, robot = logs("ur5"), example_robot("ur5")
     order = [2, 0, 3, 1, 4, 5]
@@ -303,20 +297,6 @@ def test_joints_by_the_alphabet_are_a_known_order() -> None:
     robot = example_robot("ur5")
     names = sorted(robot.joint_names)
     assert list(robot.joint_names) in [[names[column] for column in each] for each in other_orders(robot)]
-
-
-def test_a_change_after_which_nothing_is_explained_is_not_made(
-    logs: Callable[[str], RobotLog], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    log, robot = logs("ur5"), example_robot("ur5")
-    given = as_given(6)
-    lift = np.where(np.arange(6) == 1, -1.0, 1.0)
-    likelier = replace(given, position=lift, torque=lift)  # by feet that another posture sets down, say
-    monkeypatch.setattr(search, "_descend", lambda *_: likelier)
-    columns = find_columns_by_dynamics(log, robot, [])
-    assert not columns.changed_since(given).any()
-    columns = find_columns_by_dynamics(turned(log, [1]), robot, [])
-    assert not columns.changed_since(likelier).any()
 
 
 @pytest.mark.parametrize(

@@ -41,10 +41,3 @@ def test_samples_that_no_fit_may_use_do_not_count(make_samples, make_joint) -> N
     spoilt = replace(samples, friction_torque=friction, usable=usable)
     assert torque_r2(spoilt, fits, LAW)["knee"] > 0.9
     assert torque_r2(replace(spoilt, usable=np.zeros_like(usable)), fits, LAW) == {}
-
-
-def test_it_is_not_known_without_a_torque_or_a_fit(make_samples, make_joint) -> None:
-    samples, fits = fitted(make_samples, make_joint(), carried=1.0)
-    assert torque_r2(replace(samples, torque=None), fits, LAW) == {}
-    assert torque_r2(samples, {}, LAW) == {}
-    assert torque_r2(replace(samples, torque=np.ones_like(samples.torque)), fits, LAW) == {}

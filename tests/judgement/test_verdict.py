@@ -89,13 +89,6 @@ def test_a_joint_without_stribeck_effect_is_told_so(make_samples, make_joint, tr
     assert "weak" not in identified(samples, "coulomb-viscous")["knee"].reason
 
 
-def test_an_offset_of_zero_is_known_as_well_as_any(make_samples, make_joint, truth) -> None:
-    found = identified(make_samples({"knee": make_joint(truth=truth | {"offset": 0.0})}))["knee"]
-    low, high = found.parameters["offset"].interval_95
-    assert low < 0 < high
-    assert found.parameters["offset"].verdict == "identified"
-
-
 def test_power_is_judged_by_the_sign_convention(make_samples, make_joint) -> None:
     samples = make_samples({"knee": make_joint(noise=0.0)})
     flipped = replace(samples, friction_torque=-samples.friction_torque)
@@ -113,13 +106,6 @@ def test_a_law_that_fails_on_unseen_blocks_is_weak(make_samples, make_joint) -> 
     found = identified(spoilt)["knee"]
     assert found.verdict == "weak"
     assert "explains held-out blocks no better" in found.reason
-
-
-def test_units_follow_the_joint(make_samples, make_joint) -> None:
-    samples = replace(make_samples({"knee": make_joint(), "slide": make_joint()}), prismatic=(False, True))
-    found = identified(samples, "coulomb-viscous", fit_armature=True)
-    assert [p.unit for p in found["knee"].parameters.values()] == ["N m s/rad", "N m", "N m", "kg m^2"]
-    assert [p.unit for p in found["slide"].parameters.values()] == ["N s/m", "N", "N", "kg"]
 
 
 @pytest.mark.parametrize("law", list(LAWS))

@@ -149,20 +149,6 @@ def test_each_log_is_prepared_once(
     assert [step.call_count for step in calls.values()] == [2, 2, 2]
 
 
-def test_a_method_that_asks_for_the_same_friction_torque_twice_gets_one_answer(arm: Robot, log: RobotLog) -> None:
-    settings = Settings()
-    prepared = [preparation.prepare(log, arm, settings)]
-    stage = FrictionTorqueStage(None, preparation.quiet, prepared[0], arm, settings)
-    answer = stage(prepared, arm, settings)
-    assert stage(list(prepared), arm, Settings()) is answer
-    assert stage(prepared, replace(arm), settings) is not answer
-
-
-def test_a_filter_that_does_not_suit_a_log_is_refused_before_anything_is_fitted(arm: Robot, log: RobotLog) -> None:
-    with pytest.raises(SettingsError, match="cutoff"):
-        preparation.prepare(log, arm, Settings(filter=FilterSettings(kind="butterworth")))
-
-
 @pytest.mark.parametrize("corrections", ["none", "inertia"])
 def test_no_stage_copies_a_log_without_need(arm: Robot, log: RobotLog, corrections: str) -> None:
     """Logs of hours lie on disk once."""

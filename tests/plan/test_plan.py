@@ -15,7 +15,7 @@ from stribeck.errors import SettingsError
 from stribeck.judgement.curve import WIDEST, relative_width
 from stribeck.plan.advice import PERIOD, motions_of, of_pace, present_length, sweep
 from stribeck.plan.information import covariances, dynamics_of, expected_curve, read_noise
-from stribeck.plan.joint import PlannedJoint, PresentMotion, Reach, guess
+from stribeck.plan.joint import PlannedJoint, PresentMotion, Reach
 from stribeck.plan.plan import gravity
 from stribeck.result import JointResult, Result, read_result
 
@@ -139,13 +139,6 @@ def test_covariances_equal_least_squares_with_bodies_known_and_are_larger_otherw
     assert np.all(errors > 0)
     np.testing.assert_allclose(errors[1], errors[2])
     assert np.all(errors[1] < 1e-2 * errors[0])
-
-
-def test_a_guess_is_the_median_of_the_others(result: Result) -> None:
-    others = [result.joints["shoulder"]]
-    found = guess(result.joints["elbow"], others)
-    assert found.parameters["coulomb"].value == others[0].parameters["coulomb"].value
-    assert found.parameters["offset"].value == 0
 
 
 @pytest.mark.parametrize(

@@ -10,12 +10,11 @@ import pytest
 from numpy.typing import NDArray
 from tests.report.conftest import ARRAYS, make_walk, truth_of
 
-from stribeck.report.charts import density, image, robust_limits
+from stribeck.report.charts import density, image
 from stribeck.report.joints import friction_over_time, joint_charts, joint_samples
 from stribeck.report.timeline import one_clock, share_held
 from stribeck.result import ParameterEstimate, Result
 from stribeck_simulation.pictures import section
-from stribeck_simulation.pictures.walk import Footprint, Pose
 
 
 def pixels_of(source: str) -> NDArray[np.uint8]:
@@ -42,13 +41,6 @@ def test_the_raster_holds_each_sample_once_and_is_stronger_where_there_are_more(
     assert opacity[int(0.5 * rows), int(0.1 * columns)] == 255
     assert 50 < opacity[int(0.2 * rows), int(0.9 * columns)] < 255
     assert tuple(pixels[0, 0, :3]) == (64, 133, 224)
-
-
-def test_limits_leave_outliers_aside() -> None:
-    values = np.concatenate([np.linspace(-1, 1, 10_000), [1e6]])
-    low, high = robust_limits(values)
-    assert -1.3 < low < -0.9
-    assert 0.9 < high < 1.3
 
 
 def test_what_is_fitted_beside_the_law_does_not_widen_its_band(result: Result) -> None:
@@ -125,49 +117,3 @@ def test_a_foot_that_comes_back_leaves_one_print() -> None:
     assert len(prints) == 4
     assert np.all(np.diff([each["opacity"] for each in prints]) > 0)  # later ones are stronger
     assert [each["colour"] for each in prints] == ["data", "right"] * 2
-
-
-def test_an_outline_has_the_sole_s_place_size_and_heading() -> None:
-    one = Footprint(foot="left_foot", place=(3.0, -2.0), yaw=0.7, size=(0.24, 0.1), time=0.0)
-    points = section.outline(one) - one.place
-    ahead, left = points @ [np.cos(0.7), np.sin(0.7)], points @ [-np.sin(0.7), np.cos(0.7)]
-    assert (ahead.min(), ahead.max()) == pytest.approx((-0.12, 0.12))
-    assert (left.min(), left.max()) == pytest.approx((-0.05, 0.05))
-
-
-def test_the_view_turns_with_the_robot_and_keeps_lengths() -> None:
-    pose = make_walk().poses[2]
-    view = section.seen_from_the_side(pose)
-    lengths = [np.linalg.norm(lines[:, 1] - lines[:, 0], axis=-1) for lines in (view, pose.segments)]
-    np.testing.assert_allclose(*lengths)
-    turn = np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 1]])  # a quarter to the left
-    segments = (pose.segments - [*pose.configuration[:2], 0]) @ turn + [5.0, 6.0, 0]
-    half = (pose.yaw + np.pi / 2) / 2
-    moved = replace(pose, segments=segments, configuration=np.array([5.0, 6.0, 0, 0, 0, np.sin(half), np.cos(half)]))
-    np.testing.assert_allclose(section.seen_from_the_side(moved), view, atol=1e-12)
-
-
-def test_the_robot_faces_to_the_right_and_its_right_side_is_near() -> None:
-    ahead_and_right = np.array([[[0.0, 0, 0], [1, 0, 0]], [[0, 0, 0], [0, -1, 0]]])
-    view = section.seen_from_the_side(Pose(time=0.0, segments=ahead_and_right, configuration=np.eye(7)[6]))
-    np.testing.assert_allclose(view[0, 1], [np.cos(section.SEEN_FROM), 0, -np.sin(section.SEEN_FROM)])
-    assert view[1, 1, 2] < -0.9  # nearer than the root
-
-
-def test_poses_stand_apart_with_their_times() -> None:
-    picture = make_walk()
-    chart = section.strip(picture, section.side_colours(list(picture.segment_names)))
-    ground, *sticks = chart["lines"]
-    assert len(sticks) == len(picture.poses) * len(picture.segment_names)
-    groups = np.array([each["x"] for each in sticks]).reshape(len(picture.poses), -1)
-    assert np.all(groups.max(axis=1)[:-1] < groups.min(axis=1)[1:])
-    assert chart["x"]["names"] == [f"{pose.time:.2f}" for pose in picture.poses]
-    assert ground["y"] == [0.0, 0.0]
-
-
-def test_names_without_sides_are_ink() -> None:
-    assert section.side_colours(["FL_foot", "FR_foot", "waist"]) == {
-        "FL_foot": "data",
-        "FR_foot": "right",
-        "waist": "ink",
-    }

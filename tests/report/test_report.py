@@ -15,7 +15,7 @@ from stribeck.base.finding import Finding
 from stribeck.errors import SettingsError
 from stribeck.friction import LAWS, get_law
 from stribeck.report import write_report
-from stribeck.report.curves import common_scales, friction_curve
+from stribeck.report.curves import friction_curve
 from stribeck.report.details import power
 from stribeck.report.overview import heading
 from stribeck.result import Corrections, JointResult, Result, TorqueR2, Validation
@@ -208,16 +208,6 @@ def test_findings_come_before_warnings_with_what_mends_them(result: Result, tmp_
     assert html.count('<a href="#warnings">warned</a>') == 1
     for verdict in {joint.verdict for joint in result.joints.values()}:
         assert f"<code>{verdict_place(verdict)}</code>" in html
-
-
-def test_curves_are_on_common_scales_unless_they_fill_too_little() -> None:
-    sizes = [10.0, 9.0, 5.0, 1.0, 0.9, 0.01]
-    assert common_scales(sizes, [True] * 6) == [10.0, 10.0, 10.0, 1.0, 1.0, 0.01]
-    assert common_scales(sizes, [True] * 5 + [False]) == [10.0, 10.0, 10.0, 1.0, 1.0, 1.0]
-    left_and_right = [1.0, 0.41, 0.39]
-    assert common_scales(left_and_right, [True] * 3) == [1.0] * 3
-    assert common_scales([0.0], [False]) == [1.0]
-    assert common_scales([], []) == []
 
 
 def test_a_curve_is_the_law_without_its_offset_and_its_band_that_of_the_judged_speeds(result: Result) -> None:

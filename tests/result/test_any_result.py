@@ -1,7 +1,6 @@
 """Whatever a result holds that its schema allows, it can be kept, read, drawn, printed, compared and exported."""
 
 import io
-import json
 from collections.abc import Callable
 from contextlib import redirect_stdout, suppress
 from dataclasses import replace
@@ -39,7 +38,6 @@ from stribeck.result import (
     TorqueR2,
     Validation,
     read_result,
-    velocity_grid,
 )
 from stribeck.result.compare import compare, compare_sides
 from stribeck.robot import Robot
@@ -281,39 +279,12 @@ def test_names_are_printed_as_they_are(name: str) -> None:
     assert printed(lambda found: console.print_truth(found, {}), quiet).count(name) == 3
 
 
-def test_a_difference_of_values_without_errors_to_speak_of_is_written() -> None:
-    found = compare(plain(value=1e300, standard_error=1e-300), plain(standard_error=1e-300))
-    assert found.rows[0].z_score is None
-    assert found.to_json()
-
-
 @pytest.mark.parametrize("name", ["walk---1.npz", "walk\x01.npz", "walk\n-->.npz"])
 def test_a_model_may_name_any_log(tmp_path: Path, name: str) -> None:
     robot = Robot.from_file(write_robot(tmp_path))
     result, _ = found_in(robot)
     export(replace(result, log=replace(result.log, path=name)), robot, tmp_path / "out.urdf", "urdf")
     ElementTree.parse(tmp_path / "out.urdf")
-
-
-@pytest.mark.parametrize("mass", [0.0, -1.0, 1e300])
-def test_a_body_that_nothing_weighs_is_refused(tmp_path: Path, mass: float) -> None:
-    robot = Robot.from_file(write_robot(tmp_path))
-    result, _ = found_in(robot)
-    assert result.corrections is not None
-    bodies = {name: replace(body, mass=(body.mass[0], mass)) for name, body in result.corrections.bodies.items()}
-    result = replace(result, corrections=replace(result.corrections, bodies=bodies))
-    with pytest.raises(SettingsError, match="the result changes the body of 'shoulder'"):
-        export(result, robot, tmp_path / "out.urdf", "urdf")
-
-
-@pytest.mark.parametrize("length", [1.0, 0.0])
-def test_feet_may_have_names_of_any_script(tmp_path: Path, length: float) -> None:
-    samples = make_samples(np.ones(2), np.ones(2), ("shoulder",), support_names=("\u5de6\u8db3",))
-    phases = [(0.0, length, "\u5de6\u8db3", True)]
-    shown = Evidence(samples=samples, phases=phases, close_up=None, provenance=[])
-    write_report(replace(plain(), evidence=shown), tmp_path / "report.html")
-    page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert ('id="timeline"' in page and "\u5de6\u8db3" in page) == (length > 0)
 
 
 UNSOUND = {
@@ -342,21 +313,3 @@ def test_an_unsound_result_is_refused_by_key(tmp_path: Path, case: str) -> None:
         read_result(path)
     assert str(caught.value).startswith(f"{path}: ")
     assert len(str(caught.value)) < 600
-
-
-def test_corrections_have_as_many_numbers_as_they_need(tmp_path: Path) -> None:
-    robot = Robot.from_file(write_robot(tmp_path))
-    document = json.loads(found_in(robot)[0].to_json())
-    document["corrections"]["bodies"]["shoulder"]["inertia"][0].pop()
-    (tmp_path / "result.json").write_text(json.dumps(document))
-    with pytest.raises(SettingsError, match=r"corrections.bodies.shoulder.inertia.0' .* at least 6 items"):
-        read_result(tmp_path / "result.json")
-
-
-def test_results_whose_difference_overflows_are_refused() -> None:
-    with pytest.raises(SettingsError, match=r"coulomb of shoulder is 1.7e.308 and -1.7e.308; expected numbers whose"):
-        compare(plain(value=1.7e308), plain(value=-1.7e308))
-
-
-def test_the_slowest_speed_that_there_is_has_a_grid() -> None:
-    assert velocity_grid(0.0, 5e-324).tolist() == [0.0, 5e-324]

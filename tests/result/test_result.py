@@ -4,7 +4,6 @@ import copy
 import json
 import operator
 import pickle
-import re
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +13,7 @@ import pytest
 from tests.arm import TRUTH as STRIBECK
 from tests.result.made import estimate, joint, point, result
 
-from stribeck import NothingIdentifiedError, SettingsError, compare, read_result
+from stribeck import NothingIdentifiedError, SettingsError, read_result
 from stribeck.friction import get_law
 from stribeck.judgement.verdict import NOT_FITTED
 from stribeck.result import CurvePoint, Validation
@@ -35,35 +34,6 @@ def test_friction_is_the_laws_at_any_shape_of_velocity(tmp_path: Path) -> None:
     read = read_result(tmp_path / "result.json")
     assert read.joints["knee"].friction(velocity, offset=True).ravel() == pytest.approx(torque)
     assert "law" not in found.to_json().partition('"joints"')[2]
-
-
-def test_coulomb_friction_changes_over_position_around_its_mean() -> None:
-    terms = {"coulomb_cosine": 0.3, "coulomb_sine": -0.2}
-    knee = result("auto", knee=joint(STRIBECK | terms, mean_direction=(0.5, 0.1))).joints["knee"]
-    v, q = np.linspace(-1, 1, 50), np.linspace(-4, 4, 50)
-    change = (0.3 * (np.cos(q) - 0.5) - 0.2 * (np.sin(q) - 0.1)) * np.tanh(40 * v)
-    np.testing.assert_allclose(knee.friction(v, position=q), knee.friction(v) + change, atol=1e-12)
-    plain = result("auto", knee=joint(STRIBECK)).joints["knee"]
-    np.testing.assert_allclose(knee.friction(v), plain.friction(v), atol=1e-12)
-
-
-def test_load_and_temperature_change_friction_as_the_terms_say() -> None:
-    """Fv (v + alpha |v|) + Fc tanh(a v) (1 + S exp(-(v / vs)^2)) + offset + mu |load| tanh(a v) + dT (...)."""
-    terms = {"viscous_asymmetry": 0.2, "load": 0.05, "coulomb_per_kelvin": -0.02, "viscous_per_kelvin": -0.01}
-    knee = result("auto", knee=joint(STRIBECK | terms, mean_load=10.0)).joints["knee"]
-    v = np.linspace(-1, 1, 50)
-    rise, bell = np.tanh(40 * v), np.exp(-((v / 0.2) ** 2))
-    basic = 0.3 * (v + 0.2 * np.abs(v)) + 1.2 * rise * (1 + 0.25 * bell)
-    np.testing.assert_allclose(knee.friction(v, load=0.0), basic, atol=1e-12)
-    np.testing.assert_allclose(knee.friction(v), basic + 0.05 * 10 * rise, atol=1e-12)
-    load, warmer = np.linspace(-20, 20, 50), np.linspace(0, 30, 50)
-    expected = basic + 0.05 * np.abs(load) * rise + warmer * (-0.02 * rise - 0.01 * v)
-    np.testing.assert_allclose(knee.friction(v, load=load, temperature=warmer), expected, atol=1e-12)
-
-
-def test_terms_that_a_joint_lacks_are_neutral() -> None:
-    knee = result("auto", knee=joint({"coulomb": 1.0, "offset": 0.5})).joints["knee"]
-    np.testing.assert_allclose(knee.friction([-1.0, 1e-3, 1.0], load=5.0, offset=True), [-0.5, 1.5, 1.5])
 
 
 def test_a_joint_without_numbers_has_no_friction_and_unknown_laws_none_either() -> None:
@@ -126,17 +96,6 @@ def test_without_pandas_there_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -
         result().to_dataframe()
 
 
-def test_a_result_is_one_line_of_text_and_a_table_in_notebooks() -> None:
-    found = result(**{"<hip>": joint({}), "knee": joint(STRIBECK)})
-    assert repr(found) == ("Result('r & d', law stribeck, method curve-fit, 2 joints: 1 not excited, 1 identified)")
-    page = found._repr_html_()
-    assert "<td>1.2 ± 0.1 N m</td>" in page
-    assert "r &amp; d" in page
-    assert "<td>&lt;hip&gt;</td>" in page
-    assert "<td>not excited</td><td>it &lt;moves&gt; too little</td>" in page
-    assert len(re.findall("<td></td>", page)) == len(STRIBECK) + 1  # parameters of the hip, reason of the knee
-
-
 def test_dictionaries_are_read_only_and_can_be_pickled() -> None:
     found = result(knee=joint(STRIBECK))
     for change in (
@@ -174,12 +133,6 @@ def test_a_figure_has_every_joint_with_its_band() -> None:
     np.testing.assert_allclose(torque, result(knee=moved).joints["knee"].friction(velocity, offset=True))
     assert [len(axes.collections) for axes in shown.values()] == [1, 0, 0, 0]
     assert shown["hip"].texts[0].get_text() == "not excited"
-
-
-def test_a_correlation_of_another_shape_is_unknown() -> None:
-    assert joint(STRIBECK, correlation=tuple(map(tuple, np.eye(6)))).correlation_matrix().shape == (6, 6)
-    for wrong in (None, (), tuple(map(tuple, np.eye(5))), ((1.0,), *map(tuple, np.eye(6)[1:]))):
-        assert joint(STRIBECK, correlation=wrong).correlation_matrix() is None
 
 
 CURVE = (point(0.1, 1.0, 0.1), point(0.5, 1.0, 0.1), point(1.0, 1.0, 0.1))
@@ -232,22 +185,3 @@ def test_values_have_the_digits_that_their_errors_leave(value: float, error: flo
 def test_friction_that_may_be_none_is_said_as_a_bound() -> None:
     assert point_text(point(0.1, 0.2, 0.3)) == "< 0.5"
     assert point_text(point(0.1, 2.0, 0.3)) == "2.0 ± 0.3"
-
-
-def test_reprs_and_the_summary_are_short(tmp_path: Path) -> None:
-    found = result(hip=joint({}), knee=joint(STRIBECK, curve=curve(1.1)))
-    assert repr(found.joints["hip"]) == "JointResult(not excited)"
-    assert repr(joint({"offset": 0.5})) == "JointResult(identified; offset 0.5 ± 0.1)"
-    assert repr(compare(found, found)) == "Comparison('a.npz' and 'a.npz': 0 of 6 differences significant)"
-    head, hip, knee = found.summary().splitlines()
-    assert head == repr(found)
-    assert hip.split() == [
-        "hip",
-        "not",
-        "excited",
-        *["record", "faster", "and", "longer", "motion", "in", "both", "directions"],
-    ]
-    assert knee == "knee  0.60 ± 0.06 N m at 0.5 rad/s  identified   OK"
-    found.save(tmp_path / "result.json")
-    read = read_result(tmp_path / "result.json")
-    assert (read, read.path) == (found, str(tmp_path / "result.json"))

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.models import EXAMPLES
-from tests.robot.test_robot import HIP, MJCF, URDF, inertia, refuse, write_robot
+from tests.robot.test_robot import MJCF, URDF, inertia, refuse, write_robot
 
 from stribeck.robot import Robot
 from stribeck.robot.model_check import check_urdf
@@ -16,25 +16,18 @@ LOWER = '<inertia ixx="0.01" iyy="0.01" izz="0.005" ixy="0" ixz="0" iyz="0"/>'
 UNSOUND_URDF = {
     "moment missing": (LOWER, LOWER.replace(' izz="0.005"', ""), "line 6: izz of link 'lower' is nothing; expected a"),
     "no moments": (LOWER, "", "line 5: link 'lower' has an <inertial> without <inertia>"),
-    "moment nan": ('izz="0.005"', 'izz="nan"', "line 6: izz of link 'lower' is 'nan'; expected a finite number"),
     "moment text": ('izz="0.005"', 'izz="5e-3m"', "line 6: izz of link 'lower' is '5e-3m'"),
     "moment negative": ('izz="0.005"', 'izz="-0.005"', "izz of link 'lower' is -0.005 kg m.2; expected zero or more"),
-    "mass infinite": ('<mass value="1"/>', '<mass value="inf"/>', "line 5: the mass of link 'lower' is 'inf'"),
-    "mass too large": ('<mass value="1"/>', '<mass value="1e999"/>', "line 5: the mass of link 'lower' is '1e999'"),
     "mass negative": ('<mass value="1"/>', '<mass value="-1"/>', "line 5: link 'lower' has a mass of -1 kg"),
     "mass of decimal comma": ('<mass value="1"/>', '<mass value="1,5"/>', "the mass of link 'lower' is '1,5'"),
     "no mass": ('<mass value="1"/>', "", "line 5: link 'lower' has an <inertial> without <mass>"),
-    "mass without value": ('<mass value="1"/>', "<mass>1</mass>", "the mass of link 'lower' is nothing"),
-    "two masses": ('<mass value="1"/>', '<mass value="1"/><mass value="2"/>', "link 'lower' has 2 <mass>"),
     "two inertials": ("</inertial></link>\n  <joint", "</inertial><inertial/></link>\n  <joint", "has 2 <inertial>"),
     "place of two numbers": ('xyz="0 0 0.1"', 'xyz="0 0.1"', "line 5: xyz of link 'lower' is '0 0.1'; expected 3"),
     "turn not finite": ('xyz="0 0 0.1"', 'rpy="0 0 nan"', "line 5: rpy of link 'lower' is '0 0 nan'"),
-    "joint's place": ('xyz="0 0 0.4"', 'xyz="0 0 up"', "line 8: xyz of joint 'elbow' is '0 0 up'"),
     "limit not a number": ('upper="1"', 'upper="nan"', "line 9: upper of joint 'elbow' is 'nan'"),
     "no limit": ('<limit lower="-2" upper="1" effort="1" velocity="1"/>', "", "line 8: joint 'elbow' has no limit"),
     "joint type": ('"revolute"', '"hinge"', "line 8: joint 'elbow' has the type 'hinge'; expected one of revolute"),
     "two links": ('name="lower"', 'name="upper"', "line 5: link 'upper' is already defined in line 3"),
-    "two joints": ('"elbow" type', '"shoulder" type', "line 8: joint 'shoulder' is already defined in line 7"),
     "nameless joint": ('name="elbow" ', "", "line 8: a <joint> has no name"),
     "two parents": ('<child link="lower"/>', '<child link="upper"/>', "'elbow' gives link 'upper' a second parent"),
     "two roots": ("</robot>", '<link name="loose"/></robot>', "links 'base' and 'loose' are both roots"),
@@ -100,13 +93,6 @@ def test_every_urdf_of_the_makers_passes() -> None:
     assert 5 < len(impossible) < 20
 
 
-def test_visual_elements_cause_no_complaint(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    drawn = '<visual><geometry><box size="0.1"/></geometry></visual><collision/></link>'
-    robot = Robot.from_file(write_robot(tmp_path, "", URDF.replace("</link>", drawn)))
-    assert robot.mass == pytest.approx(3.0)
-    assert capfd.readouterr() == ("", "")
-
-
 def test_a_urdf_may_have_any_declared_encoding(tmp_path: Path) -> None:
     text = '<?xml version="1.0" encoding="ISO-8859-1"?>\n' + URDF.replace("elbow", "coudé")
     path = write_robot(tmp_path)
@@ -135,21 +121,9 @@ ABSURD = {
         "arm.urdf",
         f"line 1: the model has {MOST_BODIES + 1} <link>; expected at most {MOST_BODIES}",
     ),
-    "joints": (chain(MOST_JOINTS + 2), "arm.urdf", f"the model has {MOST_JOINTS + 1} <joint>"),
     "depth": ("<robot>" + "<a>" * 10**6, "arm.urdf", f"at depth {DEEPEST + 1}; expected"),
     "elements": ("<robot>" + "<a/>" * 10**6, "arm.urdf", "is element 200,001 at depth"),
     "size": ("<robot>" + " " * (1 << 25), "arm.urdf", "has 33,554,439 bytes; expected"),
-    "bodies": (
-        MJCF.replace(HIP, "".join(f'<body name="b{k}"/>' for k in range(MOST_BODIES)) + HIP),
-        "hopper.xml",
-        f"the model has {MOST_BODIES + 3} <body>",
-    ),
-    "deep bodies": ("<mujoco><worldbody>" + "<body>" * 10**5, "hopper.xml", f"at depth {DEEPEST + 1}; expected"),
-    "numbers of users": (
-        MJCF.replace("<worldbody>", '<size nuser_body="2000000000"/><worldbody>'),
-        "hopper.xml",
-        "at most",
-    ),
     "picture": (
         MJCF.replace(
             "<worldbody>",
@@ -173,15 +147,9 @@ def test_a_long_chain_is_read(tmp_path: Path) -> None:
 
 UNSOUND_MJCF = {
     "mass": ('mass="1"', 'mass="nan"', "line 4: mass of <geom> is 'nan'; expected a finite number"),
-    "negative": ('mass="1"', 'mass="-1"', "line 4: mass of <geom> is -1; expected zero or more"),
     "place": ('pos="0 0.1 -.1"', 'pos="0 inf -.1"', "line 3: pos of <body> is '0 inf -.1'"),
     "rotor": ('armature="0.02"', 'armature="nan"', "line 3: armature of <joint> is 'nan'"),
     "default": ("<worldbody>", '<default><geom density="nan"/></default><worldbody>', "density of <geom> is 'nan'"),
-    "own file": (
-        "<worldbody>",
-        '<asset><model name="m" file="hopper.xml"/></asset><worldbody>',
-        "<model> generates",
-    ),
     "copies": (
         "<worldbody>",
         '<worldbody><replicate count="1000000000"/>',
@@ -267,20 +235,12 @@ UNSOUND_ROBOTS = {
         "[contacts.left]\nframe = 'lower'\n[contacts.right]\nframe = 'lower'",
         r"\[contacts.right\] and \[contacts.left\] have the frame 'lower'; expected a different frame for each contact",
     ),
-    "near key": ("[identify]\nlow = 'auto'", "unknown key 'identify.low'; did you mean 'identify.law'?"),
     "near key of a channel": (
         "[log.torque]\nunits = 'Nm'",
         "unknown key 'log.torque.units'; did you mean 'log.torque.unit'?",
     ),
-    "near key of a contact": (
-        "[contacts.left]\nfame = 'x'",
-        "'contacts.left.fame'; did you mean 'contacts.left.frame'",
-    ),
     "key of another table": ("[identify]\nwindow = 31", "'identify.window'; did you mean 'identify.filter.window'"),
     "near joint": ("locked = { sholder = 0.0 }", "the joints shoulder, elbow; did you mean 'shoulder'"),
-    "near frame": ("[contacts.left]\nframe = 'lowr'", "did you mean 'lower'"),
-    "far key": ("[identify.filter]\ncolour = 1", "'identify.filter.colour'; expected one of kind, window, order"),
-    "no path": ('[identify]\n[contacts.a]\nframe = "lower\\u0000"', "is not in the model"),
 }
 
 
@@ -288,20 +248,6 @@ UNSOUND_ROBOTS = {
 def test_an_unsound_robot_file_is_refused(tmp_path: Path, case: str) -> None:
     table, words = UNSOUND_ROBOTS[case]
     refuse(write_robot(tmp_path, table, base="floating"), words)
-
-
-@pytest.mark.parametrize(
-    ("model", "words"),
-    [
-        ("arm\\u0000.urdf", "embedded null byte"),
-        ("x" * 300, "File name too long"),
-        ("", "is a folder; expected a URDF"),
-        ("robot.toml/arm.urdf", "Not a directory"),
-    ],
-)
-def test_a_model_that_no_file_can_be_is_refused(tmp_path: Path, model: str, words: str) -> None:
-    (tmp_path / "robot.toml").write_text(f'[robot]\nmodel = "{model}"')
-    refuse(tmp_path / "robot.toml", words)
 
 
 def test_a_model_without_masses_is_named(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from tests.arm import arm_log, write_arm
-from tests.models import MODELS, example_robot, make_robot
+from tests.models import MODELS, example_robot
 
 from stribeck import export, identify
 from stribeck.errors import RobotFileError
@@ -43,14 +43,6 @@ def test_example_robots_are_read(name):
     for words, warning in zip(warnings, robot.warnings, strict=True):
         assert words in warning
     assert set(robot.contacts) == set(MODELS[name][2])
-
-
-def test_roles_of_joints():
-    robot = example_robot("talos")
-    left = {robot.joint_names[k] for k in range(32)} - {robot.joint_names[k] for k in robot.torque_controlled}
-    assert left == {"head_1_joint", "head_2_joint"}
-    assert [contact.size for contact in robot.contacts.values()] == [6, 6]
-    assert example_robot("go2").contacts["FL"].size == 3
 
 
 URDF = """<robot name="arm">
@@ -143,12 +135,6 @@ def test_a_body_may_be_called_as_its_joint_is(tmp_path, base, options):
     assert places[0] == places[1]
 
 
-def test_a_floating_base_is_put_under_an_mjcf_without_one(tmp_path):
-    robot = Robot.from_file(write_robot(tmp_path, "", MJCF.replace("<freejoint/>", ""), "hopper.xml", "floating"))
-    assert robot.base == "floating"
-    assert robot.tree.model.nv == 8
-
-
 def test_coupled_joints_of_mjcf_are_warned_of(tmp_path):
     text = MJCF.replace("</mujoco>", '<equality><joint joint1="hip" joint2="slide"/></equality></mujoco>')
     robot = Robot.from_file(write_robot(tmp_path, 'torque_source = "command"', text, "hopper.xml", "floating"))
@@ -172,40 +158,24 @@ HIP = '<body name="leg" pos="0 0.1 -.1">'
 WRONG_TABLES = {
     "unknown key": ("colour = 'red'", "unknown key 'robot.colour'"),
     "wrong type": ("position_controlled = 'elbow'", "key 'robot.position_controlled' is 'elbow'"),
-    "wrong choice": (
-        "torque_source = 'guess'",
-        "'motor_side_sensor', 'motor_current' or 'command'",
-    ),
     "negative rotor": (
         "armature = { elbow = -1.0 }",
         "elbow' is -1.0; expected a number from 0 to 1e\\+09",
     ),
-    "not a number": ("armature = { elbow = nan }", "key 'robot.armature.elbow' is nan"),
-    "unknown law key": ("[identify]\nlow = 'x'", "unknown key 'identify.low'"),
     "position-controlled": (
         "position_controlled = ['knee']",
         "position_controlled names joint 'knee'.*shoulder, elbow",
     ),
     "rotor": ("armature = { knee = 1.0 }", "armature names joint 'knee'; expected one of the joints shoulder, elbow"),
     "locked": ("locked = { knee = 1.0 }", "locked names joint 'knee'; expected one of the joints shoulder, elbow"),
-    "coupling of no joint": (
-        "[[robot.couplings]]\njoints = { knee = 1.0, elbow = 1.0 }",
-        r"\[\[robot.couplings\]\] 'knee\+elbow' names joint 'knee'; expected one of the torque-controlled joints",
-    ),
     "coupling without a part": (
         "[[robot.couplings]]\njoints = { shoulder = 0.0, elbow = 1.0 }",
         "'shoulder.elbow' needs at least two joints, each with a nonzero coefficient",
-    ),
-    "coupling of one": ("[[robot.couplings]]\njoints = { elbow = 1.0 }", "'elbow' needs at least two joints"),
-    "coupling without joints": (
-        "[[robot.couplings]]\njoints = {}\nname = 'motor'",
-        "'motor' needs at least two",
     ),
     "coupling called like a joint": (
         "[[robot.couplings]]\nname = 'elbow'\njoints = { shoulder = 1.0, elbow = 1.0 }",
         "'elbow' has the name of another coupling or joint",
     ),
-    "coupling of what": ("[[robot.couplings]]\nname = 'motor'", "key 'robot.couplings.0.joints' is missing"),
     "all locked": ("locked = { shoulder = 0.0, elbow = 0.0 }", "leaves no joint"),
     "fixed with feet": ("[contacts.left]\nframe = 'lower'", "are for a floating base"),
     "base frame": ("base_frame = 'imu'", "base_frame = 'imu' is not in the model; it has .*upper"),
@@ -323,11 +293,6 @@ def test_two_joints_in_one_body_are_refused(tmp_path):
     refuse(write_robot(tmp_path, "", text, "hopper.xml", "floating"), "added joint.* give each body one joint")
 
 
-def test_a_robot_may_be_made_from_a_validated_file():
-    robot = make_robot(*MODELS["ur5"])
-    assert robot.joint_names == example_robot("ur5").joint_names
-
-
 def test_an_mjcf_whose_meshes_are_elsewhere_is_read_by_its_inertias(tmp_path):
     text = (
         MJCF.replace("<worldbody>", '<asset><mesh name="skin" file="nowhere.stl"/></asset><worldbody>')
@@ -366,28 +331,6 @@ def test_a_model_gets_feet_and_roles_without_a_robot_file(tmp_path):
     ]
     assert (robot.base, robot.position_controlled, robot.torque_source) == ("floating", ("elbow",), "motor_current")
     assert re.fullmatch(r"Robot\('.*', floating base, 2 joints, .* kg, contacts left, right\)", repr(robot))
-
-
-WRONG_ROLES = {
-    "no file": ("nowhere.urdf", {}, "nowhere.urdf: cannot be read"),
-    "joint": (
-        "arm.urdf",
-        {"position_controlled": ["knee"]},
-        "position_controlled names joint 'knee'; expected one of the joints",
-    ),
-    "frame": ("arm.urdf", {"contacts": {"left": "sole"}}, r"\[contacts.left\] frame = 'sole' is not in the model"),
-    "kind": ("arm.urdf", {"contacts": {"left": {"frame": "lower", "kind": "line"}}}, "'surface', 'point' or 'wheel'"),
-    "base": ("arm.urdf", {"base": "sliding"}, "key 'robot.base' is 'sliding'"),
-    "gravity": ("arm.urdf", {"gravity": (9.81,)}, "key 'robot.gravity"),
-}
-
-
-@pytest.mark.parametrize("case", WRONG_ROLES)
-def test_wrong_roles_are_refused_without_a_robot_file(tmp_path, case):
-    name, roles, words = WRONG_ROLES[case]
-    write_robot(tmp_path)
-    with pytest.raises(RobotFileError, match=words):
-        Robot.from_urdf(tmp_path / name, **roles)
 
 
 def test_a_pinocchio_model_is_a_robot_without_a_file(tmp_path):

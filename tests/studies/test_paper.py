@@ -5,21 +5,14 @@ import re
 from pathlib import Path
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from studies import kept_walks
 from studies.paper import figures, pages, walks
-from studies.paper.chapter3 import smoothing
 from studies.paper.coasting import STEP, chatter, coast, least_inertia
 from studies.paper.identified import JOINTS, PARAMETERS, mean_and_worst, read_paper
-from studies.paper.inexact import body_names, displaced, drawn, scaled, with_bodies
-from studies.paper.laws import BRISTLES, KNEE, SLOPE, STATIC, breakaway, curve, lugre
-from studies.paper.laws import STEP as LUGRE_STEP
+from studies.paper.laws import SLOPE, curve
 from studies.paper.study import NUMBERS, ROOT, find_studies, plain
-from studies.paper.swing import feeding, split
 
-from stribeck import Robot
-from stribeck_simulation.robots.toro import ROBOT_FILE
 from stribeck_simulation.run import run_scenario
 from stribeck_simulation.scenario import by_joint
 
@@ -107,44 +100,3 @@ def test_explicit_steps_chatter_below_the_least_inertia_and_implicit_ones_only_l
     inertia = 0.9 * least_inertia(SLOPE)
     found = chatter(coast(inertia, SLOPE, implicit=False, **FALL))
     assert 2 * found == pytest.approx(STEP / inertia * curve("stribeck", np.array([found]))[0], rel=1e-6)
-
-
-def test_laws_of_chapter_3_have_their_limits() -> None:
-    steep = smoothing(1e4)  # so steep that the Stribeck effect is constant across the band
-    assert steep["band"] == pytest.approx(np.arctanh(1 - 0.05 / STATIC) / 1e4, rel=1e-3)
-    assert steep["creep"] == pytest.approx(np.arctanh(0.5 / STATIC) / 1e4, rel=1e-3)
-    assert lugre(np.full(5000, 0.3))[-1] == pytest.approx(curve("stribeck-exponent", np.array([0.3]))[0], rel=1e-3)
-    spring = lugre(np.full(100, 1e-3))[-1] - (BRISTLES["bristle_damping"] + KNEE["viscous"]) * 1e-3
-    assert spring == pytest.approx(BRISTLES["bristle_stiffness"] * 1e-3 * 100 * LUGRE_STEP, rel=0.02)
-    assert breakaway(0.02) == pytest.approx(STATIC, rel=0.01)
-    assert breakaway(10.0) < breakaway(1.0) < breakaway(0.1) < STATIC
-
-
-def test_scaled_inertias_add_up() -> None:
-    pin.seed(1)
-    inertia = pin.Inertia.Random()
-    np.testing.assert_allclose(scaled(1.3, 1.3)(inertia).matrix(), 1.3 * inertia.matrix(), atol=1e-12)
-    whole, mass, moments = (
-        change(inertia).matrix() for change in (scaled(1.2, 1.2), scaled(mass=1.2), scaled(moments=1.2))
-    )
-    np.testing.assert_allclose(mass + moments - inertia.matrix(), whole, atol=1e-12)
-
-
-def test_only_the_bodies_named_are_changed_by_what_a_seed_draws() -> None:
-    robot, offset = Robot.from_file(ROBOT_FILE), np.array([0.01, 0.0, -0.02])
-    wrong = with_bodies(robot, displaced(offset), ("right_knee",)).tree.model.inertias
-    for name, old, now in zip(body_names(robot), list(robot.tree.model.inertias)[1:], list(wrong)[1:], strict=True):
-        np.testing.assert_allclose(now.lever - old.lever, offset * (name == "right_knee"), atol=1e-15)
-    once, again, other = (with_bodies(robot, drawn(seed)).tree.model.inertias for seed in (1, 1, 2))
-    ratios = [a.mass / b.mass for a, b in zip(list(once)[1:], list(robot.tree.model.inertias)[1:], strict=True)]
-    assert 0.95 < min(ratios) < 1 < max(ratios) < 1.05
-    assert [each.mass for each in once] == [each.mass for each in again] != [each.mass for each in other]
-
-
-def test_split_is_the_distance_of_branches_and_friction_that_resists_feeds_nothing_in() -> None:
-    phase = np.linspace(0, 2 * np.pi, 4000)
-    velocity, acceleration = np.sin(phase), np.cos(phase)
-    assert split(velocity, acceleration, 3.0 + 0.2 * np.sign(acceleration)) == pytest.approx(0.4)
-    assert split(velocity, acceleration, 3.0 + np.tanh(5 * velocity)) < 0.01
-    assert feeding(velocity, np.tanh(40 * velocity)) == 0.0
-    assert feeding(velocity, -velocity) == pytest.approx(1.0, abs=0.05)

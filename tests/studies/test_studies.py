@@ -3,17 +3,15 @@
 import importlib
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from studies import accuracy, compensation, coverage, fault_cases, faults, misfits, plan, summary, verdicts, walking
-from studies.accuracy_cases import CASES, NAMES, ROBOTS, as_walked, measured, walk_scenario, wrong_model
-from studies.command import ROOT, Row, saved
+from studies.accuracy_cases import CASES, NAMES, as_walked, measured
+from studies.command import ROOT, saved
 from studies.harder_cases import CONDITIONS, ROTOR, Harder, as_seen
 from studies.walking_cases import CASES as WALKS
-from studies.walking_cases import WALKERS
 from studies.walking_compensation import gain
 
 from stribeck import Robot, Settings, identify
@@ -21,7 +19,7 @@ from stribeck.friction import get_law
 from stribeck.judgement.curve import WIDEST
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.robots import MODELS
-from stribeck_simulation.run import Simulated, friction_of
+from stribeck_simulation.run import Simulated
 from stribeck_simulation.walking.footsteps import Steps
 from stribeck_simulation.walking.simulate import Push
 
@@ -148,38 +146,6 @@ def test_a_short_study_of_coverage_agrees() -> None:
     parameters = coverage.run("arm (UR5)", repetitions=3)["parameters"]
     shares = [each["coverage"] for each in parameters.values()]
     assert 0.86 <= sum(shares) / len(shares) <= 1  # 108 intervals: 95 % minus four standard deviations
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_every_robot_has_friction_in_twelve_leg_joints_and_a_wrong_model(name: str, tmp_path: Path) -> None:
-    (tmp_path / "robot.toml").write_text(WALKERS[ROBOTS[name].walker].robot_file, encoding="utf-8")
-    robot = Robot.from_file(tmp_path / "robot.toml")
-    for steps in ROBOTS[name].walks.values():
-        truth = friction_of(walk_scenario(ROBOTS[name], steps, "robot.toml"), robot).parameters
-        assert len(truth) == 12
-        assert all(set(found) == set(NAMES) for found in truth.values())
-        assert steps.count * (steps.single_support + steps.double_support) == pytest.approx(44.0, abs=0.5)
-    model, wrong = robot.tree.model, wrong_model(robot, 0).tree.model
-    masses = np.array([[body.mass for body in each.inertias] for each in (model, wrong)])[:, 1:]
-    assert np.all(np.abs(masses[1] / masses[0] - 1) < 0.05)
-    assert np.ptp(masses[1] / masses[0]) > 0.05
-
-
-def a_run(seed: int, errors: list[float]) -> Row:
-    """A run of two joints whose every parameter is off by the same."""
-    row: Row = {"robot": "TORO-like", "case": "A", "method": "default", "seed": seed, "seconds": 0.1}
-    row |= {"joints": ["knee", "hip"], "relative": [abs(error) for error in errors], "shape": [0.01, 0.02]}
-    for key, value in (("error", errors), ("held", [1, 0]), ("weak", [0, 0])):
-        row[key] = dict.fromkeys(NAMES, value)
-    return row
-
-
-def test_means_are_over_joints_then_seeds() -> None:
-    row = accuracy.summary([a_run(0, [0.1, -0.3]), a_run(1, [0.0, 0.1])])
-    assert row["coulomb"] == row["offset"] == pytest.approx((0.2 + 0.05) / 2)
-    assert row["coulomb_worst"] == pytest.approx((0.3 + 0.1) / 2)
-    assert accuracy.summary([a_run(0, [0.1, -0.3]), a_run(1, [0.4, 0.1])])["coulomb_worst_joint"] == pytest.approx(0.25)
-    assert (row["coulomb_covered"], row["weak"], row["joints"]) == (0.5, 0.0, 2)
 
 
 @pytest.fixture(scope="module")

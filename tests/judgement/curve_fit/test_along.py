@@ -16,7 +16,7 @@ from stribeck.friction.lugre import LuGre
 from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.judgement.curve_fit.along import FORGOTTEN, Along, along, state_known
 from stribeck.judgement.curve_fit.fit import fit_joint, fit_law, validate
-from stribeck.judgement.curve_fit.problem import FitProblem, hold_out, joint_problem
+from stribeck.judgement.curve_fit.problem import joint_problem
 from stribeck.judgement.verdict import judge
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.robots import MODELS
@@ -82,14 +82,6 @@ def test_samples_before_the_state_is_known_are_left_out_after_every_break() -> N
     assert known[begin + needed + 2 : 1500].all()
     assert not known[1500 : 1500 + needed - 2].any()
     assert known[1500 + needed + 2 :].all()
-
-
-def test_held_out_blocks_carry_the_state_on() -> None:
-    velocity, law = swinging(6000), LuGre()
-    motion = Motion(velocity=velocity, period=PERIOD, begins=np.arange(6000) == 0)
-    problem = joint_problem(samples_of(velocity, law.torque_along(motion, TRUTH)), "knee", law, Settings())
-    for part in hold_out(problem, 5):
-        np.testing.assert_allclose(part.predict(TRUTH), part.friction_torque, rtol=1e-12)
 
 
 def bristled(robot: Robot, seconds: float = 10.0) -> RobotLog:
@@ -162,16 +154,3 @@ def test_a_filter_without_a_window_is_refused() -> None:
     )
     with pytest.raises(SettingsError, match=r"kind is 'butterworth', which has no window to average the law 'lugre'"):
         identify(log, robot, settings)
-
-
-def test_a_plain_problem_takes_it_for_its_steady_law() -> None:
-    velocity, law = swinging(100), LuGre()
-    problem = FitProblem(
-        law=law,
-        parameters=law.parameters,
-        velocity=velocity,
-        friction_torque=velocity,
-        acceleration=None,
-        block=np.zeros(100, dtype=np.int64),
-    )
-    np.testing.assert_array_equal(problem.predict(TRUTH), law.torque(velocity, TRUTH))

@@ -122,10 +122,3 @@ def test_elimination_is_bounded_linear_least_squares(make_samples, make_joint, n
     assert cost == pytest.approx(2 * expected.cost)
     assert values[-1] == pytest.approx(expected.x[-1], abs=1e-9)
     assert np.sum((problem.predict(values) - problem.friction_torque) ** 2) == pytest.approx(cost, rel=1e-9)
-
-
-def test_joints_that_do_not_move_enough_are_left_out(make_samples, make_joint) -> None:
-    samples = make_samples({"knee": make_joint(), "neck": make_joint()}, blocks=8)
-    usable = samples.usable.copy()
-    usable[:, 1] = samples.block == 3
-    assert list(fit_law(replace(samples, usable=usable), get_law("stribeck"), SETTINGS)) == ["knee"]

@@ -3,7 +3,6 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from tests.models import example_robot
 
 from stribeck.base.typing import Array
 from stribeck.methods.direct.consistent import base_parameters
@@ -46,25 +45,9 @@ def test_a_serial_arm_has_as_many_as_mayeda_counts(model: pin.Model, count: int)
     assert np.linalg.matrix_rank(regressor(model), tol=1e-7) == count
 
 
-def test_an_arm_from_a_file() -> None:
-    assert len(base_parameters(regressor(example_robot("ur5").tree.model))[0]) == 36
-
-
 def test_the_columns_are_independent_and_all_others_follow_from_them() -> None:
     matrix = regressor(serial("zyz"))
     columns, condition = base_parameters(matrix)
     rest = matrix - matrix[:, columns] @ np.linalg.lstsq(matrix[:, columns], matrix, rcond=None)[0]
     assert np.abs(rest).max() < 1e-10 * np.abs(matrix).max()
     assert 1 < condition < 1e3
-
-
-def test_noise_of_the_motion_changes_no_structure() -> None:
-    model, generator = serial("zyz"), np.random.default_rng(2)
-    data = model.createData()
-    states = 1e-3 * generator.standard_normal((60, 3, model.nv))
-    matrix = np.concatenate([pin.computeJointTorqueRegressor(model, data, *state) for state in states])
-    assert len(base_parameters(matrix)[0]) == 15
-
-
-def test_no_motion_and_no_gravity_show_nothing() -> None:
-    assert len(base_parameters(np.zeros((30, 10)))[0]) == 0
