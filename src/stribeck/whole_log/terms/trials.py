@@ -31,7 +31,7 @@ from stribeck.whole_log.solver.statistics import Statistics
 PARAMETERS = {term.name: term.parameters for term in LADDER}
 """Parameters of each term; the first is zero without the term."""
 
-SEEN = 0.02
+SEEN = 1e-4
 """Share of the held-out fold's information [1] by which all else is fitted, in case no other fold determines it.
 
 A wheel may roll backward only once: without this part of the log its offset is unknown, and all joints' scores."""
