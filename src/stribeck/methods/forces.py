@@ -16,8 +16,8 @@ from stribeck.base.typing import Array
 from stribeck.robot.rooting import RootedModel
 from stribeck.whole_log.fit_checks.causes import EXPLAINED, Residual
 
-Jacobians = tuple[Array, Array, Array, Array]
-"""Jacobians of a joint's origin, shape (K, 3, n) each, rotations of its link, shape (K, 3, 3), and the link's tip."""
+Link = tuple[Array, Array, Array, Array]
+"""Linear and angular Jacobian of a joint's origin, shape (K, 3, n) each; rotation of its link, (K, 3, 3); its tip."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def find_force(tree: RootedModel, columns: NDArray[np.int64], position: Array, r
     shares = np.sum(left**2, axis=0) / np.sum(left**2)
     if shares.max() > EXPLAINED:
         return Force(int(shares.argmax()), None)
-    links = [_jacobians(tree, column, columns, position) for column in columns.tolist()]
+    links = _links(tree, columns, position)
     disturbed = np.count_nonzero(shares > 0.01)  # joints with at least 1 % of chi^2
     for constant in (True, False) if disturbed > 3 else (True,):
         rests, sizes, reaches = np.array([_point_force(weight, left, link, constant) for link in links]).T
@@ -69,23 +69,33 @@ def find_force(tree: RootedModel, columns: NDArray[np.int64], position: Array, r
     return None
 
 
-def _jacobians(tree: RootedModel, column: int, columns: NDArray[np.int64], position: Array) -> Jacobians:
-    """Compute the Jacobians of a joint at some positions."""
+def _links(tree: RootedModel, columns: NDArray[np.int64], position: Array) -> list[Link]:
+    """Compute the Jacobians of the joints at some positions."""
     model, data = tree.model, tree.model.createData()
-    places = np.argsort(tree.columns)
-    joint = 1 + int(places[column])
-    jacobian, turn = np.empty((len(position), 6, len(columns))), np.empty((len(position), 3, 3))
+    places = np.argsort(tree.columns)[columns]
+    jacobians, turns = (
+        np.empty((len(columns), len(position), 6, len(columns))),
+        np.empty((len(columns), len(position), 3, 3)),
+    )
     for row, each in enumerate(position):
         pin.computeJointJacobians(model, data, each[tree.columns])
-        whole = pin.getJointJacobian(model, data, joint, pin.LOCAL_WORLD_ALIGNED)
-        jacobian[row], turn[row] = whole[:, places[columns]], data.oMi[joint].rotation
+        for k, joint in enumerate((1 + places).tolist()):
+            jacobians[k, row] = pin.getJointJacobian(model, data, joint, pin.LOCAL_WORLD_ALIGNED)[:, places]
+            turns[k, row] = data.oMi[joint].rotation
+    return [
+        (jacobian[:, :3], jacobian[:, 3:], turn, _tip(model, joint))
+        for joint, jacobian, turn in zip((1 + places).tolist(), jacobians, turns, strict=True)
+    ]
+
+
+def _tip(model: pin.Model, joint: int) -> Array:
+    """Find the point of a link that is farthest from its joint: the origin of a frame or of the next joint [m]."""
     ends = [frame.placement.translation for frame in model.frames if frame.parentJoint == joint]
     ends += [model.jointPlacements[child].translation for child in model.children[joint]]
-    tip = max(ends, key=lambda end: float(np.linalg.norm(end)))
-    return jacobian[:, :3], jacobian[:, 3:], turn, np.asarray(tip)
+    return np.asarray(max(ends, key=lambda end: float(np.linalg.norm(end))))
 
 
-def _point_force(weight: Array, left: Array, link: Jacobians, constant: bool) -> tuple[float, float, float]:
+def _point_force(weight: Array, left: Array, link: Link, constant: bool) -> tuple[float, float, float]:
     """Fit the point of a force: the share of chi^2 that it leaves [1], its median size [N], and the point's distance.
 
     The distance from the joint is relative to the distance of the link's tip [1]. The search starts at

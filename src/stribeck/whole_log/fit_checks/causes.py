@@ -17,7 +17,7 @@ from stribeck.whole_log.model.terms import Columns
 from stribeck.whole_log.noise.variance_components import VarianceComponents
 
 EXPLAINED = 0.95
-"""Share of a span's residual chi^2 that a payload must explain [1]."""
+"""Share of a span's residual chi^2 that a payload, a force or a torque must explain [1]."""
 
 CHANGE = 0.25
 """Time at both ends of a span in which a payload may change [s]."""
@@ -58,14 +58,14 @@ class Residual:
         Time of the windows' centers [s], shape (K,).
     left, weight
         Residual [N m], and its inverse standard deviation, shape (K, m) each.
-    regressors
-        Derivatives by the inertial parameters of the bodies, shape (K, m, bodies, 10).
+    products
+        Products of the columns of each body's parameters and of the residual, shape (bodies, 11, 11).
     """
 
     time: Array
     left: Array
     weight: Array
-    regressors: Array
+    products: Array
 
 
 def residual_in(
@@ -75,40 +75,43 @@ def residual_in(
     components: VarianceComponents,
     values: Array,
 ) -> Residual:
-    """Compute the residual in a span, given by the number of its log, start and end [s].
+    """Compute the residual in a span.
 
     Parameters
     ----------
     equations
         Equations of all segments, with the delay of the fit.
     span
-        The span.
+        Number of its log, start and end [s].
     columns, components, values
         Columns, variance components and values of the fit.
     """
     number, start, end = span
     time, bodies = equations.forms[number].log.time, len(equations.corrections.bodies)
-    joints = len(equations.forms[number].joints)
-    empty = np.zeros((0, joints))
-    found = [(np.zeros(0), empty, empty, np.zeros((0, joints, bodies, SIZE)))]
+    empty = np.zeros((0, len(equations.forms[number].joints)))
+    found, products = [(np.zeros(0), empty, empty)], np.zeros((bodies, SIZE + 1, SIZE + 1))
     for place, (log, segment, _) in enumerate(equations.parts):
         if log != number or time[segment.last - 1] < start or time[segment.first] > end:
             continue
         part = equations[place]
         left = part.residual - (columns.design(part, columns.by_joint(part)) @ values).reshape(part.residual.shape)
         inside = (part.time > start + CHANGE) & (part.time < end - CHANGE)
-        weight = 1 / np.sqrt(components.marginal(part))
-        regressors = np.zeros((*left.shape, 0)) if part.regressors is None else part.regressors
-        of_bodies = regressors[inside][:, :, : SIZE * bodies].reshape(*left[inside].shape, bodies, SIZE)
-        found.append((part.time[inside], left[inside], weight[inside], of_bodies))
-    return Residual(*map(np.concatenate, zip(*found, strict=True)))
+        left, weight = left[inside], 1 / np.sqrt(components.marginal(part)[inside])
+        found.append((part.time[inside], left, weight))
+        if bodies:
+            assert part.regressors is not None
+            own = part.regressors[inside][:, :, : SIZE * bodies].reshape(*left.shape, bodies, SIZE)
+            own = np.concatenate([own, np.broadcast_to(left[:, :, None, None], (*own.shape[:3], 1))], axis=3)
+            own *= weight[:, :, None, None]
+            products += np.einsum("kmbi,kmbj->bij", own, own, optimize=True)
+    times, lefts, weights = map(np.concatenate, zip(*found, strict=True))
+    return Residual(times, lefts, weights, products)
 
 
 def find_payloads(residuals: Mapping[tuple[int, float, float], Residual]) -> list[Payload]:
     """Find the spans that a payload explains, from the residual in each, and merge the spans of equal payloads."""
     groups: list[tuple[int, float, Array, list[tuple[int, float, float]]]] = []
-    for span, residual in residuals.items():
-        products = _products(residual)
+    for span, products in ((span, residual.products) for span, residual in residuals.items()):
         if not len(products):
             continue
         fits = [_point_mass(product) for product in products]
@@ -153,10 +156,3 @@ def _parameters(point: Array) -> Array:
     matrix[:3, :3], matrix[3, 3] = mass * np.outer(centre, centre), mass
     matrix[:3, 3] = matrix[3, :3] = mass * centre
     return inertial_parameters(matrix)
-
-
-def _products(residual: Residual) -> Array:
-    """Sum the products of the columns of each body's parameters and of the residual, shape (bodies, 11, 11)."""
-    left = np.broadcast_to(residual.left[:, :, None, None], (*residual.regressors.shape[:3], 1))
-    rows = residual.weight[:, :, None, None] * np.concatenate([residual.regressors, left], axis=3)
-    return np.asarray(np.einsum("kmbi,kmbj->bij", rows, rows, optimize=True))
