@@ -14,7 +14,7 @@ from scipy.optimize import least_squares
 
 from stribeck.base.typing import Array
 from stribeck.robot.rooting import RootedModel
-from stribeck.whole_log.fit_checks.causes import EXPLAINED, Residual
+from stribeck.whole_log.fit_checks.payloads import EXPLAINED, Residual
 
 Link = tuple[Array, Array, Array, Array]
 """Linear and angular Jacobian of a joint's origin, shape (K, 3, n) each; rotation of its link, (K, 3, 3); its tip."""

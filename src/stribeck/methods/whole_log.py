@@ -24,7 +24,7 @@ from stribeck.judgement.excitation import NOISE_FACTOR
 from stribeck.judgement.joint_fit import JointFit
 from stribeck.judgement.weakness import Criteria
 from stribeck.log import RobotLog
-from stribeck.methods.carried import Carried, find_causes_of_spans
+from stribeck.methods.causes_of_spans import Carried, find_causes_of_spans
 from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method, Unseen, cut
 from stribeck.methods.corrected import corrected_log, corrected_robot
 from stribeck.methods.moving import joints_that_move

@@ -14,7 +14,7 @@ from stribeck.methods.forces import Force, find_force
 from stribeck.robot import Robot
 from stribeck.whole_log.equations.equation_sequence import EquationSequence
 from stribeck.whole_log.estimate import WholeLogFit
-from stribeck.whole_log.fit_checks.causes import Payload, find_payloads, residual_in
+from stribeck.whole_log.fit_checks.payloads import Payload, find_payloads, residual_in
 from stribeck.whole_log.model.terms import Columns
 
 
