@@ -219,7 +219,11 @@ def _paired(names: Sequence[str], joints: Sequence[str]) -> dict[str, str]:
     """Pair names of a log with joints, in order if their numbers agree, otherwise with the closest name."""
     if len(names) == len(joints):
         return dict(zip(names, joints, strict=True))
-    return {difflib.get_close_matches(joint, names, n=1, cutoff=0.0)[0]: joint for joint in joints}
+    pairs: dict[str, str] = {}
+    for joint in joints[: len(names)]:
+        left = [name for name in names if name not in pairs]
+        pairs[difflib.get_close_matches(joint, left, n=1, cutoff=0.0)[0]] = joint
+    return pairs
 
 
 def _toml(value: Mapping[str, object] | Sequence[str]) -> str:
