@@ -1,7 +1,5 @@
 """Friction curve: the resisting torque at slow, middle and top speed, with its interval."""
 
-import sys
-
 import numpy as np
 from scipy.special import stdtrit  # avoids the slow import of scipy.stats
 
@@ -71,11 +69,6 @@ def relative_width(curve: tuple[CurvePoint, ...]) -> float:
     widths, values = np.array([(point.half_width, point.value) for point in curve]).T
     with np.errstate(over="ignore"):
         return float(np.linalg.norm(widths) / max(np.linalg.norm(values), np.finfo(float).tiny))
-
-
-def least_known(curve: tuple[CurvePoint, ...]) -> CurvePoint:
-    """Find the point with the widest interval relative to its value."""
-    return max(curve, key=lambda point: point.half_width / max(point.value, sys.float_info.min))
 
 
 def is_significant(curve: tuple[CurvePoint, ...]) -> bool:

@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
-from stribeck.judgement.curve import WIDEST, is_significant, least_known, upper_bound
+from stribeck.judgement.curve import WIDEST, is_significant, upper_bound
 from stribeck.judgement.joint_fit import JointFit
 from stribeck.judgement.speed import top_speed
 from stribeck.result import CurvePoint
+from stribeck.result.tables import least_known
 
 CLEARED = 2.0
 """Minimum ratio of top speed to Stribeck velocity [1]; 2 % of the Stribeck effect is left at this ratio."""
-
 
 RISING = 2.0
 """Product of slope and speed [1] at which tanh reaches 96 %; faster samples contain no information about the slope."""

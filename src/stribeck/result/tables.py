@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 from collections import Counter
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from stribeck.base.text_table import TextTable
@@ -150,5 +152,9 @@ def _of_weak(joint: JointResult) -> str:
         return "check the torque signal or record a longer log"
     if validation is not None and validation.rms >= validation.rms_zero_friction:
         return "check the model, signs and delays"
-    point = max(joint.curve, key=lambda point: point.half_width / max(point.value, 1e-300))
-    return f"record more motion near {point.velocity:.2g} {joint.units()[0]}"
+    return f"record more motion near {least_known(joint.curve).velocity:.2g} {joint.units()[0]}"
+
+
+def least_known(curve: Sequence[CurvePoint]) -> CurvePoint:
+    """Find the point with the widest interval relative to its value."""
+    return max(curve, key=lambda point: point.half_width / max(point.value, sys.float_info.min))
