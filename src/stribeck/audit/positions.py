@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.audit.evidence import Evidence
-from stribeck.audit.scale import MOST
+from stribeck.audit.scale import concerns_most
 from stribeck.base.finding import Finding
 from stribeck.base.typing import Array
 
@@ -42,8 +42,8 @@ def _jumps(evidence: Evidence) -> list[Finding]:
                 count += int(np.count_nonzero(np.diff(jumping.astype(np.int8)) > 0))
         if count:
             jumps[name] = f" ({count} times)"
-    most = len(jumps) >= max(min(2, len(robot.joint_names)), MOST * len(robot.joint_names))
-    return [Finding.of("position-jump", jumps, stops=most)] if jumps else []
+    stops = concerns_most(len(jumps), len(robot.joint_names), robot.joint_names)
+    return [Finding.of("position-jump", jumps, stops=stops)] if jumps else []
 
 
 def _degrees(evidence: Evidence) -> list[Finding]:

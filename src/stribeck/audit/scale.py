@@ -1,7 +1,7 @@
 """Scale of torques and external torques, by the model, its effort limits and the robot's weight."""
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 import pinocchio as pin
@@ -39,6 +39,11 @@ def judged(found: Fit, largest: float) -> bool:
     return abs(found.gain) * found.swing > found.friction_and_error
 
 
+def concerns_most(count: int, examined: int, joints: Sequence[str]) -> bool:
+    """Whether a cause concerns most of the examined joints, and at least two, unless the robot has one."""
+    return count >= max(min(2, len(joints)), MOST * examined)
+
+
 def _off(found: Fit) -> bool:
     return not 1 / NEAR < abs(found.gain) < NEAR and abs(abs(found.gain) - 1) > SURE * found.error
 
@@ -50,8 +55,7 @@ def check_scales(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) ->
     the model's has another cause.
     """
     off = {k: found for k, found in fits.items() if _off(found) and _surely(found)}
-    few = min(2, len(evidence.joints))  # a common cause requires two joints, unless the robot has one
-    if len(off) >= max(few, MOST * len(fits)):
+    if concerns_most(len(off), len(fits), evidence.joints):
         return [_scale_of_all(evidence, {k: abs(found.gain) for k, found in off.items()})]
     bounded = _out_of_bounds(evidence, [k for k in joints if k not in off])
     if any(finding.stops for finding in bounded):
@@ -159,7 +163,7 @@ def _out_of_bounds(evidence: Evidence, joints: list[int]) -> list[Finding]:
     over = {evidence.joints[k]: f" ({times:.3g} times)" for k, times in reached.items() if times > FAR}
     if not over:
         return []
-    most = len(over) >= max(min(2, len(evidence.joints)), MOST * len(reached))
+    most = concerns_most(len(over), len(reached), evidence.joints)
     setting = scale_line(evidence.robot, dict.fromkeys(evidence.joints if most else over, 1e-3))
     check = "torque-scale.limits" if most else "torque-gain.limits"
     return [Finding.of(check, over, stops=most, setting=setting)]
