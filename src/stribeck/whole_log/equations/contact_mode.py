@@ -8,8 +8,8 @@ unknown: it takes the place of the forces, and the inertia matrix's columns of t
 contain no joints without a measured torque, so that no sum needs them.
 
 Contact forces do not act on the rows of joints that are not between the base and a standing foot, such as the arms.
-On several soles, only these rows are used, unless `double_support` is "fit". The same rows serve a robot on other
-wheels or hangs: an unknown wrench on its base acts on none of them. The base's linear acceleration is unknown, too,
+On several soles, only these rows are used, unless `double_support` is "fit". The same rows serve a robot that hangs or
+rolls on other wheels: an unknown wrench on its base acts on none of them. Its linear acceleration is unknown, too,
 because feet rock and gantries swing, and without a gyroscope also the angular one, if there are many rows.
 """
 
@@ -30,8 +30,8 @@ from stribeck.robot.rooting import RootedModel
 from stribeck.settings import Settings
 from stribeck.whole_log.equations.segments import Segment
 
-MANY_ROWS = {True: 6, False: 12}
-"""Number of rows [1] that can spare the three or six unknown accelerations, with and without a gyroscope."""
+ROWS_PER_UNKNOWN = 2
+"""Number of rows per unknown acceleration of the base [1] that can spare it."""
 ENOUGH = 0.1
 """Share of a log [1] in modes that have the rows of all joints, above which other modes are not used."""
 
@@ -79,7 +79,7 @@ class ContactMode:
     def forces(self) -> int:
         """Number of unknown forces and moments on the rows, or of unknown accelerations of a hung root."""
         if self.hung:
-            return 3 if self.gyroscope or self.with_rows.sum() < MANY_ROWS[False] else 6
+            return 3 if self.gyroscope or self.with_rows.sum() < ROWS_PER_UNKNOWN * 6 else 6
         contacts = [self.robot.contacts[foot] for foot in self.feet]
         return sum(contact.size + bool(contact.axle) for contact in contacts)
 
@@ -138,7 +138,8 @@ class ContactMode:
     def jacobian(self, position: Array, up: Array | None = None) -> Array:
         """Compute the Jacobian of the feet, foot by foot in its own frame, shape (T, c, 6 + all joints).
 
-        Balls and wheels touch the ground below their center: `up` is up in the root link, (T, 3); None: level.
+        Balls and wheels touch the ground below their center. `up` is the upward direction in the root link, shape
+        (T, 3); without it, the root link is level.
         """
         (model, data), contacts = workspace(self.rooted), [self.robot.contacts[foot] for foot in self.feet]
         frames = [(model.getFrameId(each.frame), each, np.array(each.axle)) for each in contacts]
@@ -204,7 +205,9 @@ def find_contact_mode(
     rooted = robot.rooted_at(surface) if surface else robot.tree
     others = tuple(foot for foot in feet if foot != surface)
     if surface and others and (free.all() or not loops):
-        if free.sum() >= MANY_ROWS[gyroscope]:  # feet rock on the ground: their motion matters more than these sums
+        if free.sum() >= ROWS_PER_UNKNOWN * (
+            3 if gyroscope else 6
+        ):  # feet rock on the ground: their motion matters more than these sums
             return ContactMode(robot, robot.tree, "", (), joints, free, hung=True, gyroscope=gyroscope)
         return ContactMode(robot, rooted, surface, (), joints, free)
     sensor = sensed.index(surface) if surface in sensed and not others else None

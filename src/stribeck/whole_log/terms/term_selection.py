@@ -85,11 +85,11 @@ def select_terms(
     for _ in range(ROUNDS):
         choice = _chosen(verdicts, trials, fit)
         found = solve(whole, choice.start)
-        viscous, coulomb = (trials.names.index(name) for name in ("viscous", "coulomb"))
-        errors = np.sqrt(found.variance[:, viscous]) * found.laws.top_speed  # [N m]; laws without the term lack it
-        unclear = 2 * errors > WIDEST * found.internal[:, coulomb]
         if not any(dropped := unproven(choice, found, found.covariance + effects(found), BASE | usual)):
             break
+        viscous, coulomb = (trials.names.index(name) for name in ("viscous", "coulomb"))
+        errors = np.sqrt(found.variance[:, viscous]) * found.laws.top_speed  # [N m]; zero for laws without the term
+        unclear = 2 * errors > WIDEST * found.internal[:, coulomb]
         refused = [
             dict(out) | {name: said.reason for name, said in own.items()}
             for out, own in zip(refused, dropped, strict=True)

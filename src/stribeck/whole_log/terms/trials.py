@@ -32,9 +32,10 @@ PARAMETERS = {term.name: term.parameters for term in LADDER}
 """Parameters of each term; the first is zero without the term."""
 
 SEEN = 1e-4
-"""Share of the held-out fold's information [1] by which all else is fitted, in case no other fold determines it.
+"""Share of the held-out fold's information [1] that the fit of the other coordinates keeps.
 
-A wheel may roll backward only once: without this part of the log its offset is unknown, and all joints' scores."""
+A wheel may roll backward only once: without that part of the log its offset is unknown, and with it all joints' scores.
+"""
 
 SHAPES = ("stribeck", "rounding", "")
 """Terms that determine a law's shape at standstill; the last shape is a jump."""
