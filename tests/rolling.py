@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 from mujoco import rollout
 from scipy.spatial.transform import Rotation
-from tests.commanded import LEGS, QUADRUPED, multisine
+from tests.commanded import LEGS, QUADRUPED, compiled, multisine
 from tests.trotting import HIPS, OUTER, SIDES, leg_angles
 
 STEP, RADIUS, WIDE, HEIGHT = 5e-4, 0.086, 0.06, 0.3
@@ -66,11 +66,7 @@ def rolling_robot(folder, legs, seed=1, seconds=25.0, rate=250.0, ahead=0.0, whe
             type=getattr(mujoco.mjtSensor, f"mjSENS_{kind}"), objtype=mujoco.mjtObj.mjOBJ_SITE, objname="imu"
         )
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1])
-    spec.option.timestep, spec.option.integrator = STEP, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    model = spec.compile()
-    factor = 1 + 0.03 * rng.standard_normal(model.nbody)  # the model's errors
-    model.body_mass[:] *= factor
-    model.body_inertia[:] *= factor[:, None]
+    model = compiled(spec, rng, STEP)
     time = np.arange(0, seconds + 2, STEP)
     forward, turn = wheels * multisine(rng, time, [ahead, 0], [0.8, 0.3], (0.03, 0.2)).T
     command = np.zeros((len(time), len(names)))

@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 from mujoco import rollout
-from tests.commanded import STEP, multisine
+from tests.commanded import STEP, compiled, multisine
 
 ARM = ("shoulder", "shoulder_roll", "elbow")
 UPPER = ["waist", *(f"{side}_{part}" for side in ("left", "right") for part in ARM)]
@@ -75,11 +75,7 @@ def still_humanoid(folder, kind, seed=1, seconds=10.0, rate=500.0):
         )
     for name in names:
         spec.add_sensor(type=mujoco.mjtSensor.mjSENS_JOINTACTFRC, objtype=mujoco.mjtObj.mjOBJ_JOINT, objname=name)
-    spec.option.timestep, spec.option.integrator = STEP, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    model = spec.compile()
-    factor = 1 + 0.03 * rng.standard_normal(model.nbody)  # the model's errors
-    model.body_mass[:] *= factor
-    model.body_inertia[:] *= factor[:, None]
+    model = compiled(spec, rng, STEP)
     time = np.arange(0, seconds + 2, STEP)
     posture = np.array([sum(angle for part, angle in POSTURE.items() if name.endswith(part)) for name in names])
     share = np.array([0.15 if name == "waist" else 0.8 if name in UPPER else 0.15 * hung for name in names])
