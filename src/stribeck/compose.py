@@ -72,7 +72,7 @@ def compose(
         correction = correction and (_in_channel_units(correction[0], log), _in_channel_units(correction[1], log))
         fits |= {name: in_channel_unit(fits[name], gain) for name, gain in rough.items() if name in fits}
         fitted = _divided(fitted, rough)
-    rolls = any(contact.radius and contact.given for contact in robot.contacts.values())  # a found one is too uncertain
+    rolls = any(contact.radius and contact.given for contact in robot.contacts.values())  # not one from the log
     judged = filled(samples, fits, law) if rolls else samples
     r2, ranges = _torque_r2(fitted, friction, prepared, robot, law), _position_ranges(prepared, robot)
     found = {

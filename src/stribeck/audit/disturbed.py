@@ -19,7 +19,7 @@ MARGIN = 0.25
 
 
 def disturbed_spans(evidence: Evidence) -> tuple[list[Span], NDArray[np.bool_]]:
-    """Find the spans with torques far from a robust fit of friction to what the model leaves, and mask their bins."""
+    """Find the spans whose torques deviate far from model plus robustly fitted friction, and mask their bins."""
     far = np.zeros(len(evidence.rows))
     for k in range(len(evidence.joints)):
         rows = np.isfinite(evidence.model[:, k])

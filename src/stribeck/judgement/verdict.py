@@ -77,7 +77,7 @@ def judge(
 
 
 def filled(samples: FrictionSamples, fits: Mapping[str, JointFit], law: FrictionLaw) -> FrictionSamples:
-    """Use all samples of fitted joints that always share the load: their motion, and the friction of the fit."""
+    """Make all samples of fitted joints that always share the load usable, with the friction torque of the fit."""
     usable, friction = samples.usable.copy(), samples.friction_torque.copy()
     for column, joint in enumerate(samples.joint_names):
         if joint in fits and not usable[:, column].any():
