@@ -51,6 +51,11 @@ def stop(*_: object) -> None:
         raise Interrupted
 
 
+def stop_requested() -> bool:
+    """Return whether a stop was requested since `catch_signals`."""
+    return _state.asked
+
+
 def anything_written() -> bool:
     """Return whether an output has appeared since `catch_signals`."""
     return _state.written

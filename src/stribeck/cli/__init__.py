@@ -12,7 +12,7 @@ def main() -> None:
         from stribeck.cli.app import run
 
         run()
-    except Interrupted:
-        written = "everything" if anything_written() else "nothing"
-        print(f"stribeck: interrupted; {written} was written", file=sys.stderr)
+    except Interrupted as error:
+        left = str(error) or f"{'everything' if anything_written() else 'nothing'} was written"
+        print(f"stribeck: interrupted; {left}", file=sys.stderr)
         sys.exit(130)
