@@ -1,6 +1,7 @@
 """Model files are read correctly, or refused with link and line."""
 
 import os
+import re
 from pathlib import Path
 
 import numpy as np
@@ -76,6 +77,14 @@ def test_a_urdf_that_other_readers_accept_is_read_with_a_warning(tmp_path: Path,
     before = Robot.from_file(write_robot(tmp_path, "", URDF))
     np.testing.assert_array_equal(inertia(robot, 0.4), inertia(before, 0.4))
     np.testing.assert_array_equal(robot.effort_limits, before.effort_limits)
+
+
+def test_spaces_around_the_numbers_of_a_urdf_do_not_matter(tmp_path: Path) -> None:
+    """URDF parsers other than urdfdom, on which Pinocchio builds, take them."""
+    text = re.sub(r'"(-?[0-9][^"]*)"', r'" \1  "', URDF)
+    spaced, plain = (Robot.from_file(write_robot(tmp_path, "", each)) for each in (text, URDF))
+    np.testing.assert_array_equal(inertia(spaced, 0.4), inertia(plain, 0.4))
+    np.testing.assert_array_equal(spaced.position_limits, plain.position_limits)
 
 
 def test_limits_of_a_continuous_joint_are_ignored_with_a_warning(tmp_path: Path) -> None:
