@@ -15,6 +15,7 @@ from benchmarks.contest.score import Score, score
 from stribeck.base.outputs import whole_or_not_at_all
 from stribeck.errors import SettingsError
 from stribeck.methods import METHODS
+from stribeck.settings import Settings
 
 ROOT = Path(__file__).parents[2]
 ENVIRONMENTS = ROOT / "benchmarks/contest/environments"
@@ -35,9 +36,8 @@ Command = Sequence[str]
 
 def contestants() -> dict[str, Command | str]:
     """List the command of every contestant, or the reason why it cannot take part."""
-    own = {
-        name: [sys.executable, "-m", "benchmarks.contest.contestants.stribeck_method", name] for name in sorted(METHODS)
-    }
+    names = sorted(METHODS, key=lambda name: (name != Settings().method, name))  # the default first
+    own = {name: [sys.executable, "-m", "benchmarks.contest.contestants.stribeck_method", name] for name in names}
     plain = [sys.executable, "-m", "benchmarks.contest.contestants.least_squares"]
     found: dict[str, Command | str] = {**own, "least squares": plain}
     for name, label in OTHERS.items():
