@@ -149,7 +149,7 @@ def test_an_interrupted_run_ends_with_a_line(logs: Path, tmp_path: Path) -> None
         run.send_signal(signal.SIGINT)
         complaint = run.communicate()[1]
     left = f"{tmp_path / 's'} has the logs that are done; repeat the command to continue"
-    assert complaint.startswith(f"stribeck: interrupted; {left}\n")  # joblib may add a warning
+    assert f"stribeck: interrupted; {left}\n" in complaint  # joblib may add warnings
     assert run.returncode == 130
 
 
