@@ -51,9 +51,15 @@ def stop(*_: object) -> None:
         raise Interrupted
 
 
-def stop_requested() -> bool:
-    """Return whether a stop was requested since `catch_signals`."""
-    return _state.asked
+@contextmanager
+def resumable(left: str) -> Iterator[None]:
+    """Describe what an interruption leaves, also where a library replaces the interruption by another error."""
+    try:
+        yield
+    except BaseException as error:
+        if not _state.asked:
+            raise
+        raise Interrupted(left) from error
 
 
 def anything_written() -> bool:

@@ -3,13 +3,12 @@
 import json as json_format
 import sys
 from dataclasses import asdict
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from stribeck.base.outputs import Interrupted, check_outputs, stop_requested
+from stribeck.base.outputs import check_outputs, resumable
 from stribeck.cli import console, options
 from stribeck.cli.options import REPORT
 from stribeck.errors import SettingsError, require_extra
@@ -56,15 +55,9 @@ def fleet(
         raise SettingsError("fleet: expected LOGS and --robot FILE, or --manifest FILE")
     jobs = jobs_of_manifest(manifest) if manifest else jobs_of_logs(logs, robot or Path())
     limits = Limits(timeout=timeout, memory=memory)
-    run = partial(run_fleet, jobs, output, workers=workers, backend=backend, limits=limits, again=again)
-    try:
-        with console.progress_bar(quiet) as progress:
-            found = run(progress=progress)
-    except BaseException as error:
-        if not stop_requested():
-            raise
-        left = f"{output} has the logs that are done; repeat the command to continue"
-        raise Interrupted(left) from error  # which a backend may have replaced by another error
+    left = f"{output} has the logs that are done; repeat the command to continue"
+    with resumable(left), console.progress_bar(quiet) as progress:
+        found = run_fleet(jobs, output, workers=workers, backend=backend, limits=limits, again=again, progress=progress)
     if json:
         typer.echo(json_format.dumps(asdict(found), indent=2))
     elif not quiet:
