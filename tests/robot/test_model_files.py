@@ -80,7 +80,7 @@ def test_a_urdf_that_other_readers_accept_is_read_with_a_warning(tmp_path: Path,
 
 
 def test_spaces_around_the_numbers_of_a_urdf_do_not_matter(tmp_path: Path) -> None:
-    """URDF parsers other than urdfdom, on which Pinocchio builds, take them."""
+    """Pinocchio's URDF parser refuses them; others accept them."""
     text = re.sub(r'"(-?[0-9][^"]*)"', r'" \1  "', URDF)
     spaced, plain = (Robot.from_file(write_robot(tmp_path, "", each)) for each in (text, URDF))
     np.testing.assert_array_equal(inertia(spaced, 0.4), inertia(plain, 0.4))

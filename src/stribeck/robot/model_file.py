@@ -22,8 +22,6 @@ from stribeck.robot.xml_file import XmlFile, read_xml
 
 MARK = " (body)"
 """Suffix that temporarily distinguishes body frames from joints of the same name."""
-NAMES = ("name", "link", "joint")
-"""Attributes of a URDF that are names, which may begin or end with spaces."""
 
 
 def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Model, list[str]]:
@@ -81,8 +79,9 @@ def _build_from_urdf(xml: XmlFile, root: pin.JointModelFreeFlyer | None) -> tupl
         for element in list(parent):
             if element.tag not in kept:
                 parent.remove(element)
-    for element in xml.root.iter():  # urdfdom takes no spaces around a number
-        element.attrib.update({key: text.strip() for key, text in element.items() if key not in NAMES})
+    for element in xml.root.iter():  # urdfdom refuses spaces around a number; names may have them
+        values = {key: text.strip() for key, text in element.items() if key not in ("name", "link", "joint")}
+        element.attrib.update(values)
     model = pin.buildModelFromXML(xml.text)
     if root and not (is_floating(model) and all(parent > 0 for parent in list(model.parents)[2:])):
         model = pin.buildModelFromXML(xml.text, root)
