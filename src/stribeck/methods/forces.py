@@ -70,21 +70,19 @@ def find_force(tree: RootedModel, columns: NDArray[np.int64], position: Array, r
 
 
 def _links(tree: RootedModel, columns: NDArray[np.int64], position: Array) -> list[Link]:
-    """Compute the Jacobians of the joints at some positions."""
+    """Compute Jacobians, rotations and tips of the joints' links at some positions."""
     model, data = tree.model, tree.model.createData()
     places = np.argsort(tree.columns)[columns]
-    jacobians, turns = (
-        np.empty((len(columns), len(position), 6, len(columns))),
-        np.empty((len(columns), len(position), 3, 3)),
-    )
+    joints, shape = (1 + places).tolist(), (len(columns), len(position))
+    jacobians, turns = np.empty((*shape, 6, len(columns))), np.empty((*shape, 3, 3))
     for row, each in enumerate(position):
         pin.computeJointJacobians(model, data, each[tree.columns])
-        for k, joint in enumerate((1 + places).tolist()):
+        for k, joint in enumerate(joints):
             jacobians[k, row] = pin.getJointJacobian(model, data, joint, pin.LOCAL_WORLD_ALIGNED)[:, places]
             turns[k, row] = data.oMi[joint].rotation
     return [
         (jacobian[:, :3], jacobian[:, 3:], turn, _tip(model, joint))
-        for joint, jacobian, turn in zip((1 + places).tolist(), jacobians, turns, strict=True)
+        for joint, jacobian, turn in zip(joints, jacobians, turns, strict=True)
     ]
 
 

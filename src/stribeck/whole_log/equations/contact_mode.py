@@ -205,9 +205,8 @@ def find_contact_mode(
     rooted = robot.rooted_at(surface) if surface else robot.tree
     others = tuple(foot for foot in feet if foot != surface)
     if surface and others and (free.all() or not loops):
-        if free.sum() >= ROWS_PER_UNKNOWN * (
-            3 if gyroscope else 6
-        ):  # feet rock on the ground: their motion matters more than these sums
+        unknown = 3 if gyroscope else 6  # feet rock on the ground: their motion matters more than these sums
+        if free.sum() >= ROWS_PER_UNKNOWN * unknown:
             return ContactMode(robot, robot.tree, "", (), joints, free, hung=True, gyroscope=gyroscope)
         return ContactMode(robot, rooted, surface, (), joints, free)
     sensor = sensed.index(surface) if surface in sensed and not others else None
