@@ -111,7 +111,8 @@ def residual_in(
 def find_payloads(residuals: Mapping[tuple[int, float, float], Residual]) -> list[Payload]:
     """Find the spans that a payload explains, from the residual in each, and merge the spans of equal payloads."""
     groups: list[tuple[int, float, Array, list[tuple[int, float, float]]]] = []
-    for span, products in ((span, residual.products) for span, residual in residuals.items()):
+    for span, residual in residuals.items():
+        products = residual.products
         if not len(products):
             continue
         fits = [_point_mass(product) for product in products]
@@ -125,7 +126,7 @@ def find_payloads(residuals: Mapping[tuple[int, float, float], Residual]) -> lis
             same[2][:] += products[body]
             same[3].append(span)
         else:
-            groups.append((body, mass, products[body], [span]))
+            groups.append((body, mass, products[body].copy(), [span]))
     found = []
     for body, _, product, own in groups:
         (mass, *centre), _ = _point_mass(product)
