@@ -38,6 +38,10 @@ ICUB_JOINTS = (
     *(f"{side}_{joint}" for side in ("l", "r") for joint in _LEG),
 )
 """Rows of the iCub's log, one per joint."""
+PENDULUM = """<robot name="pendulum"><link name="world"/><link name="arm"><inertial><origin xyz="0 0 -0.4"/>
+<mass value="0.6755"/><inertia ixx="0.03" iyy="0.03" izz="0.001" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="pendulum" type="continuous"><parent link="world"/><child link="arm"/><axis xyz="0 1 0"/></joint></robot>
+"""
 
 
 def tx40(data: Path, out: Path) -> None:
@@ -154,6 +158,45 @@ def icub_walk(data: Path, out: Path) -> None:
     )
 
 
+def with_robot_file(data: Path, out: Path) -> None:
+    """Copy model and logs that need no conversion."""
+    for path in (*data.glob("*.urdf"), *data.glob("*.xml"), *data.glob("log_*.npz")):
+        shutil.copyfile(path, out / path.name)
+
+
+def airbot_play(data: Path, out: Path) -> None:
+    """AIRBOT Play: join tables of positions and torques, which have no time; leave out the motion with a payload."""
+    shutil.copyfile(data / "arm.urdf", out / "arm.urdf")
+    for motion in ("chirp", "trapezoids"):
+        position, torque = (
+            np.loadtxt(data / motion / f"{name}.csv", delimiter=",", skiprows=1) for name in ("q", "tau")
+        )
+        names = [f"joint{number}" for number in range(1, 7)]
+        np.savez(
+            out / f"log_{motion}.npz", time=np.arange(len(position)) / 100, joint_names=names, position=position,
+            torque=torque,
+        )  # fmt: skip
+
+
+def aliengo(data: Path, out: Path) -> None:
+    """Unitree Aliengo: copy the log and its model."""
+    shutil.copyfile(data.parent / "aliengo-z1" / "aliengo.xml", out / "aliengo.xml")
+    shutil.copyfile(data.parent / "aliengo-z1" / "aliengo.npz", out / "log.npz")
+
+
+def z1(data: Path, out: Path) -> None:
+    """Unitree Z1: rename the gripper."""
+    raw = dict(np.load(data.parent / "aliengo-z1" / "z1.npz"))
+    np.savez(out / "log.npz", **raw | {"joint_names": [*raw["joint_names"][:-1], "jointGripper"]})
+
+
+def dfki_pendulum(data: Path, out: Path) -> None:
+    """DFKI pendulum: copy three motions, and write a model of the published mass, length and inertia."""
+    for motion in ("energy_shaping", "sac", "fft_100s"):
+        shutil.copyfile(data / f"{motion}.npz", out / f"log_{motion}.npz")
+    (out / "pendulum.urdf").write_text(PENDULUM, encoding="utf-8")
+
+
 CONVERTERS: dict[str, Callable[[Path, Path], None]] = {
     "tx40": tx40,
     "kinova-gen3": kinova_gen3,
@@ -162,6 +205,13 @@ CONVERTERS: dict[str, Callable[[Path, Path], None]] = {
     "cassie-landings": cassie_landings,
     "so101": so101,
     "icub-walk": icub_walk,
+    "kuka-lwr4": with_robot_file,
+    "kinova-gen3-drive": with_robot_file,
+    "go2-ten-logs": with_robot_file,
+    "airbot-play": airbot_play,
+    "aliengo": aliengo,
+    "z1": z1,
+    "dfki-pendulum": dfki_pendulum,
 }
 
 

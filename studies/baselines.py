@@ -1,0 +1,205 @@
+"""Compare `identify` with plain and ridge least squares: torque errors on the next log of real robots.
+
+    STRIBECK_REAL_LOGS=DATA_FOLDER python -m studies.baselines --save studies/baselines.json
+
+Each log is the training log once; the errors are those on the robot's next log (a robot's only log is cut into halves),
+as root mean squares over samples at which a joint moves, relative to `plain`, as geometric means over the joints:
+
+- plain: inverse dynamics of the model, Coulomb and viscous friction, offset, and rotor inertia where torques are
+  measured before the gears; ordinary least squares per joint
+- ridge: the same with all inertial parameters, which have a weak prior around the model
+- direct, default: `identify` with this method, and with the robot file's settings, with their corrected inertias
+
+Rows are positions and torques smoothed by one Savitzky-Golay window, equally weighted. `set aside` is the largest share
+of a log that the default did not use. Curves that two logs identify count as disjoint if their intervals are disjoint
+at the lowest or the highest speed that both contain.
+"""
+
+from dataclasses import dataclass
+from functools import partial
+from itertools import combinations
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+from scipy.interpolate import interp1d
+from scipy.signal import savgol_filter
+
+from stribeck import Robot, identify, read_log
+from stribeck.base.typing import Array
+from stribeck.errors import NothingIdentifiedError
+from stribeck.log import RobotLog
+from stribeck.result import Result
+from studies.across_logs import disjoint_curves
+from studies.command import Row, command, real_robot, rounded
+from studies.held_out import predicted_torque, with_torques
+from studies.markdown import markdown_table
+
+ROBOTS = (
+    *("kuka-lwr4", "kinova-gen3-drive", "kinova-gen3", "tx40", "go2", "double-pendulum"),
+    *("go2-ten-logs", "airbot-play", "aliengo", "z1", "dfki-pendulum"),
+)
+METHODS: dict[str, dict[str, object]] = {"direct": {"method": "direct", "law": "coulomb-viscous"}, "default": {}}
+RATE, WINDOW = 100.0, 0.15
+"""Rate of the rows [Hz], and length of their smoothing window [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Smoothed motion and torque of a log, shape (T, n) each, and the regressor of inertial parameters."""
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+    torque: Array
+    needed: Array
+    regressor: Array
+
+    @property
+    def moving(self) -> NDArray[np.bool_]:
+        """Mask of rows at which a joint moves."""
+        speed = np.abs(self.velocity)
+        return np.asarray(speed > np.maximum(0.02 * np.percentile(speed, 99, axis=0), 0.005))
+
+    def friction(self, drive: bool, rise: float = 0.0) -> Array:
+        """Compute columns of Coulomb and viscous friction, offset, and rotor inertia, shape (T, n, 3 or 4)."""
+        v = self.velocity
+        sign = np.tanh(v / rise) if rise else np.sign(v)
+        return np.stack([sign, v, np.ones_like(v), *[self.acceleration][:drive]], axis=2)
+
+
+def rows_of(robot: Robot, log: RobotLog) -> Rows:
+    """Smooth a log and compute the model's torques."""
+    model = robot.tree.model
+    kept = np.append(True, np.diff(log.time) > 1e-9)
+    grid = np.arange(log.time[0], log.time[-1], 1 / RATE)
+    position, torque = (interp1d(log.time[kept], each[kept], axis=0)(grid) for each in (log.position, log.torque))
+    window = round(WINDOW * RATE) | 1
+    inner = slice(window + 2, -window - 2)
+    q, v, a = (savgol_filter(position, window, 4, deriv=k, delta=1 / RATE, axis=0)[inner] for k in range(3))
+    data = model.createData()
+    regressor = np.stack(
+        [pin.computeJointTorqueRegressor(model, data, *each).copy() for each in zip(q, v, a, strict=True)]
+    )
+    pin_parameters = np.concatenate([inertia.toDynamicParameters() for inertia in model.inertias[1:]])
+    needed = regressor @ pin_parameters
+    return Rows(q, v, a, savgol_filter(torque, window, 4, axis=0)[inner], needed, regressor)
+
+
+def plain(train: Rows, test: Rows, drive: bool) -> Array:
+    """Predict the test's torque by ordinary least squares per joint, shape (T, n)."""
+    found, left = test.needed.copy(), train.torque - train.needed
+    for k, at in enumerate(train.moving.T):
+        own = np.linalg.lstsq(train.friction(drive)[at, k], left[at, k], rcond=None)[0]
+        found[:, k] += test.friction(drive)[:, k] @ own
+    return found
+
+
+def ridge(robot: Robot, train: Rows, test: Rows, drive: bool) -> Array:
+    """Predict the test's torque by least squares with all inertial parameters, shape (T, n)."""
+    model, left = robot.tree.model, train.torque - train.needed
+    n = model.nv
+    mass = np.array([max(inertia.mass, 0.3) for inertia in model.inertias[1:]])
+    scale = 1 / np.sqrt(np.mean(left**2, axis=0))
+    own = train.friction(drive, 0.02)
+    k = own.shape[2]
+    design = np.zeros((len(left), n, (10 + k) * n))
+    design[:, :, : 10 * n] = train.regressor
+    for j in range(n):
+        design[:, j, 10 * n + k * j : 10 * n + k * (j + 1)] = own[:, j]
+    flat = (design * scale[:, None]).reshape(-1, design.shape[2])
+    spread = np.append(np.outer(mass, [1, *3 * [0.1], *6 * [0.05]]).ravel(), np.full(k * n, 1e3))
+    prior = np.diag((0.05 * np.sqrt(len(flat)) / spread) ** 2)
+    found = np.linalg.solve(flat.T @ flat + prior, flat.T @ (left * scale).ravel())
+    friction = np.einsum("tjk,jk->tj", test.friction(drive, 0.02), found[10 * n :].reshape(n, k))
+    return np.asarray(test.needed + test.regressor @ found[: 10 * n] + friction)
+
+
+def found(robot: Robot, result: Result | None, test: Rows) -> Array:
+    """Predict the test's torque by a result, shape (T, n); NaN for joints without friction."""
+    if result is None:
+        return np.full_like(test.needed, np.nan)
+    predicted, said = predicted_torque(robot, result, test.position, test.velocity, test.acceleration)
+    return np.where(said, predicted, np.nan)
+
+
+def run_pair(robot: Robot, train: RobotLog, test: RobotLog) -> tuple[Row, dict[str, Result | None]]:
+    """Fit a log by all methods, and predict another one."""
+    drive, results = robot.torque_source != "link_side_sensor", dict[str, Result | None]()
+    for method, settings in METHODS.items():
+        try:
+            results[method] = identify(train, robot, robot.settings.model_copy(update=settings))
+        except NothingIdentifiedError:
+            results[method] = None
+    (train,), test = with_torques([train], test, robot)
+    seen, unseen = rows_of(robot, train), rows_of(robot, test)
+    predictions = {"plain": plain(seen, unseen, drive), "ridge": ridge(robot, seen, unseen, drive)}
+    predictions |= {method: found(robot, result, unseen) for method, result in results.items()}
+    square = {name: (unseen.torque - own) ** 2 for name, own in predictions.items()}
+    errors = {
+        name: [rounded(float(np.sqrt(np.mean(own[at, k])))) for k, at in enumerate(unseen.moving.T)]
+        for name, own in square.items()
+    }
+    spread = [rounded(float(np.std(unseen.torque[at, k]))) for k, at in enumerate(unseen.moving.T)]
+    return {"errors": errors, "spread": spread}, results
+
+
+def run(robot: str) -> Row:
+    """Compare the methods on all logs of a robot."""
+    folder = real_robot(robot)
+    machine = Robot.from_file(folder / "robot.toml")
+    logs = [read_log(path, machine) for path in sorted(folder.glob("log*.npz"))]
+    if len(logs) == 1:
+        middle = len(logs[0].time) // 2
+        logs = [logs[0].take(slice(middle)), logs[0].take(slice(middle, None))]
+    pairs = [run_pair(machine, log, logs[(k + 1) % len(logs)]) for k, log in enumerate(logs)]
+    row: Row = {"joints": list(machine.joint_names), "pairs": [pair for pair, _ in pairs]}
+    for method in METHODS:
+        results = [results[method] for _, results in pairs]
+        verdicts = [{} if each is None else {n: j.verdict for n, j in each.joints.items()} for each in results]
+        row[f"identified {method}"] = [sum(v == "identified" for v in own.values()) for own in verdicts]
+        both = [
+            disjoint_curves(a.joints[name], b.joints[name])
+            for a, b in combinations([each for each in results if each], 2)
+            for name in a.joints
+            if a.joints[name].verdict == b.joints[name].verdict == "identified"
+        ]
+        row[f"disjoint {method}"] = [sum(both), len(both)]
+    return row
+
+
+def means(row: Row, method: str) -> tuple[float, float]:
+    """Compute the geometric mean of the errors relative to `plain`, and the share of joints that it covers [1]."""
+    pairs = [(pair["errors"][method], pair["errors"]["plain"]) for pair in row["pairs"]]
+    own, base = (np.concatenate([pair[k] for pair in pairs]) for k in range(2))
+    there = np.isfinite(own)
+    return float(np.exp(np.mean(np.log(own[there] / base[there])))) if there.any() else np.nan, float(there.mean())
+
+
+def tables(rows: list[Row]) -> list[str]:
+    """Format the table."""
+    names = ("ridge", *METHODS)
+    head = ("robot", *names, "joints with friction", *(f"{what} {m}" for m in METHODS for what in ("identified", "disjoint")))
+    cells = []
+    for row in rows:
+        of_all = partial(means, row)
+        joints = len(row["joints"])
+        cells.append(
+            (
+                row["robot"],
+                *(f"{of_all(name)[0]:.2f}" for name in names),
+                f"{of_all('default')[1]:.0%}",
+                *(
+                    f"{' '.join(map(str, row[f'identified {m}']))} of {joints}"
+                    if what == "identified"
+                    else f"{row[f'disjoint {m}'][0]} of {row[f'disjoint {m}'][1]}"
+                    for m in METHODS
+                    for what in ("identified", "disjoint")
+                ),
+            )
+        )
+    return [markdown_table(head, cells)]
+
+
+if __name__ == "__main__":
+    command(__doc__, [{"robot": robot} for robot in ROBOTS], run, tables)
