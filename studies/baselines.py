@@ -78,11 +78,9 @@ def rows_of(robot: Robot, log: RobotLog) -> Rows:
     inner = slice(window + 2, -window - 2)
     q, v, a = (savgol_filter(position, window, 4, deriv=k, delta=1 / RATE, axis=0)[inner] for k in range(3))
     data = model.createData()
-    regressor = np.stack(
-        [pin.computeJointTorqueRegressor(model, data, *each).copy() for each in zip(q, v, a, strict=True)]
-    )
-    pin_parameters = np.concatenate([inertia.toDynamicParameters() for inertia in model.inertias[1:]])
-    needed = regressor @ pin_parameters
+    each = [pin.computeJointTorqueRegressor(model, data, *row).copy() for row in zip(q, v, a, strict=True)]
+    regressor = np.reshape(each, (len(q), model.nv, -1))  # Pinocchio drops the axis of a single joint
+    needed = regressor @ np.concatenate([inertia.toDynamicParameters() for inertia in model.inertias[1:]])
     return Rows(q, v, a, savgol_filter(torque, window, 4, axis=0)[inner], needed, regressor)
 
 

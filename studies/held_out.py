@@ -114,8 +114,8 @@ def predicted_torque(
     found, said = needed.copy(), np.ones(needed.shape[1], dtype=bool)
     for column, name in enumerate(robot.joint_names if result else ()):
         joint = result.joints.get(name) if result else None
-        said[column] = bool(joint and joint.parameters)
-        if joint and joint.parameters:
+        said[column] = bool(joint and joint.curve)
+        if joint and joint.curve:
             found[:, column] += joint.friction(
                 velocity[:, column], load=load[:, column], position=position[:, column], period=period, offset=True
             )

@@ -88,15 +88,15 @@ def _of_causes(found: WholeLog) -> list[Finding]:
 
 def _of_bodies(found: WholeLog) -> list[Finding]:
     """Find bodies that differ from the model, if no other error explains more, or are implausible."""
-    moved, problems = {}, []
+    moved, problems, model = {}, [], found.fit.fit.model
     if found.causes.leading == "body":
-        far = found.fit.bodies_moved.items()
-        moved = {name: found.corrections.bodies[name] for name, size in far if size > MOVED}
+        masses = model.corrections.inertial_parameters[:, 0]
+        for name, mass, own in zip(model.corrections.bodies, masses, found.causes.bodies, strict=True):
+            if max(abs(own[0]), np.linalg.norm(own[1:4])) > MOVED:
+                more = float(mass * np.expm1(model.priors.mass * own[0]))
+                moved[name] = body_text(more, model.priors.centre_of_mass * own[1:4])
     if moved:
-        evidence = ", ".join(
-            f"{name} appears {body_text(body.mass[1] - body.mass[0], np.subtract(*body.centre_of_mass))}"
-            for name, body in moved.items()
-        )
+        evidence = ", ".join(f"{name} appears {text}" for name, text in moved.items())
         problems.append(Finding.of("bodies-differ", tuple(moved), evidence=evidence))
     if bodies := [name for name, size in found.fit.bodies_off.items() if size > FAR and name not in moved]:
         problems.append(Finding.of("bodies-implausible", bodies, bodies=", ".join(bodies), far=FAR))

@@ -28,9 +28,13 @@ CONTACT_BINS = (0.06, 0.12, 0.24)
 """Ends of the bins of the contact variance scale, by the time since a contact change [s]; the last bin, before the next
 contact change, is as long as the first. Without bins, errors in walks without noise are 2.5 times as large."""
 
-PILOT_OUTLIER, OUTLIER, SHOULDER = 16.0, 10.0, 4.0
-"""Limits of outliers in standard deviations [1]: of robust residuals in the pilot (friction outside the law reaches 16
-on a double pendulum), of the difference from the pilot's prediction, and of the residuals at an outlier's ends."""
+OUTLIER, SHOULDER = 30.0, 4.0
+"""Limits of outliers in standard deviations [1], and of the residuals at their ends. Friction and model errors of real
+arms reach 26, pushes and hands start at 110."""
+
+WIDEST_PRIOR = 4.0
+"""Largest standard deviation of a model error relative to its first prior [1]. Of the arms whose errors on another log
+this decides, some are best at 6 or more (AIRBOT Play), others at 2 or less (double pendulum)."""
 
 CONVERGED = 5e-4
 """Decrease of half chi^2 per step below which a descent ends [1]: a thirtieth of a standard error."""

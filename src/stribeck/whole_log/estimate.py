@@ -132,12 +132,6 @@ class WholeLogFit:
         return dict(zip(self.fit.model.corrections.bodies, furthest.tolist(), strict=True))
 
     @property
-    def bodies_moved(self) -> dict[str, float]:
-        """Correction of each body's mass or centre of mass, in units of its prior standard deviation [1]."""
-        moved = np.maximum(np.abs(self.bodies[:, 0]), np.linalg.norm(self.bodies[:, 1:4], axis=1))
-        return dict(zip(self.fit.model.corrections.bodies, moved.tolist(), strict=True))
-
-    @property
     def chi_square(self) -> float:
         """Chi^2 per degree of freedom [1]: one if the errors match their covariance."""
         return self.fit.chi_square / max(self.statistics.count - int(self.fit.laws.free.sum()), 1)

@@ -78,11 +78,14 @@ class Causes:
         Kind of the cause with the largest evidence, also if that is too small; "" without any.
     scale_error
         Standard error of the scale of all torques [1]; zero without corrections of the masses, which it rests on.
+    bodies
+        Coordinates of the bodies' corrections with their first priors, shape (L, 10).
     """
 
     rivals: list[Cause]
     leading: str
     scale_error: float
+    bodies: Array
 
 
 Columns = tuple[str, tuple[int, ...], Array, float]
@@ -149,7 +152,7 @@ def find_causes(fit: Fit, statistics: Statistics, limbs: Mapping[str, NDArray[np
     if not tests or tests[0].evidence < max(LEAST, SHARE * strain):
         rivals = []
     scale = min((float(score.test(each)[2][0]) for kind, _, each, _ in causes if kind == "scale"), default=0.0)
-    return Causes(rivals, leading, scale)
+    return Causes(rivals, leading, scale, fit.corrections[model.layout.part("bodies")].reshape(-1, SIZE))
 
 
 def _without_noise(values: Array, errors: Array, noise: float) -> tuple[float, Array, Array]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from stribeck.base.typing import Array
 from stribeck.robot.inertial_parameters import SIZE
 from stribeck.settings import Priors
+from stribeck.whole_log.constants import WIDEST_PRIOR
 from stribeck.whole_log.model.bodies import Bodies, bodies_of
 from stribeck.whole_log.weak_equations import WRENCH_SIZE, CorrectionLayout
 
@@ -24,6 +25,10 @@ CONSIDERED = 1e-2
 
 The prior is so small that the log does not change the error; `covariance_budget` restores its effect.
 """
+
+
+HELD = 1e-4
+"""Prior standard deviation of a coordinate that is held at its prior mean [1]."""
 
 
 PAYLOAD = (0.05, 0.02, 0.01)
@@ -198,6 +203,26 @@ class ModelCorrections:
         offsets = self.layout.places("log_offsets").reshape(self.corrections.log_offsets).T
         groups = (bodies[:, 0], bodies[:, 1:4].ravel(), bodies[:, 4:].ravel(), *calibration, *offsets)
         yield from (group for group in groups if len(group))
+
+    @property
+    def widest(self) -> ModelCorrections:
+        """The same corrections with the widest priors of bodies."""
+        deviation = self.prior_std.copy()
+        deviation[self.layout.part("bodies")] = WIDEST_PRIOR
+        return replace(self, prior_std=deviation)
+
+    def held(self, places: NDArray[np.int64], values: Array | float) -> ModelCorrections:
+        """Hold coordinates at values."""
+        mean, deviation = self.prior_mean.copy(), self.prior_std.copy()
+        mean[places], deviation[places] = values, HELD
+        return replace(self, prior_mean=mean, prior_std=deviation)
+
+    def with_possible_rotors(self, coordinates: Array) -> ModelCorrections:
+        """Hold rotor inertias at zero that are negative at some coordinates; return the object itself without any."""
+        rotors = self.layout.places("rotors")
+        zero = -self.corrections.armature / self.scales[rotors - self.layout.part("bodies").stop]
+        negative = coordinates[rotors] < zero - 1e-6 * np.maximum(1.0, np.abs(zero))
+        return self.held(rotors[negative], zero[negative]) if negative.any() else self
 
     def late(self, delay: float) -> ModelCorrections:
         """Adapt the prior to equations whose torques are shifted by a delay [s]: it refers to the total delay.

@@ -11,7 +11,11 @@ from stribeck.whole_log.model.corrections import ModelCorrections
 from stribeck.whole_log.noise.likelihood import Groups
 from stribeck.whole_log.noise.outliers import INCONSISTENT, without_outliers
 from stribeck.whole_log.noise.variance_components import VarianceComponents
-from stribeck.whole_log.solver.linear_fit import fitted, product_of, residuals
+from stribeck.whole_log.solver.linear_fit import fitted, held_out, product_of, residuals
+
+WORSE = 10.0
+"""Chi^2 per equation of undisturbed segments, predicted from all others, from which disturbances are sought, and its
+ratio to the prediction without the disturbed ones [1]. Undisturbed logs reach a ratio of 6, payloads start at 60."""
 
 ENOUGH_FOR_QUARTERS = 24
 """Fewest segments of a pilot that is searched for a consistent quarter [1]: six, more than their own fit explains."""
@@ -29,11 +33,12 @@ def consistent(
     Least trimmed squares (Rousseeuw and Van Driessen 1999): from several starts, fits are repeated on the half of each
     contact mode's segments that the previous fit explained best, until this half is constant. The best of these fits
     may explain far more than half. If a quarter is explained four times better, most of the log is disturbed, and the
-    quarter is used instead. Segments are rejected if their chi^2 per equation exceeds `INCONSISTENT` times the median
-    of this part, for example due to a payload, a moving base or a guiding hand. Undisturbed logs reach 17 times. Only
-    this part is used for the delay, because a delay partly explains any disturbance.
+    quarter is used instead. Segments are candidates if their chi^2 per equation exceeds `INCONSISTENT` times the median
+    of this part, for example due to a payload, a moving base or a guiding hand. They are rejected only if the others
+    are predicted far better without them: the segments of a poor model differ as much, but teach about each other.
+    Only the consistent part is used for the delay, because a delay partly explains any disturbance.
     """
-    counts = np.array([each.count for each in groups])
+    model, counts = model.widest, np.array([each.count for each in groups])
     modes = np.unique([each.part.standing for each in groups], axis=0, return_inverse=True)[1]
     products = np.stack([product_of([each.whitened(components)]) for each in groups])
 
@@ -72,7 +77,15 @@ def consistent(
     if least > 1.5 and len(groups) >= ENOUGH_FOR_QUARTERS:
         quarter = best_explained(4)
         least, chosen, size = quarter if 4 * quarter[0] < least else (least, chosen, size)
-    far = ~np.isin(everything, chosen) if half_alone else size > INCONSISTENT * np.median(size[chosen])
+    far = size > INCONSISTENT * np.median(size[chosen])
+    if not far.any():
+        return groups
+    of_all, of_rest = (held_out(products, counts, own, model, precision) for own in (everything, everything[~far]))
+    of_all = of_all[~far]
+    if np.median(of_all) < WORSE or np.median(of_all / np.maximum(of_rest, 1e-300)) < WORSE:
+        return groups
+    if half_alone:
+        far = ~np.isin(everything, chosen)
     return [
         replace(each, part=replace(each.part, set_aside=np.ones(len(each.part.time), dtype=bool))) if aside else each
         for each, aside in zip(groups, far, strict=True)

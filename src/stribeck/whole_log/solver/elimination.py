@@ -227,8 +227,17 @@ class EachJoint:
 def solve(statistics: Statistics, start: Fit) -> Fit:
     """Fit the laws and corrections of another fit, from its values, to normal equations.
 
-    Corrections are linearized, and linearized again around each solution until the cost stays the same.
+    Corrections are linearized, and linearized again around each solution until the cost stays the same. No rotor
+    inertia is negative.
     """
+    fit = _descend(statistics, start)
+    while (model := fit.model.with_possible_rotors(fit.corrections)) is not fit.model:
+        fit = _descend(statistics, replace(fit, model=model))
+    return fit
+
+
+def _descend(statistics: Statistics, start: Fit) -> Fit:
+    """Fit the laws and corrections, rotors without a bound."""
     laws, model, u = start.laws, start.model, start.corrections
     x = np.clip(start.internal, *laws.bounds)
     low, high = (bound.reshape(1, -1) for bound in laws.bounds)
@@ -285,7 +294,7 @@ def inverse_of(matrix: Array) -> Array:
     """
     if not len(matrix):
         return np.zeros((0, 0))
-    scale = 1 / np.sqrt(np.diag(matrix))
+    scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), np.finfo(float).tiny))
     scaled = matrix * np.outer(scale, scale)
     factor, failed = dpotrf(scaled, lower=1)
     if not failed:

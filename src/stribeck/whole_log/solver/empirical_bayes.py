@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
-from stribeck.whole_log.constants import ROUNDS
+from stribeck.whole_log.constants import ROUNDS, WIDEST_PRIOR
 from stribeck.whole_log.model.corrections import ModelCorrections
 from stribeck.whole_log.model.laws import Laws
 from stribeck.whole_log.solver.elimination import EachJoint, Fit, eliminate, solve
@@ -144,14 +144,17 @@ def learn_group_prior(fit: Fit) -> Laws:
 def _learn_prior_std(fit: Fit) -> ModelCorrections:
     """Update the prior of model and sensors by equation (23).
 
-    It never exceeds the initial prior. Otherwise bodies would explain errors of other kinds, more in every round.
+    It is at most `WIDEST_PRIOR` times the initial prior of bodies, and the initial prior of sensors. Otherwise these
+    would explain errors of other kinds, more in every round.
     """
     model = fit.model
-    prior_std, dispersion, largest = model.prior_std.copy(), np.ones(len(model.prior_std)), np.inf
+    prior_std, dispersion = model.prior_std.copy(), np.ones(len(model.prior_std))
     dispersion[model.nearly_right] = model.overdispersion
     for group in model.groups():
         known = (1 - dispersion[group] * fit.model_variance[group] / prior_std[group] ** 2).clip(0, 1).sum()
         squares = np.sum((fit.corrections[group] - model.prior_mean[group]) ** 2)
         largest = 1.0 if group[0] < model.nearly_right.stop else np.inf
+        if group[0] < model.layout.part("bodies").stop:
+            largest = WIDEST_PRIOR
         prior_std[group] = min(np.sqrt((squares + FLOOR) / (known + FLOOR)), largest)
     return replace(model, prior_std=prior_std)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from stribeck.base.typing import Array
@@ -51,6 +52,27 @@ def fitted(product: Array, model: ModelCorrections, precision: Array) -> Array:
     values = inverse_of(information) @ right
     values[len(precision) :] = model.slopes(np.zeros(model.layout.size)).pushed(values[len(precision) :, None])[:, 0]
     return np.append(values, -1.0)
+
+
+def held_out(
+    products: Array, counts: NDArray[np.int64], own: NDArray[np.int64], model: ModelCorrections, precision: Array
+) -> Array:
+    """Compute chi^2 per equation of some segments [1], each predicted by a fit to the others, shape (S,).
+
+    Parameters
+    ----------
+    products, counts
+        Products of the whitened columns of all segments, shape (G, D + 1, D + 1), and their numbers of equations.
+    own
+        Indices of these segments, shape (S,).
+    model, precision
+        Corrections, and prior precision of the friction coefficients.
+    """
+    together = products[own].sum(axis=0)
+    values = (fitted(together - products[k], model, precision) for k in own)
+    return np.array([each @ products[k] @ each for k, each in zip(own, values, strict=True)]) / np.maximum(
+        counts[own], 1
+    )
 
 
 def _in_coordinates(product: Array, slopes: Slopes, friction: int) -> Array:

@@ -21,7 +21,7 @@ from stribeck.whole_log.noise.likelihood import Groups, make_groups, more_likely
 from stribeck.whole_log.noise.outliers import Prediction, without_outliers
 from stribeck.whole_log.noise.variance_components import VarianceComponents, first_components
 from stribeck.whole_log.solver.disturbances import consistent, undisturbed
-from stribeck.whole_log.solver.linear_fit import predict, residuals
+from stribeck.whole_log.solver.linear_fit import held_out, predict, product_of, residuals
 from stribeck.whole_log.weak_equations import CorrectionLayout, WeakEquations
 
 LONGEST_DELAY, OPERATIONS = 0.1, 3e9
@@ -143,9 +143,12 @@ def fit_pilot(
     """
     columns = Columns(basis, Lags(top_speed))
 
-    def fit(parts: list[WeakEquations], operations: float, rounds: int, half_alone: bool) -> Pilot:
+    def fit(delay: float | None, operations: float, rounds: int, half_alone: bool) -> Pilot:
+        held, delay = delay is None, delay or 0.0
+        parts = segments(delay, size)
         torque = max(float(np.sqrt(np.mean(np.concatenate([_torques(part) for part in parts]) ** 2))), 1e-9)
         model = model_corrections(corrections, _loads(parts, corrections), priors, torque).late(delay)
+        model = model.held(model.layout.places("delays")[:1], 0.0) if held else model
         components = first_components(parts[0], rest, np.where(rest > 0, torque, 0.0), corrections.wrenches > 0)
         groups, precision = _groups(parts, columns, torque, operations)
         if robust:
@@ -158,12 +161,28 @@ def fit_pilot(
     rounds = ROUNDS
     tried: list[tuple[float, float]] = []
     for _ in range(MOST_ROUNDS if corrections.delays else 0):  # on few windows, to save time
-        late, error = fit(segments(delay, size), OPERATIONS / 4, rounds, True).late
+        late, error = fit(delay, OPERATIONS / 4, rounds, True).late
         if abs(late) < max(LINEAR, 3 * error):
             break
         rounds, tried = 1, [*tried, (delay, late)]
         delay = float(np.clip(delay + secant_step(tried), -LONGEST_DELAY, LONGEST_DELAY))
-    return fit(segments(delay, size), OPERATIONS, MOST_ROUNDS, False)
+    found = fit(delay, OPERATIONS, MOST_ROUNDS, False)
+    if abs(delay + found.late[0]) < LINEAR:
+        return found
+    without = fit(None, OPERATIONS, MOST_ROUNDS, False)
+    return found if abs(delay) < LONGEST_DELAY and _predicts_better(found, without) else without
+
+
+def _predicts_better(found: Pilot, without: Pilot) -> bool:
+    """Check that a delay improves the prediction of held-out segments by more than three standard errors."""
+    errors = []
+    for pilot in (found, without):
+        products = np.stack([product_of([each.whitened(found.components)]) for each in pilot.groups])
+        counts = np.array([each.count for each in pilot.groups])
+        errors.append(np.log(held_out(products, counts, np.flatnonzero(counts), pilot.model, pilot.precision)))
+    places = (np.linspace(0, 1, len(each)) for each in errors)  # a long delay may leave out a segment at an end
+    gain = np.interp(next(places), next(places), errors[1]) - errors[0]
+    return bool(gain.mean() > 3 * gain.std(ddof=1) / np.sqrt(len(gain)))
 
 
 def secant_step(tried: list[tuple[float, float]]) -> float:
