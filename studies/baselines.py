@@ -29,8 +29,7 @@ from stribeck import Robot, identify, read_log
 from stribeck.base.typing import Array
 from stribeck.errors import NothingIdentifiedError
 from stribeck.log import RobotLog
-from stribeck.result import Result
-from studies.across_logs import disjoint_curves
+from stribeck.result import JointResult, Result
 from studies.command import Row, command, real_robot, rounded
 from studies.held_out import predicted_torque, with_torques
 from studies.markdown import markdown_table
@@ -76,12 +75,15 @@ def rows_of(robot: Robot, log: RobotLog) -> Rows:
     position, torque = (interp1d(log.time[kept], each[kept], axis=0)(grid) for each in (log.position, log.torque))
     window = round(WINDOW * RATE) | 1
     inner = slice(window + 2, -window - 2)
-    q, v, a = (savgol_filter(position, window, 4, deriv=k, delta=1 / RATE, axis=0)[inner] for k in range(3))
+    q, v, a, tau = (
+        np.asarray(savgol_filter(each, window, 4, deriv=k, delta=1 / RATE, axis=0)[inner], dtype=np.float64)
+        for each, k in ((position, 0), (position, 1), (position, 2), (torque, 0))
+    )
     data = model.createData()
     each = [pin.computeJointTorqueRegressor(model, data, *row).copy() for row in zip(q, v, a, strict=True)]
     regressor = np.reshape(each, (len(q), model.nv, -1))  # Pinocchio drops the axis of a single joint
     needed = regressor @ np.concatenate([inertia.toDynamicParameters() for inertia in model.inertias[1:]])
-    return Rows(q, v, a, savgol_filter(torque, window, 4, axis=0)[inner], needed, regressor)
+    return Rows(q, v, a, tau, needed, regressor)
 
 
 def plain(train: Rows, test: Rows, drive: bool) -> Array:
@@ -119,6 +121,17 @@ def found(robot: Robot, result: Result | None, test: Rows) -> Array:
         return np.full_like(test.needed, np.nan)
     predicted, said = predicted_torque(robot, result, test.position, test.velocity, test.acceleration)
     return np.where(said, predicted, np.nan)
+
+
+def disjoint_curves(a: JointResult, b: JointResult) -> bool:
+    """Check whether the intervals of two curves are disjoint at the slowest or the fastest speed of both."""
+    ends = [max(a.curve[0].velocity, b.curve[0].velocity), min(a.curve[-1].velocity, b.curve[-1].velocity)]
+    speeds = [[point.velocity for point in joint.curve] for joint in (a, b)]
+    values, halves = (
+        [np.interp(ends, v, [getattr(p, name) for p in joint.curve]) for v, joint in zip(speeds, (a, b), strict=True)]
+        for name in ("value", "half_width")
+    )
+    return bool(np.any(np.abs(values[0] - values[1]) > halves[0] + halves[1]))
 
 
 def run_pair(robot: Robot, train: RobotLog, test: RobotLog) -> tuple[Row, dict[str, Result | None]]:
@@ -177,7 +190,12 @@ def means(row: Row, method: str) -> tuple[float, float]:
 def tables(rows: list[Row]) -> list[str]:
     """Format the table."""
     names = ("ridge", *METHODS)
-    head = ("robot", *names, "joints with friction", *(f"{what} {m}" for m in METHODS for what in ("identified", "disjoint")))
+    head = (
+        "robot",
+        *names,
+        "joints with friction",
+        *(f"{what} {m}" for m in METHODS for what in ("identified", "disjoint")),
+    )
     cells = []
     for row in rows:
         of_all = partial(means, row)

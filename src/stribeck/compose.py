@@ -19,7 +19,7 @@ from stribeck.judgement.joint_fit import JointFit, in_channel_unit, with_gain_er
 from stribeck.judgement.own_friction import own_friction
 from stribeck.judgement.passivity import passivity_violated
 from stribeck.judgement.torque_error import torque_r2
-from stribeck.judgement.verdict import filled, judge
+from stribeck.judgement.verdict import filled, judge, with_torque_r2
 from stribeck.log import RobotLog
 from stribeck.methods import Fitted, Method
 from stribeck.result import Corrections, CouplingResult, Evidence, JointResult, Result, TorqueR2, Validation
@@ -76,7 +76,7 @@ def compose(
     judged = filled(samples, fits, law) if rolls else samples
     r2, ranges = _torque_r2(fitted, friction, prepared, robot, law), _position_ranges(prepared, robot)
     found = {
-        name: replace(joint, torque_r2=r2.get(name) if joint.curve else None, position_range=ranges.get(name))
+        name: replace(with_torque_r2(joint, r2.get(name), robot.base == "fixed"), position_range=ranges.get(name))
         for name, joint in _joints(fitted, fits, judged, law, settings).items()
     }
     choices = [

@@ -34,25 +34,20 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[WholeLog, Result]:
     return fits[-1], result
 
 
-def of_fit(found: WholeLog, result: Result) -> tuple[np.ndarray, np.ndarray]:
-    """Return draws of friction and bodies from the covariance of the fit's coordinates, shape (DRAWS, k).
-
-    And by how much each is to be widened for what folds or residuals say, shape (k,).
-    """
+def of_fit(found: WholeLog, result: Result) -> np.ndarray:
+    """Return draws of friction and bodies from the covariance of the fit's coordinates, shape (DRAWS, k)."""
     fit = found.fit
-    drawn_x = np.random.default_rng(0).multivariate_normal(fit.fit.x, fit.budget.total, DRAWS, method="eigh")
-    columns, wider = [], []
+    drawn_x = np.random.default_rng(0).multivariate_normal(fit.fit.x, fit.fit.covariance, DRAWS, method="eigh")
+    columns = []
     for joint, name in enumerate(found.joints):
         own = joint_coordinates(fit, joint)
         logs = np.array([parameter.logarithmic for parameter in own.parameters])
         values = to_external(drawn_x[:, own.places], np.tile(logs, (DRAWS, 1)))
         kept = [parameter.name in result.joints[name].parameters for parameter in own.parameters]
         columns.append(values[:, kept])
-        wider += np.sqrt(np.maximum(own.heterogeneity, fit.widening))[kept].tolist()
     bodies = drawn_x[:, fit.fit.layout.part("bodies")].reshape(DRAWS, -1, SIZE)
     columns.append(np.stack([fit.fit.model.bodies.log_cholesky(each).ravel() for each in bodies]))
-    wider += [np.sqrt(fit.widening)] * columns[-1].shape[1]
-    return np.concatenate(columns, axis=1), np.array(wider)
+    return np.concatenate(columns, axis=1)
 
 
 def of_result(result: Result) -> np.ndarray:
@@ -71,10 +66,10 @@ def of_result(result: Result) -> np.ndarray:
 
 def test_draws_of_a_result_are_those_of_the_fit(found: tuple[WholeLog, Result]) -> None:
     fit, result = found
-    (one, wider), other = of_fit(fit, result), of_result(result)
+    one, other = of_fit(fit, result), of_result(result)
     assert np.isfinite(other).all()
     freely = other.std(axis=0) > 0
-    np.testing.assert_allclose(other[:, freely].std(axis=0), (wider * one.std(axis=0))[freely], rtol=0.1)
+    np.testing.assert_allclose(other[:, freely].std(axis=0), one.std(axis=0)[freely], rtol=0.1)
     off = np.corrcoef(other[:, freely].T) - np.corrcoef(one[:, freely].T)
     assert np.sqrt(np.mean(off**2)) < 0.03
     assert np.abs(off).max() < 0.15

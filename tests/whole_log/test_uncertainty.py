@@ -16,7 +16,7 @@ from stribeck.whole_log.solver.elimination import Fit, solve
 from stribeck.whole_log.solver.empirical_bayes import solve_with_empirical_bayes
 from stribeck.whole_log.solver.statistics import Statistics, total
 from stribeck.whole_log.uncertainty.covariance_budget import CovarianceBudget, covariance_budget, through
-from stribeck.whole_log.uncertainty.heterogeneity import heterogeneity, overdispersion_of
+from stribeck.whole_log.uncertainty.heterogeneity import Heterogeneity, heterogeneity, overdispersion_of
 from stribeck.whole_log.uncertainty.random_effects import random_effect_columns
 from stribeck.whole_log.uncertainty.reml import random_effect_covariance, reml_variances
 from stribeck.whole_log.weak_equations import WeakEquations
@@ -30,8 +30,8 @@ def budget(overdispersion: float = 1.0) -> tuple[Fit, CovarianceBudget]:
     laws, model = make_laws("coulomb-viscous", 2), replace(make_model(zeros=3), overdispersion=overdispersion)
     fit = no_fit(laws, model)
     root = np.random.default_rng(1).standard_normal((len(fit.x), len(fit.x)))
-    fit = replace(fit, covariance=root @ root.T)
-    return fit, covariance_budget(fit, *np.zeros((2, len(fit.x), len(fit.x))))
+    fit, none = replace(fit, covariance=root @ root.T), np.zeros_like(root)
+    return fit, covariance_budget(fit, none, none, Heterogeneity(1.0, np.ones(2)), 1.0)
 
 
 def test_noise_is_the_covariance_given_the_model() -> None:
@@ -73,9 +73,9 @@ def test_heterogeneity_is_the_ratio_of_squared_errors_to_their_covariance(ratio:
     zeros = ZERO * np.random.default_rng(5).standard_normal(ZEROS)
     parts = parts_of_a_log(zeros, np.sqrt((ratio - 1) * PARTS) * ERROR, 0.0, seed=1)
     whole, fit = fitted(parts)
-    of_model, of_joints = heterogeneity(whole, parts, fit)
-    assert of_model == pytest.approx(ratio, rel=0.25)
-    assert np.mean(of_joints > 1) < 0.1  # nothing lasts in their friction
+    found = heterogeneity(whole, parts, fit)
+    assert found.model == pytest.approx(ratio, rel=0.25)
+    np.testing.assert_allclose(found.joints, 1.0, atol=0.3)  # nothing lasts in their friction
 
 
 def test_a_joint_whose_friction_changes_from_fold_to_fold_is_found() -> None:
@@ -91,11 +91,12 @@ def test_a_joint_whose_friction_changes_from_fold_to_fold_is_found() -> None:
             parts.append(measured(velocity[rows], own, NOISE, seed=100 * seed + k))
         whole = total(parts)
         start = fit = solve_with_empirical_bayes(whole, start)
-        of_model, of_joints = heterogeneity(whole, parts, fit)
-        assert of_model == 1.0
-        assert np.mean(of_joints[1:] > 1) < 0.1
-        found.append(of_joints[0, OFFSET])
-        deviation = np.sqrt(fit.variance[0, OFFSET] * of_joints[0, OFFSET])
+        differing = heterogeneity(whole, parts, fit)
+        assert differing.model == 1.0
+        none = np.zeros_like(fit.covariance)
+        variance = np.diag(covariance_budget(fit, none, none, differing, 1.0).total)
+        found.append(differing.joints[0])
+        deviation = np.sqrt(variance[OFFSET])
         off.append((fit.internal[0, OFFSET] - values[0, OFFSET]) / deviation)
     assert min(found) > 2
     assert np.mean(np.abs(off) < 1.96) > 0.8
@@ -108,7 +109,7 @@ def test_errors_that_folds_share_are_taken_to_be_as_large_as_those_that_differ()
         zeros = 0.3 * ZERO * np.random.default_rng(seed).standard_normal(ZEROS)
         parts = parts_of_a_log(zeros, lasting, lasting, seed)
         whole, fit = fitted(parts)
-        overdispersion = overdispersion_of(heterogeneity(whole, parts, fit)[0], PARTS)
+        overdispersion = overdispersion_of(heterogeneity(whole, parts, fit).model, PARTS)
         wary = solve_with_empirical_bayes(whole, replace(fit, model=replace(fit.model, overdispersion=overdispersion)))
         added = (wary.model.overdispersion - 1) * through(wary, wary.layout.places("bodies", "delays"))
         variance = np.diag(wary.covariance + added)[wary.internal.size :]

@@ -13,7 +13,7 @@ from stribeck.judgement.excitation import Excitation
 from stribeck.judgement.joint_fit import JointFit
 from stribeck.judgement.passivity import added_power, positive_power_fraction
 from stribeck.judgement.weakness import USUAL, Criteria, is_weak, weak_by_themselves, why_weak
-from stribeck.result import CurvePoint, JointResult, ParameterEstimate, Validation, Verdict
+from stribeck.result import CurvePoint, JointResult, ParameterEstimate, TorqueR2, Validation, Verdict
 from stribeck.settings import Settings
 
 UNEXPLAINED = 0.3
@@ -74,6 +74,21 @@ def judge(
                 found = replace(found, verdict="weak", reason=f"{why} friction torque stays unexplained")
             results[joint] = found
     return results
+
+
+def with_torque_r2(joint: JointResult, r2: TorqueR2 | None, fixed: bool) -> JointResult:
+    """Add the share of the torque that is explained on held-out parts.
+
+    On a fixed base, a negative share identifies nothing. Other bases also move by unknown accelerations.
+    """
+    found = replace(joint, torque_r2=r2 if joint.curve else None)
+    if joint.verdict != "identified" or r2 is None or not fixed:
+        return found
+    share = r2.nominal if r2.corrected is None else r2.corrected
+    if share >= 0:
+        return found
+    why = f"model and friction predict held-out torques worse than their mean does (R² = {share:.2f}); check the model"
+    return replace(found, verdict="weak", reason=why)
 
 
 def filled(samples: FrictionSamples, fits: Mapping[str, JointFit], law: FrictionLaw) -> FrictionSamples:

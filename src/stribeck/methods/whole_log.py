@@ -44,9 +44,6 @@ from stribeck.whole_log.uncertainty.intervals import joint_fits
 CRITERIA = Criteria(assumes_exact_law=False, shares_shapes=True)
 """Intervals know how little a Stribeck velocity that is not cleared lets them say; shapes have a group prior."""
 
-DIFFERENT = 50.0
-"""Heterogeneity [1] from which something acts in parts of a log; real robots without disturbances reach 29."""
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class WholeLog:
@@ -155,10 +152,8 @@ class WholeLog:
 
     @property
     def disturbed(self) -> str:
-        """Phrase on the spans in which something else acts, or on parts of the log that differ; "" without either."""
-        if self.fit.set_aside > FEW:
-            return f"from {listed_spans(list(chain(*self.set_aside)))}"
-        return "in some parts of the log" if self.fit.heterogeneity > DIFFERENT else ""
+        """Phrase on the spans in which something else acts; "" without any."""
+        return f"from {listed_spans(list(chain(*self.set_aside)))}" if self.fit.set_aside > FEW else ""
 
     @property
     def findings(self) -> list[Finding]:

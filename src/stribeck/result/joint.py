@@ -241,6 +241,8 @@ class JointResult:
             return np.full(speeds.shape, found.get("offset", 0.0))
         law = get_law(self.law)
         values = law_values(law, found)
+        if values is None and "offset" in found:  # friction below the resolution of the log
+            return np.full(speeds.shape, found["offset"])
         if values is None:
             raise NothingIdentifiedError(f"no friction was found of this joint: {self.reason}")
         carried = (self.mean_load or 0.0) if load is None else load

@@ -25,7 +25,7 @@ def describe_corrections(
     """
     model, layout = fit.fit.model, fit.fit.model.layout
     corrections, priors = model.corrections, model.priors
-    errors = np.sqrt(fit.fit.model_variance * fit.widening)
+    errors = np.sqrt(fit.fit.model_variance)
     body_errors = errors[layout.part("bodies")].reshape(-1, SIZE)
     before, change = corrections.inertial_parameters, fit.corrections[layout.part("bodies")].reshape(-1, SIZE)
     shapes = shape_errors(fit)

@@ -79,8 +79,8 @@ class WholeLogFit:
         Terms of each joint with the law "auto".
     misfits
         Effects that the law of each joint does not describe.
-    heterogeneity, joint_heterogeneity
-        D of equation (26) for the model [1] and for each joint's parameters, shape (n, w).
+    heterogeneity
+        D of equation (26) for the model [1].
     undiscounted
         Coordinates of the corrections from a fit without overdispersion (27), shape (c,).
     """
@@ -101,7 +101,6 @@ class WholeLogFit:
     terms: tuple[dict[str, TermVerdict], ...]
     misfits: tuple[tuple[Misfit, ...], ...]
     heterogeneity: float
-    joint_heterogeneity: Array
     undiscounted: Array
 
     @property
@@ -156,11 +155,6 @@ class WholeLogFit:
         half = WINDOW_LENGTH / 2
         return [(float(time[a]) - half, float(time[b - 1]) + half) for a, b in _runs(kept == used)]
 
-    @property
-    def widening(self) -> float:
-        """Overdispersion [1], by which variances are multiplied."""
-        return max(1.0, self.chi_square)
-
 
 def fit_whole_log(
     equations: EquationSequence,
@@ -191,7 +185,7 @@ def fit_whole_log(
     read = read_with_pilot(equations, law, speed, rest * law.jumps, priors, progress)
     pilot, terms, columns, fit = read.pilot, read.terms, read.columns, read.fit
     folds, known, sample = read.folds, total(read.folds), total(read.folds[: read.sampled])
-    root_turns = pilot.components.root_turns
+    root_turns = pilot.components.root_turns * equations.on_soles
 
     def effects(fit: Fit) -> Array:
         return random_effect_covariance(sample, known.count, fit, root_turns)[1]
@@ -203,7 +197,7 @@ def fit_whole_log(
         choice = Choice([{} for _ in speed], make_trials(known, folds, fit), fit)
     fit = solve_with_empirical_bayes(known, choice.start)
     undiscounted = fit.corrections
-    of_model, of_joints = heterogeneity(known, folds, fit)
+    of_model = heterogeneity(known, folds, fit).model
     if of_model > 1:
         model = replace(fit.model, overdispersion=overdispersion_of(of_model, len(folds)))
         fit = solve_with_empirical_bayes(known, replace(fit, model=model))
@@ -211,12 +205,15 @@ def fit_whole_log(
     validation = validate(read.unseen, known, columns, pilot.components, trained.values)
     if read.held:
         fit = solve_with_empirical_bayes(whole, fit)
-    effect_std, effect_covariance = random_effect_covariance(sample, whole.count, fit, root_turns)
-    budget = covariance_budget(fit, effect_covariance, group_mean_covariance(fit))
-    fit = replace(fit, covariance=budget.total)
-    residual_rms = friction_residual_rms(
+    (residual_rms,) = friction_residual_rms(
         [each.part for each in pilot.groups], columns, pilot.components, fit.values, fit.values[None, : whole.friction]
     )
+    effect_std, effect_covariance = random_effect_covariance(sample, whole.count, fit, root_turns, residual_rms)
+    differing = heterogeneity(known, folds, trained)
+    budget = covariance_budget(
+        fit, effect_covariance, group_mean_covariance(fit), differing, known.count / max(whole.count, 1)
+    )
+    curvature, fit = fit.covariance, replace(fit, covariance=budget.total)
     return WholeLogFit(
         fit=fit,
         trained=trained,
@@ -226,7 +223,7 @@ def fit_whole_log(
         segments=len(read.windows),
         of_segments=len(equations),
         windows=read.windows,
-        residual_rms=residual_rms[0],
+        residual_rms=residual_rms,
         validation=validation,
         held_out=read.held_out,
         delay=pilot.delay + remaining_delay(fit),
@@ -236,8 +233,8 @@ def fit_whole_log(
             choice.trials,
             choice.kept,
             choice.decided,
-            fit,
-            (budget.noise + budget.model) * (whole.count / known.count),
+            replace(fit, covariance=budget.total - budget.heterogeneity),
+            curvature * (whole.count / known.count),
             known,
             sample,
             effect_std,
@@ -245,7 +242,6 @@ def fit_whole_log(
             _units(pilot, columns, terms, whole.mean_load),
         ),
         heterogeneity=of_model,
-        joint_heterogeneity=of_joints,
         undiscounted=undiscounted,
     )
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
+from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import AUTO, FrictionLaw
 from stribeck.friction.presliding import SMOOTH_SIGN
 from stribeck.settings import Priors
@@ -47,9 +48,6 @@ from stribeck.whole_log.solver.statistics import Statistics, accumulate, total
 from stribeck.whole_log.terms.term_selection import overdispersion
 from stribeck.whole_log.weak_equations import WeakEquations
 
-WRONG = 50.0
-"""Chi^2 per equation [1] above which the pilot is repeated without setting segments aside."""
-
 
 @dataclass(frozen=True, eq=False)
 class Read:
@@ -85,24 +83,20 @@ def read_with_pilot(
 
     size = max(PILOT_SEGMENTS, 240 // len(speed))  # few joints need more segments, and take less time
 
-    def start(robust: bool, delay: float = 0.0) -> tuple[Laws, Terms, Pilot]:
-        pilot = fit_pilot(segments, size, equations.corrections, basis, speed, rest, priors, robust, delay)
+    def start(delay: float = 0.0) -> tuple[Laws, Terms, Pilot]:
+        pilot = fit_pilot(segments, size, equations.corrections, basis, speed, rest, priors, delay)
         return _with_terms(pilot, law, basis, speed, priors)
 
-    robust, tried = True, list[tuple[float, float]]()
-    laws, terms, pilot = start(robust)
+    tried: list[tuple[float, float]] = []
+    laws, terms, pilot = start()
     while True:
         read = _read(equations.delayed(pilot.delay), pilot, basis, terms, laws, progress)
         known, late = total(read.folds), remaining_delay(read.fit)
-        if robust and read.fit.chi_square > WRONG * known.count:
-            robust, tried = False, []
-            laws, terms, pilot = start(robust)
-            continue
         own = read.fit.layout.places("delays")[:1]
         error = np.sqrt(read.fit.covariance[own, own].sum() * overdispersion(known, read.fit)) * priors.torque_delay
         tried.append((pilot.delay, late))
         if not pilot.delay and len(tried) == 1 and abs(late) > 3 * priors.torque_delay:  # less may be presliding
-            laws, terms, pilot = start(robust, late)
+            laws, terms, pilot = start(late)
         elif not pilot.delay or len(tried) > ROUNDS or abs(late) < max(LINEAR, 3 * error):
             return read
         else:
@@ -131,6 +125,11 @@ def _read(
     found, unseen, windows = accumulate(
         late, folds, sampled, columns, pilot.prediction, lambda share: progress(0.2 + 0.6 * share)
     )
+    if not sum(each.count for each in found[:count]):
+        raise NothingIdentifiedError(
+            "no joint can be identified from this log: its torques differ too much from every model; check units, "
+            "signs, joint names and gears (stribeck inspect)"
+        )
     return Read(
         pilot=pilot,
         terms=terms,

@@ -221,7 +221,7 @@ class ModelCorrections:
         """Hold rotor inertias at zero that are negative at some coordinates; return the object itself without any."""
         rotors = self.layout.places("rotors")
         zero = -self.corrections.armature / self.scales[rotors - self.layout.part("bodies").stop]
-        negative = coordinates[rotors] < zero - 1e-6 * np.maximum(1.0, np.abs(zero))
+        negative = (coordinates[rotors] < zero) & (self.prior_std[rotors] > HELD)
         return self.held(rotors[negative], zero[negative]) if negative.any() else self
 
     def late(self, delay: float) -> ModelCorrections:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
-from stribeck.whole_log.constants import OUTLIER, SHOULDER
+from stribeck.whole_log.constants import OUTLIER, PILOT_OUTLIER, SHOULDER
 from stribeck.whole_log.noise.likelihood import Groups
 from stribeck.whole_log.noise.variance_components import VarianceComponents
 from stribeck.whole_log.weak_equations import WeakEquations
@@ -49,7 +49,7 @@ class Prediction:
         far = size > SHOULDER * np.sqrt(variance)  # the others are not, with a larger variance
         near = own[far.ravel()]
         variance[far] += np.sum((near @ self.covariance) * near, axis=1)
-        outlying = outlying_windows(size / np.sqrt(variance))
+        outlying = outlying_windows(size / np.sqrt(variance), OUTLIER)
         if not outlying.any():
             return part
         reach = np.ones(2 * part.lags + 1)  # windows that share errors with it go too
@@ -84,7 +84,7 @@ def without_outliers(parts: Sequence[tuple[Groups, Array]], components: Variance
             found.append(groups)
             continue
         scale = np.median(same_mode, axis=0) / 0.6745 if len(same_mode) else np.ones(size.shape[1])
-        outlying = outlying_windows(size / np.maximum(scale, 1.0))
+        outlying = outlying_windows(size / np.maximum(scale, 1.0), PILOT_OUTLIER)
         aside = np.zeros(len(groups.part.time), dtype=bool)
         places = groups.of_windows(np.arange(len(aside))).ravel()
         aside[places] = outlying
@@ -92,11 +92,11 @@ def without_outliers(parts: Sequence[tuple[Groups, Array]], components: Variance
     return found
 
 
-def outlying_windows(sizes: Array) -> NDArray[np.bool_]:
-    """Find windows whose standardized residual, shape (K, m), is above `OUTLIER`, shape (K,).
+def outlying_windows(sizes: Array, outlier: float) -> NDArray[np.bool_]:
+    """Find windows whose standardized residual, shape (K, m), is above `outlier`, shape (K,).
 
     An outlier lasts as long as residuals stay above `SHOULDER`.
     """
     largest = sizes.max(axis=1, initial=0.0)
     numbers = np.cumsum(np.diff(largest > SHOULDER, prepend=False))  # of runs above it, and below
-    return np.asarray(np.isin(numbers, numbers[largest > OUTLIER]))
+    return np.asarray(np.isin(numbers, numbers[largest > outlier]))

@@ -17,6 +17,7 @@ WORSE = 10.0
 """Chi^2 per equation of undisturbed segments, predicted from all others, from which disturbances are sought, and its
 ratio to the prediction without the disturbed ones [1]. Undisturbed logs reach a ratio of 6, payloads start at 60."""
 
+
 ENOUGH_FOR_QUARTERS = 24
 """Fewest segments of a pilot that is searched for a consistent quarter [1]: six, more than their own fit explains."""
 

@@ -117,7 +117,6 @@ def fit_pilot(
     top_speed: Array,
     rest: Array,
     priors: Priors,
-    robust: bool = True,
     delay: float = 0.0,
 ) -> Pilot:
     """Fit the pilot, with torques shifted until they are linear in their remaining delay.
@@ -136,8 +135,6 @@ def fit_pilot(
         Speed [rad/s] below which a joint is at rest, for laws that jump there, shape (n,).
     priors
         Priors of model and sensors.
-    robust
-        Whether segments and windows that contradict the majority's model are rejected from the start.
     delay
         Initial delay of the torques in the search [s].
     """
@@ -151,9 +148,8 @@ def fit_pilot(
         model = model.held(model.layout.places("delays")[:1], 0.0) if held else model
         components = first_components(parts[0], rest, np.where(rest > 0, torque, 0.0), corrections.wrenches > 0)
         groups, precision = _groups(parts, columns, torque, operations)
-        if robust:
-            groups = consistent(groups, model, components, precision, half_alone)
-            groups = undisturbed(groups, model, components, precision)
+        groups = consistent(groups, model, components, precision, half_alone)
+        groups = undisturbed(groups, model, components, precision)
         components, groups = _alternate(groups, model, components, precision, rounds)
         prediction, _ = predict(groups, components, model, precision)
         return Pilot(groups, model, components, prediction, delay, torque, precision)

@@ -126,6 +126,8 @@ def _objection(trials: Trials, joint: int, kept: Kept, tried: Tried) -> Objectio
     values = dict(zip(trials.names, trials.laws.external(tried.internal[None])[0].tolist(), strict=True))
     top, rise = float(trials.laws.top_speed[joint]), RISING / values["slope"]
     stribeck_velocity = values["stribeck_velocity"]
+    if {"stribeck", "presliding"} <= kept:
+        return "refused", "after a reversal, the Stribeck effect and presliding compensate for each other"
     if "stribeck" in kept and rise > CLEARED * stribeck_velocity:
         gone = f"its Stribeck effect would be gone at {CLEARED * stribeck_velocity:.2g} rad/s"
         return "refused", f"{gone}, where it still rises, up to {rise:.2g} rad/s"

@@ -5,8 +5,14 @@ curvature S (all others refitted), gradient h_f of fold f of F at the common fit
 
     D = sum h_f^T S^-1 h_f / tr(K - K^2 / F)
 
-is one on average if the errors of different windows match their covariance (Liang and Zeger 1986). The sets are the
-model's coordinates with rotors, a joint's parameters together, and each parameter individually.
+is one on average if the errors of different windows match their covariance. The sets are the model's coordinates with
+rotors, and each joint's friction. A joint's D has few degrees of freedom, so that it is averaged with the mean of all
+joints. With the Newton steps s_f = C h_f, the cluster-robust covariance (Liang and Zeger 1986)
+
+    V = F / (F - 1) sum s_f s_f^T
+
+shows which coordinates differ between folds. It has even fewer degrees of freedom, so that intervals use its mean with
+the inverse curvature C times D (Ledoit and Wolf 2004).
 """
 
 from collections.abc import Sequence
@@ -15,32 +21,34 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
-from scipy.special import chdtri
 
 from stribeck.base.typing import Array
 from stribeck.whole_log.solver.elimination import Fit, inverse_of
 from stribeck.whole_log.solver.statistics import Statistics
 
 
-def heterogeneity(whole: Statistics, parts: Sequence[Statistics], fit: Fit) -> tuple[float, Array]:
-    """Compute D of the model, and of each joint's parameters, shape (n, w) [1], at least one.
+@dataclass(frozen=True, eq=False)
+class Heterogeneity:
+    """D of the model and of each joint's friction, shape (n,) [1], at least one, and V of all coordinates, (m, m)."""
 
-    The inputs are the statistics of a log and of its folds, and the fit to the log.
-    """
-    layout, of_model, of_friction = fit.layout, 1.0, np.ones(fit.internal.shape)
+    model: float
+    joints: Array
+    covariance: Array | None = None
+
+
+def heterogeneity(whole: Statistics, parts: Sequence[Statistics], fit: Fit) -> Heterogeneity:
+    """Compute the heterogeneity of a fit to a log over its folds, given the statistics of both."""
+    layout, joints = fit.layout, len(fit.internal)
     if len(parts) < 2:
-        return of_model, of_friction
+        return Heterogeneity(1.0, np.ones(joints))
     places, steps = np.arange(layout.size), _fold_steps(whole, parts, fit)
-    if len(layout.places("bodies", "delays")):
-        of_model = max(1.0, steps.ratio(layout.places("bodies", "rotors"))[0])
-    for joint, free in enumerate(fit.laws.free):
-        own = np.intersect1d(steps.free, places[layout.joint(joint)][free])
-        for group in (own, *own[:, None]) if len(own) else ():
-            found, squares = steps.ratio(group)
-            if found > chdtri(squares, 0.01) / squares:
-                which = group - layout.joint(joint).start
-                of_friction[joint, which] = np.maximum(of_friction[joint, which], found)
-    return of_model, of_friction
+    model = layout.places("bodies", "rotors") if len(layout.places("bodies", "delays")) else places[:0]
+    of_model = steps.ratio(np.intersect1d(steps.free, model))[0]
+    own = [np.intersect1d(steps.free, places[layout.joint(k)][free]) for k, free in enumerate(fit.laws.free)]
+    found, squares = np.array([steps.ratio(each) for each in own]).T
+    mean = float(found @ squares / max(squares.sum(), 1.0))
+    covariance = len(parts) / (len(parts) - 1) * steps.steps @ steps.steps.T
+    return Heterogeneity(max(1.0, of_model), np.maximum(1.0, (found + mean) / 2), covariance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +66,7 @@ class _FoldSteps:
         known = np.eye(len(own)) - self.covariance[block] @ self.prior[block]
         expected = float(np.trace(known) - np.sum(known * known.T) / folds)
         squares = float(np.sum(self.steps[own] * (inverse_of(self.covariance[block]) @ self.steps[own])))
-        return (squares / expected, expected * folds) if expected > 0.5 else (1.0, 1.0)
+        return (squares / expected, expected * folds) if expected > 0.5 else (1.0, 0.0)
 
 
 def _fold_steps(whole: Statistics, parts: Sequence[Statistics], fit: Fit) -> _FoldSteps:

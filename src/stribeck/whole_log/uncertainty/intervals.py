@@ -18,9 +18,9 @@ def joint_fits(fit: WholeLogFit, names: tuple[str, ...]) -> dict[str, JointFit]:
     """Compute the fits of all joints by name.
 
     The covariance includes all coordinates, so that the uncertainty of the model widens friction's
-    intervals, times overdispersion or heterogeneity. A gain that all torque sensors share scales all friction.
+    intervals, and the heterogeneity over folds. A gain that all torque sensors share scales all friction.
     """
-    freedom = max(fit.segments - 1.0, 1.0)
+    freedom = float(np.clip(fit.segments - 1, 1, 2 * (FOLDS - 1)))  # of D: the folds of a joint, and of all joints
     return {name: _joint_fit(fit, k, freedom, len(names)) for k, name in enumerate(names)}
 
 
@@ -36,8 +36,6 @@ class JointCoordinates:
         Names of the parameters, and their values, shape (k,).
     held
         Mask of coordinates at a bound, shape (k,).
-    heterogeneity
-        Heterogeneity over folds of each coordinate [1], shape (k,).
     gain
         Standard deviations due to a gain common to all torques, shape (k,).
     """
@@ -47,7 +45,6 @@ class JointCoordinates:
     parameters: tuple[Parameter, ...]
     values: Array
     held: NDArray[np.bool_]
-    heterogeneity: Array
     gain: Array
 
 
@@ -58,13 +55,13 @@ def joint_coordinates(fit: WholeLogFit, joint: int) -> JointCoordinates:
     has = np.flatnonzero(inner.laws.free[joint])
     own, unit = layout.joint(joint).start + has, np.ones(len(has))
     parameters = tuple(inner.laws.parameters[k] for k in has)
-    held, joint_heterogeneity = inner.at_bound[joint, has], fit.joint_heterogeneity[joint, has]
+    held = inner.at_bound[joint, has]
     if joint in corrections.rotors:
         number = corrections.rotors.index(joint)
         own = np.append(own, layout.part("rotors").start + number)
         unit = np.append(unit, model.scales[own[-1] - layout.part("bodies").stop])
         rotor = replace(ARMATURE, lower=0.0 - float(corrections.armature[number]))
-        parameters, joint_heterogeneity = (*parameters, rotor), np.append(joint_heterogeneity, 1.0)
+        parameters = (*parameters, rotor)
         held = np.append(held, inner.x[own[-1]] * unit[-1] <= rotor.lower)
     logs = np.array([parameter.logarithmic for parameter in parameters])
     least = np.array([p.lower if p.name == ARMATURE.name else -np.inf for p in parameters])  # which the fit passes
@@ -77,7 +74,6 @@ def joint_coordinates(fit: WholeLogFit, joint: int) -> JointCoordinates:
         parameters=parameters,
         values=values,
         held=held,
-        heterogeneity=joint_heterogeneity,
         gain=gain,
     )
 
@@ -85,10 +81,10 @@ def joint_coordinates(fit: WholeLogFit, joint: int) -> JointCoordinates:
 def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> JointFit:
     own = joint_coordinates(fit, joint)
     parameters, values, unit = own.parameters, own.values, own.unit
-    degrees = np.where(own.heterogeneity > fit.widening, min(freedom, FOLDS - 1), freedom)
+    degrees = np.full(len(values), freedom)
     logs = np.array([parameter.logarithmic for parameter in parameters])
     bounds = np.array([(parameter.lower, parameter.upper) for parameter in parameters])
-    terms = fit.budget.terms(own.places, fit.widening, own.heterogeneity, own.gain)
+    terms = fit.budget.terms(own.places, own.gain)
     covariance = np.sum(list(terms.values()), axis=0) * np.outer(unit, unit)
     deviation = np.sqrt(np.diag(covariance))
     shares = {name: np.diag(term) * unit**2 / deviation**2 for name, term in terms.items()}

@@ -20,9 +20,9 @@ def shape_errors(fit: WholeLogFit) -> Array:
     """Compute standard errors of the coordinates of each body's shape, shape (L, 6)."""
     places = fit.fit.layout.places("bodies").reshape(-1, SIZE)
     slopes = _slopes(fit)[:, 4:]
-    covariance = np.array([fit.budget.total[np.ix_(own, own)] for own in places]).reshape(-1, SIZE, SIZE)
+    covariance = np.array([fit.fit.covariance[np.ix_(own, own)] for own in places]).reshape(-1, SIZE, SIZE)
     variances = np.einsum("lij,ljk,lik->li", slopes, covariance, slopes)
-    return np.asarray(np.sqrt(variances * fit.widening))
+    return np.asarray(np.sqrt(variances))
 
 
 def correlations(fit: WholeLogFit, names: tuple[str, ...]) -> list[tuple[str, str, float]]:
@@ -36,19 +36,17 @@ def correlations(fit: WholeLogFit, names: tuple[str, ...]) -> list[tuple[str, st
         Names of its joints and couplings.
     """
     layout, bodies = fit.fit.layout, fit.fit.model.corrections.bodies
-    places, scale, gain, labels = [], [], [], []
+    places, gain, labels = [], [], []
     for joint, name in enumerate(names):
         own = joint_coordinates(fit, joint)
         places += own.places.tolist()
-        scale += np.sqrt(np.maximum(fit.widening, own.heterogeneity)).tolist()
         gain += own.gain.tolist()
         labels += [f"{name}.{parameter.name}" for parameter in own.parameters]
     friction = len(places)
     places += layout.places("bodies").tolist()
     labels += [f"{body}.{coordinate}" for body in bodies for coordinate in BODY_COORDINATES]
-    scale += [np.sqrt(fit.widening)] * (len(places) - friction)
     gain += [0.0] * (len(places) - friction)
-    covariance = fit.budget.total[np.ix_(places, places)] * np.outer(scale, scale) + np.outer(gain, gain)
+    covariance = fit.fit.covariance[np.ix_(places, places)] + np.outer(gain, gain)
     turn = np.eye(len(places))
     for k, slopes in enumerate(_slopes(fit)):
         own_body = slice(friction + SIZE * k, friction + SIZE * (k + 1))

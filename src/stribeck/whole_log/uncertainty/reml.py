@@ -13,7 +13,9 @@ from stribeck.whole_log.solver.elimination import Fit, inverse_of, times_blocks
 from stribeck.whole_log.solver.statistics import Statistics
 
 
-def random_effect_covariance(sample: Statistics, count: int, fit: Fit, root_turns: Array) -> tuple[Array, Array]:
+def random_effect_covariance(
+    sample: Statistics, count: int, fit: Fit, root_turns: Array, largest: Array | float = np.inf
+) -> tuple[Array, Array]:
     """Estimate the random effects' standard deviations, shape (n + 3,) or (n,), and their share of the covariance.
 
     With C the inverse curvature, Z the random effects' columns and Q their variances, a fit without them has
@@ -33,13 +35,16 @@ def random_effect_covariance(sample: Statistics, count: int, fit: Fit, root_turn
     root_turns
         Standard deviations of the root's angular acceleration [rad/s^2], shape (3,); (0,) for a fixed base. The joints'
         torques [N m] are estimated from the residuals.
+    largest
+        Largest standard deviations of the joints' torques [N m], shape (n,): few steps say little about them, but no
+        effect is larger than the residual that it is a part of.
     """
     joints, friction = len(fit.internal), fit.internal.size
     functions = fit.laws.basis.functions.shape[1]
     level = np.linalg.norm(fit.laws.coefficients(fit.internal)[:, :functions])
     least = 6e-4 * level / np.sqrt(fit.laws.basis.velocity.size)  # filters make as much
     effects = joints + len(root_turns)
-    if not sample.effects:
+    if not sample.effects or not sample.count:
         return np.zeros(effects), np.zeros_like(fit.covariance)
     across, own, right = zip(*(sample.effects[gait] for gait in sorted(sample.effects)), strict=True)
     torques = np.arange(len(right) * len(right[0])) % effects < joints
@@ -55,7 +60,8 @@ def random_effect_covariance(sample: Statistics, count: int, fit: Fit, root_turn
     pull = fit.pulled(left[:, None])[:friction, 0] + ((fit.internal - mean) / deviation**2).ravel()
     information = block_diag(*own)[np.ix_(torques, torques)] - explained @ cross[free][:, torques]
     variance = reml_variances(information, explained @ pull[free] - gradient[torques], joints)
-    effect_std = np.concatenate([np.maximum(np.sqrt(variance), least), ROOT_EFFECT_FACTOR * root_turns])
+    effect_std = np.clip(np.sqrt(variance), least, np.maximum(largest, least))
+    effect_std = np.concatenate([effect_std, ROOT_EFFECT_FACTOR * root_turns])
     bias = fit.covariance @ cross * (count / sample.count) * np.resize(effect_std, len(torques))
     return effect_std, bias @ bias.T
 
@@ -82,9 +88,10 @@ def reml_variances(information: Array, gradient: Array, joints: int) -> Array:
     for _ in range(5):
         squares, score = _scoring(information, gradient, variance)
         unit = 1 / np.sqrt(np.maximum(np.diag(squares), 1e-300))
-        factor = np.linalg.cholesky(squares * np.outer(unit, unit) + 1e-9 * np.eye(joints))
-        aim = unit * score + factor @ factor.T @ (variance / unit)
-        variance = unit * nnls(factor.T, np.linalg.solve(factor, aim))[0]
+        values, vectors = np.linalg.eigh(squares * np.outer(unit, unit))
+        factor = vectors * np.sqrt(np.maximum(values, 1e-9))  # few steps leave it singular
+        aim = (unit * score @ vectors) / np.sqrt(np.maximum(values, 1e-9))
+        variance = unit * nnls(factor.T, aim + factor.T @ (variance / unit))[0]
     chance = 2 * np.diag(_inverse(_scoring(information, gradient, np.zeros(joints))[0]))  # if all were zero
     squares, score = _scoring(information, gradient, variance)
     return np.maximum(partly_pooled(variance + _inverse(squares) @ score, chance), 0.0)
