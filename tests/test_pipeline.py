@@ -69,6 +69,14 @@ def test_two_logs_say_what_one_long_log_says(arm: Robot) -> None:
     assert len(np.unique(blocks)) == 40
 
 
+def test_the_order_of_logs_does_not_matter(arm: Robot) -> None:
+    whole = arm_log(arm, duration=12.0)
+    halves = whole.take(slice(6000)), whole.take(slice(6000, None))
+    found, other = (identify(logs, arm, Settings(law="coulomb-viscous")) for logs in (halves, halves[::-1]))
+    for name, joint in found.joints.items():
+        assert joint.parameters == other.joints[name].parameters
+
+
 def test_chunks_do_not_show(arm: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
     log = replace(arm_log(arm, duration=8), velocity=None, acceleration=None)
     settings = Settings(method="curve-fit", filter=FilterSettings(kind="savitzky-golay", window=31), filter_torque=True)

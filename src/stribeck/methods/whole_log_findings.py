@@ -98,7 +98,8 @@ def _of_bodies(found: WholeLog) -> list[Finding]:
     if moved:
         evidence = ", ".join(f"{name} appears {text}" for name, text in moved.items())
         problems.append(Finding.of("bodies-differ", tuple(moved), evidence=evidence))
-    if bodies := [name for name, size in found.fit.bodies_off.items() if size > FAR and name not in moved]:
+    furthest = zip(model.corrections.bodies, np.abs(found.causes.bodies).max(axis=1, initial=0.0), strict=True)
+    if bodies := [name for name, size in furthest if size > FAR and name not in moved]:
         problems.append(Finding.of("bodies-implausible", bodies, bodies=", ".join(bodies), far=FAR))
     return problems
 

@@ -81,8 +81,6 @@ class WholeLogFit:
         Effects that the law of each joint does not describe.
     heterogeneity
         D of equation (26) for the model [1].
-    undiscounted
-        Coordinates of the corrections from a fit without overdispersion (27), shape (c,).
     """
 
     fit: Fit
@@ -101,7 +99,6 @@ class WholeLogFit:
     terms: tuple[dict[str, TermVerdict], ...]
     misfits: tuple[tuple[Misfit, ...], ...]
     heterogeneity: float
-    undiscounted: Array
 
     @property
     def values(self) -> Array:
@@ -122,13 +119,6 @@ class WholeLogFit:
     def wrenches_off(self) -> Array:
         """Corrections of wrench sensors in units of their prior standard deviation [1]."""
         return np.abs(self.fit.corrections[self.fit.model.layout.part("wrenches")])
-
-    @property
-    def bodies_off(self) -> dict[str, float]:
-        """Largest correction of each body, without overdispersion, in units of its prior standard deviation [1]."""
-        coordinates = self.undiscounted[self.fit.model.layout.part("bodies")].reshape(-1, SIZE)
-        furthest = np.abs(coordinates).max(axis=1, initial=0.0)
-        return dict(zip(self.fit.model.corrections.bodies, furthest.tolist(), strict=True))
 
     @property
     def chi_square(self) -> float:
@@ -196,7 +186,6 @@ def fit_whole_log(
     else:
         choice = Choice([{} for _ in speed], make_trials(known, folds, fit), fit)
     fit = solve_with_empirical_bayes(known, choice.start)
-    undiscounted = fit.corrections
     of_model = heterogeneity(known, folds, fit).model
     if of_model > 1:
         model = replace(fit.model, overdispersion=overdispersion_of(of_model, len(folds)))
@@ -242,7 +231,6 @@ def fit_whole_log(
             _units(pilot, columns, terms, whole.mean_load),
         ),
         heterogeneity=of_model,
-        undiscounted=undiscounted,
     )
 
 
