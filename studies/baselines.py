@@ -36,7 +36,7 @@ from studies.markdown import markdown_table
 
 ROBOTS = (
     *("kuka-lwr4", "kinova-gen3-drive", "kinova-gen3", "tx40", "go2", "double-pendulum"),
-    *("go2-ten-logs", "airbot-play", "aliengo", "z1", "dfki-pendulum"),
+    *("go2-ten-logs", "airbot-play", "aliengo", "dfki-pendulum"),
 )
 METHODS: dict[str, dict[str, object]] = {"direct": {"method": "direct", "law": "coulomb-viscous"}, "default": {}}
 RATE, WINDOW = 100.0, 0.15
