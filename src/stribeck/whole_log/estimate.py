@@ -175,7 +175,7 @@ def fit_whole_log(
     read = read_with_pilot(equations, law, speed, rest * law.jumps, priors, progress)
     pilot, terms, columns, fit = read.pilot, read.terms, read.columns, read.fit
     folds, known, sample = read.folds, total(read.folds), total(read.folds[: read.sampled])
-    root_turns = pilot.components.root_turns * equations.on_soles
+    root_turns = pilot.components.root_turns
 
     def effects(fit: Fit) -> Array:
         return random_effect_covariance(sample, known.count, fit, root_turns)[1]

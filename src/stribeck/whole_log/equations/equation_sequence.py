@@ -60,11 +60,6 @@ class EquationSequence(Sequence[WeakEquations]):
         return replace(self.forms[0].corrections, log_offsets=(contrasts, joints) if few else (0, 0))
 
     @property
-    def on_soles(self) -> bool:
-        """Whether the robot stands on soles, which rock; on points, the turning of the base is measured."""
-        return any(mode.foot for form in self.forms for mode in form.contact_modes.values())
-
-    @property
     def feet(self) -> tuple[tuple[str, ...], ...]:
         """Feet that each segment stands on."""
         return tuple(segment.feet for _, segment, _ in self.parts)
