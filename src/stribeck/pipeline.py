@@ -93,7 +93,7 @@ def identify(
             findings += every[-1].notes
             *before, last = ((part.prints, part.log.path) for part in every)
             refuse_overlap(*last, before)
-        # starts, folds and segments depend on the order of logs, results do not
+        # the fit depends on the order of logs: sort them, so that results do not
         prepared = sorted(every[: len(sources)], key=lambda part: (part.log.path, part.log.time[0]))
         unseen = every[len(sources) :]
         standing = [(part.log, part.support.phases, part.sampling.period) for part in prepared]

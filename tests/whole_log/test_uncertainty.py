@@ -95,6 +95,7 @@ def test_a_joint_whose_friction_changes_from_fold_to_fold_is_found() -> None:
         assert differing.model == 1.0
         none = np.zeros_like(fit.covariance)
         variance = np.diag(covariance_budget(fit, none, none, differing, 1.0).total)
+        assert differing.joints[0] > differing.joints[1:].max()
         found.append(differing.joints[0])
         deviation = np.sqrt(variance[OFFSET])
         off.append((fit.internal[0, OFFSET] - values[0, OFFSET]) / deviation)

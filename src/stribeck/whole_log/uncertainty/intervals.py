@@ -64,7 +64,7 @@ def joint_coordinates(fit: WholeLogFit, joint: int) -> JointCoordinates:
         parameters = (*parameters, rotor)
         held = np.append(held, inner.x[own[-1]] * unit[-1] <= rotor.lower)
     logs = np.array([parameter.logarithmic for parameter in parameters])
-    least = np.array([p.lower if p.name == ARMATURE.name else -np.inf for p in parameters])  # which the fit passes
+    least = np.array([p.lower if p.name == ARMATURE.name else -np.inf for p in parameters])  # held almost there
     values = np.maximum(to_external(inner.x[own], logs) * unit, least)
     torques = np.array([parameter.unit.startswith(("N m", "kg m^2")) for parameter in parameters])
     gain = model.common_gain * np.where(torques, np.where(logs, 1.0, values), 0.0) / unit
