@@ -14,6 +14,7 @@ from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
 from stribeck.methods.whole_log import WholeLog, identify_whole_log
 from stribeck.whole_log import reading
+from stribeck.whole_log.constants import WIDEST_PRIOR
 from stribeck_simulation.sensors.measure import with_noise
 
 SETTINGS = Settings(law="stribeck", corrections="inertia")
@@ -76,6 +77,20 @@ def test_of_a_log_without_outliers_nothing_is_set_aside(clean: WholeLog) -> None
     assert (clean.notes, clean.findings) == ([], [])
     assert clean.fit.chi_square == pytest.approx(1.0, abs=0.25)
     covered(clean, 0.01)
+
+
+def test_priors_of_bodies_are_widened_if_that_predicts_the_log_better(
+    arm: Robot, exact: RobotLog, clean: WholeLog
+) -> None:
+    model = pin.Model(arm.tree.model)
+    for joint, own in enumerate(arm.tree.model.inertias):
+        lever = own.lever + np.array([0.05, -0.05, 0.05])
+        model.inertias[joint] = pin.Inertia((1 + 0.25 * (-1) ** joint) * own.mass, lever, own.inertia)
+    wrong = replace(arm, tree=replace(arm.tree, model=model))
+    assert clean.fit.fit.model.largest == 1.0
+    found = whole_log(exact, wrong)
+    assert found.fit.fit.model.largest == WIDEST_PRIOR
+    covered(found, 0.02)
 
 
 def test_a_payload_that_is_held_for_a_part_of_the_log_is_set_aside(

@@ -34,8 +34,8 @@ on a double pendulum), of the difference from the pilot's prediction (friction a
 pushes and hands start at 110), and of the residuals at an outlier's ends."""
 
 WIDEST_PRIOR = 4.0
-"""Largest standard deviation of a model error relative to its first prior [1]. Of the arms whose errors on another log
-this decides, some are best at 6 or more (AIRBOT Play), others at 2 or less (double pendulum)."""
+"""Largest standard deviation of a model error relative to its first prior [1], for logs that predict themselves better
+with it. Of the arms whose errors on another log this decides, AIRBOT Play is best at 6 or more, a KUKA at 4."""
 
 CONVERGED = 5e-4
 """Decrease of half chi^2 per step below which a descent ends [1]: a thirtieth of a standard error."""

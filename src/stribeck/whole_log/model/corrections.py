@@ -125,6 +125,8 @@ class ModelCorrections:
         Torque of the joints, the scale of offsets [N m].
     overdispersion
         Overdispersion of the coordinates of model and sensors [1], equation (27).
+    largest
+        Largest standard deviation of the prior of bodies that a log may choose [1].
     """
 
     layout: Layout
@@ -135,6 +137,7 @@ class ModelCorrections:
     priors: Priors
     torque: float
     overdispersion: float = 1.0
+    largest: float = 1.0
 
     @property
     def corrections(self) -> CorrectionLayout:
@@ -209,7 +212,7 @@ class ModelCorrections:
         """The same corrections with the widest priors of bodies."""
         deviation = self.prior_std.copy()
         deviation[self.layout.part("bodies")] = WIDEST_PRIOR
-        return replace(self, prior_std=deviation)
+        return replace(self, prior_std=deviation, largest=WIDEST_PRIOR)
 
     def held(self, places: NDArray[np.int64], values: Array | float) -> ModelCorrections:
         """Hold coordinates at values."""

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
-from stribeck.whole_log.constants import ROUNDS, WIDEST_PRIOR
+from stribeck.whole_log.constants import ROUNDS
 from stribeck.whole_log.model.corrections import ModelCorrections
 from stribeck.whole_log.model.laws import Laws
 from stribeck.whole_log.solver.elimination import EachJoint, Fit, eliminate, solve
@@ -144,7 +144,7 @@ def learn_group_prior(fit: Fit) -> Laws:
 def _learn_prior_std(fit: Fit) -> ModelCorrections:
     """Update the prior of model and sensors by equation (23).
 
-    It is at most `WIDEST_PRIOR` times the initial prior of bodies, and the initial prior of sensors. Otherwise these
+    It is at most `largest` times the initial prior of bodies, and the initial prior of sensors. Otherwise these
     would explain errors of other kinds, more in every round.
     """
     model = fit.model
@@ -155,6 +155,6 @@ def _learn_prior_std(fit: Fit) -> ModelCorrections:
         squares = np.sum((fit.corrections[group] - model.prior_mean[group]) ** 2)
         largest = 1.0 if group[0] < model.nearly_right.stop else np.inf
         if group[0] < model.layout.part("bodies").stop:
-            largest = WIDEST_PRIOR
+            largest = model.largest
         prior_std[group] = min(np.sqrt((squares + FLOOR) / (known + FLOOR)), largest)
     return replace(model, prior_std=prior_std)

@@ -163,14 +163,16 @@ def fit_pilot(
         rounds, tried = 1, [*tried, (delay, late)]
         delay = float(np.clip(delay + secant_step(tried), -LONGEST_DELAY, LONGEST_DELAY))
     found = fit(delay, OPERATIONS, MOST_ROUNDS, False)
-    if abs(delay + found.late[0]) < LINEAR:
-        return found
-    without = fit(None, OPERATIONS, MOST_ROUNDS, False)
-    return found if abs(delay) < LONGEST_DELAY and _predicts_better(found, without) else without
+    if abs(delay + found.late[0]) >= LINEAR:
+        without = fit(None, OPERATIONS, MOST_ROUNDS, False)
+        found = found if abs(delay) < LONGEST_DELAY and _predicts_better(found, without) else without
+    wide = replace(found, model=found.model.widest)
+    largest = wide.model.largest if _predicts_better(wide, found) else found.model.largest
+    return replace(found, model=replace(found.model, largest=largest))
 
 
 def _predicts_better(found: Pilot, without: Pilot) -> bool:
-    """Check that a delay improves the prediction of held-out segments by more than three standard errors."""
+    """Check that a pilot predicts held-out segments better than another, by more than two standard errors."""
     errors = []
     for pilot in (found, without):
         products = np.stack([product_of([each.whitened(found.components)]) for each in pilot.groups])
@@ -178,7 +180,7 @@ def _predicts_better(found: Pilot, without: Pilot) -> bool:
         errors.append(np.log(held_out(products, counts, np.flatnonzero(counts), pilot.model, pilot.precision)))
     places = (np.linspace(0, 1, len(each)) for each in errors)  # a long delay may leave out a segment at an end
     gain = np.interp(next(places), next(places), errors[1]) - errors[0]
-    return bool(gain.mean() > 3 * gain.std(ddof=1) / np.sqrt(len(gain)))
+    return len(gain) > 1 and bool(gain.mean() > 2 * gain.std(ddof=1) / np.sqrt(len(gain)))
 
 
 def secant_step(tried: list[tuple[float, float]]) -> float:
