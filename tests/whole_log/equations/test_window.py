@@ -1,12 +1,15 @@
 """The windows of the weak form."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import toeplitz
 
-from stribeck.whole_log.equations.filters import derivative_kernels, smooth_window
+from stribeck import Robot, identify
+from stribeck.whole_log.equations.filters import derivative_kernels, derivatives, lengthened, smooth_window
 
 
 @settings(deadline=None)
@@ -30,3 +33,48 @@ def test_friction_of_a_joint_that_reverses_between_samples_is_averaged_exactly(p
     exact = np.interp(np.linspace(-half, half, 100_001), rows, np.pad(window.taps, window.edge))
     time = period * np.linspace(-half, half, 100_001)
     assert found == pytest.approx(np.sign(time - turn) @ exact / exact.sum(), abs=20 * period)
+
+
+@pytest.mark.parametrize(("speed", "noise", "longer"), [(1.0, 1e-3, True), (1.0, 1e-6, False), (60.0, 2e-3, False)])
+def test_the_window_of_velocities_grows_where_noise_matters_and_motion_allows(
+    speed: float, noise: float, longer: bool
+) -> None:
+    time = 0.01 * np.arange(3000)[:, None]
+    position = 0.1 * np.sin(speed * time) + noise * np.random.default_rng(0).standard_normal(time.shape)
+    first, _ = derivative_kernels(noise, 0.01)
+    found = lengthened(first, position, np.full(1, noise), (slice(0, 3000),), 0.01)
+    assert (found.shape[1] > first.shape[1]) == longer
+    assert found.shape[1] * 0.01 <= 0.2
+    if longer:
+        truth = 0.1 * speed * np.cos(speed * time[500:2500])
+        before, after = (derivatives(position, 500, 2500, each, (1,))[0] - truth for each in (first, found))
+        assert np.std(after) < 0.5 * np.std(before)
+
+
+def test_slow_friction_is_right_in_a_log_with_a_noisy_encoder(tmp_path: Path) -> None:
+    """Noise of the velocity, 10 mm/s with the first window, would make friction rise half as quickly as it does."""
+    inertia = '<inertial><mass value="20"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    (tmp_path / "lift.urdf").write_text(
+        f'<robot name="lift"><link name="base"/><link name="carriage">{inertia}</link>'
+        '<joint name="lift" type="prismatic"><parent link="base"/><child link="carriage"/><axis xyz="0 0 1"/>'
+        '<limit lower="-1" upper="1" effort="1000" velocity="1"/></joint></robot>'
+    )
+    (tmp_path / "robot.toml").write_text(
+        '[robot]\nmodel = "lift.urdf"\nbase = "fixed"\ntorque_source = "motor_current"\n'
+    )
+    time, generator = 0.01 * np.arange(6000), np.random.default_rng(1)
+    turns = 2 * np.pi * np.array([0.07, 0.13, 0.23])
+    size, phase = np.array([0.15, 0.06, 0.025]), generator.uniform(0, 6, 3)
+    angle = np.multiply.outer(time, turns) + phase
+    position, velocity = np.sin(angle) @ size, np.cos(angle) @ (size * turns)
+    acceleration = -np.sin(angle) @ (size * turns**2)
+    force = 20 * (9.81 + acceleration) + 60.7 * np.tanh(200 * velocity) + 40 * velocity
+    noisy = position + 2e-4 * generator.standard_normal(6000), force + 0.5 * generator.standard_normal(6000)
+    position, torque = (each[:, None] for each in noisy)
+    np.savez(tmp_path / "log.npz", time=time, position=position, torque=torque, joint_names=["lift"])
+    joint = identify(tmp_path / "log.npz", Robot.from_file(tmp_path / "robot.toml")).joints["lift"]
+    assert joint.verdict == "identified"
+    assert joint.parameters["slope"].value == pytest.approx(200, rel=0.1)
+    for point in joint.curve:
+        truth = 60.7 * np.tanh(200 * point.velocity) + 40 * point.velocity
+        assert point.value == pytest.approx(truth, abs=1.5 * point.half_width + 0.1)

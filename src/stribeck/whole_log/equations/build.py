@@ -249,6 +249,7 @@ def weak_form(
     noise = measure_noise(log.position, log.applied_torque(), unbroken, log.foot_wrench)
     window = filters.smooth_window(period)
     smooth, sharp = filters.derivative_kernels(float(np.median(noise.position[columns])), period)
+    smooth = filters.lengthened(smooth, log.position[:, columns], noise.position[columns], unbroken, period)
     accelerations = filters.joint_acceleration(log.position, noise.position, unbroken, period, window, smooth[2])
     margin = max(smooth.shape[1] // 2 + window.edge, sharp.shape[1] // 2, accelerations.margin)
     shortest = len(window.taps) + window.step

@@ -21,10 +21,11 @@ BOXES = 4
 """Number of boxes whose convolution is a window [1]: the spectrum falls with the fourth power of frequency."""
 
 ACCELERATION_LENGTHS = (0.03, 0.2)
-"""Shortest and longest window of the regressors' accelerations [s]; longer ones lose motion."""
+"""Shortest and longest window of the regressors' accelerations [s]; longer ones lose motion. No other is longer."""
 
 NOISE_SHARE = 5e-4
-"""Power of noise relative to motion in the regressors' accelerations [1], chosen on exact models in strong noise."""
+"""Power of noise relative to motion in accelerations of the regressors, and in velocities [1]; chosen for accelerations
+on exact models in strong noise."""
 
 INSTANTS = 4
 """Instants per row at which slow logs average friction [1]: it jumps between samples where a joint reverses."""
@@ -97,6 +98,42 @@ def derivative_kernels(encoder_noise: float, period: float) -> tuple[Array, Arra
     """
     noisier = encoder_noise / 2e-5 * np.sqrt(period / 1e-3)  # [rad], [s] for which 31 ms are good
     return savgol(float(np.clip(0.031 * noisier ** (2 / 11), 0.015, 0.061)), period), savgol(0.011, period)
+
+
+def lengthened(kernels: Array, position: Array, noise: Array, unbroken: tuple[slice, ...], period: float) -> Array:
+    """Lengthen the window of Savitzky-Golay kernels, shape (3, L), if noise of the velocities matters.
+
+    Noise makes friction rise more slowly near zero (errors in variables, Fuller 1987). The window grows while noise has
+    more than a share of the motion's power and the sum of noise and bias falls. Bias is the part of a change of the
+    velocities that noise does not explain.
+
+    Parameters
+    ----------
+    kernels
+        Kernels, shape (3, L).
+    position, noise
+        Joint positions [rad], shape (T, n), and the standard deviations of their noise, shape (n,).
+    unbroken
+        Rows between which no filter may reach.
+    period
+        Sampling period [s].
+    """
+
+    def windows(kernel: Array) -> Array:
+        parts = [part for part in leading_rows(position, unbroken) if len(part) > len(kernel)]
+        return np.concatenate([correlate_valid(part, kernel[None], (1,))[0] for part in parts] or [np.ones((1, 1))])
+
+    motion = np.mean(windows(kernels[1]) ** 2, axis=0) / noise**2
+    best, least = kernels, len(noise) * np.sum(kernels[1] ** 2)
+    while np.median(np.sum(best[1] ** 2) / motion) > NOISE_SHARE:
+        longer = savgol(1.3 * best.shape[1] * period, period)
+        change = longer[1] - np.pad(kernels[1], (longer.shape[1] - kernels.shape[1]) // 2)
+        bias = np.mean(windows(change) ** 2, axis=0) / noise**2 - np.sum(change**2)
+        error = np.sum(np.maximum(bias, 0.0) + np.sum(longer[1] ** 2))
+        if error >= least or longer.shape[1] * period > ACCELERATION_LENGTHS[1]:
+            break
+        best, least = longer, error
+    return best
 
 
 def savgol(length: float, period: float) -> Array:
