@@ -19,12 +19,18 @@ RADII = (0.008, 0.06)
 """Smallest and largest plausible radius [m]; smaller feet count as points."""
 SLIP = 0.02
 """Largest median speed of standing feet relative to each other [m/s] that shows a radius; faster feet slip."""
+SLIPPING = (
+    "Standing feet move against each other at a median of {:.0f} mm/s: they slip, or roll on an unknown radius, or "
+    "contacts are wrong. The legs' friction can be wrong by more than its intervals. For ball feet, set radius in "
+    "[contacts]; otherwise log a walk on firmer ground"
+)
+"""Note on feet that slip."""
 
 
 def with_rolling_feet(
     robot: Robot, logs: Sequence[tuple[RobotLog, tuple[SupportPhase, ...], float]]
 ) -> tuple[Robot, list[str]]:
-    """Find the radius of point feet without a given one, and write a note.
+    """Find the radius of point feet without a given one, and write a note on it, or on slip.
 
     With v the velocities of the centers of two standing feet, W their angular velocities, and u up,
 
@@ -52,7 +58,9 @@ def with_rolling_feet(
         error = np.linalg.norm(speed - radius * turn, axis=1)
         trust = (1 + (error / max(float(np.median(error)), 1e-6)) ** 2) ** -2.0
         radius = float(trust @ product / max(trust @ weight, 1e-12))
-    if np.median(error) > SLIP or not RADII[0] <= radius <= RADII[1]:
+    if (slip := float(np.median(error))) > SLIP:
+        return robot, [SLIPPING.format(1e3 * slip)]
+    if not RADII[0] <= radius <= RADII[1]:
         return robot, []
     rolling = {name: replace(contact, radius=radius, given=False) for name, contact in points.items()}
     note = f"Standing feet roll like balls with a radius of {1e3 * radius:.0f} mm."
