@@ -10,9 +10,10 @@ as root mean squares over samples at which a joint moves, relative to `plain`, a
 - ridge: the same with all inertial parameters, which have a weak prior around the model
 - direct, default: `identify` with this method, and with the robot file's settings, with their corrected inertias
 
-Rows are positions and torques smoothed by one Savitzky-Golay window, equally weighted. `set aside` is the largest share
-of a log that the default did not use. Curves that two logs identify count as disjoint if their intervals are disjoint
-at the lowest or the highest speed that both contain.
+Rows are positions and torques smoothed by one Savitzky-Golay window, equally weighted. Curves that two logs identify
+count as disjoint if their intervals are disjoint at the lowest or the highest speed that both contain. `outside` counts
+the points of a log's curve, at three such speeds, that are outside the intervals that another log gives for itself and
+for the next log.
 """
 
 from dataclasses import dataclass
@@ -134,6 +135,19 @@ def disjoint_curves(a: JointResult, b: JointResult) -> bool:
     return bool(np.any(np.abs(values[0] - values[1]) > halves[0] + halves[1]))
 
 
+def outside(a: JointResult, b: JointResult) -> NDArray[np.bool_]:
+    """Check whether curve b is outside the intervals of curve a, for its own log and the next one, shape (3, 2)."""
+    low, high = max(a.curve[0].velocity, b.curve[0].velocity), min(a.curve[-1].velocity, b.curve[-1].velocity)
+    speeds = np.linspace(low, high, 3)
+    value = np.interp(speeds, [point.velocity for point in b.curve], [point.value for point in b.curve])
+    found = []
+    for name in ("interval_95", "interval_next_log"):
+        ends = np.array([getattr(point, name) for point in a.curve]).T
+        low, high = (np.interp(speeds, [point.velocity for point in a.curve], each) for each in ends)
+        found.append((value < low) | (value > high))
+    return np.stack(found, axis=1)
+
+
 def run_pair(robot: Robot, train: RobotLog, test: RobotLog) -> tuple[Row, dict[str, Result | None]]:
     """Fit a log by all methods, and predict another one."""
     drive, results = robot.torque_source != "link_side_sensor", dict[str, Result | None]()
@@ -170,12 +184,16 @@ def run(robot: str) -> Row:
         verdicts = [{} if each is None else {n: j.verdict for n, j in each.joints.items()} for each in results]
         row[f"identified {method}"] = [sum(v == "identified" for v in own.values()) for own in verdicts]
         both = [
-            disjoint_curves(a.joints[name], b.joints[name])
+            (a.joints[name], b.joints[name])
             for a, b in combinations([each for each in results if each], 2)
             for name in a.joints
             if a.joints[name].verdict == b.joints[name].verdict == "identified"
         ]
-        row[f"disjoint {method}"] = [sum(both), len(both)]
+        row[f"disjoint {method}"] = [sum(disjoint_curves(*pair) for pair in both), len(both)]
+        points = [outside(*each) for pair in both for each in (pair, pair[::-1])]
+        row[f"outside {method}"] = (
+            [rounded(float(share)) for share in np.concatenate(points).mean(axis=0)] if points else None
+        )
     return row
 
 
@@ -195,6 +213,7 @@ def tables(rows: list[Row]) -> list[str]:
         *names,
         "joints with friction",
         *(f"{what} {m}" for m in METHODS for what in ("identified", "disjoint")),
+        "next log outside the interval; the next log's",
     )
     cells = []
     for row in rows:
@@ -212,6 +231,7 @@ def tables(rows: list[Row]) -> list[str]:
                     for m in METHODS
                     for what in ("identified", "disjoint")
                 ),
+                "–" if row["outside default"] is None else "; ".join(f"{each:.0%}" for each in row["outside default"]),
             )
         )
     return [markdown_table(head, cells)]

@@ -66,6 +66,22 @@ def test_draws_have_the_covariance_that_was_found_and_results_keep_it(tmp_path: 
     assert spread[0] < spread[1]  # of parameters that trade places
 
 
+def test_draws_vary_from_log_to_log(tmp_path: Path) -> None:
+    """By one factor per joint, for everything that is friction."""
+    point = CurvePoint(
+        velocity=1.0, value=2.0, standard_error=0.0, interval_95=(2.0, 2.0), interval_next_log=(1.5, 2.5), unit="N m"
+    )
+    certain = replace(uncertain(), curve=(point,))
+    parameters = {name: replace(own, standard_error=0.0) for name, own in certain.parameters.items()}
+    found, _ = arm_result(tmp_path, j=replace(certain, parameters=parameters))
+    draws = [each.joints["j"].parameters for each in drawn(found, 2000)]
+    factor = np.array([own["coulomb"].value / parameters["coulomb"].value for own in draws])
+    assert np.std(factor) == pytest.approx(0.25 / 1.96, rel=0.05)
+    for own, expected in zip(draws, factor, strict=True):
+        assert own["viscous"].value == pytest.approx(expected * parameters["viscous"].value)
+        assert own["offset"].value == parameters["offset"].value
+
+
 @pytest.mark.parametrize("name", ["arm", "toro"])
 def test_every_robot_that_is_drawn_could_exist(name: str, tmp_path: Path) -> None:
     robot, target = robot_of(name, tmp_path)

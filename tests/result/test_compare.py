@@ -12,7 +12,7 @@ from tests.result.made import estimate, joint, result
 
 from stribeck.errors import SettingsError
 from stribeck.report.comparison import write_comparison
-from stribeck.result import ParameterEstimate, Result
+from stribeck.result import CurvePoint, ParameterEstimate, Result
 from stribeck.result.compare import compare, compare_sides, holm
 
 
@@ -24,6 +24,27 @@ def test_a_difference_is_b_minus_a_in_standard_errors() -> None:
     assert row.z_score == pytest.approx(2.0)
     assert row.interval_95 == pytest.approx((0.0, 2.0))
     assert json.loads(found.to_json())["rows"][0]["parameter"] == "coulomb"
+
+
+def test_friction_of_two_logs_differs_without_a_change_and_of_one_log_does_not() -> None:
+    """Coulomb friction is 20 % larger, ± 1 %; friction differs by up to 25 % from log to log, rotors do not."""
+    point = CurvePoint(
+        velocity=1.0, value=2.0, standard_error=0.0, interval_95=(2.0, 2.0), interval_next_log=(1.5, 2.5), unit="N m"
+    )
+    rotor = ParameterEstimate(
+        value=2.0, standard_error=0.01, interval_95=(1.98, 2.02), unit="kg m^2", verdict="identified"
+    )
+    for path, agrees in (("may.npz", False), ("june.npz", True)):
+        before, after = (
+            result(path=name, knee=joint({"coulomb": estimate(size, 0.01), "armature": arm}, curve=(point,)))
+            for name, size, arm in (
+                ("may.npz", 2.0, rotor),
+                (path, 2.4, replace(rotor, value=2.4, interval_95=(2.38, 2.42))),
+            )
+        )
+        coulomb, armature = compare(before, after).rows
+        assert (coulomb.agrees, coulomb.significant) == (agrees, not agrees)
+        assert armature.significant
 
 
 values = st.floats(0.1, 10)

@@ -45,7 +45,10 @@ def test_a_joint_without_numbers_has_no_friction_and_unknown_laws_none_either() 
 
 def curve(upper: float) -> tuple[CurvePoint, ...]:
     found = [point(*each, 0.0) for each in ((0.1, 0.5), (0.5, 0.6), (1.0, 0.9))]
-    return tuple(replace(each, standard_error=0.1, interval_95=(0.0, each.value * upper)) for each in found)
+    ends = [(0.0, each.value * upper) for each in found]
+    return tuple(
+        replace(one, standard_error=0.1, interval_95=e, interval_next_log=e) for one, e in zip(found, ends, strict=True)
+    )
 
 
 def test_the_curve_is_written_and_read_and_older_files_have_none(tmp_path: Path) -> None:
@@ -54,7 +57,7 @@ def test_the_curve_is_written_and_read_and_older_files_have_none(tmp_path: Path)
     assert read_result(path) == found
     document = json.loads(path.read_text())
     point = {"velocity": 0.5, "value": 0.6, "standard_error": 0.1, "interval_95": [0.0, 0.6 * 1.1], "unit": "N m"}
-    assert document["joints"]["knee"]["curve"][1] == point
+    assert document["joints"]["knee"]["curve"][1] == point | {"interval_next_log": [0.0, 0.6 * 1.1]}
     del document["joints"]["knee"]["curve"]
     path.write_text(json.dumps(document))
     assert read_result(path) == result(knee=joint(STRIBECK))

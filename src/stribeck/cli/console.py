@@ -185,8 +185,7 @@ def _columns_of_parameters(result: Result) -> TextTable:
 
 
 def _with_error(found: ParameterEstimate) -> str:
-    low, high = found.interval_95
-    return f"{number(found.value)} ± {(high - low) / 2:.2g}" + "?" * (found.verdict == "weak")
+    return f"{number(found.value)} ± {found.half_width:.2g}" + "?" * (found.verdict == "weak")
 
 
 def print_truth(result: Result, truth: Mapping[str, Mapping[str, float]]) -> None:

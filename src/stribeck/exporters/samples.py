@@ -58,14 +58,19 @@ def drawn(result: Result, count: int, seed: int = 0) -> Iterator[Result]:
     """Yield results with parameters and inertias drawn from their uncertainty.
 
     Friction, rotor inertias and bodies are drawn from the joint covariance of their errors, within their bounds; scales
-    are drawn in their logarithm. Bodies are drawn in the logarithm of mass, center and shape, so that each stays
-    physically possible. For files of earlier versions, joints and bodies are independent and shapes are constant.
+    are drawn in their logarithm. Friction also varies by a factor per joint, as between logs of one robot. Bodies are
+    drawn in the logarithm of mass, center and shape, so that each stays physically possible. For files of earlier
+    versions, joints and bodies are independent, shapes are constant, and logs do not differ.
     """
     generator = np.random.default_rng(seed)
     labels, root = _root(result)
     for _ in range(count):
         off = dict(zip(labels, (root @ generator.standard_normal(len(labels))).tolist(), strict=True))
-        joints = {name: _drawn_joint(name, joint, off) for name, joint in result.joints.items()}
+        factors = generator.standard_normal(len(result.joints))
+        joints = {
+            name: _drawn_joint(name, joint, off, factor)
+            for (name, joint), factor in zip(result.joints.items(), factors.tolist(), strict=True)
+        }
         corrections = result.corrections
         if corrections:
             bodies = {name: _drawn_body(name, body, off) for name, body in corrections.bodies.items()}
@@ -95,7 +100,7 @@ def _root(result: Result) -> tuple[list[str], Array]:
     return labels, root / np.maximum(np.linalg.norm(root, axis=1, keepdims=True), 1e-12)
 
 
-def _drawn_joint(joint_name: str, joint: JointResult, off: Mapping[str, float]) -> JointResult:
+def _drawn_joint(joint_name: str, joint: JointResult, off: Mapping[str, float], between_logs: float) -> JointResult:
     known = {parameter.name: parameter for parameter in (*get_law(joint.law).parameters, *BEYOND_VELOCITY)}
     parameters: dict[str, ParameterEstimate] = {}
     for name, found in joint.parameters.items():
@@ -106,6 +111,7 @@ def _drawn_joint(joint_name: str, joint: JointResult, off: Mapping[str, float]) 
             value = found.value * float(np.exp(np.clip(change * error / found.value, -LARGEST, LARGEST)))
         else:
             value = found.value + change * error
+        value *= max(1 + between_logs * joint.between_logs(name), 0.0)
         low, high = (own.lower, own.upper) if own else (0.0, np.inf)  # a rotor inertia
         parameters[name] = replace(found, value=float(np.clip(value, low, high)))
     return replace(joint, parameters=parameters)

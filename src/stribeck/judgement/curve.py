@@ -19,6 +19,10 @@ WIDEST = 0.25
 In simulations, 95 % of the identified parameters are within this distance of the truth (studies/verdicts.py).
 """
 
+BETWEEN_LOGS = 0.25
+"""How far the friction in the next log of a robot differs from this log's [1], in 95 % of the pairs of nine public
+robots, beyond the interval of this log; without any one of them, 0.20 to 0.27 (studies/baselines.py)."""
+
 ROUNDING = 1e-9
 """Friction due to rounding errors [N m]."""
 
@@ -48,16 +52,25 @@ def friction_curve(
 def curve_points(
     speeds: Array, values: Array, errors: Array, quantile: Array | float, prismatic: bool, torque_unit: str = ""
 ) -> tuple[CurvePoint, ...]:
-    """Build the points of a friction curve; the interval is ± quantile times error, clipped at zero."""
+    """Build the points of a friction curve.
+
+    The interval is ± quantile times error, clipped at zero; for the next log, `BETWEEN_LOGS` adds to its square.
+    """
+    halves = quantile * errors
+    ends = [
+        np.stack([np.maximum(values - half, 0.0), values + half], axis=1).tolist()
+        for half in (halves, np.hypot(halves, BETWEEN_LOGS * values))
+    ]
     return tuple(
         CurvePoint(
             velocity=float(speed),
             value=float(value),
             standard_error=float(error),
-            interval_95=(max(float(value - half), 0.0), float(value + half)),
+            interval_95=tuple(own),
+            interval_next_log=tuple(other),
             unit=unit_for(COULOMB, prismatic, torque_unit),
         )
-        for speed, value, error, half in zip(speeds, values, errors, quantile * errors, strict=True)
+        for speed, value, error, own, other in zip(speeds, values, errors, *ends, strict=True)
     )
 
 

@@ -110,7 +110,7 @@ def _of_delays(found: WholeLog) -> list[Finding]:
     late = corrections.torque_delay
     joints = tuple(name for name, own in found.terms.items() if own.builds_up)
     if late and joints and late[1] > 0.7 * found.fit.fit.model.priors.torque_delay:
-        size, error = 1e3 * late[0], 1e3 * late[1]
+        size, error = 1e3 * late[0], 2e3 * late[1]
         problems.append(Finding.of("torque-delay.ambiguous", joints, size=size, error=error))
     for check, delay, already in (
         ("torque-delay.fit", corrections.torque_delay, table.torque),

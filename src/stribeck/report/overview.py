@@ -56,6 +56,7 @@ def heading(result: Result, law: FrictionLaw, reference: Reference = NO_REFERENC
         r2=median(each.best for each in r2) if r2 else None,
         r2_nominal=median(each.nominal for each in r2) if r2 else None,
         unseen=median(unseen) if unseen else None,
+        another=1.96 * max((point.between_logs for joint in joints.values() for point in joint.curve), default=0.0),
         trusted=_named([name for name in identified if name not in flagged]),
         distrusted=[(why, _named(names)) for why, names in distrusted.items() if names],
         urgent=urgent,
@@ -190,6 +191,7 @@ def _cell(point: CurvePoint, speed_unit: str) -> dict[str, Any]:
     return {
         "value": value if significant else f"< {number(point.interval_95[1], 2)}",
         "error": error if significant else "",
+        "next_log": " to ".join(number(end, 2) for end in point.interval_next_log or ()),
         "velocity": number(point.velocity, 2),
         "speed_unit": speed_unit,
         "sort": f"{point.value:.6g}",

@@ -133,7 +133,7 @@ def compare(a: Result | str | Path, b: Result | str | Path, names: tuple[str, st
     for which, place in (("second", 1), ("first", 0)):
         missing |= {joint: reason for joint, pair in joints.items() if (reason := _unknown(pair[place], which))}
     labels = names or (", ".join(a.log.paths), ", ".join(b.log.paths))
-    return _comparison(a, joints, missing, labels)
+    return _comparison(a, joints, missing, labels, other_log=a.log.paths != b.log.paths)
 
 
 def compare_sides(result: Result) -> Comparison:
@@ -162,15 +162,16 @@ def _comparison(
     missing: dict[str, str],
     names: tuple[str, str],
     left_out: Collection[str] = (),
+    other_log: bool = False,
 ) -> Comparison:
-    """Compare pairs of joints; all differences are tested together."""
+    """Compare pairs of joints; all differences are tested together. Friction varies from one log to another."""
     for joint, (first, second) in list(joints.items()):
         if first.torque_unit != second.torque_unit:
             units = " and ".join(one.units()[1] for one in (first, second))
             missing[joint] = f"friction in {units}; set the missing torque constant or kp"
     joints = {joint: pair for joint, pair in joints.items() if pair[0].torque_unit == pair[1].torque_unit}
     rows = [
-        difference_of(joint, name, a.parameters[name], b.parameters[name])
+        difference_of(joint, name, a.parameters[name], b.parameters[name], other_log * a.between_logs(name))
         for joint, (a, b) in joints.items()
         for name in a.parameters
         if name in b.parameters and name not in left_out
@@ -205,16 +206,19 @@ def p_value(difference: Difference) -> float:
     return 2 * float(ndtr(-ndtri(0.975) * abs(difference.difference) / half))
 
 
-def difference_of(label: str, name: str, a: ParameterEstimate, b: ParameterEstimate) -> Difference:
+def difference_of(
+    label: str, name: str, a: ParameterEstimate, b: ParameterEstimate, between_logs: float = 0.0
+) -> Difference:
     """Compare two independent estimates.
 
+    Without a change, they differ by a share with the standard deviation `between_logs` [1].
     The interval of the difference combines the facing half-widths of both intervals (Zou and Donner 2008), which also
     suits asymmetric intervals.
     """
-    difference = b.value - a.value
-    below = math.hypot(b.value - b.interval_95[0], a.interval_95[1] - a.value)
-    above = math.hypot(b.interval_95[1] - b.value, a.value - a.interval_95[0])
-    error = math.hypot(a.standard_error, b.standard_error)
+    difference, spread = b.value - a.value, between_logs * (abs(a.value) + abs(b.value)) / 2
+    below = math.hypot(b.value - b.interval_95[0], a.interval_95[1] - a.value, 1.96 * spread)
+    above = math.hypot(b.interval_95[1] - b.value, a.value - a.interval_95[0], 1.96 * spread)
+    error = math.hypot(a.standard_error, b.standard_error, spread)
     if not math.isfinite(difference + below + above + error):
         raise SettingsError(f"compare: {name} of {label} is {a.value:g} and {b.value:g}; expected a finite difference")
     z_score = difference / error if error > 0 else math.inf

@@ -47,12 +47,19 @@ class ParameterEstimate:
     verdict: Verdict
     variance_shares: dict[str, float] | None = None
 
+    @property
+    def half_width(self) -> float:
+        """Half of the 95 % interval, measured on the side that is not clipped."""
+        return max(self.interval_95[1] - self.value, self.value - self.interval_95[0])
+
 
 @dataclass(frozen=True, kw_only=True)
 class CurvePoint:
     """Torque that resists motion [N m], [N] at one speed [rad/s], [m/s]: mean of both directions, without the offset.
 
-    Includes standard error, 95 % interval (clipped at zero) and unit.
+    Includes standard error, 95 % interval (clipped at zero) and unit. `interval_95` is about the friction in this log,
+    `interval_next_log` about another log of the same robot, because temperature, load and wear change friction; None in
+    files of earlier versions.
     """
 
     velocity: float
@@ -60,11 +67,20 @@ class CurvePoint:
     standard_error: float
     interval_95: tuple[float, float]
     unit: str
+    interval_next_log: tuple[float, float] | None = None
 
     @property
     def half_width(self) -> float:
         """Half of the 95 % interval, measured upwards, where it is not clipped."""
         return self.interval_95[1] - self.value
+
+    @property
+    def between_logs(self) -> float:
+        """Standard deviation of friction from log to log relative to the value [1]; zero if unknown."""
+        if self.interval_next_log is None or self.value <= 0:
+            return 0.0
+        half = self.interval_next_log[1] - self.value
+        return float(np.sqrt(max(half**2 - self.half_width**2, 0.0))) / (1.96 * self.value)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -264,10 +280,16 @@ class JointResult:
             own = own + found.get("presliding", 0.0) * lag.reshape(speeds.shape)
         return np.asarray(own + beyond_velocity(found, speeds, carried, temperature, *turned, angle))
 
+    def between_logs(self, parameter: str) -> float:
+        """Compute the standard deviation of a parameter from log to log relative to its value [1].
+
+        All friction of a joint varies by one factor, as its curve does; offset, scales and rotor inertia do not.
+        """
+        varies = parameter != "offset" and self.parameters[parameter].unit.startswith("N")
+        return varies * max((point.between_logs for point in self.curve), default=0.0)
+
     def __repr__(self) -> str:
-        values = ", ".join(
-            f"{name} {own.value:.4g} ± {own.standard_error:.2g}" for name, own in self.parameters.items()
-        )
+        values = ", ".join(f"{name} {own.value:.4g} ± {own.half_width:.2g}" for name, own in self.parameters.items())
         return f"{type(self).__name__}({self.verdict}{'; ' * bool(values)}{values})"
 
     def _repr_html_(self) -> str:
@@ -348,7 +370,7 @@ class JointResult:
         """
         logarithmic = {parameter.name for parameter in law.parameters if parameter.logarithmic}
         ratios = [
-            max(found.interval_95[1] - found.value, found.value - found.interval_95[0]) / found.standard_error
+            found.half_width / found.standard_error
             for name, found in self.parameters.items()
             if name not in logarithmic and found.standard_error > 0
         ]

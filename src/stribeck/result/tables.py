@@ -40,6 +40,7 @@ def joint_rows(result: Result) -> list[dict[str, object]]:
             middle = joint.curve[len(joint.curve) // 2]
             low, high = middle.interval_95
             row |= {"friction": middle.value, "low": low, "high": high, "unit": middle.unit}
+            row["low_next_log"], row["high_next_log"] = middle.interval_next_log or (None, None)
             row["velocity"] = middle.velocity
         rows.append(row)
     return rows
@@ -108,7 +109,7 @@ def point_text(point: CurvePoint) -> str:
 
 
 def result_table(result: Result) -> TextTable:
-    """Build a table with one row per joint: parameters with standard errors, verdict, reason and next step."""
+    """Build a table with one row per joint: parameters ± half of their intervals, verdict, reason and next step."""
     names = list(dict.fromkeys(name for joint in result.all_friction.values() for name in joint.parameters))
     rows = [
         [name, *(_cell(joint, parameter) for parameter in names), joint.verdict, main_reason(joint), advice(joint)]
@@ -123,7 +124,7 @@ def _cell(joint: JointResult, parameter: str) -> str:
     if found is None:
         return ""
     unit = "" if found.unit == "1" else f" {found.unit}"
-    return f"{found.value:.4g} ± {found.standard_error:.2g}{unit}" + " (weak)" * (found.verdict == "weak")
+    return f"{found.value:.4g} ± {found.half_width:.2g}{unit}" + " (weak)" * (found.verdict == "weak")
 
 
 def advice(joint: JointResult) -> str:

@@ -123,7 +123,7 @@ def _in_words(gain: float, error: float) -> str:
     if abs(gain) < 0.05:
         return "held-out chi^2 does not change"
     digits = 0 if abs(gain) >= 10 else 1
-    return f"held-out chi^2 {'falls' if gain > 0 else 'rises'} by {abs(gain):.{digits}f} ± {error:.{digits}f}"
+    return f"held-out chi^2 {'falls' if gain > 0 else 'rises'} by {abs(gain):.{digits}f} ± {1.96 * error:.{digits}f}"
 
 
 def held_out_gain(without: Array, with_it: Array) -> tuple[float, float]:
