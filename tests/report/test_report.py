@@ -167,12 +167,18 @@ def test_the_lead_says_friction_trust_and_the_next_step(result: Result) -> None:
         return " ".join(heading(shown, get_law(result.law)).split())
 
     assert re.search(rf"2.0 ± 0.4 N m \({second} at \S+ rad/s\) to 6.0 ± 0.4 N m \({first} at \S+ rad/s\)", lead())
-    assert f"{first}, {second} (friction in this log known within the shaded 95 % band); not torso_yaw (not excited)" in lead()
+    assert (
+        f"{first}, {second} (friction in this log known within the shaded 95 % band); not torso_yaw (not excited)"
+        in lead()
+    )
     assert f"torso_yaw: {advice(result.joints['torso_yaw'])}." in lead()
     bodies = Finding(check="bodies-differ", text="the foot is heavier", cure="put it into the model")
     delay = Finding(check="friction-delay", text="late", cure="log all by one clock", joints=(second,))
     flagged = lead(findings=[bodies, delay])  # friction that a finding flags is not trusted and comes first
-    assert f"(friction in this log known within the shaded 95 % band); not {second} (warned), torso_yaw (not excited)" in flagged
+    assert (
+        f"(friction in this log known within the shaded 95 % band); not {second} (warned), torso_yaw (not excited)"
+        in flagged
+    )
     assert f"</a>: {second}: log all by one clock." in flagged
     del joints["torso_yaw"]
     assert "No problems found" in lead()

@@ -1,4 +1,4 @@
-"""Offsets that differ from log to log, as torque sensors are zeroed anew, cost friction nothing."""
+"""Offsets and friction that differ from log to log, as sensors are zeroed anew and grease warms up, are found."""
 
 from dataclasses import replace
 
@@ -7,8 +7,10 @@ import pytest
 from tests.whole_log.logs import PLAIN, arm_log
 
 from stribeck import Robot, identify
+from stribeck.friction import get_law
 from stribeck.result import Result
 from stribeck.settings import Settings
+from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.sensors.measure import with_noise
 
 LOGS = 3
@@ -46,3 +48,36 @@ def test_each_logs_offsets_are_found_and_shown_without(found: Result, zeros: np.
     laws = np.column_stack([joint.friction(velocity, offset=True) for joint, velocity in velocities])
     for log in np.array_split(np.arange(len(laws)), LOGS):
         assert np.abs(np.nanmean((samples.friction_torque - laws)[log], axis=0)).max() < 0.05
+
+
+def test_friction_that_differs_between_logs_is_found_and_the_result_is_its_mean(arm: Robot) -> None:
+    """Friction of 85 to 115 %, in one log 60 % in the first joint, which neither bodies nor noise explain."""
+    factors = np.random.default_rng(6).uniform(0.85, 1.15, (4, len(arm.joint_names)))
+    factors[2, 0] = 0.6
+    law = get_law("coulomb-viscous")
+    days = [
+        exact_log(
+            arm,
+            law,
+            {
+                joint: {name: own * PLAIN[name] for name in PLAIN}
+                for joint, own in zip(arm.joint_names, row, strict=True)
+            },
+            duration=8.0,
+            seed=20 + k,
+        )[0]
+        for k, row in enumerate(factors.tolist())
+    ]
+    logs = [with_noise(replace(log, path=f"day{k}"), position=5e-5, torque=0.1, seed=k) for k, log in enumerate(days)]
+    result = identify(logs, arm, SETTINGS)
+    assert result.corrections is not None
+    assert result.corrections.chi_square == pytest.approx(1.0, abs=0.25)
+    levels = np.array(list(result.corrections.log_friction.values())).T
+    np.testing.assert_allclose(levels, factors / factors.mean(axis=0) - 1, atol=0.02)
+    (finding,) = result.findings
+    assert (finding.check, finding.joints) == ("log-friction", (arm.joint_names[0],))
+    assert "in day2)" in finding.text
+    for joint, mean in zip(result.joints.values(), factors.mean(axis=0).tolist(), strict=True):
+        for point in joint.curve:
+            truth = mean * (PLAIN["coulomb"] + PLAIN["viscous"] * point.velocity)
+            assert abs(point.value - truth) < 1.5 * point.half_width

@@ -49,9 +49,9 @@ def corrected_log(
     gains, zeros, tilt, delays = (values[layout.part(part)] for part in ("gains", "zeros", "tilts", "delays"))
     late = abs(delay) > 0.1 * (log.time[1] - log.time[0])  # otherwise the log is unchanged
     torque = linear(log.time + delay, log.time, log.torque) if late else log.torque
-    if corrections.log_offsets[0] and number is not None:
+    if corrections.log_effects[0] and number is not None:
         torque = torque.copy()
-        torque[:, columns] -= corrections.offsets_of_logs(values[layout.part("log_offsets")])[number]
+        torque[:, columns] -= corrections.effects_of_logs(values[layout.part("log_effects")])[0, number]
     if not corrections.gains:
         return replace(log, torque=torque)
     factors = np.ones(log.torque.shape[1])

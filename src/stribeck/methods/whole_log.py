@@ -177,7 +177,7 @@ def identify_whole_log(
     """
     columns, couplings, top_speed = joints_that_move(prepared, robot, law, settings)
     forms = weak_forms(prepared, robot, columns, couplings, settings)
-    equations = equation_sequence(forms)
+    equations = equation_sequence(forms, top_speed)
     if not equations:
         raise NothingIdentifiedError(
             "no joint can be identified from this log: every support phase is shorter than the filters' windows"

@@ -34,6 +34,9 @@ UNEXPLAINED = 4.0
 UNKNOWN_SCALE = 0.1
 """Standard error of the scale of all torques [1] from which a warning is given."""
 
+DIFFERS = 0.25
+"""Friction in one log relative to all logs, minus one [1], from which a warning is given; see `BETWEEN_LOGS`."""
+
 MOVING = 0.15
 """Acceleration of standing feet [m/s^2] from which a warning is given; feet of walking humanoids reach 0.03."""
 
@@ -50,6 +53,7 @@ def find_problems(found: WholeLog) -> list[Finding]:
         problems.append(Finding.of("torque-scale.unknown"))
     if np.any(fit.wrenches_off > FAR):
         problems.append(Finding.of("wrench-sensors", far=FAR))
+    problems += _of_logs(found)
     causes, late = _of_causes(found), _of_delays(found)
     misfits = misfit_findings(fit.misfits, found.joints, fit.beside.per_turn)
     if not causes:
@@ -102,6 +106,17 @@ def _of_bodies(found: WholeLog) -> list[Finding]:
     if bodies := [name for name, size in furthest if size > FAR and name not in moved]:
         problems.append(Finding.of("bodies-implausible", bodies, bodies=", ".join(bodies), far=FAR))
     return problems
+
+
+def _of_logs(found: WholeLog) -> list[Finding]:
+    """Find joints whose friction in one log is far from that in all logs."""
+    names = [spans[0].log if spans else "" for spans in found.used]
+    furthest = {
+        joint: max(zip(own, names, strict=True), key=lambda each: abs(each[0]))
+        for joint, own in found.corrections.log_friction.items()
+    }
+    far = {joint: f" ({100 * off:+.0f} % in {name})" for joint, (off, name) in furthest.items() if abs(off) > DIFFERS}
+    return [Finding.of("log-friction", far)] if far else []
 
 
 def _of_delays(found: WholeLog) -> list[Finding]:

@@ -47,6 +47,8 @@ class Corrections:
       and of the base orientation are relative to the encoders.
     - `command_delay`: time from the stamp of a joint's command until it acts [s], as (value, standard error).
     - `log_offsets`: offset of a joint in each log minus its offset in all logs [N m], [N]; empty for a single log.
+    - `log_friction`: friction of a joint in each log at half the top speed relative to its friction in all logs, minus
+      one [1]; empty for a single log.
     - `correlations`: correlations of pairs of errors, named "joint.parameter" and "body.coordinate"
       (`BODY_COORDINATES`). Small ones are omitted; those within one joint are in `JointResult`.
     """
@@ -57,6 +59,7 @@ class Corrections:
     torque_gain: dict[str, tuple[float, float]] = field(default_factory=dict)
     encoder_zero: dict[str, tuple[float, float]] = field(default_factory=dict)
     log_offsets: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    log_friction: dict[str, tuple[float, ...]] = field(default_factory=dict)
     torque_delay: tuple[float, float] | None = None
     command_delay: dict[str, tuple[float, float]] = field(default_factory=dict)
     base_delay: tuple[float, float] | None = None

@@ -37,6 +37,9 @@ WIDEST_PRIOR = 4.0
 """Largest standard deviation of a model error relative to its first prior [1], for logs that predict themselves better
 with it. Of the arms whose errors on another log this decides, AIRBOT Play is best at 6 or more, a KUKA at 4."""
 
+FRICTION_OF_LOGS = 0.2
+"""First prior of the friction of one log minus the mean friction, relative to that of offsets [1]."""
+
 CONVERGED = 5e-4
 """Decrease of half chi^2 per step below which a descent ends [1]: a thirtieth of a standard error."""
 

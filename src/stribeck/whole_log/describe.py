@@ -48,7 +48,12 @@ def describe_corrections(
         return list(zip(fit.corrections[own].tolist(), (errors * units)[own].tolist(), strict=True))
 
     gains, delays = pairs("gains"), pairs("delays")
-    offsets = corrections.offsets_of_logs(fit.corrections[layout.part("log_offsets")]).T.tolist()
+    effects = corrections.effects_of_logs(fit.corrections[layout.part("log_effects")])
+    offsets, levels = effects[:1].sum(axis=0).T.tolist(), np.tensordot([0.0, 1.0, 0.5][: len(effects)], effects, 1)
+    speed, law = 0.5 * fit.fit.laws.top_speed, fit.fit.laws.law
+    values = fit.values.T[: len(law.parameters)]
+    friction = (law.torque(speed, values) - law.torque(-speed, values))[: levels.shape[1]] / 2
+    levels = (levels / np.maximum(friction, 1e-9)).T.tolist() if len(effects) > 1 else []
     return Corrections(
         chi_square=fit.chi_square,
         disagreement=fit.heterogeneity,
@@ -56,6 +61,7 @@ def describe_corrections(
         torque_gain={joints[k]: gains[k] for k in model.loaded},
         encoder_zero=dict(zip(encoders, pairs("zeros"), strict=False)),
         log_offsets={joint: tuple(own) for joint, own in zip(joints, offsets, strict=False)},
+        log_friction={joint: tuple(own) for joint, own in zip(joints, levels, strict=False)},
         torque_delay=(torque_delay, delays[0][1]) if delays else None,
         base_delay=delays[1] if delays[1:] else None,
         correlations=correlations(fit, joints),

@@ -1,5 +1,6 @@
 """The weak form of the equation of motion over a segment of a log (docs/estimator.md, equations 3 and 6)."""
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -42,9 +43,9 @@ class CorrectionLayout:
         Rotor inertias of these in the model [kg m^2], shape (rotors,).
     payloads
         Masses of the payloads [kg], whose inertial parameters are corrected, ten columns each.
-    log_offsets
-        Number of contrasts between logs, one fewer than the logs, and number of joints whose offsets differ between
-        logs [N m]; (0, 0) if offsets are equal in all logs.
+    log_effects
+        Number of contrasts between logs, one fewer than the logs, of effects that differ between logs [N m], and of
+        joints. The effects are offset, Coulomb friction, and viscous friction at top speed, or none.
     """
 
     bodies: tuple[str, ...] = ()
@@ -58,11 +59,12 @@ class CorrectionLayout:
     rotors: tuple[int, ...] = ()
     armature: Array = field(default_factory=lambda: np.zeros(0))
     payloads: tuple[float, ...] = ()
-    log_offsets: tuple[int, int] = (0, 0)
+    log_effects: tuple[int, int, int] = (0, 0, 0)
 
-    def offsets_of_logs(self, contrasts: Array) -> Array:
-        """Convert contrasts to the difference of each log's offsets from their mean [N m], shape (logs, joints)."""
-        return np.asarray(contrasts_of_logs(self.log_offsets[0] + 1).T @ contrasts.reshape(self.log_offsets))
+    def effects_of_logs(self, contrasts: Array) -> Array:
+        """Convert contrasts to the difference of each log's effects from their mean, shape (effects, logs, joints)."""
+        own = contrasts.reshape(self.log_effects).transpose(1, 0, 2)
+        return np.asarray(contrasts_of_logs(self.log_effects[0] + 1).T @ own)
 
     @property
     def size(self) -> int:
@@ -71,8 +73,7 @@ class CorrectionLayout:
             self.gains + self.zeros + self.tilts + self.delays + len(self.command_delays) + WRENCH_SIZE * self.wrenches
         )
         payloads = SIZE * len(self.payloads)
-        offsets = self.log_offsets[0] * self.log_offsets[1]
-        return self.inertial_parameters.size + sensors + len(self.rotors) + payloads + offsets
+        return self.inertial_parameters.size + sensors + len(self.rotors) + payloads + math.prod(self.log_effects)
 
 
 def contrasts_of_logs(logs: int) -> Array:

@@ -18,7 +18,7 @@ def undelayed() -> EquationSequence:
     joints = np.arange(len(robot.joint_names))
     phases = part.support.phases
     form = weak_form(robot, part.log, joints, phases, sampling.segments, sampling.period, settings)
-    return equation_sequence([form])
+    return equation_sequence([form], np.ones(len(form.joints)))
 
 
 @pytest.mark.parametrize("delay", [-0.1, 0.1])

@@ -5,12 +5,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stribeck.base.typing import Array
+from stribeck.friction.presliding import SMOOTH_SIGN
 from stribeck.whole_log.equations.build import WeakForm
 from stribeck.whole_log.equations.segments import Segment
-from stribeck.whole_log.weak_equations import CorrectionLayout, WeakEquations, contrasts_of_logs
+from stribeck.whole_log.weak_equations import CorrectionLayout, WeakEquations, contrasts_of_logs, through_windows
 
-MOST_LOG_OFFSETS = 400
-"""Largest number of logs but one, times joints, with which logs have their own offsets [1], to save time."""
+EFFECTS, MOST_EFFECTS = 3, 400
+"""Effects that differ between logs: offset, Coulomb friction, viscous friction; and largest number of effects times
+joints times logs but one [1], to save time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,10 +26,13 @@ class EquationSequence(Sequence[WeakEquations]):
         Weak form of each log.
     parts
         Number of the log, segment, and gait phase of each part.
+    top_speed
+        Top speed of each joint [rad/s], shape (n,).
     """
 
     forms: tuple[WeakForm, ...]
     parts: tuple[tuple[int, Segment, int], ...]
+    top_speed: Array
 
     def __len__(self) -> int:
         return len(self.parts)
@@ -34,11 +40,14 @@ class EquationSequence(Sequence[WeakEquations]):
     def __getitem__(self, k: int) -> WeakEquations:  # type: ignore[override]
         log, segment, gait = self.parts[k]
         equations = self.forms[log].equations(segment, gait)
-        contrasts, joints = self.corrections.log_offsets
+        contrasts, effects, joints = self.corrections.log_effects
         if not contrasts:
             return equations
-        own = contrasts_of_logs(contrasts + 1)[:, log, None]  # offsets act like constant friction
-        columns = (own * equations.weights[:, :, None, :joints]).reshape(*equations.residual.shape, -1)
+        relative = equations.velocity[:, :joints] / self.top_speed[:joints]
+        shapes = np.stack([np.ones_like(relative), np.tanh(relative / SMOOTH_SIGN), relative], axis=1)[:, :effects]
+        shapes = through_windows(shapes, equations.taps, equations.step)[: len(equations.residual)]
+        own, weights = contrasts_of_logs(contrasts + 1)[:, log], equations.weights[:, :, :joints]
+        columns = np.einsum("c,kmj,kej->kmcej", own, weights, shapes).reshape(*equations.residual.shape, -1)
         others = [] if equations.regressors is None else [equations.regressors]
         return replace(equations, regressors=np.concatenate([*others, columns], axis=2))
 
@@ -50,14 +59,15 @@ class EquationSequence(Sequence[WeakEquations]):
         """
         forms = tuple(replace(form, delay=delay) for form in self.forms)
         cut = ((log, forms[log].delayed(segment), gait) for log, segment, gait in self.parts)
-        return EquationSequence(forms, tuple((log, segment, gait) for log, segment, gait in cut if segment))
+        own = tuple((log, segment, gait) for log, segment, gait in cut if segment)
+        return EquationSequence(forms, own, self.top_speed)
 
     @property
     def corrections(self) -> CorrectionLayout:
         """Corrections of every log, and contrasts of the offsets if there are several logs, but not many."""
         contrasts, joints = len(self.forms) - 1, len(self.forms[0].joints)
-        few = 0 < contrasts * joints <= MOST_LOG_OFFSETS
-        return replace(self.forms[0].corrections, log_offsets=(contrasts, joints) if few else (0, 0))
+        effects = min(EFFECTS, MOST_EFFECTS // max(contrasts * joints, 1))
+        return replace(self.forms[0].corrections, log_effects=(contrasts, effects, joints) if effects else (0, 0, 0))
 
     @property
     def feet(self) -> tuple[tuple[str, ...], ...]:
@@ -70,7 +80,7 @@ class EquationSequence(Sequence[WeakEquations]):
         return 1 + max((gait for _, _, gait in self.parts), default=-1)
 
 
-def equation_sequence(forms: Sequence[WeakForm]) -> EquationSequence:
+def equation_sequence(forms: Sequence[WeakForm], top_speed: Array) -> EquationSequence:
     """Collect the equations of all segments of some logs; each contact mode of each log is one gait phase."""
     gaits: dict[tuple[int, tuple[str, ...]], int] = {}
     parts = []
@@ -79,4 +89,4 @@ def equation_sequence(forms: Sequence[WeakForm]) -> EquationSequence:
             steps = segment.begins is not None or segment.ends is not None
             gait = gaits.setdefault((number, segment.feet), len(gaits)) if steps else -1
             parts.append((number, segment, gait))
-    return EquationSequence(tuple(forms), tuple(parts))
+    return EquationSequence(tuple(forms), tuple(parts), np.maximum(top_speed, 1e-9))

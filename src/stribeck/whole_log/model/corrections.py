@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from stribeck.base.typing import Array
 from stribeck.robot.inertial_parameters import SIZE
 from stribeck.settings import Priors
-from stribeck.whole_log.constants import WIDEST_PRIOR
+from stribeck.whole_log.constants import FRICTION_OF_LOGS, WIDEST_PRIOR
 from stribeck.whole_log.model.bodies import Bodies, bodies_of
 from stribeck.whole_log.weak_equations import WRENCH_SIZE, CorrectionLayout
 
@@ -61,7 +61,7 @@ class Layout:
             "wrenches": WRENCH_SIZE * c.wrenches,
             "rotors": len(c.rotors),
             "payloads": SIZE * len(c.payloads),
-            "log_offsets": math.prod(c.log_offsets),
+            "log_effects": math.prod(c.log_effects),
         }
         ends = np.cumsum([0, *sizes.values()]).tolist()
         return {name: (ends[k], ends[k + 1]) for k, name in enumerate(sizes)}
@@ -77,7 +77,7 @@ class Layout:
     @property
     def size(self) -> int:
         """Length of the whole vector."""
-        return self._ends["log_offsets"][1]
+        return self._ends["log_effects"][1]
 
     def joint(self, joint: int) -> slice:
         """Return one joint's entries."""
@@ -192,20 +192,21 @@ class ModelCorrections:
         late = CONSIDERED * np.array(c.command_delays)
         wrench = np.repeat([priors.wrench_force, priors.wrench_moment, priors.wrench_gain], [3, 3, 1])
         rotors = np.where(c.armature > 0, priors.rotor_share * c.armature, priors.rotor)
-        offsets = np.full(math.prod(c.log_offsets), priors.log_offset * self.torque)
+        effects = priors.log_offset * self.torque * np.array([1.0, *2 * [FRICTION_OF_LOGS]])[: c.log_effects[1]]
+        effects = np.tile(np.repeat(effects, c.log_effects[2]), c.log_effects[0])
         payloads = np.outer(c.payloads, np.repeat(PAYLOAD, [1, 3, 6])).ravel()
-        return np.concatenate([sensors, late, np.tile(wrench, c.wrenches), rotors, payloads, offsets])
+        return np.concatenate([sensors, late, np.tile(wrench, c.wrenches), rotors, payloads, effects])
 
     def groups(self) -> Iterator[NDArray[np.int64]]:
         """Yield groups of coordinates that share a prior standard deviation.
 
-        The groups are masses, centers, moments, gains, zeros, tilts, and the contrasts of each joint's offsets.
+        The groups are masses, centers, moments, gains, zeros, tilts, and the contrasts of each effect of a joint.
         """
         bodies = self.layout.places("bodies").reshape(-1, SIZE)
         calibration = [self.layout.places(name) for name in ("gains", "zeros", "tilts")]
-        offsets = self.layout.places("log_offsets").reshape(self.corrections.log_offsets).T
-        groups = (bodies[:, 0], bodies[:, 1:4].ravel(), bodies[:, 4:].ravel(), *calibration, *offsets)
-        yield from (group for group in groups if len(group))
+        contrasts = self.layout.places("log_effects").reshape(self.corrections.log_effects[0] or 1, -1).T
+        groups = (bodies[:, 0], bodies[:, 1:4].ravel(), bodies[:, 4:].ravel(), *calibration, *contrasts)
+        yield from (group for group in groups if len(group) and not np.all(self.prior_std[group] == HELD))
 
     @property
     def widest(self) -> ModelCorrections:
@@ -213,6 +214,13 @@ class ModelCorrections:
         deviation = self.prior_std.copy()
         deviation[self.layout.part("bodies")] = WIDEST_PRIOR
         return replace(self, prior_std=deviation, largest=WIDEST_PRIOR)
+
+    @property
+    def with_equal_logs(self) -> ModelCorrections:
+        """The same corrections with equal friction in all logs; offsets may differ."""
+        contrasts, effects, joints = self.corrections.log_effects
+        places = self.layout.places("log_effects").reshape(contrasts, effects, joints)
+        return self.held(places[:, 1:].ravel(), 0.0)
 
     def held(self, places: NDArray[np.int64], values: Array | float) -> ModelCorrections:
         """Hold coordinates at values."""

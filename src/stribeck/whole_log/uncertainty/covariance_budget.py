@@ -73,7 +73,7 @@ def covariance_budget(
     `differing` is the heterogeneity of a fit to a `share` of the equations [1].
     """
     layout, kept = fit.layout, fit.model.nearly_right
-    model = through(fit, np.r_[layout.places("bodies", "wrenches"), layout.places("log_offsets")])
+    model = through(fit, np.r_[layout.places("bodies", "wrenches"), layout.places("log_effects")])
     across = fit.covariance[:, layout.places("bodies", "delays")]
     prior = across @ fit.model.precision[kept, kept] @ across.T
     rest = fit.covariance - prior
