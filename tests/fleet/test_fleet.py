@@ -201,12 +201,103 @@ def test_compaction_keeps_every_row_and_readers(logs: Path, store: Path, tmp_pat
     before = rows(own)
     listed = list(own.glob("robot=*/*.parquet"))
     opened = [path.resolve() for path in listed]
-    assert compact(own) == (6, 6)  # each log is of a month of its own
+    assert compact(own) == (6, 6, [])  # each log is of a month of its own
     assert all(path.exists() for path in opened)
     assert rows(own) == before
     assert run_fleet(all_jobs(logs), own, workers=1).counts == {"known": 6}
-    assert compact(own) == (6, 6)
+    assert compact(own) == (6, 6, [])
     assert not any(path.exists() for path in opened)
+
+
+def test_damaged_files_are_named_and_their_logs_done_again(logs: Path, store: Path, tmp_path: Path) -> None:
+    own = tmp_path / "store [1]*?"  # characters that have a meaning in patterns
+    shutil.copytree(store, own, symlinks=True)
+    wanted = rows(own)
+    empty, cut, changed = sorted(own.glob("robot=*/*.parquet"))[:3]
+    empty.write_bytes(b"")
+    cut.write_bytes(cut.read_bytes()[:-100])
+    content = bytearray(changed.read_bytes())
+    content[4:1000] = bytes(996)  # only the data, so the file opens
+    changed.write_bytes(content)
+    with pytest.raises(SettingsError, match=rf"{empty.name}: is damaged .*--compact .* sets it aside"):
+        connect(own)
+    found = run_fleet(all_jobs(logs), own, workers=1)
+    assert found.counts == {"identified": 3, "known": 3}
+    names = {f"{path.parent.name.removeprefix('robot=')}.{path.name}" for path in (empty, cut, changed)}
+    assert {Path(path).name for path in found.damaged} == names
+    assert rows(own) == wanted
+    merged = compact(own)
+    assert merged == (6, 6, [])
+    month = next(own.glob("robot=R0/*.parquet"))
+    month.write_bytes(b"PAR1")
+    assert compact(own)[2] == [own / ".damaged" / f"R0.{month.name}"]
+    assert run_fleet(all_jobs(logs), own, workers=1).counts == {"identified": 1, "known": 5}
+    assert rows(own) == wanted
+
+
+@pytest.mark.parametrize("parent", ["store", "robot=panda"])
+def test_a_store_copied_without_links_is_compacted(store: Path, tmp_path: Path, parent: str) -> None:
+    own = tmp_path / parent / "copy"
+    shutil.copytree(store, own)  # folders in place of links
+    (own / "robot=R8").symlink_to("nowhere")
+    wanted = rows(own)
+    assert compact(own) == compact(own) == (6, 6, [])
+    assert rows(own) == wanted
+    assert {row[0] for row in rows(own, "SELECT robot FROM logs")} == {"R0", "R1"}
+    assert len(list((own / ".versions").iterdir())) == 4  # the last two of each robot
+
+
+def test_a_corrected_start_or_note_changes_the_row(logs: Path, store: Path, tmp_path: Path) -> None:
+    own, manifest = tmp_path / "store", logs / "corrected.csv"
+    shutil.copytree(store, own, symlinks=True)
+    compact(own)
+    note = "new\u2028gear\nand oil"
+    for day in (1, 2):  # of a merged row, then of a separate one
+        line = f'logs/R0/log_0.npz,robot.toml,R0,2026-03-0{day}T00:00:00+00:00,"{note}"'
+        manifest.write_text(f"log,robot_file,robot,start,note\n{line}\n")
+        assert run_fleet(jobs_of_manifest(manifest), own, workers=1).counts == {"known": 1}
+        query = "SELECT log, note, day(timezone('UTC', start)) FROM logs WHERE note <> ''"
+        assert rows(own, query) == [(str(logs / "logs/R0/log_0.npz"), note, day)]
+        assert len(rows(own)) == 6
+    assert compact(own) == (7, 6, [])
+    assert len(rows(own)) == 6
+
+
+def test_a_folder_with_its_store_and_links_to_itself_is_read_once(logs: Path, tmp_path: Path) -> None:
+    place = tmp_path / "logs"
+    shutil.copytree(logs / "logs", place)
+    (place / "R0/up").symlink_to("..")
+    (place / "R0/loop.npz").symlink_to("loop.npz")
+    for _ in range(2):
+        jobs = jobs_of_logs([str(place)], logs / "robot.toml")
+        assert [Path(job.log).name for job in jobs if job.robot == "R0"] == [
+            *(f"log_{k}.npz" for k in (0, 2, 4)),
+            "loop.npz",
+        ]
+        found = run_fleet(jobs, place / "store", workers=1)
+        assert [(Path(each.log).name, each.status) for each in found.failed] in ([("loop.npz", "refused")], [])
+        compact(place / "store")
+
+
+@pytest.mark.parametrize(
+    "place", ["zip:///tmp", "tar://x", "data:,x", "reference://x", "github://x", "dir://x", "generic://x"]
+)
+def test_an_address_that_opens_no_file_system_is_refused(place: str) -> None:
+    with pytest.raises(LogError, match="cannot be listed"):
+        jobs_of_logs([place], Path("robot.toml"))
+
+
+@pytest.mark.parametrize("name", ["timeout", "memory"])
+@pytest.mark.parametrize("limit", [float("nan"), float("inf"), 0.0, -1.0, 1e300])
+def test_limits_are_positive_and_finite(name: str, limit: float) -> None:
+    with pytest.raises(SettingsError, match=f"Limits: key '{name}' is"):
+        Limits(**{name: limit})
+
+
+def test_a_run_needs_a_worker(logs: Path, tmp_path: Path) -> None:
+    with pytest.raises(SettingsError, match="jobs: found 0, expected 1 to"):
+        run_fleet(all_jobs(logs), tmp_path / "s", workers=0)
+    assert not (tmp_path / "s").exists()
 
 
 def test_a_wrong_robot_file_or_store_is_refused_and_nothing_is_written(logs: Path, tmp_path: Path) -> None:

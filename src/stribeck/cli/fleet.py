@@ -2,6 +2,7 @@
 
 import json as json_format
 import sys
+from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
@@ -46,8 +47,16 @@ def fleet(
     from stribeck.fleet.worker import Limits
 
     if compacted is not None:
-        before, after = compact(compacted)
-        typer.echo(f"{compacted}: {before} files merged into {after}")
+        if logs or robot or manifest or output:
+            raise SettingsError("fleet: --compact merges the files of one store; run it without logs and outputs")
+        before, after, damaged = compact(compacted)
+        if json:
+            typer.echo(
+                json_format.dumps({"before": before, "after": after, "damaged": list(map(str, damaged))}, indent=2)
+            )
+        elif not quiet:
+            _print_damaged(map(str, damaged))
+            typer.echo(f"{compacted}: {before} files merged into {after}")
         return
     if output is None:
         raise SettingsError("fleet: has no store to write to; expected -o STORE")
@@ -61,11 +70,17 @@ def fleet(
     if json:
         typer.echo(json_format.dumps(asdict(found), indent=2))
     elif not quiet:
+        _print_damaged(found.damaged)
         for each in found.failed:
             typer.echo(f"{each.status}: {each.error}")
         typer.echo(f"{found.line}; {output}")
     if found.failed:
         sys.exit(3)  # a log has no result
+
+
+def _print_damaged(paths: Iterable[str]) -> None:
+    for path in paths:
+        typer.echo(f"set aside as damaged: {path}")
 
 
 def trends(

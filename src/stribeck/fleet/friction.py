@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
 from stribeck.errors import NothingIdentifiedError
-from stribeck.fleet.store import IDENTIFIED, connect
+from stribeck.fleet.store import IDENTIFIED, connect, naming_damaged_files
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ def read_fleet(store: str | Path) -> Fleet:
                   FROM counts QUALIFY n >= 0.8 * max(n) OVER (PARTITION BY joint))
         SELECT joint, velocity, unit, speed_unit, row_number() OVER (ORDER BY joint, velocity) - 1 AS c FROM usual
         WHERE m <= 3 OR k IN (1, (m + 1) // 2, m)"""
-    with connect(store) as connection:
+    with connect(store) as connection, naming_damaged_files(store):
         connection.execute("SET memory_limit = '1GB'; SET preserve_insertion_order = false")
         connection.execute(speeds)
         channels = connection.execute("SELECT * EXCLUDE c FROM channel ORDER BY c").fetchall()

@@ -1,6 +1,8 @@
 """Jobs of a fleet: which log belongs to which robot, from paths, globs, URLs or a manifest."""
 
 import csv
+import io
+import os
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -74,11 +76,15 @@ def jobs_of_manifest(path: Path) -> list[Job]:
     LogError
         If a log does not exist.
     """
-    rows = list(csv.DictReader(read_text(path, "a manifest (CSV)", SettingsError).splitlines()))
-    if not rows or not set(COLUMNS[:3]) <= rows[0].keys():
+    table = csv.DictReader(io.StringIO(read_text(path, "a manifest (CSV)", SettingsError), newline=""))
+    try:
+        rows = [(table.line_num, row) for row in table]
+    except csv.Error as error:
+        raise SettingsError(f"{path}: line {table.line_num}: {error}; expected a CSV table") from error
+    if not rows or not set(COLUMNS[:3]) <= set(table.fieldnames or ()):
         raise SettingsError(f"{path}: expected a header with the columns {', '.join(COLUMNS)} (the last two optional)")
     found = []
-    for line, row in enumerate(rows, 2):
+    for line, row in rows:
         where = f"{path}: line {line}"
         if missing := [name for name in COLUMNS[:3] if not row[name]]:
             raise SettingsError(f"{where}: has no '{missing[0]}'; expected a log, its robot file and its robot's id")
@@ -94,7 +100,7 @@ def jobs_of_manifest(path: Path) -> list[Job]:
 def _started(job: Job, text: str, where: str) -> Job:
     try:
         start = datetime.fromisoformat(text).timestamp()
-    except ValueError as error:
+    except (ValueError, OverflowError) as error:
         raise SettingsError(f"{where}: start is '{text}'; expected a time such as 2026-03-01T12:30:00+00:00") from error
     return replace(job, start=start)
 
@@ -109,13 +115,16 @@ def _logs_at(place: str) -> Iterator[tuple[str, dict[str, Any]]]:
                 yield from _logs_in(files, each)
             elif files.exists(each) and (len(found) == 1 or Path(each).suffix.lower() in FORMATS):
                 yield _named(files, each), files.info(each)
-    except (ImportError, ValueError, OSError) as error:
+    except Exception as error:  # file systems differ in what they raise
         raise LogError(f"{place}: cannot be listed ({error}); expected a path or a URL that fsspec opens") from error
 
 
 def _logs_in(files: Any, folder: str) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Find the logs in a folder and its folders; some folders are one log."""
+    """Find the logs in a folder and its folders, except in stores of fleets; some folders are one log."""
     inside = files.find(folder, detail=True)
+    stores = [path.removesuffix(".lock") for path in inside if path.endswith("/.lock")]
+    rows = tuple(store + part for store in stores for part in ("robot=", ".versions/", ".damaged/"))
+    inside = {path: info for path, info in inside.items() if not path.startswith(rows)}
     marks = ("/metadata.yaml", "/meta/info.json")  # of rosbag2 and LeRobot
     whole = {path.removesuffix(mark) for path in inside for mark in marks if path.endswith(mark)}
     for each in sorted(whole):
@@ -132,7 +141,7 @@ def _named(files: Any, path: str) -> str:
 
 
 def _job(url: str, info: dict[str, Any], robot_file: str, robot: str = "", note: str = "") -> Job:
-    robot = robot or Path(url.partition("://")[2] or url).resolve().parent.name
+    robot = robot or Path(os.path.abspath(url.partition("://")[2] or url)).parent.name
     if not re.fullmatch("[A-Za-z0-9][A-Za-z0-9._-]*", robot):  # it names a folder of the store
         raise LogError(
             f"{url}: its robot's id is '{robot}'; expected letters, digits, '.', '_', '-'; a manifest can name it"

@@ -12,7 +12,7 @@ import joblib
 from stribeck.base.version import __version__
 from stribeck.errors import SettingsError, StribeckError, require_extra
 from stribeck.fleet.jobs import Job
-from stribeck.fleet.store import IDENTIFIED, connect, locked
+from stribeck.fleet.store import IDENTIFIED, connect, locked, naming_damaged_files, set_aside, time_of
 from stribeck.fleet.worker import Limits, Outcome, robot_hash, work
 
 BACKENDS = {"loky": "joblib", "ray": "ray", "dask": "distributed"}
@@ -21,10 +21,11 @@ BACKENDS = {"loky": "joblib", "ray": "ray", "dask": "distributed"}
 
 @dataclass(frozen=True, kw_only=True)
 class FleetRun:
-    """Outcome of a run: number of logs by status, and the outcomes of logs without a result."""
+    """Outcome of a run: number of logs by status, outcomes of logs without a result, damaged files set aside."""
 
     counts: dict[str, int]
     failed: list[Outcome]
+    damaged: list[str]
 
     @property
     def line(self) -> str:
@@ -67,17 +68,22 @@ def run_fleet(
     RobotFileError
         If a robot file is wrong.
     SettingsError
-        If the backend is unknown or not installed, or another run writes to the store.
+        If the backend is unknown or not installed, no worker is allowed, or another run writes to the store.
     StribeckError
         If a worker or its machine is lost. The store has the logs that are done.
     """
-    place, outcomes = Path(store).absolute(), list[Outcome]()
+    if not -1 <= workers <= 100_000 or workers == 0:
+        raise SettingsError(f"jobs: found {workers}, expected 1 to 100000 logs at a time, or -1 for one per core")
+    place, outcomes, damaged = Path(store).absolute(), list[Outcome](), list[Path]()
     hashes = {file: robot_hash(file) for file in {job.robot_file for job in jobs}}
     with locked(place):
-        known = _known(place, again)
-        marks = [(job.log, job.robot, hashes[job.robot_file], job.size, job.modified) for job in jobs]
-        todo = [job for job, mark in zip(jobs, marks, strict=True) if mark not in known]
-        with _engine(backend, workers) if todo else nullcontext():
+        try:
+            known = _known(place, again)
+        except SettingsError:
+            damaged = set_aside(place)
+            known = _known(place, again)
+        todo = [job for job in jobs if _mark(job, hashes[job.robot_file]) not in known]
+        with _engine(backend, min(workers, len(todo))) if todo else nullcontext():
             kind = "list" if backend == "ray" else "generator_unordered"  # Ray's joblib backend has no generators
             tasks = [joblib.delayed(work)(job, place, hashes[job.robot_file], limits, again) for job in todo]
             try:
@@ -91,17 +97,25 @@ def run_fleet(
                 raise StribeckError(f"{what}; repeat the command, which continues with the logs left") from error
     counts = Counter(each.status for each in outcomes) + Counter(known=len(jobs) - len(todo))
     failed = [each for each in outcomes if each.status not in (IDENTIFIED, "known")]
-    return FleetRun(counts=dict(counts), failed=sorted(failed, key=lambda each: each.log))
+    failed.sort(key=lambda each: each.log)
+    return FleetRun(counts=dict(counts), failed=failed, damaged=[str(path) for path in damaged])
 
 
-def _known(store: Path, again: bool) -> set[tuple[str, str, str, int, float]]:
+def _mark(job: Job, robot: str) -> tuple[str, str, str, int, float, int, str]:
+    """List what the store has of a log that is done, in the order of `_known`."""
+    start = round(time_of(job.start).timestamp() * 1e6)
+    return job.log, job.robot, robot, job.size, job.modified, start, job.note
+
+
+def _known(store: Path, again: bool) -> set[tuple[str, str, str, int, float, int, str]]:
     """Find the logs that this version has done, without reading them; `again`: failed ones are to be done again."""
     if not any(store.glob("robot=*/*.parquet")):
         return set()
     done = f"version = ? AND (status = '{IDENTIFIED}' OR ?)"
-    query = f"SELECT log, robot, robot_sha256, size, modified FROM logs WHERE {done}"
-    with connect(store) as connection:
-        return set(connection.execute(query, [__version__, not again]).fetchall())
+    query = f"SELECT log, robot, robot_sha256, size, modified, epoch_us(start), note FROM logs WHERE {done}"
+    with connect(store) as connection, naming_damaged_files(store):
+        found = connection.execute(query, [__version__, not again]).fetchall()
+    return set(found)
 
 
 @contextmanager

@@ -3,14 +3,15 @@
     STORE/robot=R1 -> .versions/R1.0/      a link, which `compact` exchanges
     STORE/robot=R1/<key>.parquet           one row: the log, with its joints, curves and so on as lists
     STORE/robot=R1/2026-03.parquet         rows of that month, merged by `compact`
+    STORE/.damaged/R1.2026-03.parquet      a damaged file that a run has set aside
 
 A file is written under a temporary name and renamed. A reader that has listed a folder can read its files until the
 next but one compaction.
 """
 
 import fcntl
+import glob
 import hashlib
-import os
 import secrets
 import shutil
 from collections.abc import Iterator
@@ -69,14 +70,17 @@ def folder_of(store: Path, robot: str) -> Path:
     return link
 
 
-def status_of(store: Path, robot: str, key: str) -> str:
-    """Find the status of a row, in a separate file or a merged one; "" if a robot's folder has no such row."""
+def row_of(store: Path, robot: str, key: str) -> dict[str, Any] | None:
+    """Find the newest row of a key, in a separate file or a merged one; None if a robot's folder has no such row."""
     folder = store / f"robot={robot}"
     if (own := folder / f"{key}.parquet").exists():
-        return str(pq.read_table(own, columns=["status"], partitioning=None)["status"][0])
-    merged = [path for path in folder.glob("*.parquet") if len(path.stem) < len(key)]  # these have a result
-    found = any(key in pq.read_table(path, columns=["key"], partitioning=None)["key"].to_pylist() for path in merged)
-    return IDENTIFIED if found else ""
+        return _read(own).to_pylist()[0]  # type: ignore[no-any-return]
+    for path in folder.glob("*.parquet"):
+        if len(path.stem) < len(key):  # a merged file
+            keys = pq.read_table(path, columns=["key"], partitioning=None)["key"].to_pylist()
+            if key in keys:
+                return _read(path).slice(keys.index(key), 1).to_pylist()[0]  # type: ignore[no-any-return]
+    return None
 
 
 def write_row(store: Path, robot: str, row: dict[str, Any]) -> None:
@@ -150,8 +154,56 @@ def connect(store: str | Path) -> duckdb.DuckDBPyConnection:
     """
     _require_store(Path(store))
     connection = duckdb.connect()
-    connection.execute(views(Path(store)))
+    with naming_damaged_files(store):
+        connection.execute(views(Path(store)))
     return connection
+
+
+@contextmanager
+def naming_damaged_files(store: str | Path) -> Iterator[None]:
+    """Replace an error of DuckDB by one that names a damaged file of the store, if it has any.
+
+    Raises
+    ------
+    SettingsError
+        If a file is damaged.
+    """
+    try:
+        yield
+    except duckdb.Error as error:
+        damaged = next((path for path in _files(Path(store)) if _damage(path)), None)
+        if damaged is None:
+            raise
+        first = f"{damaged}: is damaged ({_damage(damaged)}); `stribeck fleet --compact {store}` sets it aside"
+        raise SettingsError(f"{first}, and `stribeck fleet` repeats its logs") from error
+
+
+def set_aside(store: Path) -> list[Path]:
+    """Move damaged files to STORE/.damaged, so that a run repeats their logs; return their new paths."""
+    moved = []
+    for path in _files(store):
+        if _damage(path):
+            target = store / ".damaged" / f"{path.parent.name.removeprefix('robot=')}.{path.name}"
+            target.parent.mkdir(exist_ok=True)
+            moved.append(path.replace(target))
+    return moved
+
+
+def _files(store: Path) -> list[Path]:
+    return sorted(store.glob("robot=*/*.parquet"))
+
+
+def _read(path: Path) -> pa.Table:
+    return pq.read_table(path, schema=SCHEMA, partitioning=None)
+
+
+def _damage(path: Path) -> str:
+    """Describe the damage of a file; "" for a sound one."""
+    try:
+        missing = [name for name in ("key", "start", "status", "sha256", "finished") if _read(path)[name].null_count]
+    except (pa.ArrowException, OSError, ValueError) as error:
+        return str(error).partition("\n")[0].rstrip(".")
+    return f"rows without {missing[0]}" if missing else ""
 
 
 def _require_store(folder: Path) -> None:
@@ -161,10 +213,12 @@ def _require_store(folder: Path) -> None:
 
 def views(store: Path) -> str:
     """Write the SQL of the views, for DuckDB."""
-    files = str(store.absolute() / "robot=*" / "*.parquet").replace("'", "''")
+    files = (glob.escape(str(store.absolute())) + "/robot=*/*.parquet").replace("'", "''")
     last = "QUALIFY row_number() OVER (PARTITION BY sha256, robot ORDER BY finished DESC) = 1"
-    read = f"read_parquet('{files}', hive_partitioning = true, hive_types = {{'robot': VARCHAR}}, union_by_name = true)"
-    newest = f"{read} AS rows SEMI JOIN (SELECT key, robot FROM {read} {last}) USING (key, robot)"
+    robot = "regexp_extract(filename, 'robot=([^/]+)/[^/]+$', 1) AS robot"  # DuckDB's partitions include outer folders
+    read = f"read_parquet('{files}', filename = true, hive_partitioning = false, union_by_name = true)"
+    read = f"(SELECT * EXCLUDE (filename), {robot} FROM {read} WHERE start IS NOT NULL)"
+    newest = f"{read} AS rows SEMI JOIN (SELECT key, robot, finished FROM {read} {last}) USING (key, robot, finished)"
     parts = [f"CREATE OR REPLACE TEMP VIEW newest AS SELECT * FROM {newest};"]
     parts.append(f"CREATE OR REPLACE TEMP VIEW logs AS SELECT * EXCLUDE ({', '.join(TABLES)}) FROM newest;")
     for name in TABLES:
@@ -173,13 +227,15 @@ def views(store: Path) -> str:
     return "\n".join(parts) + "\n"
 
 
-def compact(store: Path) -> tuple[int, int]:
+def compact(store: Path) -> tuple[int, int, list[Path]]:
     """Merge the files of each robot and month; logs without a result keep their own files.
 
     Returns
     -------
     before, after
         Number of files.
+    damaged
+        Damaged files that were set aside.
 
     Raises
     ------
@@ -189,34 +245,38 @@ def compact(store: Path) -> tuple[int, int]:
     _require_store(store)
     counts = [0, 0]
     with locked(store):
+        damaged = set_aside(store)
         for link in sorted(store.glob("robot=*")):
-            files = sorted(link.glob("*.parquet"))
-            counts[0] += len(files)
-            counts[1] += _compact_robot(store, link, files)
-    return counts[0], counts[1]
+            if files := sorted(link.glob("*.parquet")):
+                counts[0] += len(files)
+                counts[1] += _compact_robot(store, link, files)
+    return counts[0], counts[1], damaged
 
 
 def _compact_robot(store: Path, link: Path, files: list[Path]) -> int:
-    """Write a new version of a robot's folder, exchange the link, and remove the version before the last."""
-    last = Path(os.readlink(link)).name
-    robot, _, number = last.rpartition(".")
-    version = store / ".versions" / f"{robot}.{int(number) + 1}"
-    shutil.rmtree(version, ignore_errors=True)
+    """Write a new version of a robot's folder, exchange the link, and remove the versions before the last."""
+    robot, versions = link.name.removeprefix("robot="), store / ".versions"
+    versions.mkdir(exist_ok=True)
+    own = {path.name.removeprefix(f"{robot}."): path for path in versions.glob(f"{robot}.*")}
+    own = {number: path for number, path in own.items() if number.isdecimal()}
+    free = max(map(int, own), default=-1) + 1
+    last, version = link.resolve(), versions / f"{robot}.{free + 1}"
     version.mkdir()
-    rows = pa.concat_tables([pq.read_table(path, schema=SCHEMA, partitioning=None) for path in files])
-    done = [status == IDENTIFIED for status in rows["status"].to_pylist()]
-    months = [f"{start:%Y-%m}" for start in rows["start"].to_pylist()]
-    for key, own in zip(rows["key"].to_pylist(), done, strict=True):
-        if not own:
-            os.link(link / f"{key}.parquet", version / f"{key}.parquet")
-    for month in sorted({month for month, own in zip(months, done, strict=True) if own}):
-        mask = pa.array([own and each == month for each, own in zip(months, done, strict=True)])
-        _write(rows.filter(mask), version / f"{month}.parquet")
+    rows = pa.concat_tables([_read(path) for path in files]).sort_by("finished")
+    keys, starts, states = (rows[name].to_pylist() for name in ("key", "start", "status"))
+    merged: dict[str, list[int]] = {}
+    for key, number in {key: number for number, key in enumerate(keys)}.items():  # corrected rows come last
+        name = f"{starts[number]:%Y-%m}" if states[number] == IDENTIFIED else key
+        merged.setdefault(name, []).append(number)
+    for name, numbers in merged.items():
+        _write(rows.take(numbers), version / f"{name}.parquet")
+    if not link.is_symlink():  # the store was copied without links
+        last = link.rename(versions / f"{robot}.{free}").resolve()
     _link(version, link)
-    for old in (store / ".versions").glob(f"{robot}.*"):
-        if old.name not in (version.name, last) and old.name.removeprefix(f"{robot}.").isdigit():
-            shutil.rmtree(old, ignore_errors=True)
-    return len(list(version.iterdir()))
+    for path in own.values():
+        if path.resolve() != last:
+            shutil.rmtree(path, ignore_errors=True)
+    return len(merged)
 
 
 @contextmanager

@@ -12,28 +12,35 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from threading import Thread
 from time import monotonic, time
-from typing import Any
+from typing import Annotated, Any
 
 import fsspec
+from pydantic import Field
 
 from stribeck.base.version import __version__
 from stribeck.errors import StribeckError
 from stribeck.fleet.jobs import Job
-from stribeck.fleet.store import IDENTIFIED, key_of, rows_of, status_of, time_of, write_row
+from stribeck.fleet.store import IDENTIFIED, key_of, row_of, rows_of, time_of, write_row
 from stribeck.pipeline import identify
 from stribeck.result.provenance import sha256
 from stribeck.robot import Robot
+from stribeck.settings import Table
 
 OUT_OF_MEMORY = 77
 """Exit code of a process that needs more memory than allowed."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Limits:
-    """Limits of one log: time [s] and memory [GB]; None for none."""
+class Limits(Table):
+    """Limits of one log: time [s] and memory [GB]; None for none.
 
-    timeout: float | None = None
-    memory: float | None = None
+    Raises
+    ------
+    SettingsError
+        If a limit is not a positive, finite number.
+    """
+
+    timeout: Annotated[float, Field(ge=1e-3, le=1e6, allow_inf_nan=False)] | None = None
+    memory: Annotated[float, Field(ge=1e-3, le=1e6, allow_inf_nan=False)] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,7 +86,7 @@ def work(job: Job, store: Path, robot: str, limits: Limits, again: bool) -> Outc
     with tempfile.TemporaryDirectory(prefix="stribeck-") as folder:
         try:
             path = _local(job.log, Path(folder))
-        except OSError as error:
+        except Exception as error:  # file systems differ in what they raise
             about |= _refused(job, error)
         else:
             about |= _in_process(path, job, store, about, limits, again)
@@ -93,7 +100,7 @@ def _content(sha: str, job: Job, robot: str) -> dict[str, str]:
     return {"sha256": sha, "key": key_of(sha, robot, job.robot, __version__)}
 
 
-def _refused(job: Job, error: OSError) -> dict[str, str]:
+def _refused(job: Job, error: Exception) -> dict[str, str]:
     return {"status": "refused", "error": f"{job.log}: cannot be read ({error})"}
 
 
@@ -145,8 +152,11 @@ def _identify(
         content = _content(sha256(path), job, about["robot_sha256"])
         sender.send(content)
         (store / f"robot={job.robot}" / f"{about['key']}.parquet").unlink(missing_ok=True)  # it can be read now
-        before = status_of(store, job.robot, content["key"])
-        if before == IDENTIFIED or (before and not again):
+        before = row_of(store, job.robot, content["key"])
+        if before and (before["status"] == IDENTIFIED or not again):
+            declared = {"start": about["start"], "note": about["note"]}
+            if before["log"] == job.log and not declared.items() <= before.items():
+                write_row(store, job.robot, before | declared | {"finished": time_of(time())})
             sender.send({"status": "known", "error": ""})
             return
         began, robot = monotonic(), Robot.from_file(job.robot_file)
