@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 from tests.fleet.synthetic import write_store
 
+from stribeck import SettingsError
 from stribeck.base.typing import Array
 from stribeck.fleet import connect, find_trends
 from stribeck.fleet.changes import find_changes, threshold
+from stribeck.fleet.friction import Channel, Fleet
 from stribeck.fleet.report import write_trends
-from stribeck.fleet.spreads import outliers, reml
+from stribeck.fleet.spreads import log_variance, outliers, reml
 
 PAGE = Path(__file__).parents[2] / "docs/fleet.md"
 
@@ -85,6 +87,32 @@ def test_trends_name_what_changed_and_who_stands_out(tmp_path: Path) -> None:
     page = (tmp_path / "report.html").read_text()
     assert "r0003" in page
     assert "joint_01 at" in page
+
+
+@pytest.mark.parametrize(("robots", "logs"), [(1, 3), (1, 5), (1, 8), (2, 3), (3, 4)])
+def test_short_stores_raise_no_false_alarms(robots: int, logs: int) -> None:
+    alarms, stores = 0, 20
+    for seed in range(stores):
+        generator = np.random.default_rng(seed)
+        friction = np.exp(0.02 * generator.standard_normal((robots * logs, 21)))
+        fleet = Fleet(
+            robots=np.repeat([f"r{k}" for k in range(robots)], logs),
+            start=np.zeros(robots * logs, "M8[us]"),
+            log=np.full(robots * logs, "log.npz", dtype=object),
+            channels=[Channel(joint=f"j{k}", velocity=1.0, unit="N m", speed_unit="rad/s") for k in range(21)],
+            friction=friction,
+            error=0.005 * friction,
+        )
+        spreads = [log_variance(fleet, channel) for channel in range(21)]
+        variance, freedom = np.column_stack([own for own, _ in spreads]), np.array([own for _, own in spreads])
+        alarms += len(find_changes(fleet.robots, fleet.logarithm, variance, 1000.0, freedom))
+    assert alarms <= 2  # 0.24 are expected in the at most 240 logs
+
+
+@pytest.mark.parametrize("wrong", [0, -1, 1e-9, float("nan"), float("inf")])
+def test_a_wrong_number_of_logs_per_false_alarm_is_refused(tmp_path: Path, wrong: float) -> None:
+    with pytest.raises(SettingsError, match=r"logs_per_false_alarm: found .*, expected 10 to 1e9"):
+        find_trends(tmp_path, logs_per_false_alarm=wrong)
 
 
 def test_the_queries_of_the_page_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,7 +3,8 @@
 Each log is compared with the mean of the robot's logs before it. With known variances, the differences divided by
 their standard deviations, z, are independent and normal as long as nothing changes (recursive residuals; Brown, Durbin
 and Evans 1975). The chart sums z - k in each direction, and alarms above h (Page 1954). h follows from the mean number
-of logs between false alarms, by Siegmund's approximation (1985).
+of logs between false alarms, by Siegmund's approximation (1985). If the variances are estimated, z has Student's
+distribution; Wallace's approximation (1959) makes it normal, so that short stores raise no false alarms.
 """
 
 from dataclasses import dataclass
@@ -52,7 +53,13 @@ def threshold(logs_per_false_alarm: float, charts: int) -> float:
     return float(brentq(excess, 0.0, 50.0)) - 1.166
 
 
-def find_changes(robots: NDArray[np.str_], values: Array, variance: Array, logs_per_false_alarm: float) -> list[Change]:
+def find_changes(
+    robots: NDArray[np.str_],
+    values: Array,
+    variance: Array,
+    logs_per_false_alarm: float,
+    freedom: Array | float = np.inf,
+) -> list[Change]:
     """Find changes in N logs, sorted by robot and time, in C channels.
 
     Parameters
@@ -63,6 +70,8 @@ def find_changes(robots: NDArray[np.str_], values: Array, variance: Array, logs_
         Friction, and its variance from log to log, shape (N, C); NaN where a log has none.
     logs_per_false_alarm
         Mean number of logs between false alarms, over all channels.
+    freedom
+        Degrees of freedom of the variance, shape (C,); infinite if it is known.
     """
     starts = np.flatnonzero(np.r_[True, robots[1:] != robots[:-1]])
     stops = np.r_[starts[1:], len(robots)]
@@ -88,6 +97,7 @@ def find_changes(robots: NDArray[np.str_], values: Array, variance: Array, logs_
         clipped = np.where(compared, mean[own] + z * np.where(compared, deviation, 0.0), value)
         mean[own] = (weight[own] * mean[own] + precision * clipped) / np.maximum(weight[own] + precision, 1e-300)
         weight[own] += precision
+        z *= (1 - 1 / np.maximum(4 * freedom, 1.0)) / np.sqrt(1 + z**2 / np.maximum(2 * freedom, 1e-9))
         for sign, each in side.items():
             each.add(own, sign * z, step, known)
             robot, channel = np.nonzero(each.sum[own] > limit)

@@ -8,11 +8,16 @@ from stribeck.base.typing import Array
 from stribeck.fleet.friction import Fleet
 
 
-def log_variance(fleet: Fleet, channel: int) -> Array:
+def log_variance(fleet: Fleet, channel: int) -> tuple[Array, float]:
     """Compute the relative variance of each log about its robot's friction, omega^2 + phi s^2, shape (N,).
 
     omega and phi are the most likely ones of the differences of successive logs, which a change touches once; those
     beyond four robust standard deviations are left out.
+
+    Returns
+    -------
+    variance, freedom
+        The variance, and its degrees of freedom: two for three differences (von Neumann et al. 1941).
     """
     squares = (fleet.error[:, channel] / fleet.friction[:, channel]) ** 2
     difference = np.diff(fleet.logarithm[:, channel])
@@ -21,8 +26,9 @@ def log_variance(fleet: Fleet, channel: int) -> Array:
     difference, own = difference[valid], own[valid]
     kept = np.abs(difference) <= 4 * 1.4826 * np.median(np.abs(difference)) if len(difference) else []
     difference, own = difference[kept], own[kept]
-    if len(difference) < 5:  # too few logs to tell
-        return squares
+    freedom = 2 / 3 * len(difference)
+    if len(difference) < 5:  # too few to tell omega from phi
+        return np.maximum(squares, np.sum(difference**2) / max(2 * len(difference), 1)), freedom
     some = np.linspace(0, len(difference) - 1, min(len(difference), 4000)).astype(int)  # more take longer
     difference, own = difference[some], own[some]
     scale = np.mean(difference**2) + 1e-12 * np.mean(own) + 1e-300
@@ -36,7 +42,7 @@ def log_variance(fleet: Fleet, channel: int) -> Array:
     starts = [np.array([-0.7, -3.0]), np.array([-5.0, -0.1])]
     best = min((minimize(cost, start, bounds=bounds) for start in starts), key=lambda each: each.fun)
     omega, phi = np.exp(best.x)
-    return np.asarray(omega * scale + phi * squares)
+    return np.asarray(omega * scale + phi * squares), freedom
 
 
 def reml(mean: Array, variance: Array) -> tuple[float, float, float]:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
+from stribeck.errors import SettingsError
 from stribeck.fleet.changes import Change, find_changes
 from stribeck.fleet.friction import Channel, Fleet, read_fleet
 from stribeck.fleet.spreads import log_variance, outliers, reml
@@ -125,13 +126,16 @@ def find_trends(store: str | Path, *, logs_per_false_alarm: float = 1000.0) -> T
     Raises
     ------
     SettingsError
-        If the folder is not a store.
+        If the folder is not a store, a file of it is damaged, or `logs_per_false_alarm` is not within 10 to 1e9.
     NothingIdentifiedError
         If no joint has friction in the store.
     """
+    if not 10 <= logs_per_false_alarm <= 1e9:
+        raise SettingsError(f"logs_per_false_alarm: found {logs_per_false_alarm:g}, expected 10 to 1e9 logs")
     fleet = read_fleet(store)
-    variance = np.column_stack([log_variance(fleet, channel) for channel in range(len(fleet.channels))])
-    changes = find_changes(fleet.robots, fleet.logarithm, variance, logs_per_false_alarm)
+    spreads = [log_variance(fleet, channel) for channel in range(len(fleet.channels))]
+    variance, freedom = np.column_stack([own for own, _ in spreads]), np.array([own for _, own in spreads])
+    changes = find_changes(fleet.robots, fleet.logarithm, variance, logs_per_false_alarm, freedom)
     first = np.isfinite(fleet.logarithm)  # logs before the first change of their robot
     for change in changes:
         first[change.first : change.stop, change.channel] = False
