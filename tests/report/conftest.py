@@ -1,7 +1,9 @@
 """A plausible result with its evidence, made from the smooth Stribeck law and a walking rhythm."""
 
-from collections.abc import Callable
+import shutil
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +15,14 @@ from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.report import Reference
 from stribeck.result import Evidence, JointResult, LogSummary, ParameterEstimate, Result, Validation
 from stribeck_simulation.pictures.walk import Footprint, Pose, WalkPicture
+
+CHROMIUM = next(
+    (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None
+)
+DRIVER = shutil.which("chromedriver")
+FLAGS = "--headless=new --no-sandbox --disable-gpu --disable-quic --no-first-run"
+QUIET = "--disable-background-networking --disable-component-update --disable-sync"
+"""Or the browser asks the network."""
 
 LAW = get_law("stribeck")
 TRUTH = dict(zip([parameter.name for parameter in LAW.parameters], [1.2, 3.0, 0.6, 0.12, 0.3, 90.0], strict=True))
@@ -193,6 +203,24 @@ def truth_of(result: Result) -> Reference:
             curves[name] = (velocity, 1.1 * LAW.torque(velocity, values))
             known[name] = {parameter: 1.1 * found.value for parameter, found in joint.parameters.items()}
     return Reference(name="the simulated truth", curves=curves, parameters=known)
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """A browser without the network; tests that need it are skipped where there is none."""
+    if CHROMIUM is None or DRIVER is None:
+        pytest.skip("no Chromium with its chromedriver on the PATH: the pages are not looked at")
+    webdriver = pytest.importorskip(
+        "selenium.webdriver", reason="selenium is not installed: the report is not looked at"
+    )
+    options = webdriver.ChromeOptions()
+    options.binary_location = CHROMIUM
+    for flag in (*FLAGS.split(), *QUIET.split(), f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(executable_path=DRIVER))
+    yield driver
+    driver.quit()
 
 
 @pytest.fixture(scope="session")

@@ -21,6 +21,9 @@ from stribeck.log import LogLike
 from stribeck.robot import Robot
 from stribeck.settings import Settings
 
+UNITS = ("rad", "rad/s", "N m")
+"""Units of position, velocity and torque of revolute joints, which headings of tables show."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class JointInspection:
@@ -29,7 +32,7 @@ class JointInspection:
     Attributes
     ----------
     position_range, velocity_range, torque_range
-        Smallest and largest value [rad], [rad/s], [N m] or `torque_unit`.
+        Smallest and largest value in `units`.
     correlation
         Correlation of measured torque and inverse dynamics; None if the model's torque is unknown or constant.
     delay
@@ -38,6 +41,8 @@ class JointInspection:
         "opposite" if the audit reports it, "agrees" if the torque correlates with the model.
     torque_unit
         Unit of the torque if a torque constant or kp is unknown, "A", "rad" or "m"; None for N m and N.
+    prismatic
+        Whether the joint is prismatic.
     """
 
     position_range: tuple[float, float]
@@ -47,6 +52,21 @@ class JointInspection:
     delay: float | None
     sign: Literal["agrees", "opposite", "unclear"]
     torque_unit: str | None = None
+    prismatic: bool = False
+
+    @property
+    def units(self) -> tuple[str, str, str]:
+        """Units of position, velocity and torque."""
+        own = ("m", "m/s", "N") if self.prismatic else UNITS
+        return own[0], own[1], self.torque_unit or own[2]
+
+    @property
+    def spans(self) -> list[tuple[tuple[float, float], str]]:
+        """Ranges of position, velocity and torque, each with its unit where it differs from `UNITS`."""
+        ranges = self.position_range, self.velocity_range, self.torque_range
+        return [
+            (own, "" if unit == usual else unit) for own, unit, usual in zip(ranges, self.units, UNITS, strict=True)
+        ]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -99,8 +119,7 @@ class Inspection:
         rows = [
             [
                 name,
-                *map(span, (joint.position_range, joint.velocity_range)),
-                span(joint.torque_range) + f" {joint.torque_unit}" * (joint.torque_unit is not None),
+                *(f"{span(own)} {unit}".rstrip() for own, unit in joint.spans),
                 "" if joint.correlation is None else f"{joint.correlation:.2f}",
                 *["" if joint.delay is None else f"{1e3 * joint.delay:+.2f}"] * late,
                 "unclear: the model's torque is too small" if joint.sign == "unclear" else joint.sign,
@@ -110,7 +129,7 @@ class Inspection:
         return TextTable(
             title=f"Joints of {self.robot}",
             left=["joint"],
-            right=["position [rad]", "velocity [rad/s]", "torque [N m]", "correlation with model"]
+            right=[*map("{} [{}]".format, ("position", "velocity", "torque"), UNITS), "correlation with model"]
             + ["torque delay [ms]"] * late,
             last=["sign"],
             rows=rows,
@@ -220,6 +239,7 @@ def _inspect_joint(
         correlation=correlation,
         delay=delay,
         torque_unit=log.channel_unit(evidence.robot.prismatic[column]) if gain else None,
+        prismatic=evidence.robot.prismatic[column],
         sign=sign or ("agrees" if correlation is not None and correlation > 0.3 else "unclear"),
     )
 

@@ -32,12 +32,16 @@ def _section(name: str, template: str, **values: Any) -> Section:
 
 
 def _joint_rows(joints: dict[str, JointInspection]) -> list[dict[str, Any]]:
-    """List the joints with their ranges, scaled per column [%]."""
-    kinds = ("position_range", "velocity_range", "torque_range")
+    """List the joints with their ranges, scaled per column and unit [%]."""
     rows: list[dict[str, Any]] = [{"name": name, "joint": joint, "ranges": []} for name, joint in joints.items()]
-    for kind in kinds:
-        scale = 50 / (max((max(map(abs, getattr(joint, kind))) for joint in joints.values()), default=0.0) or 1.0)
-        for row in rows:
-            low, high = getattr(row["joint"], kind)
-            row["ranges"].append({"low": low, "high": high, "left": 50 + scale * low, "width": scale * (high - low)})
+    scales: dict[tuple[int, str], float] = {}
+    for joint in joints.values():
+        for place, unit in enumerate(joint.units):
+            most = max(map(abs, joint.spans[place][0]))
+            scales[place, unit] = max(scales.get((place, unit), 0.0), most)
+    for row in rows:
+        for place, ((low, high), shown) in enumerate(row["joint"].spans):
+            scale = 50 / (scales[place, row["joint"].units[place]] or 1.0)
+            bar = {"left": 50 + scale * low, "width": scale * (high - low)}
+            row["ranges"].append({"low": low, "high": high, "unit": shown, **bar})
     return rows

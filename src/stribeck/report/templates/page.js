@@ -78,7 +78,7 @@
       ...(names
         ? { splits: () => spec.at ?? names.map((_, k) => k), values: () => names }
         : spec.log
-          ? { filter: decades, values: (_, splits) => splits.map(number) }
+          ? { splits: logarithmic, filter: decades, values: (_, splits) => splits.map(number) }
           : { incrs: STEPS, values: (_, splits, k, space, step) => splits.map((value) => tick(value, step)) }),
       ...(small && { splits: symmetric, values: (_, splits) => splits.map(number) }),
     };
@@ -89,6 +89,12 @@
       Math.abs(value / 10 ** Math.floor(Math.log10(value) + 1e-9) % 1) < 1e-6 ? value : null));
     const found = leading([1]);
     return found.filter((value) => value != null).length > 1 ? found : leading([1, 2, 5]);
+  };
+  /* 1 to 9 in each power of ten; uPlot's own splits never end if the minimum lies just below a power */
+  const logarithmic = (plot, k, low, high) => {
+    const first = Math.floor(Math.log10(low)), count = Math.min(Math.ceil(Math.log10(high)) - first + 1, 99);
+    const all = Array.from({ length: 9 * Math.max(count, 0) }, (_, n) => Number((n % 9) + 1 + "e" + (first + Math.floor(n / 9))));
+    return all.filter((value) => low <= value && value <= high);
   };
   const symmetric = (plot, k, low, high) => {
     const half = (high - low) / 2, power = 10 ** Math.floor(Math.log10(half));
@@ -239,6 +245,13 @@
     plot.over.addEventListener("mouseleave", () => reading(place, ""));
     if (!chart.equal) touch(plot, whole);
   };
+  const apart = (place) => { // an error of one chart is reported, and does not stop the others
+    try {
+      draw(place);
+    } catch (error) {
+      console.error(place.dataset.chart, error);
+    }
+  };
   const group = (sync) => [...plots.values()].filter((plot) => plot.group === sync);
 
   /* Two fingers zoom and shift all charts of a group; two taps show them whole; one finger scrolls the page. */
@@ -274,7 +287,7 @@
 
   /* A chart is drawn when it is about to be seen, and again where colours or sizes change. */
   const seen = new IntersectionObserver(
-    (found) => found.forEach(({ isIntersecting, target }) => isIntersecting && !plots.has(target) && draw(target)),
+    (found) => found.forEach(({ isIntersecting, target }) => isIntersecting && !plots.has(target) && apart(target)),
     { rootMargin: "300px" },
   );
   const resized = new ResizeObserver((found) => found.forEach(({ target }) => {
@@ -289,12 +302,12 @@
     seen.observe(place);
     resized.observe(place);
   }
-  const again = () => [...plots.keys()].forEach(draw);
+  const again = () => [...plots.keys()].forEach(apart);
   toggle?.addEventListener("click", () => {
     toggle.setAttribute("aria-pressed", String(!own()));
-    places.filter((place) => plots.has(place) && place.closest(".curve")).forEach(draw);
+    places.filter((place) => plots.has(place) && place.closest(".curve")).forEach(apart);
   });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);
   matchMedia("print").addEventListener("change", again);
-  addEventListener("beforeprint", () => places.filter((place) => place.clientWidth && !plots.has(place)).forEach(draw));
+  addEventListener("beforeprint", () => places.filter((place) => place.clientWidth && !plots.has(place)).forEach(apart));
 })();
