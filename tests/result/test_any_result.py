@@ -142,7 +142,7 @@ def results(draw: Callable[..., Any], law: str | None = None, names: st.SearchSt
             path=paths,
             sha256="ab" if isinstance(paths, str) else ["ab"] * len(paths),
             duration=draw(POSITIVE),
-            rate=draw(POSITIVE),
+            rate=draw(st.sampled_from([1e-6, 0.5, 1e3, 1e9])),
             samples_used=draw(st.integers(0, 10**12)),
         ),
         law=law,

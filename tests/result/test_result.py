@@ -63,6 +63,30 @@ def test_the_curve_is_written_and_read_and_older_files_have_none(tmp_path: Path)
     assert read_result(path) == result(knee=joint(STRIBECK))
 
 
+@pytest.mark.parametrize(
+    ("place", "value", "problem"),
+    [
+        ("log.rate", 0, r"key 'log.rate' is 0"),
+        ("log.sha256", ["a", "b"], "path and sha256 name different numbers of logs"),
+        ("joints.elbow.curve.0.interval_95", [2.0, 1.0], "it ends at 1, but starts at 2"),
+        ("joints.elbow.curve.0.standard_error", -1.0, "greater than or equal to 0"),
+        ("joints.elbow.velocity_range", [1e308, 1e308], r"contains the number 1e\+308"),
+        ("joints.elbow.terms", {"load": {"verdict": "kept", "reason": "", "gain": 1.0}}, "a gain needs a gain_error"),
+    ],
+)
+def test_a_file_with_impossible_values_is_refused(tmp_path: Path, place: str, value: object, problem: str) -> None:
+    found = result(elbow=joint(STRIBECK, curve=curve(1.1)))
+    document = json.loads(found.to_json())
+    *way, last = place.split(".")
+    inner = document
+    for key in way:
+        inner = inner[int(key) if key.isdecimal() else key]
+    inner[last] = value
+    (tmp_path / "result.json").write_text(json.dumps(document))
+    with pytest.raises(SettingsError, match=problem):
+        read_result(tmp_path / "result.json")
+
+
 def test_friction_as_a_whole_is_said_at_middle_speed() -> None:
     assert friction_text(joint(STRIBECK, curve=curve(1.1))) == "0.60 ± 0.06 N m at 0.5 rad/s"
     assert friction_text(joint(STRIBECK, curve=curve(21))) == "1 ± 12 N m at 0.5 rad/s"

@@ -44,14 +44,14 @@ def terms(result: Result) -> Section | None:
         return None
     common, shown = {}, []  # terms that no joint tried, for one reason; the others
     for term in dict.fromkeys(term for own in chosen.values() for term in own):
-        verdicts = [own[term] for own in chosen.values()]
+        verdicts = [own[term] for own in chosen.values() if term in own]  # files may lack some
         reasons = {verdict.reason for verdict in verdicts}
         if len(reasons) == 1 and all(verdict.gain is None for verdict in verdicts):
             common[term] = reasons.pop()
         else:
             shown.append(term)
     anchors = {name: f"joint-{index}" for index, name in enumerate(result.joints)}
-    cells = {name: [own[term] for term in shown] for name, own in chosen.items()}
+    cells = {name: [own.get(term) for term in shown] for name, own in chosen.items()}
     rows = [{"name": name, "anchor": anchors[name], "cells": own} for name, own in cells.items()]
     body = render("terms.html.j2", columns=shown, rows=rows, common=common)
     return Section(anchor="terms", title="Terms of the law", body=body)

@@ -18,6 +18,7 @@ from stribeck.friction import FrictionLaw, LawWithState, get_law
 from stribeck.friction.auto import beyond_velocity
 from stribeck.friction.law import Motion
 from stribeck.friction.presliding import SMOOTH_SIGN, lag_behind
+from stribeck.result.parts import Count, Interval, Size
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,8 +42,8 @@ class ParameterEstimate:
     """
 
     value: float
-    standard_error: float
-    interval_95: tuple[float, float]
+    standard_error: Size
+    interval_95: Interval
     unit: str
     verdict: Verdict
     variance_shares: dict[str, float] | None = None
@@ -62,10 +63,10 @@ class CurvePoint:
     files of earlier versions.
     """
 
-    velocity: float
+    velocity: Size
     value: float
-    standard_error: float
-    interval_95: tuple[float, float]
+    standard_error: Size
+    interval_95: Interval
     unit: str
     interval_next_log: tuple[float, float] | None = None
 
@@ -87,9 +88,9 @@ class CurvePoint:
 class Validation:
     """Root mean square of the unexplained friction torque on held-out blocks [N m]."""
 
-    rms: float
-    rms_zero_friction: float
-    rms_coulomb_only: float
+    rms: Size
+    rms_zero_friction: Size
+    rms_coulomb_only: Size
 
     @property
     def unexplained(self) -> float:
@@ -128,6 +129,11 @@ class TermVerdict:
     gain: float | None = None
     gain_error: float | None = None
 
+    def __post_init__(self) -> None:
+        """Check that a gain has its error."""
+        if (self.gain is None) != (self.gain_error is None):
+            raise ValueError("a gain needs a gain_error, and the other way round")
+
     @property
     def kept(self) -> bool:
         """Whether the joint's friction includes the term."""
@@ -157,12 +163,12 @@ class JointResult:
     parameters: dict[str, ParameterEstimate]
     verdict: Verdict
     reason: str
-    samples: int
-    velocity_range: tuple[float, float]
-    reversals: int
-    residual_rms: float | None = None
+    samples: Count
+    velocity_range: Interval
+    reversals: Count
+    residual_rms: Size | None = None
     validation: Validation | None = None
-    positive_power_fraction: float | None = None
+    positive_power_fraction: Size | None = None
     terms: dict[str, TermVerdict] | None = None
     mean_load: float | None = None
     load_deviation: float | None = None
@@ -171,7 +177,7 @@ class JointResult:
     mean_temperature: float | None = None
     presliding_travel: float | None = None
     curve: tuple[CurvePoint, ...] = ()
-    position_range: tuple[float, float] | None = None
+    position_range: Interval | None = None
     correlation: tuple[tuple[float, ...], ...] | None = None
     torque_r2: TorqueR2 | None = None
     torque_unit: str | None = None

@@ -5,12 +5,22 @@ from functools import cached_property
 from typing import Annotated
 
 import numpy as np
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from stribeck.base.frozen import freeze_dicts
 from stribeck.base.typing import Array, TorqueSource
 from stribeck.friction_torque.samples import FrictionSamples
 
+
+def _ascending(ends: tuple[float, float]) -> tuple[float, float]:
+    if ends[0] > ends[1]:
+        raise ValueError(f"it ends at {ends[1]:g}, but starts at {ends[0]:g}")
+    return ends
+
+
+Count = Annotated[int, Field(ge=0, le=10**15)]
+Size = Annotated[float, Field(ge=0)]
+Interval = Annotated[tuple[float, float], AfterValidator(_ascending)]
 Three = Annotated[tuple[float, ...], Field(min_length=3, max_length=3)]
 Six = Annotated[tuple[float, ...], Field(min_length=6, max_length=6)]
 
@@ -28,11 +38,11 @@ class BodyCorrection:
     """
 
     mass: tuple[float, float]
-    mass_error: float
+    mass_error: Size
     centre_of_mass: tuple[Three, Three]
     centre_of_mass_error: Three
     inertia: tuple[Six, Six]
-    known: float
+    known: Size
     shape_error: Six | None = None
 
 
@@ -84,10 +94,10 @@ class HeldOutError:
         Number of samples.
     """
 
-    rms: float
-    rms_zero_friction: float
+    rms: Size
+    rms_zero_friction: Size
     torque_r2: float
-    samples: int
+    samples: Count
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,7 +106,7 @@ class HeldOutLog:
 
     path: str
     sha256: str
-    duration: float
+    duration: Size
     joints: dict[str, HeldOutError]
 
     def __post_init__(self) -> None:

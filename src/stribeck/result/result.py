@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NotRequired
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NotRequired
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import Field, TypeAdapter, ValidationError
 from pydantic_core import from_json
 from typing_extensions import TypedDict
 
@@ -18,7 +18,7 @@ from stribeck.base.frozen import freeze_dicts
 from stribeck.base.outputs import whole_or_not_at_all
 from stribeck.errors import SettingsError
 from stribeck.result.joint import CouplingResult, JointResult
-from stribeck.result.parts import Corrections, Evidence, HeldOutLog
+from stribeck.result.parts import Corrections, Count, Evidence, HeldOutLog, Size
 from stribeck.result.tables import joint_rows, parameter_rows, result_table, summary_text, verdict_counts
 from stribeck.settings import describe
 
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SCHEMA = 1
+LARGEST = 1e300
+"""Largest number of a result.json, so that sums are finite."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,10 +40,15 @@ class LogSummary:
 
     path: str | list[str]
     sha256: str | list[str]
-    duration: float
-    rate: float
-    samples_used: int
-    samples: int = 0
+    duration: Size
+    rate: Annotated[float, Field(ge=1e-6, le=1e9)]
+    samples_used: Count
+    samples: Count = 0
+
+    def __post_init__(self) -> None:
+        """Check that each log has one hash."""
+        if len(self.paths) != len([self.sha256] if isinstance(self.sha256, str) else self.sha256):
+            raise ValueError("path and sha256 name different numbers of logs")
 
     @property
     def paths(self) -> list[str]:
@@ -196,10 +203,19 @@ def read_result(path: str | Path) -> Result:
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
         found = document.get("schema") if isinstance(document, dict) else type(document).__name__
         raise SettingsError(f"{path}: key 'schema' is {found!r:.80}; this version reads schema {SCHEMA}")
+    if (largest := _largest(document)) > LARGEST:
+        raise SettingsError(f"{path}: contains the number {largest:.3g}; expected numbers up to {LARGEST:g}")
     try:
         return Result(**TypeAdapter(_Document).validate_json(text, strict=True), path=str(path))
     except ValidationError as error:
         raise SettingsError(f"{path}: {describe(error)}; expected a result.json") from error
+
+
+def _largest(plain: Any) -> float:
+    """Find the largest absolute value in plain data, at any depth; 0 without numbers."""
+    if isinstance(plain, dict | list):
+        return max(map(_largest, plain.values() if isinstance(plain, dict) else plain), default=0.0)
+    return float(min(abs(plain), 10**308)) if isinstance(plain, int | float) else 0.0
 
 
 class _Document(TypedDict):
