@@ -41,7 +41,11 @@ def test_a_payload_is_named_and_its_spans_are_used_when_it_is_accepted(tmp_path:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ('payload = [{ link = "too", mass = 1.0, spans = [[1, 2]] }]', "names link 'too'; expected one of the links"),
+        (
+            'payload = [{ link = "too", mass = 1.0, spans = [[1, 2]] }]',
+            "names link 'too'; expected one of the moving links",
+        ),
+        ('payload = [{ link = "base", mass = 1.0, spans = [[1, 2]] }]', "names link 'base'; expected one of the mov"),
         ('payload = [{ link = "base", mass = 1.0, spans = [[2, 1]] }]', "the span ends at 1 s, but starts at 2 s"),
     ],
 )

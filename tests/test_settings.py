@@ -90,3 +90,9 @@ def test_wrong_settings_in_python_are_one_sentence_with_a_suggestion() -> None:
         Settings(lw="auto")
     with pytest.raises(SettingsError, match="FilterSettings: key 'window' is 1; expected a number from 3"):
         FilterSettings(window=1)
+
+
+@pytest.mark.parametrize("value", ["priors.mass=1e6", "priors.moments=11", 'law=""'])
+def test_values_that_no_fit_survives_are_refused(value: str) -> None:
+    with pytest.raises(SettingsError, match=value.partition("=")[0]):
+        with_settings(Settings(), {}, [value])

@@ -20,6 +20,8 @@ Cutoff = Annotated[float, Field(ge=0.5, le=1e5, allow_inf_nan=False)]
 """Cutoff frequency [Hz]. Below 0.5 Hz, no robot moves and the filter would be seconds long."""
 Prior = Annotated[float, Field(ge=1e-6, le=1e6, allow_inf_nan=False)]
 """Standard deviation. Outside these limits, its square is lost in rounding."""
+Relative = Annotated[float, Field(ge=1e-6, le=10.0, allow_inf_nan=False)]
+"""Standard deviation of a logarithm or a share. Above ten, exponentials of it overflow."""
 Acceleration = Annotated[float, Field(ge=-1e3, le=1e3, allow_inf_nan=False)]  # [m/s^2]
 Gravity = Annotated[tuple[Acceleration, Acceleration, Acceleration], Field(strict=False)]
 PerJoint = Finite | list[Finite] | dict[str, Finite]
@@ -217,19 +219,19 @@ class Priors(Table):
     assumptions, as large as the errors in the models and sensors of the accuracy study.
     """
 
-    mass: Prior = 0.05  # [1] relative to a body's mass: drawings omit cables, screws and paint
+    mass: Relative = 0.05  # [1] relative to a body's mass: drawings omit cables, screws and paint
     centre_of_mass: Prior = 7.5e-3  # [m] along each axis
-    moments: Prior = 0.12  # [1] principal second moments; uniform errors of 20 % have this standard deviation
-    torque_gain: Prior = 0.01  # [1] gain error of a joint's torque sensor, calibrated once
+    moments: Relative = 0.12  # [1] principal second moments; uniform errors of 20 % have this standard deviation
+    torque_gain: Relative = 0.01  # [1] gain error of a joint's torque sensor, calibrated once
     encoder_zero: Prior = 2e-3  # [rad] zero error of an encoder aligned at a stop or in a jig, 0.1 degrees
     imu_tilt: Prior = 5e-3  # [rad] mounting error of a screwed-on IMU, 0.3 degrees
     torque_delay: Prior = 1e-3  # [s] between torques and encoders: one cycle of a 1 kHz bus
     base_delay: Prior = 2e-3  # [s] between base orientation and encoders: IMUs filter
     wrench_force: Prior = 20.0  # [N] zero error of foot sensors: a few percent of a humanoid's weight
     wrench_moment: Prior = 2.0  # [N m] zero error of the moments of foot sensors
-    wrench_gain: Prior = 0.02  # [1] gain error of foot sensors
+    wrench_gain: Relative = 0.02  # [1] gain error of foot sensors
     rotor: Prior = 1.0  # [kg m^2] rotor inertia that the model omits; larger than any real one
-    rotor_share: Prior = 0.2  # [1] relative error of a rotor inertia in the model, from data sheets and gear ratios
+    rotor_share: Relative = 0.2  # [1] relative error of a rotor inertia in the model, from data sheets and gear ratios
     log_offset: Prior = 0.1  # [1] offset of one log minus the mean offset, relative to the torques that move the joints
     friction: Prior = 100.0  # [1] friction relative to the joint's torque: practically no prior
     scale: Prior = 1.0  # [1] logarithm of Stribeck velocity and slope relative to their starts: a factor of three
@@ -251,7 +253,9 @@ class Settings(Table):
     'whole-log'
     """
 
-    law: str | None = None  # default depends on the method: "auto" (whole-log), "stribeck" (curve-fit)
+    law: Annotated[str, Field(min_length=1)] | None = (
+        None  # default depends on the method: "auto" (whole-log), "stribeck" (curve-fit)
+    )
     method: str = "whole-log"
     corrections: Literal["auto", "none", "inertia", "calibration"] = "auto"  # model errors to estimate (whole-log)
     regression: Literal["ordinary", "weighted", "robust"] = "weighted"  # weights of the equations (direct)

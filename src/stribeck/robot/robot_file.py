@@ -272,13 +272,14 @@ def _sort_delays(table: RobotTable, joints: Sequence[str], measured: Sequence[st
 
 
 def _check_payloads(table: RobotTable, tree: RootedModel, where: str) -> tuple[PayloadTable, ...]:
-    """Check that payloads hang on links of a tree on a fixed base."""
-    links = [str(frame.name) for frame in tree.model.frames if frame.type == pin.FrameType.BODY]
+    """Check that payloads hang on moving links of a tree on a fixed base."""
+    frames = [frame for frame in tree.model.frames if frame.type == pin.FrameType.BODY]
+    links = [str(frame.name) for frame in frames if frame.parentJoint]  # the base carries its payload without a joint
     if table.payload and (tree.floating or table.loops):
         raise RobotFileError(f"{where} requires base = 'fixed' and no loops; exclude its spans with [log] exclude")
     for payload in table.payload:
         if payload.link not in links:
-            expected = f"one of the links {', '.join(links)}{did_you_mean(payload.link, links)}"
+            expected = f"one of the moving links {', '.join(links)}{did_you_mean(payload.link, links)}"
             raise RobotFileError(f"{where} names link '{payload.link}'; expected {expected}")
     return tuple(table.payload)
 

@@ -191,6 +191,7 @@ def test_the_robot_file_decides_where_torques_come_from_and_a_contradiction_is_n
         ({"torque": {"unwrap": True}}, r"\[log.torque\] unwrap"),
         ({"torque": {"order": "wxyz"}}, r"\[log.torque\] order"),
         ({"time": {"delay": 0.1}}, r"\[log.time\] has a delay"),
+        ({"time": {"offset": {"hip": 1.0}}}, r"\[log.time\] has a delay, or a scale or offset by joint"),
         ({"torque": {"scale": {"hop": 2.0}}}, r"\[log.torque\] scale names 'hop'; the log's columns are 'hip'"),
         ({"torque": {"offset": [1.0]}}, r"\[log.torque\] offset lists 1 values; expected 3"),
     ],

@@ -58,8 +58,11 @@ def check_table(table: LogTable, where: str) -> None:
             raise SettingsError(f"{where}: [log.{name}] unwrap is set; only position can be unwrapped")
         if settings.order is not None and name != "base_orientation":
             raise SettingsError(f"{where}: [log.{name}] order is set; only base_orientation has an order")
-        if name == "time" and (settings.delay or isinstance(settings.scale, (list, dict))):
-            raise SettingsError(f"{where}: [log.time] has a delay or a scale by joint; give each channel its own delay")
+        if name == "time" and (
+            settings.delay or any(isinstance(v, list | dict) for v in (settings.scale, settings.offset))
+        ):
+            what = "a delay, or a scale or offset by joint"
+            raise SettingsError(f"{where}: [log.time] has {what}; give one number, and each channel its own delay")
 
 
 def seconds(stamps: NDArray[np.generic], settings: ChannelTable, unit: str | None) -> tuple[Array, list[str]]:
