@@ -284,6 +284,17 @@ def test_odd_names_stay_and_equal_identifiers_and_laws_without_a_formula_are_ref
     export(*named('el"b,ow'), tmp_path / "found.yaml", "yaml")
     read = yaml.safe_load((tmp_path / "found.yaml").read_text())
     assert read["joints"]['el"b,ow']["coulomb"] == 1.2
+    export(*named("=SUM(A1)", "-x"), tmp_path / "names.csv", "table")
+    rows = [line for line in (tmp_path / "names.csv").read_text().splitlines() if not line.startswith("#")]
+    assert {row["joint"] for row in csv.DictReader(rows)} == {"'=SUM(A1)", "'-x"}  # spreadsheets read them as text
+    small = replace(own, parameters=own.parameters | {"viscous": replace(own.parameters["viscous"], value=1e-5)})
+    odd = "e\N{ROBOT FACE}\u202e\\: #\x07"
+    both = replace(result, robot=odd, joints={odd: replace(small, mean_temperature=1e-5)})
+    export(both, replace(robot, joint_names=(odd,)), tmp_path / "odd.yaml", "yaml")
+    read = yaml.safe_load((tmp_path / "odd.yaml").read_text())
+    numbers = {"mean_temperature": 1e-5} | numbers_of(small)
+    assert read["robot"] == odd
+    assert {key: read["joints"][odd][key] for key in numbers} == numbers  # YAML 1.1 reads 1e-05 as a text
     export(*named("elbow */ [x]"), tmp_path / "found.h", "c")
     subprocess.run(["cc", "-Wall", "-Werror", "-fsyntax-only", tmp_path / "found.h"], check=True)
     with pytest.raises(SettingsError, match="joints 'a b' and 'a-b' have the same identifier A_B"):

@@ -152,12 +152,12 @@ def mujoco_ranges(lines: list[str], joints: Mapping[str, JointRanges]) -> str:
 
 def yaml_text(request: Request) -> str:
     """Format the values of each joint as YAML: of the function above, or of the form "plain"."""
-    lines = [f"robot: {json.dumps(request.result.robot)}", "joints:"]
+    lines = [f"robot: {_quoted(request.result.robot)}", "joints:"]
     for name, terms in request.joints.items():
         joint = request.result.joints[name]
-        lines += [f"  {json.dumps(name)}:", f"    verdict: {joint.verdict}"]
+        lines += [f"  {_quoted(name)}:", f"    verdict: {joint.verdict}"]
         lines += [f"    torque_unit: {joint.torque_unit}"] * (joint.torque_unit is not None)
-        lines += [f"    mean_temperature: {joint.mean_temperature}"] * (joint.mean_temperature is not None)
+        lines += _entries({"mean_temperature": joint.mean_temperature}) * (joint.mean_temperature is not None)
         plain = {word: value for word, (value, _) in terms.stated.items()}
         lines += _entries(plain if request.form == "plain" else numbers_of(joint, terms.beyond))
     return _below_comments(request.lines, lines)
@@ -167,7 +167,7 @@ def yaml_ranges(lines: list[str], joints: Mapping[str, JointRanges]) -> str:
     """Format the lowest and highest values of the form "plain" as YAML."""
     body = ["joints:"]
     for name, own in joints.items():
-        body += [f"  {json.dumps(name)}:", *_entries(own.numbers)]
+        body += [f"  {_quoted(name)}:", *_entries(own.numbers)]
     return _below_comments(lines, body)
 
 
@@ -180,7 +180,8 @@ def table_text(request: Request) -> str:
     for name in request.joints:
         joint = request.result.joints[name]
         velocity = top_speed(joint) * np.concatenate([-shape[:0:-1], shape])
-        quoted = '"' + name.replace('"', '""') + '"' if set(name) & set(',"\n') else name
+        shown = f"'{name}" if name.startswith(("=", "+", "-", "@")) else name  # spreadsheets would evaluate it
+        quoted = '"' + shown.replace('"', '""') + '"' if set(shown) & set(',"\r\n') else shown
         rows = zip(velocity.tolist(), joint.friction(velocity).tolist(), strict=True)
         lines += [f"{quoted},{v:.9g},{friction:.9g}" for v, friction in rows]
     return _below_comments(request.lines, lines)
@@ -223,9 +224,18 @@ def _template(name: str) -> Template:
 
 
 def _entries(numbers: Mapping[str, object]) -> list[str]:
-    return [f"    {key}: {json.dumps(value)}" for key, value in numbers.items()]
+    """Format numbers and lists of numbers as YAML 1.1, whose numbers with an exponent need a point."""
+    texts = {key: re.sub(r"(?<![.0-9])([0-9]+)e", r"\1.0e", json.dumps(value)) for key, value in numbers.items()}
+    return [f"    {key}: {text}" for key, text in texts.items()]
+
+
+def _quoted(text: str) -> str:
+    """Quote a name for YAML; JSON's pairs of surrogates would be read as two characters."""
+    plain = (letter if letter.isascii() and letter.isprintable() else f"\\U{ord(letter):08x}" for letter in text)
+    return '"' + "".join("\\" * (letter in '"\\') + letter for letter in plain) + '"'
 
 
 def _below_comments(head: Iterable[str], lines: list[str]) -> str:
-    """Format lines below a head of comments."""
-    return "\n".join([*(f"# {' '.join(line.split())}" for line in head), *lines]) + "\n"
+    """Format lines below a head of comments, without characters that YAML forbids."""
+    plain = ("".join(letter if letter.isprintable() else " " for letter in line) for line in head)
+    return "\n".join([*(f"# {' '.join(line.split())}" for line in plain), *lines]) + "\n"
