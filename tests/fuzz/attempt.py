@@ -77,7 +77,7 @@ def _become(kind, generator, folder, seeds, errors):
         warnings.simplefilter("error", RuntimeWarning)  # numbers that overflow, or are none
         sys.argv = ["stribeck", *command]
         try:
-            main()
+            (kind.main or main)()
             code = 0
         except SystemExit as end:
             code = end.code if isinstance(end.code, int) else int(end.code is not None)
@@ -99,6 +99,8 @@ def _outcome(status, said, left):
         return "traceback"
     if code in (0, MISREAD):
         return "misread" if code else "accepted"
-    one_sentence = re.fullmatch(r"(stribeck: note: .*\n)*stribeck: .+\n", said) or said.startswith("Usage: ")
+    one_sentence = re.fullmatch(r"(stribeck: note: .*\n)*stribeck: .+\n", said) or said.startswith(
+        ("Usage: ", "Error: ")
+    )
     outputs = [name for name in left if name == "out" or name.startswith(("out.", ".stribeck-"))]
     return "refused" if one_sentence and not outputs else "untidy"

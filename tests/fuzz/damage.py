@@ -118,6 +118,21 @@ def value_damaged(generator, document):
     return document
 
 
+def number_damaged(generator, document):
+    """Return plain data in which one number is zero, tiny, huge, negated, or missing."""
+    places, pending = [], [document]
+    while pending:
+        inner = pending.pop()
+        pairs = inner.items() if isinstance(inner, dict) else enumerate(inner) if isinstance(inner, list) else ()
+        places += [(inner, key) for key, value in pairs if isinstance(value, int | float)]
+        pending += [value for _, value in pairs]
+    if places:
+        holder, key = pick(generator, places)
+        old = holder[key]
+        holder[key] = pick(generator, (0, -old, 1e6 * old, 1e-300, 1e300, 1e308, -1e308, 1e-9, 1e12, None, 2**53, 1))
+    return document
+
+
 def nested(generator, opening, inner, closing):
     """Return a text inside many brackets."""
     depth = int(10 ** generator.uniform(1, 5))

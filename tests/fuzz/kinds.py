@@ -8,7 +8,9 @@ import gc
 import json
 import os
 import shutil
+import sys
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
@@ -18,16 +20,32 @@ from pkgutil import walk_packages
 import h5py
 import numpy as np
 from rosbags.typesys import Stores, get_typestore
-from tests.fuzz.damage import NUMBERS, VALUES, WORDS, bytes_damaged, document_damaged, nested, pick, text_damaged
+from tests.fuzz.arguments import arguments
+from tests.fuzz.damage import (
+    NUMBERS,
+    VALUES,
+    WORDS,
+    bytes_damaged,
+    document_damaged,
+    nested,
+    number_damaged,
+    pick,
+    text_damaged,
+    value_damaged,
+)
+from tests.fuzz.settings import settings_file
+from tests.fuzz.stores import make_store, manifest, store
 from tests.log.readers.formats import WRITERS, arrays_of, messages_of, synthetic_log, write_messages
 
 import stribeck
 import stribeck_simulation
+from stribeck.cli import main
 from stribeck.cli.options import FORMATS
+from stribeck.errors import StribeckError
 from stribeck.friction import get_law
 from stribeck.log.readers import read_log
 from stribeck.log.writers import write_log
-from stribeck.pipeline import identify
+from stribeck.report import write_report
 from stribeck.robot import Robot
 from stribeck.settings import Settings, flat
 from stribeck_simulation.prescribed.exact import exact_log
@@ -85,7 +103,13 @@ def make_seeds(folder):
     for name, write in WRITERS.items():
         (folder / "logs" / name).mkdir(parents=True)
         write(folder / "logs" / name, synthetic_log(200, joints=robot.joint_names))
-    (folder / "result.json").write_text(identify(log, robot, Settings()).to_json(), encoding="utf-8")
+    write_log(log, folder / "whole.npz")
+    whole = [str(folder / "whole.npz"), "-r", str(folder / "robot.toml"), "-o", str(folder / "saved")]
+    sys.argv = ["stribeck", "identify", *whole, "--quiet"]
+    with suppress(SystemExit):
+        main()
+    shutil.copy(folder / "saved/result.json", folder)
+    make_store(folder / "store", folder / "result.json")
 
 
 def import_all():
@@ -148,6 +172,31 @@ def result_file(generator, folder, seeds):
     target = ["--to", pick(generator, tuple(FORMATS)), "-o", "out"]
     more = pick(generator, (["--include-weak"], ["--samples", "2"], ["--ranges"], ["--strict"], []))
     return ["export", "result.json", "-r", str(seeds / "robot.toml"), *target, *more]
+
+
+def saved_result(generator, folder, seeds):
+    """Damage numbers and structure of a result, or the table next to it, for its report."""
+    for name in ("result.json", "friction_torque.parquet"):
+        shutil.copy(seeds / "saved" / name, folder)
+    if generator.random() < 0.1:
+        table = folder / "friction_torque.parquet"
+        table.write_bytes(bytes_damaged(generator, table.read_bytes()))
+    else:
+        document = json.loads((folder / "result.json").read_text(encoding="utf-8"))
+        for _ in range(int(generator.integers(1, 4))):
+            change = pick(generator, (value_damaged, number_damaged, number_damaged))
+            document = change(generator, document)
+        (folder / "result.json").write_text(json.dumps(document), encoding="utf-8", errors="replace")
+    return ["result.json", "out.html"]
+
+
+def write_saved_report():
+    """Write a report as the command line does, which reports no saved results."""
+    try:
+        write_report(*sys.argv[1:])
+    except StribeckError as error:
+        print(f"stribeck: {error}", file=sys.stderr)
+        sys.exit(error.exit_code)
 
 
 def scenario_file(generator, folder, seeds):  # noqa: ARG001 - made from nothing
@@ -306,6 +355,7 @@ class Kind:
     make: Callable
     share: float
     wrong: Callable | None = None
+    main: Callable | None = None  # instead of the command line
 
 
 KINDS = {
@@ -313,6 +363,11 @@ KINDS = {
     "model-file": Kind(model_file, 1.8),
     "set-option": Kind(set_option, 0.7),
     "result-file": Kind(result_file, 1.0),
+    "saved-result": Kind(saved_result, 1.0, main=write_saved_report),
+    "settings": Kind(settings_file, 1.0),
+    "store": Kind(store, 0.7),
+    "manifest": Kind(manifest, 0.3),
+    "arguments": Kind(arguments, 0.7),
     "scenario-file": Kind(scenario_file, 0.3),
     "log-strange": Kind(strange_log, 1.0),
     "run-extreme": Kind(extreme_run, 0.1, inconsistent),

@@ -82,6 +82,9 @@ def read_fleet(store: str | Path) -> Fleet:
         for c in range(len(channels)):  # all at once would take several gigabytes
             rows = connection.execute("SELECT n, friction, standard_error FROM point WHERE c = ?", [c]).fetchnumpy()
             found[:, rows["n"], c] = rows["friction"], rows["standard_error"]
+    size, error = np.abs(found[0]), found[1]
+    sound = (size > 1e-100) & (size < 1e100) & (error >= 0) & (error < 1e100)  # squares are finite
+    found[:, ~sound] = np.nan
     return Fleet(
         robots=np.array(logs["robot"], dtype=str),
         start=np.array(logs["start"], dtype="datetime64[us]"),
