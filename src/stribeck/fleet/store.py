@@ -202,7 +202,7 @@ def _damage(path: Path) -> str:
     try:
         missing = [name for name in ("key", "start", "status", "sha256", "finished") if _read(path)[name].null_count]
     except (pa.ArrowException, OSError, ValueError) as error:
-        return str(error).partition("\n")[0].rstrip(".")
+        return str(error).rpartition("': ")[2].partition(". ")[0].partition("\n")[0] or "unreadable"
     return f"rows without {missing[0]}" if missing else ""
 
 
