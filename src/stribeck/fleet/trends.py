@@ -134,7 +134,8 @@ def find_trends(store: str | Path, *, logs_per_false_alarm: float = 1000.0) -> T
         raise SettingsError(f"logs_per_false_alarm: found {logs_per_false_alarm:g}, expected 10 to 1e9 logs")
     fleet = read_fleet(store)
     spreads = [log_variance(fleet, channel) for channel in range(len(fleet.channels))]
-    variance, freedom = np.column_stack([own for own, _ in spreads]), np.array([own for _, own in spreads])
+    variance = np.maximum(np.column_stack([own for own, _ in spreads]), 1e-24)  # equal logs
+    freedom = np.array([own for _, own in spreads])
     changes = find_changes(fleet.robots, fleet.logarithm, variance, logs_per_false_alarm, freedom)
     first = np.isfinite(fleet.logarithm)  # logs before the first change of their robot
     for change in changes:
