@@ -187,7 +187,7 @@ class LogTable(Table):
     foot_names: dict[str, str] = {}  # the log's name (topic, for wrenches in bags) -> the contact's name
     foot_order: list[str] = []
     columns: list[str] = []  # names of all columns of a CSV file without a header line
-    rate: Positive | None = None  # [Hz], for logs without a time channel
+    rate: Positive | None = None  # [Hz], instead of a time channel
     max_gap: Positive | None = None  # [s], longest interpolated step; default 1.5 periods, at least 10 ms
     exclude: list[Excluded] = []  # spans that are not used
 

@@ -61,3 +61,29 @@ def test_a_folder_s_file_is_no_column(tmp_path: Path) -> None:
         (tmp_path / f"{file}.csv").write_text("time,base,wrist_1\n0,0,0\n1,0,0\n")
     table, _ = find_columns(open_log(tmp_path, LogTable()))
     assert table["position"] == {"name": ["encoders.base", "encoders.wrist_1"]}
+
+
+@pytest.mark.parametrize(
+    ("kinds", "torque"),
+    [
+        (("axis{k}.pos_estimate", "axis{k}.vel_estimate"), "axis{k}.torque_estimate"),
+        (("m{k}.position", "m{k}.velocity"), "m{k}.torque"),
+        (("field.position{k}", "field.velocity{k}"), "field.effort{k}"),
+        (("rec.act_pos_se_deg{k}", "rec.des_pos_se_deg{k}"), "rec.act_torque_abs_nm{k}"),
+        (("q{k}", "qd{k}"), "I{k}"),
+    ],
+)
+def test_numbers_and_groups_before_the_channel(kinds: tuple[str, ...], torque: str, tmp_path: Path) -> None:
+    table, source = found(tmp_path, "%time", "field.header.stamp", "i", *columns(*kinds, torque))
+    assert table["time"] == {"name": "%time"}
+    if not kinds[0].startswith("q"):  # its numbered columns have the usual name
+        assert table["position"]["name"] == columns(kinds[0])
+    assert table["torque"]["name"] == columns(torque)
+    assert source == ("motor_current" if torque == "I{k}" else None)
+
+
+def test_a_signal_with_unknown_words_is_taken_only_if_there_is_no_other(tmp_path: Path) -> None:
+    table, _ = found(tmp_path, "ros_time", *columns("q_{k}", "tau_{k}"))
+    assert table == {"time": {"name": "ros_time"}}
+    table, _ = found(tmp_path, "ros_time", "cpu_time", *columns("q_{k}", "tau_{k}"))
+    assert table == {}

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -16,14 +17,21 @@ from stribeck.init.draft import Draft, ask_for_torque_source, write_contacts
 from stribeck.init.model import read_model
 from stribeck.init.names import match, words
 from stribeck.log import RobotLog
+from stribeck.log.clock import mean_step
 from stribeck.log.readers import read_log
 from stribeck.log.readers.channels import JOINT_CHANNELS, WRENCH
+from stribeck.log.readers.mapping import TIME
 from stribeck.log.readers.read import open_log
 from stribeck.log.readers.recording import Recording, listed
 from stribeck.log.readers.unitree import name_motors
 from stribeck.robot import model_path
 from stribeck.robot.packages import PREFIX
 from stribeck.settings import LogTable
+
+PLACEHOLDER = 1000.0
+"""Sampling rate of a draft for a log without time [Hz]; nothing is derived from it."""
+CANDIDATES = 40
+"""Largest number of columns that a question lists [1]."""
 
 
 def draft_robot_file(model: str, log: Path | None, output: Path) -> Draft:
@@ -43,7 +51,7 @@ def draft_robot_file(model: str, log: Path | None, output: Path) -> Draft:
     RobotFileError
         If the model cannot be read.
     LogError
-        If the log cannot be read, or contains no positions or torques.
+        If the log cannot be opened.
     """
     path = model_path(model, Path())
     facts = read_model(path)
@@ -61,6 +69,7 @@ def draft_robot_file(model: str, log: Path | None, output: Path) -> Draft:
             draft.ask("robot", "no log was given; `stribeck init MODEL LOG` finds names, units, signs and delays.")
         else:
             _answer_from_log(draft, log)
+        draft.document = {key: value for key, value in draft.document.items() if value or key in draft.notes}
         draft.warnings += draft.robot().warnings  # refuse now what `identify` would refuse
     return draft
 
@@ -68,15 +77,21 @@ def draft_robot_file(model: str, log: Path | None, output: Path) -> Draft:
 def _answer_from_log(draft: Draft, log: Path) -> None:
     """Answer questions from a log: names, units, roles, contacts, and order and signs by dynamics."""
     source, torque_source = _find_channels(draft, log)
-    _find_time_unit(draft, source)
-    unsure = _match_joints(draft, source)
+    placeholder = _find_time_unit(draft, source)
+    found = _ask_for_channels(draft, source, torque_source)
+    unsure = _match_joints(draft, source) if found else None
     _decide_base(draft, source)
     _write_torque_source(draft, source, torque_source)
+    if unsure is None or placeholder:
+        return
     robot = draft.robot()
-    read = read_log(log, robot)
-    step = float(np.median(np.diff(read.time)))
-    if not step > 0 or not np.isfinite(read.position).any(axis=0).all():
-        prepare(read, robot, robot.settings)  # raises an error that describes the problem
+    try:
+        read = read_log(log, robot)
+        if not np.isfinite(read.position).any(axis=0).all():
+            prepare(read, robot, robot.settings)  # raises an error that describes the problem
+    except LogError as error:
+        draft.ask("log", f"the log cannot be used with these settings: {error}.")
+        return
     _write_idle_joints(draft, read)
     if order := orientation_order(read):
         draft.set("log.base_orientation", "order", order, "with this order the base is upright.")
@@ -86,7 +101,6 @@ def _answer_from_log(draft: Draft, log: Path) -> None:
             draft.set("log.desired_position", "unit", unit, "as the positions.")
     if read.command is None:  # order and signs of commands are those of the positions
         answer_by_dynamics(draft, log, unsure)
-    draft.document = {key: value for key, value in draft.document.items() if value}
 
 
 def _find_channels(draft: Draft, log: Path) -> tuple[Recording, TorqueSource | None]:
@@ -102,35 +116,77 @@ def _find_channels(draft: Draft, log: Path) -> tuple[Recording, TorqueSource | N
         source = open_log(log, LogTable.model_validate(table))
     if "torque" not in source.channels and "desired_position" in source.channels:
         torque_source = "command"
-    for channel in ("position", "torque"):
-        if channel not in source.channels and (channel, torque_source) != ("torque", "command"):
-            commands = ", or desired positions" if channel == "torque" else ""
-            raise LogError(
-                f"{log}: no name suggests joint {channel}s{commands}; expected '{channel}', or another name "
-                f"as [log.{channel}] name (found {listed([*source.channels, *source.others])})"
-            )
     return source, torque_source
 
 
-def _find_time_unit(draft: Draft, source: Recording) -> None:
-    """Find the unit of time."""
-    if "time" not in source.channels:
-        draft.table("log")["rate"] = 1000.0  # [Hz], a guess
-        draft.ask("log.rate", "the log has no time; what is its sampling rate [Hz]?")
-    elif source.time_unit is None:
-        loaded, _ = source.load({"time": [0]})
-        unit = time_unit(np.asarray(loaded["time"], dtype=float).reshape(-1))
-        if unit != "s":
-            draft.set("log.time", "unit", unit, "found from the length of its steps.")
+def _ask_for_channels(draft: Draft, source: Recording, torque_source: TorqueSource | None) -> bool:
+    """Ask for positions and torques that no name suggests; return whether both were found."""
+    missing = [name for name in ("position", "torque") if name not in source.channels]
+    if torque_source == "command" and "torque" in missing:
+        missing.remove("torque")
+    for channel in missing:
+        commands = ", or [log.desired_position] name for commands" if channel == "torque" else ""
+        draft.ask(
+            "log",
+            f"no name suggests joint {channel}s; which of {listed(source.others, CANDIDATES)} are they? Set "
+            f"[log.{channel}] name to the array, prefix, topic or list of columns{commands}.",
+        )
+    return not missing
 
 
-def _match_joints(draft: Draft, source: Recording) -> list[str]:
-    """Match columns with joints, and lock the other joints; return the joints that were not matched by name."""
+def _find_time_unit(draft: Draft, source: Recording) -> bool:
+    """Find the unit of time, and the rate of rows whose stamps come from a coarse clock.
+
+    Returns
+    -------
+    placeholder
+        Whether the rate is a placeholder.
+    """
+    stamps = np.zeros(0)
+    if "time" in source.channels:
+        with suppress(LogError):  # text
+            loaded, _ = source.load({"time": [0]})
+            stamps = np.asarray(loaded["time"], dtype=float).reshape(-1)
+            stamps = (stamps - stamps[0])[np.isfinite(stamps)]
+    if not stamps.any():
+        draft.table("log")["rate"] = PLACEHOLDER
+        draft.ask(
+            "log.rate",
+            "the log has no usable time; what is its sampling rate [Hz]? Units, signs and order are not checked until "
+            "`stribeck inspect` runs with this rate.",
+        )
+        return True
+    coarse = np.mean(np.diff(stamps) == 0) > 0.5
+    mean = mean_step(stamps, (slice(0, len(stamps)),))
+    unit = source.time_unit or time_unit(np.array([0.0, mean]) if coarse else stamps)
+    if unit != "s" and source.time_unit is None:
+        draft.set("log.time", "unit", unit, "found from the length of its steps.")
+    if coarse:
+        draft.table("log")["rate"] = float(f"{1 / (mean * TIME[unit]):.4g}")
+        draft.ask("log.rate", "most stamps repeat, as from a coarse clock; is this the rate of the rows [Hz]?")
+    return False
+
+
+def _match_joints(draft: Draft, source: Recording) -> list[str] | None:
+    """Match columns with joints, and lock the other joints.
+
+    Returns
+    -------
+    unsure
+        Joints that were not matched by name; None if the log has no joint of the model.
+    """
     facts, robot = draft.facts, draft.document["robot"]
     position = source.channels["position"]
     torque = source.channels["torque" if "torque" in source.channels else "desired_position"]
     nameless = position.labels is None
     names, unsure, extra = _assign_in_order(draft, position.columns) if nameless else _match(draft, source)
+    if not names:
+        draft.ask(
+            "log",
+            f"none of the joints {listed(position.labels or ())} of the log is in the model, which has "
+            f"{listed(facts.joints)}; which are they? Set [log] joint_names.",
+        )
+        return None
     if missing := [joint for joint in facts.joints if joint not in names]:
         ranges = {joint: facts.range[joint] for joint in missing}
         robot["locked"] = robot.get("locked", {}) | {
@@ -169,11 +225,6 @@ def _match(draft: Draft, source: Recording) -> tuple[list[str], list[str], list[
             continue
         unsure = list(by_order.values())
         names = [joint for joint in joints if joint in pairs.values()]
-        if not names:
-            raise LogError(
-                f"{source.path}: none of the joints {listed(labels)} is in the model, which has {listed(joints)}; "
-                "expected a log of this robot, or [log] joint_names"
-            )
         extra = [] if rest else left
     if renamed:
         draft.table("log")["joint_names"] = renamed

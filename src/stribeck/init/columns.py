@@ -22,7 +22,7 @@ WORDS: dict[str, set[str]] = {
     "contact": {"contact", "contacts"},
 }
 """Words in the names of each channel."""
-CURRENTS = {"current", "currents", "amps", "ampere", "amperes"}
+CURRENTS = {"current", "currents", "amps", "ampere", "amperes", "i"}
 """Words for motor currents, which replace torques that were not measured."""
 UNITS: dict[str, dict[str, str]] = {
     "position": {"rad": "rad", "deg": "deg", "degree": "deg", "degrees": "deg"},
@@ -34,7 +34,7 @@ UNITS: dict[str, dict[str, str]] = {
 TIMES = {"s", "sec", "ms", "us", "ns"}
 """Units of time, which are detected from the steps."""
 MEASURED = {"meas", "measured", "msr", "actual", "act", "state", "raw", "joint", "joints", "dof", "est", "estimated"}
-MEASURED |= {"ist"}
+MEASURED |= {"estimate", "estimates", "feedback", "ist"}
 """Words for measured signals, which are preferred."""
 OTHERS = {"error", "fric", "friction", "model", "limit", "filt", "dot", "ext", "external", "gravity", "coriolis"}
 """Words for signals that were not measured."""
@@ -55,7 +55,8 @@ def find_columns(source: Recording) -> tuple[dict[str, dict[str, Any]], TorqueSo
     """
     groups: dict[tuple[str, ...], list[str]] = {}
     for name in source.others:
-        groups.setdefault(tuple(words(name)), []).append(name)
+        if name.lower() != "i" or name in source.wide:  # a counter, not currents
+            groups.setdefault(tuple(words(name)), []).append(name)
     found: dict[str, dict[str, Any]] = {}
     for channel, kinds in WORDS.items():
         names = _find_labelled(source, channel, kinds) if channel in JOINT_CHANNELS else []
@@ -67,8 +68,19 @@ def find_columns(source: Recording) -> tuple[dict[str, dict[str, Any]], TorqueSo
         if names:
             unit = _find_unit("current", names[0]) or {"unit": "A"}
             found["torque"] = {"name": names if len(names) > 1 else names[0]} | unit
-            return found, "motor_current"
-    return found, "command" if commanded else None
+            return found | _find_others(groups, {*found, *source.channels}), "motor_current"
+    return found | _find_others(groups, {*found, *source.channels}), "command" if commanded else None
+
+
+def _find_others(groups: dict[tuple[str, ...], list[str]], known: set[str]) -> dict[str, dict[str, Any]]:
+    """Find each necessary channel that is missing, if only one measured signal has a word of it in its name."""
+    found: dict[str, dict[str, Any]] = {}
+    for channel in ("time", "position", "torque"):
+        signals = [key for key in groups if WORDS[channel] & set(key) and not (OTHERS | COMMANDS) & set(key)]
+        if len(signals) == 1 and channel not in known:
+            names = groups[signals[0]]
+            found[channel] = {"name": names if len(names) > 1 else names[0]} | _find_unit(channel, names[0])
+    return found
 
 
 def find_command(source: Recording) -> str | None:
@@ -97,7 +109,8 @@ def _rank(key: tuple[str, ...], kinds: set[str], channel: str) -> tuple[int, int
     own = kinds & set(key)
     wrong = OTHERS & set(key) or (COMMANDS & set(key) if channel != "torque" else set())
     idle = {"robot", "log", "data"} | TIMES | {unit for units in UNITS.values() for unit in units}
-    idle |= {"j", "axis", "motor"} if channel in UNITS else {"base", "imu", "body", "foot", "feet"}
+    idle |= {"field"}  # of `rostopic echo -p`
+    idle |= {"j", "m", "axis", "motor"} if channel in UNITS else {"base", "imu", "body", "foot", "feet"}
     rest = set(key) - kinds - MEASURED - COMMANDS - idle
     if not own or wrong or rest:
         return None

@@ -17,6 +17,7 @@ from stribeck.errors import LogError, SettingsError
 from stribeck.friction_torque.preparation import prepare
 from stribeck.init.names import words
 from stribeck.log import RobotLog
+from stribeck.log.clock import typical_step
 from stribeck.robot import Robot
 from stribeck.settings import Settings
 
@@ -134,7 +135,7 @@ def _compare(log: RobotLog, robot: Robot) -> Agreement:
 
 def _take_excerpt(log: RobotLog) -> RobotLog:
     """Take at most 2,000 samples at about 200 Hz from the middle of a log."""
-    step = max(1, int(1 / float(np.median(np.diff(log.time))) / 200.0))
+    step = max(1, int(1 / typical_step(log.time[np.isfinite(log.time)], log.path) / 200.0))
     rows = len(log.time) // step
     first = max(0, rows - 2000) // 2 * step
     return log.take(slice(first, first + min(rows, 2000) * step, step))

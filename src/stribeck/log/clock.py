@@ -13,6 +13,7 @@ RATES = (20.0, 100e3)  # [Hz]; slower logs miss the robot's motion, faster ones 
 TOLERANCE = 0.01  # periods; smaller deviations count as uniform
 STEP = 1.5  # periods; in a longer step a sample is missing
 BRIDGED = 0.01  # [s], steps that are always interpolated: a quarter of the windows of estimators
+REPEATED = 0.8  # share of different stamps; fewer come from a clock that is coarser than the rows
 ROUNDING = 0.55  # grains; rounding moves a stamp by half a grain, and the fitted line a little
 
 
@@ -36,11 +37,16 @@ def refuse_wrong_time(time: Array, path: str) -> None:
 
 def typical_step(time: Array, where: str) -> float:
     """Compute the median step [s] between different stamps; refuse rates that no robot's log has."""
-    steps = np.diff(time)
-    steps = steps[steps > 0]
+    every = np.diff(time)
+    steps = every[every > 0]
     if not steps.size:
-        raise LogError(f"{where}: all stamps are {time[0]:.9g} s; expected increasing time")
+        raise LogError(f"{where}: all stamps are {time[0]:.9g} s; expected increasing time, or [log] rate in Hz")
     step = float(np.median(steps))
+    if not RATES[0] < 1 / step <= RATES[1] and len(steps) < REPEATED * len(every):
+        raise LogError(
+            f"{where}: only {len(steps)} of {len(every)} steps of 'time' are not zero, as from a coarse clock; if the "
+            f"rows are evenly spaced, set [log] rate = {rate_of_rows(time):.4g}"
+        )
     if not RATES[0] <= 1 / step <= RATES[1]:
         factors = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9, "s": 1.0}
         units = [unit for unit, factor in factors.items() if RATES[0] <= 1 / (step * factor) <= RATES[1]]
@@ -67,6 +73,11 @@ def mean_step(time: Array, segments: tuple[slice, ...]) -> float:
         covariance += float(row @ (time[part] - time[part.start]))
         variance += float(row @ row)
     return covariance / variance
+
+
+def rate_of_rows(time: Array) -> float:
+    """Compute the rate [Hz] of evenly spaced rows whose stamps come from a coarse clock."""
+    return 1 / mean_step(time, (slice(0, len(time)),))
 
 
 def _centred_rows(part: slice) -> Array:

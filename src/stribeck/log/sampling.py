@@ -9,7 +9,16 @@ from numpy.typing import NDArray
 from stribeck.base.typing import Array
 from stribeck.errors import LogError, findings_kept
 from stribeck.log import RobotLog
-from stribeck.log.clock import STEP, even, longest_step, mean_step, refuse_wrong_time, typical_step
+from stribeck.log.clock import (
+    REPEATED,
+    STEP,
+    even,
+    longest_step,
+    mean_step,
+    rate_of_rows,
+    refuse_wrong_time,
+    typical_step,
+)
 from stribeck.log.plausibility import check_plausible
 from stribeck.log.storage import allocate
 from stribeck.log.writers import column_names
@@ -127,9 +136,13 @@ def _remove_incomplete(log: RobotLog, where: str) -> tuple[RobotLog, dict[str, i
     if missing:
         notes.append(f"{len(keep) - complete} rows with missing values were removed: {_counts(missing)}.")
     again = _repeats(log.time, keep, typical_step(log.time[keep], where))
+    coarse = len(again) > (1 - REPEATED) * complete and np.any(log.position[again] != log.position[again - 1], axis=1)
+    remedy = f"; if the rows are evenly spaced, set [log] rate = {rate_of_rows(log.time[keep]):.4g}" * bool(
+        np.mean(coarse) > 0.5
+    )
     keep[again] = False
     if len(again):
-        notes.append(f"{len(again)} rows with repeated stamps were removed.")
+        notes.append(f"{len(again)} rows with repeated stamps were removed{remedy}.")
     return _cut(log, keep), missing, len(again), notes
 
 

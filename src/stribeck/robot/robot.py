@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Literal
@@ -19,7 +19,7 @@ from stribeck.errors import RobotFileError
 from stribeck.robot.kinematics import frame_pose
 from stribeck.robot.model_file import take_model
 from stribeck.robot.packages import model_path
-from stribeck.robot.robot_file import Contact, read_robot_file, robot_fields, validated
+from stribeck.robot.robot_file import Contact, open_questions, read_robot_file, robot_fields, validated
 from stribeck.robot.rooting import BASE_FRAME, RootedModel, is_floating, root_at
 from stribeck.settings import LogTable, LoopTable, MotorTable, PayloadTable, RobotFile, Settings
 
@@ -59,7 +59,7 @@ class Robot:
     couplings
         Coefficients b_j of torque-controlled joints by coupling: friction R(sum_j b_j v_j) acts on joint j as b_j R.
     warnings
-        Problems of the model.
+        Problems of the model, and questions that `stribeck init` left open in the robot file.
     path
         Path of the robot file, or of the model if there is no robot file; empty for a Pinocchio model.
     model_path
@@ -144,7 +144,8 @@ class Robot:
         >>> Robot.from_file("robot.toml").mass
         6.0
         """
-        return from_robot_file(read_robot_file(Path(path)), Path(path))
+        robot = from_robot_file(read_robot_file(Path(path)), Path(path))
+        return replace(robot, warnings=(*robot.warnings, *open_questions(Path(path))))
 
     @classmethod
     def from_model(

@@ -66,6 +66,20 @@ def read_robot_file(path: Path) -> RobotFile:
     return validated(document, path)
 
 
+def open_questions(path: Path) -> list[str]:
+    """Describe the questions that `stribeck init` left open in a robot file; empty if there is none."""
+    lines = read_text(path, "a robot file (TOML)", RobotFileError).splitlines()
+    places = [number for number, line in enumerate(lines, 1) if line.startswith("# TODO:")]
+    if not places:
+        return []
+    many = "a question is" if len(places) == 1 else f"{len(places)} questions are"
+    first = lines[places[0] - 1].removeprefix("# TODO:").strip()
+    return [
+        f"{path}: {many} open, marked TODO in line {', '.join(map(str, places))} ({first[:60].rstrip()} ...); answer "
+        "them and delete these comments"
+    ]
+
+
 def validated(document: dict[str, Any], path: Path) -> RobotFile:
     """Validate the content of a robot file; the error names the wrong key."""
     try:

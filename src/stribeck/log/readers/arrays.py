@@ -3,6 +3,7 @@
 import io
 import math
 import zipfile
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -168,6 +169,8 @@ def source_of_arrays(
         return loaded, alias_note(aliases)
 
     taken = {key for keys in used.values() for key in keys} | set(WORDS)
+    lengths = Counter(array.shape[0] for array in arrays.values() if array.shape)
+    rows = parts["time"][0].shape[0] if "time" in parts else max(lengths, key=lambda n: (n > 1, lengths[n]), default=0)
     return Recording(
         path=path,
         channels={
@@ -175,7 +178,7 @@ def source_of_arrays(
             for name, stored in parts.items()
         },
         load=load,
-        others=tuple(key for key in arrays if key not in taken),
+        others=tuple(key for key, array in arrays.items() if key not in taken and array.shape[:1] == (rows,)),
         wide=frozenset(key for key, array in arrays.items() if array.columns > 1),
         torque_source=next(iter(words.get("torque_source", ())), None),
     )

@@ -2,6 +2,7 @@
 
 import math
 import zlib
+from collections import Counter
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -49,15 +50,21 @@ def open_matlab(path: Path, table: LogTable) -> Recording:
             return open_telemetry(str(path), whole, texts, table)
     asked = table.time.name or ("time", *ALIASES["time"])
     time = next((name for name in ([asked] if isinstance(asked, str) else asked) if name in variables), None)
-    samples = max(variables[time].shape) if time else None
+    samples = max(variables[time].shape) if time else _count_samples(variables)
     arrays = {name: _move_samples(variable, samples) for name, variable in variables.items()}
     return source_of_arrays(str(path), "MATLAB", arrays, {name: texts[name] for name in WORDS if name in texts}, table)
 
 
-def _move_samples(variable: StoredArray, samples: int | None) -> StoredArray:
-    """Move the samples of a variable to the first axis, from the axis with their number or else the longest."""
+def _count_samples(variables: Mapping[str, StoredArray]) -> int:
+    """Find the number of samples in a file without a time: the largest length that several variables have."""
+    lengths = Counter(max(variable.shape) for variable in variables.values())
+    return max((length for length, count in lengths.items() if count > 1), default=max(lengths))
+
+
+def _move_samples(variable: StoredArray, samples: int) -> StoredArray:
+    """Move the samples of a variable to the first axis, from the axis with their number."""
     shape = variable.shape
-    axis = shape.index(max(shape)) if samples is None else shape.index(samples) if samples in shape else 0
+    axis = shape.index(samples) if samples in shape else 0
     moved = (shape[axis], *shape[:axis], *shape[axis + 1 :])
     return StoredArray(moved, variable.dtype, lambda: np.moveaxis(variable.read(), axis, 0))
 

@@ -214,7 +214,8 @@ def _read_time(source: Recording, loaded: Arrays, table: LogTable) -> tuple[Arra
         time, notes = seconds(loaded.pop("time"), table.time, source.time_unit)
     elif table.rate is not None:
         time = np.arange(len(loaded["position"])) / table.rate
-        notes = [f"The log has no time; stamps were computed from [log] rate = {table.rate:g} Hz."]
+        unread = "; the log's time is not read" * ("time" in source.channels)
+        notes = [f"Stamps were computed from [log] rate = {table.rate:g} Hz{unread}."]
     else:
         raise LogError(
             f"{source.path}: contains no time; expected 'time', another name as [log.time] name, or [log] rate in Hz "

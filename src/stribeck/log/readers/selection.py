@@ -74,7 +74,7 @@ def select(source: Recording, table: LogTable, robot: Robot | None) -> Selection
         if name in labels
     }
     joints = robot.joint_names if robot else tuple(at["position"])
-    columns = {"time": [0]} if "time" in source.channels else {}
+    columns = {"time": [0]} if "time" in source.channels and table.rate is None else {}
     for name, places in at.items():
         chosen = _joint_columns(name, places, joints, source, robot, notes)
         if chosen is not None:
