@@ -100,6 +100,25 @@ def test_a_wrong_span_is_refused(pushed: Path, span: str, capsys: pytest.Capture
     assert f"--exclude {span}: expected START:END in seconds" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    "name", ["log.npz", "log", "./log.npz", "{folder}/log.npz", "{folder}/../{folder.name}/log.npz"]
+)
+def test_a_log_is_named_by_its_path_or_file_name(
+    pushed: Path, name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(pushed)
+    for path in ("log.npz", str(pushed / "log.npz")):
+        assert run("inspect", path, "-r", "robot.toml", "--exclude", f"{name.format(folder=pushed)}:6:9") == 0
+        assert "6 to 9 s of the log is excluded." in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", ["other.npz", "og.npz", "elsewhere/log.npz", "LOG"])
+def test_a_name_of_no_log_is_refused(pushed: Path, name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert identify(pushed, "wrong", f"--exclude={name}:6:9") == 2
+    assert f"'{name}' is none of the logs; expected a name of {pushed}/log.npz" in capsys.readouterr().err
+    assert not (pushed / "wrong").exists()
+
+
 def test_excluding_counts_from_the_start_of_the_whole_log() -> None:
     time = 100.0 + np.arange(50) / 10
     log = RobotLog(time=time, joint_names=("elbow",), position=time[:, None], torque=time[:, None])

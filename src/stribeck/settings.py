@@ -1,5 +1,6 @@
 """Settings of the robot file and the command line, with their defaults, validated by pydantic."""
 
+import os
 import tomllib
 from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
@@ -94,12 +95,18 @@ def _ends_after_start(span: Times) -> Times:
 
 
 Excluded = Annotated[Times, AfterValidator(_ends_after_start)]
-"""Start and end [s] after the start of every log, or of the log whose file name comes first."""
+"""Start and end [s] after the start of every log, or of the log whose name comes first (see `names_log`)."""
+
+
+def names_log(name: str, path: str) -> bool:
+    """Return whether a name refers to a log: its path or the end of it, or its file name without suffix."""
+    parts, log = PurePath(name).parts, PurePath(path)
+    return log.parts[-len(parts) :] == parts or name == log.stem or os.path.abspath(name) == os.path.abspath(path)
 
 
 def spans_of_log(spans: Sequence[Times], path: str) -> list[Span]:
-    """Select the spans of a log by the name of its file."""
-    return [Span(each[-2], each[-1]) for each in spans if len(each) == 2 or each[0] == PurePath(path).name]
+    """Select the spans of a log by its name."""
+    return [Span(each[-2], each[-1]) for each in spans if len(each) == 2 or names_log(each[0], path)]
 
 
 class PayloadTable(Table):

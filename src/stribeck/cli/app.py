@@ -93,7 +93,7 @@ def inspect(
     from stribeck.audit.inspection import inspect_log
     from stribeck.report.inspection import write_inspection
 
-    machine = robot_of(robot, exclude)
+    machine = robot_of(robot, exclude, [log])
     check_outputs([output] if output else [], [log, *files_of(machine)], overwrite)
     with console.progress_bar(quiet) as progress:
         progress("inspecting", 0.1)
@@ -128,7 +128,7 @@ def identify(
     from stribeck.pipeline import identify as run
     from stribeck.report import write_report
 
-    machine = robot_of(robot, exclude)
+    machine = robot_of(robot, exclude, [*logs, *validate])
     chosen = options.with_settings(machine.settings, {"law": law, "method": method}, settings)
     outputs = [output / name for name in (RESULT, REPORT, TABLE)]
     check_outputs(outputs, [*logs, *validate, *files_of(machine)], overwrite)
@@ -274,7 +274,7 @@ def replay(
     from stribeck.replay.replay import replay as run
     from stribeck.report.replay import write_replay
 
-    machine = robot_of(robot, exclude)
+    machine = robot_of(robot, exclude, [log])
     chosen = options.with_settings(machine.settings, {}, settings)
     outputs = [output / name for name in ("replay.json", "replay.html")] if output else []
     check_outputs(outputs, [log, model, *files_of(machine)], overwrite)

@@ -138,10 +138,10 @@ def with_settings(settings: Settings, options: dict[str, str | None], assignment
         raise SettingsError(f"settings: {describe(error, Settings)}") from error
 
 
-def robot_of(path: Path, exclude: list[str]) -> Robot:
-    """Read a robot file, and add spans A:B or LOG:A:B to its `[log] exclude`."""
+def robot_of(path: Path, exclude: list[str], logs: list[Path]) -> Robot:
+    """Read a robot file, and add spans A:B or LOG:A:B of some logs to its `[log] exclude`."""
     from stribeck.robot import Robot
-    from stribeck.settings import LogTable
+    from stribeck.settings import LogTable, names_log
 
     robot = Robot.from_file(path)
     found: list[Any] = list(robot.log_table.exclude)
@@ -152,6 +152,9 @@ def robot_of(path: Path, exclude: list[str]) -> Robot:
         except (ValueError, SettingsError) as error:
             expected = "expected START:END in seconds, e.g. 40:70, or LOG:START:END"
             raise SettingsError(f"--exclude {text}: {expected}") from error
+        if name and not any(names_log(name[0], str(log)) for log in logs):
+            given = ", ".join(map(str, logs))
+            raise SettingsError(f"--exclude {text}: '{name[0]}' is none of the logs; expected a name of {given}")
     return replace(robot, log_table=robot.log_table.model_copy(update={"exclude": found}))
 
 
