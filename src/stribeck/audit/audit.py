@@ -98,7 +98,7 @@ def findings(evidence: Evidence, late: dict[str, Lag]) -> list[Finding]:
     coarse = [finding for finding in channels if finding.check == "channel-coarse"]
     worse = [finding for finding in channels if finding.channel == "torque" and finding not in coarse]
     left_out = {name for finding in worse for name in finding.joints}
-    left_out |= evidence.prepared.log.unscaled.keys()  # their gains are rough
+    left_out |= evidence.prepared.log.unscaled.keys() | evidence.standing  # their gains are rough or unknown
     unsigned = check_unsigned(evidence, left_out)
     if unsigned:
         channels = [finding for finding in channels if finding not in coarse]

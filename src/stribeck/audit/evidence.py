@@ -17,6 +17,8 @@ from stribeck.settings import FilterSettings, Settings
 MOST_SAMPLES = 30_000
 """Number of examined samples [1]; a longer log is sampled in `PARTS` evenly spaced parts."""
 PARTS = 8
+STILL = 0.01
+"""Range of positions within which a joint only creeps [rad] or [m]: less than the presliding of most gears."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +91,13 @@ class Evidence:
     def moves(self, k: int) -> bool:
         """Whether a joint moves faster than 0.01 rad/s or m/s."""
         return bool(self.top_speed[k] > 0.01)
+
+    @cached_property
+    def standing(self) -> set[str]:
+        """Names of joints that stand still while others move: a brake or stiction may carry any part of their load."""
+        span = np.subtract(*self.position_range[::-1])[self.robot.torque_controlled]
+        standing = {name for k, name in enumerate(self.joints) if not self.moves(k) or span[k] < STILL}
+        return standing if len(standing) < len(self.joints) else set()
 
 
 def gather(prepared: PreparedLog, robot: Robot, settings: Settings) -> Evidence:

@@ -39,7 +39,7 @@ def judged(found: Fit, largest: float) -> bool:
     return abs(found.gain) * found.swing > found.friction_and_error
 
 
-def concerns_most(count: int, examined: int, joints: Sequence[str]) -> bool:
+def concerns_most(count: int, examined: int, joints: Sequence[object]) -> bool:
     """Whether a cause concerns most of the examined joints, and at least two, unless the robot has one."""
     return count >= max(min(2, len(joints)), MOST * examined)
 

@@ -8,7 +8,7 @@ from scipy.optimize import linear_sum_assignment
 from stribeck.audit.channels import unmeasured
 from stribeck.audit.evidence import Evidence
 from stribeck.audit.regression import FEWEST, Fit, fit, friction_shapes, unexplained, without
-from stribeck.audit.scale import BINS_FOR_GAIN, MOST, NEAR, SURE, check_scales, judged, scale_line
+from stribeck.audit.scale import BINS_FOR_GAIN, MOST, NEAR, SURE, check_scales, concerns_most, judged, scale_line
 from stribeck.base.finding import Finding, listed
 from stribeck.base.typing import Array
 
@@ -88,9 +88,9 @@ def _signs(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) -> list[
     if not opposite:
         return []
     names = [evidence.joints[k] for k in sorted(opposite)]
-    most = len(opposite) >= max(2, MOST * len(opposite | agreeing | set(fits)))
+    most = concerns_most(len(opposite), len(opposite | agreeing | set(fits)), joints)
     same, other = (_percent(float(np.median([left[k][side] for k in opposite]))) for side in (0, 1))
-    inverted = evidence.joints if most and not agreeing else names
+    inverted = evidence.joints if most and len(joints) > 1 and not agreeing else names
     setting = scale_line(evidence.robot, dict.fromkeys(inverted, -1.0))
     return [Finding.of("torque-sign", names, stops=most, same=same, other=other, setting=setting)]
 
