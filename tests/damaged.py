@@ -27,7 +27,6 @@ from tests.log.readers.formats import (
     write_messages,
     write_npz,
     write_parquet,
-    write_rosbag2,
 )
 
 SUFFIXES = (".npz", ".h5", ".mat", ".csv", ".parquet", ".mcap", ".bag")
@@ -105,12 +104,6 @@ def mcap_with_uneven_joints(folder):
     return write_messages(folder / "log.mcap", messages)
 
 
-def rosbag_without_metadata(folder):
-    path = write_rosbag2(folder, synthetic_log(20))
-    (path / "metadata.yaml").unlink()
-    return path
-
-
 def without(*names):
     return lambda contents: [contents.pop(name) for name in names]
 
@@ -182,7 +175,6 @@ DAMAGED = [
     ("mcap without joint states", mcap_without_joints, ["sensor_msgs/JointState", "'/imu'"]),
     ("mcap of two robots", mcap_of_two_sources, ["'/left/joint_states'", "[log.position] name"]),
     ("mcap with uneven joint states", mcap_with_uneven_joints, ["2 joint names and 3 values"]),
-    ("rosbag2 without metadata", rosbag_without_metadata, ["metadata.yaml"]),
 ]
 
 

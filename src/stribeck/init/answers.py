@@ -145,7 +145,7 @@ def _find_time_unit(draft: Draft, source: Recording) -> bool:
     stamps = np.zeros(0)
     if "time" in source.channels:
         with suppress(LogError):  # text
-            loaded, _ = source.load({"time": [0]})
+            loaded, _ = source.load({name: [0] for name in ("time", "position") if name in source.channels})
             stamps = np.asarray(loaded["time"], dtype=float).reshape(-1)
             stamps = (stamps - stamps[0])[np.isfinite(stamps)]
     if not stamps.any():

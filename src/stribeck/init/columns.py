@@ -22,7 +22,7 @@ WORDS: dict[str, set[str]] = {
     "contact": {"contact", "contacts"},
 }
 """Words in the names of each channel."""
-CURRENTS = {"current", "currents", "amps", "ampere", "amperes", "i"}
+CURRENTS = {"current", "currents", "cur", "curr", "amps", "ampere", "amperes", "i"}
 """Words for motor currents, which replace torques that were not measured."""
 UNITS: dict[str, dict[str, str]] = {
     "position": {"rad": "rad", "deg": "deg", "degree": "deg", "degrees": "deg"},
@@ -110,7 +110,11 @@ def _rank(key: tuple[str, ...], kinds: set[str], channel: str) -> tuple[int, int
     wrong = OTHERS & set(key) or (COMMANDS & set(key) if channel != "torque" else set())
     idle = {"robot", "log", "data"} | TIMES | {unit for units in UNITS.values() for unit in units}
     idle |= {"field"}  # of `rostopic echo -p`
-    idle |= {"j", "m", "axis", "motor"} if channel in UNITS else {"base", "imu", "body", "foot", "feet"}
+    idle |= (
+        {"j", "m", "axis", "motor", "motors", "drive", "drives", "servo", "servos"}
+        if channel in UNITS
+        else {"base", "imu", "body", "foot", "feet"}
+    )
     rest = set(key) - kinds - MEASURED - COMMANDS - idle
     if not own or wrong or rest:
         return None

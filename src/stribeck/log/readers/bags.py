@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import re
 import sqlite3
 from array import array
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import closing
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, nullcontext, suppress
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from types import SimpleNamespace
 from typing import Any
 
 import lz4.frame
@@ -20,18 +22,56 @@ from mcap.records import Channel, Chunk, McapRecord, Message, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
 from numpy.typing import NDArray
 from rosbags.highlevel import AnyReader
+from rosbags.interfaces import Connection
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 from stribeck.errors import LogError
+from stribeck.log.readers.fields import asked_fields, list_numbers, parts_of_fields
 from stribeck.log.readers.join import NANO, Stream, join
-from stribeck.log.readers.messages import DEFINITIONS, JOINT_TYPES, READ
+from stribeck.log.readers.messages import DEFINITIONS, JOINT_TYPES, READ, Part
 from stribeck.log.readers.recording import Recording, foreign
 from stribeck.log.storage import IN_MEMORY_LIMIT, check_size
 from stribeck.settings import LogTable
 
+ENCODINGS = ("cdr", "ros1", "json")
+"""Encodings of MCAP messages that are read."""
 Messages = Iterator[tuple[str, str, int, Any]]
 """Topic, type, recorder's stamp [ns] and content of each message."""
+
+
+def bags_in(path: Path) -> list[Path]:
+    """List the files of a rosbag2 folder without metadata."""
+    return sorted(file for file in path.iterdir() if file.suffix.lower() in (".db3", ".mcap") and file.is_file())
+
+
+@dataclass
+class Topics:
+    """Topics of a bag: fields that `[log]` names in messages of any type, other topics, and other fields."""
+
+    fields: Mapping[str, Mapping[str, Sequence[str]]]
+    others: dict[str, None] = field(default_factory=dict)
+    listed: set[str] = field(default_factory=set)
+
+    def uses(self, topic: str, kind: str) -> bool:
+        """Return whether the messages of a topic are read."""
+        return kind in READ or topic in self.fields
+
+    def add(self, topic: str, decode: Callable[[], object]) -> None:
+        """Add the numbers of the first message of a topic that are not read, or the topic if it cannot be decoded."""
+        if topic not in self.listed:
+            self.listed.add(topic)
+            found = [topic]
+            with suppress(Exception):  # types without a definition, or damaged messages
+                found = [f"{topic}.{name}" for name in list_numbers(decode())] or found
+            self.others |= dict.fromkeys(name for name in found if name not in self.fields.get(topic, ()))
+
+    def parts(self, topic: str, kind: str, message: Any, place: str) -> Iterable[Part]:
+        """Split a message of a topic that is read."""
+        if kind in READ:
+            return READ[kind](message, place)
+        self.add(topic, lambda: message)
+        return parts_of_fields(message, self.fields[topic], place)
 
 
 def open_bag(path: Path, table: LogTable) -> Recording:
@@ -42,16 +82,25 @@ def open_bag(path: Path, table: LogTable) -> Recording:
     LogError
         If it is damaged, or has no joint states.
     """
-    others: dict[str, None] = {}
-    is_mcap = path.suffix.lower() == ".mcap"
-    with foreign(str(path), "a rosbag2 folder" if path.is_dir() else "MCAP" if is_mcap else "a ROS 1 bag"):
-        read = _read_folder if path.is_dir() else _read_mcap if is_mcap else _read_rosbag
-        streams = collect(read(path, others), str(path))
-    return join(str(path), streams, tuple(others), table, JOINT_TYPES)
+    topics = Topics(asked_fields(table))
+    formats = {
+        "": ("a rosbag2 folder", _read_folder),
+        ".db3": ("a rosbag2", _read_database),
+        ".mcap": ("MCAP", _read_mcap),
+        ".bag": ("a ROS 1 bag", _read_rosbag),
+    }
+    what, read = formats["" if path.is_dir() else path.suffix.lower()]
+    with foreign(str(path), what):
+        streams = collect(read(path, topics), str(path), topics)
+    return join(str(path), streams, tuple(topics.others), table, JOINT_TYPES)
 
 
-def _read_folder(path: Path, others: dict[str, None]) -> Messages:
+def _read_folder(path: Path, topics: Topics) -> Messages:
     """Read the messages of a rosbag2; compressed files or messages are unpacked within bounds."""
+    if not (path / "metadata.yaml").is_file():
+        for file in bags_in(path):
+            yield from (_read_database if file.suffix == ".db3" else _read_mcap)(file, topics)
+        return
     metadata = (path / "metadata.yaml").read_text(encoding="utf-8", errors="replace")
     files = [file for file in sorted(path.iterdir()) if file.name in metadata and file.suffix != ".yaml"]
     mode = re.search(r"compression_mode:\s*[\"']?(\w+)", metadata)
@@ -64,12 +113,12 @@ def _read_folder(path: Path, others: dict[str, None]) -> Messages:
                     _unpack_file(file, Path(name, file.stem))
                 else:
                     Path(name, file.name).symlink_to(file.resolve())
-            yield from _read_files(Path(name), others, _unpack if mode[1].lower() == "message" else bytes)
+            yield from _read_files(Path(name), topics, _unpack if mode[1].lower() == "message" else bytes)
     else:
-        yield from _read_files(path, others, bytes)
+        yield from _read_files(path, topics, bytes)
 
 
-def _read_files(path: Path, others: dict[str, None], unpack: Callable[[bytes], bytes]) -> Messages:
+def _read_files(path: Path, topics: Topics, unpack: Callable[[bytes], bytes]) -> Messages:
     """Read the messages of a rosbag2 without compressed files."""
     metadata = (path / "metadata.yaml").read_text(encoding="utf-8", errors="replace")
     files = [file for file in sorted(path.iterdir()) if file.name in metadata]
@@ -78,9 +127,9 @@ def _read_files(path: Path, others: dict[str, None], unpack: Callable[[bytes], b
             _check_database(file)
     if files and all(file.suffix == ".mcap" for file in files):
         for file in files:
-            yield from _read_mcap(file, others, unpack)
+            yield from _read_mcap(file, topics, unpack)
     else:
-        yield from _read_rosbag(path, others, unpack)
+        yield from _read_rosbag(path, topics, unpack)
 
 
 def _unpack_file(packed: Path, target: Path) -> None:
@@ -128,10 +177,12 @@ def _check_database(path: Path) -> None:
         raise ValueError(f"{path.name}: {found}")
 
 
-def _read_rosbag(path: Path, others: dict[str, None], unpack: Callable[[bytes], bytes] = bytes) -> Messages:
+def _read_rosbag(path: Path, topics: Topics, unpack: Callable[[bytes], bytes] = bytes) -> Messages:
     with AnyReader([path], default_typestore=_types()) as reader:
-        connections = [connection for connection in reader.connections if connection.msgtype in READ]
-        others |= dict.fromkeys(sorted({one.topic for one in reader.connections if one.msgtype not in READ}))
+        connections = [one for one in reader.connections if topics.uses(one.topic, one.msgtype)]
+        for one in sorted(reader.connections, key=lambda one: one.topic):
+            if one not in connections:
+                topics.add(one.topic, partial(_first_message, reader, one, unpack))
         if not connections:  # AnyReader reads all messages if the choice is empty
             return
         there = reader.typestore.fielddefs
@@ -142,7 +193,32 @@ def _read_rosbag(path: Path, others: dict[str, None], unpack: Callable[[bytes], 
             yield connection.topic, connection.msgtype, recorded, message
 
 
-def _read_mcap(path: Path, others: dict[str, None], unpack: Callable[[bytes], bytes] = bytes) -> Messages:
+def _first_message(reader: AnyReader, connection: Connection, unpack: Callable[[bytes], bytes]) -> object:
+    return reader.deserialize(unpack(next(reader.messages(connections=[connection]))[2]), connection.msgtype)
+
+
+def _read_database(path: Path, topics: Topics) -> Messages:
+    """Read the messages of a rosbag2's SQLite file without its metadata."""
+    _check_database(path)
+    with closing(sqlite3.connect(f"{path.resolve().as_uri()}?immutable=1&mode=ro", uri=True)) as database:
+        names = {number: (topic, kind) for number, topic, kind in database.execute("SELECT id, name, type FROM topics")}
+        store = get_typestore(Stores.ROS2_HUMBLE)
+        store.register({name: kind for name, kind in _types().fielddefs.items() if name not in store.fielddefs})
+        with suppress(sqlite3.Error):  # older bags have no definitions
+            for name, definition in database.execute(
+                "SELECT topic_type, encoded_message_definition FROM message_definitions"
+            ):
+                if name not in store.fielddefs and definition:
+                    store.register(get_types_from_msg(definition, name))
+        for number, recorded, data in database.execute("SELECT topic_id, timestamp, data FROM messages ORDER BY id"):
+            topic, kind = names[number]
+            if topics.uses(topic, kind):
+                yield topic, kind, recorded, store.deserialize_cdr(data, kind)
+            else:
+                topics.add(topic, partial(store.deserialize_cdr, data, kind))
+
+
+def _read_mcap(path: Path, topics: Topics, unpack: Callable[[bytes], bytes] = bytes) -> Messages:
     schemas: dict[int, Schema] = {}
     channels: dict[int, tuple[str, str, Callable[[bytes, str], object] | None]] = {}
     for record in _read_records(path):
@@ -152,17 +228,30 @@ def _read_mcap(path: Path, others: dict[str, None], unpack: Callable[[bytes], by
             schema = schemas.get(record.schema_id)
             name = schema.name if schema else ""
             name = name.replace("/", "/msg/") if name.count("/") == 1 else name  # ROS 1 omits the middle part
-            decode: Callable[[bytes, str], object] | None = None
-            if schema and name in READ and record.message_encoding in ("cdr", "ros1") and record.id not in channels:
-                store = _find_store(schema, name, record.message_encoding)
-                decode = store.deserialize_cdr if record.message_encoding == "cdr" else store.deserialize_ros1
-            channels.setdefault(record.id, (record.topic, name, decode))
+            if record.id not in channels:
+                channels[record.id] = (record.topic, name, _find_decoder(schema, name, record.message_encoding))
+                if topics.uses(record.topic, name) and record.message_encoding not in ENCODINGS:
+                    topics.others[f"{record.topic} in {record.message_encoding}, which is not read"] = None
         elif isinstance(record, Message):
             topic, name, decode = channels[record.channel_id]
             if decode is None:
-                others[topic] = None
-            else:
+                topics.others[topic] = None
+            elif topics.uses(topic, name):
                 yield topic, name, record.log_time, decode(unpack(record.data), name)
+            elif topic not in topics.listed:
+                topics.add(topic, partial(decode, unpack(record.data), name))
+
+
+def _find_decoder(schema: Schema | None, name: str, encoding: str) -> Callable[[bytes, str], object] | None:
+    """Find the function that decodes messages; None if their encoding or type is unknown."""
+    if encoding == "json":
+        return lambda data, _: json.loads(data, object_hook=lambda values: SimpleNamespace(**values))
+    if schema is None or encoding not in ENCODINGS:
+        return None
+    store = None
+    with suppress(Exception) if name not in READ else nullcontext():  # definitions that are not used may be wrong
+        store = _find_store(schema, name, encoding)
+    return None if store is None else store.deserialize_cdr if encoding == "cdr" else store.deserialize_ros1
 
 
 def _read_records(path: Path) -> Iterator[McapRecord]:
@@ -222,7 +311,7 @@ class _Growing:
     values: dict[str, array[float]] = field(default_factory=dict)
 
 
-def collect(messages: Iterable[tuple[str, str, int, Any]], path: str) -> list[Stream]:
+def collect(messages: Messages, path: str, topics: Topics) -> list[Stream]:
     """Collect messages into streams: one per topic and set of joints.
 
     Raises
@@ -233,20 +322,27 @@ def collect(messages: Iterable[tuple[str, str, int, Any]], path: str) -> list[St
     growing: dict[tuple[str, str, str, tuple[str, ...], tuple[str, ...]], _Growing] = {}
     orders: dict[tuple[str, frozenset[str]], tuple[str, ...]] = {}
     for topic, name, recorded, message in messages:
-        for part in READ[name](message, f"{path}: a message of topic '{topic}'"):
-            labels, values = part.labels, part.values
+        sent = topic
+        for part in topics.parts(sent, name, message, f"{path}: a message of topic '{sent}'"):
+            topic, labels, values = part.topic or sent, part.labels, part.values
             order = orders.setdefault((topic, frozenset(labels)), labels)
             if order != labels:  # names may change their order between messages
                 places = [labels.index(label) for label in order]
                 labels, values = order, {channel: np.asarray(numbers)[places] for channel, numbers in values.items()}
             stream = growing.setdefault((topic, name, part.kind, labels, tuple(values)), _Growing())
-            stamp = message.header.stamp if hasattr(message, "header") else None
-            stream.stamps.append(stamp.sec * NANO + stamp.nanosec if stamp else 0)
+            stream.stamps.append(_read_stamp(message))
             stream.ticks.append(getattr(message, "tick", 0))
             stream.recorded.append(recorded)
             for channel, numbers in values.items():
                 stream.values.setdefault(channel, array("d")).frombytes(np.asarray(numbers, dtype=np.float64).tobytes())
     return [_make_stream(*key[:4], stream) for key, stream in growing.items() if key[4]]
+
+
+def _read_stamp(message: Any) -> int:
+    """Read the stamp of a message [ns]; 0 if it has none. In JSON, its names are those of ROS 1 or Foxglove."""
+    stamp = message.header.stamp if hasattr(message, "header") else getattr(message, "timestamp", None)
+    known = hasattr(stamp, "sec")  # own messages may have another field of this name
+    return stamp.sec * NANO + getattr(stamp, "nanosec", getattr(stamp, "nsec", 0)) if known else 0
 
 
 def _make_stream(topic: str, name: str, kind: str, labels: tuple[str, ...], growing: _Growing) -> Stream:

@@ -67,10 +67,9 @@ def join(
     """
     joints = [stream for stream in streams if stream.kind == "joints"]
     if not joints:
-        raise LogError(
-            f"{path}: contains no messages of type {listed(types)}; expected a topic of this type, found "
-            f"{listed(list(dict.fromkeys([stream.topic for stream in streams] + list(others))))}"
-        )
+        found = tuple(dict.fromkeys([*(stream.topic for stream in streams), *others]))
+        types = f"messages of type {listed(types)}, or numbers in other messages as '<topic>.<field>'"
+        return Recording(path=path, channels={}, load=lambda _: ({}, []), others=found, expected={"position": types})
     streams, notes = fast_enough(streams)
     parts: dict[str, dict[str, Part]] = {}
     if commands := {topic for channel in COMMAND for topic in _collect_topics(getattr(table, channel).name)}:

@@ -13,11 +13,12 @@ from stribeck.log.readers.unitree import FEET, MOTOR
 
 @dataclass(frozen=True)
 class Part:
-    """Part of a message: kind, joint names, and nonempty values by channel."""
+    """Part of a message: kind, joint names, nonempty values by channel."""
 
     kind: str  # "joints", "imu", "wrench", "force" or "flag"
     labels: tuple[str, ...]
     values: dict[str, Any]
+    topic: str = ""  # instead of the message's
 
 
 def _joint_state(message: Any, place: str) -> list[Part]:
@@ -39,6 +40,14 @@ def refuse_twice(names: Sequence[str], place: str) -> None:
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
         raise LogError(f"{place} names joint '{twice[0]}' twice; expected each once")
+
+
+def _foxglove_joints(message: Any, place: str) -> list[Part]:
+    names = tuple(joint.name for joint in message.joints)
+    refuse_twice(names, place)
+    channels = {"position": "position", "velocity": "velocity", "torque": "effort"}
+    read = {channel: [getattr(joint, key, None) for joint in message.joints] for channel, key in channels.items()}
+    return [Part("joints", names, {channel: each for channel, each in read.items() if None not in each})]
 
 
 def _dynamic_joint_state(message: Any, place: str) -> list[Part]:
@@ -125,13 +134,14 @@ READ: dict[str, Callable[[Any, str], list[Part]]] = {
     "control_msgs/msg/DynamicJointState": _dynamic_joint_state,
     "unitree_go/msg/LowState": _low_state,
     "unitree_hg/msg/LowState": _low_state,
+    "foxglove.JointStates": _foxglove_joints,
     "sensor_msgs/msg/Imu": _imu,
     "geometry_msgs/msg/WrenchStamped": _wrench,
     "std_msgs/msg/Bool": _flag,
 }
 """Functions that split a message into parts, by type; their arguments are the message and its place for errors."""
 
-JOINT_TYPES = tuple(name.replace("/msg/", "/") for name in list(READ)[:4])
+JOINT_TYPES = tuple(name.replace("/msg/", "/") for name in list(READ)[:5])
 """Types with joints, as shown in error messages."""
 
 DEFINITIONS: dict[str, str] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))

@@ -46,6 +46,7 @@ FORMATS: dict[str, Callable[[Path, LogTable], Recording]] = {
     ".csv": open_csv,
     ".parquet": open_parquet,
     ".mcap": open_bag,
+    ".db3": open_bag,
     ".bag": open_bag,
 }
 """Readers by suffix. A rosbag2 is a folder with a metadata.yaml, a LeRobot dataset a folder with a meta/info.json."""
@@ -177,6 +178,8 @@ def _choose_opener(path: Path) -> Callable[[Path, LogTable], Recording]:
             return open_bag
         if (path / INFO).is_file():
             return open_lerobot
+        if any(file.suffix.lower() in (".db3", ".mcap") for file in files):
+            return open_bag
         if tables := tables_in(path):
             for table in tables:
                 _check_whole(table)

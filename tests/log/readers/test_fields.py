@@ -1,0 +1,159 @@
+"""Bags without joint states: fields of any message, bags without metadata, and messages in JSON."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+from mcap.writer import Writer as McapWriter
+from rosbags import rosbag2
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from tests.log.readers.formats import START, StubRobot, messages_of, synthetic_log, write_messages, write_rosbag2
+
+from stribeck.errors import LogError
+from stribeck.init.columns import find_columns
+from stribeck.log.readers import read_log
+from stribeck.log.readers.read import open_log
+from stribeck.settings import ChannelTable, LogTable
+
+LOG = synthetic_log(60)
+STAMPS = START + np.round(LOG.time * 1e9).astype(np.int64)
+FLOATS = "std_msgs/msg/Float64MultiArray"
+MOTORS = "lab_msgs/msg/Motors"
+DEFINITION = (
+    "Drive[] drives\nuint8 mode\nstring note\n" + "=" * 80 + "\nMSG: lab_msgs/Drive\nfloat64 pos\nfloat64 cur\n"
+)
+
+
+def write_custom(folder, plugin=rosbag2.StoragePlugin.SQLITE3):
+    """Write positions and currents as a message of an own type, and velocities as std_msgs/Float64MultiArray."""
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    store.register(get_types_from_msg(DEFINITION, MOTORS))
+    drive, motors, floats = (store.types[name] for name in ("lab_msgs/msg/Drive", MOTORS, FLOATS))
+    layout = store.types["std_msgs/msg/MultiArrayLayout"](dim=[], data_offset=0)
+    with rosbag2.Writer(folder / "bag", version=9, storage_plugin=plugin) as writer:
+        own = writer.add_connection("/drives", MOTORS, typestore=store)
+        speeds = writer.add_connection("/vel", FLOATS, typestore=store)
+        for row, stamp in enumerate(STAMPS):
+            drives = [drive(*pair) for pair in zip(LOG.position[row], LOG.torque[row], strict=True)]
+            writer.write(own, int(stamp), store.serialize_cdr(motors(drives, 1, "idle"), MOTORS))
+            message = floats(layout, LOG.velocity[row])
+            writer.write(speeds, int(stamp), store.serialize_cdr(message, FLOATS))
+    return folder / "bag"
+
+
+def as_given(path):
+    return path
+
+
+def without_metadata(path):
+    (path / "metadata.yaml").unlink()
+    return path
+
+
+def bare_file(path):
+    return next(file for file in path.iterdir() if file.suffix in (".db3", ".mcap"))
+
+
+NAMED = StubRobot(
+    log_table=LogTable(
+        position=ChannelTable(name="/drives.drives.pos"),
+        torque=ChannelTable(name="/drives.drives.cur"),
+        velocity=ChannelTable(name="/vel"),
+    )
+)
+
+
+@pytest.mark.parametrize("change", [as_given, without_metadata, bare_file])
+@pytest.mark.parametrize("plugin", rosbag2.StoragePlugin)
+def test_fields_of_own_messages_are_read_by_name(change, plugin, tmp_path):
+    path = change(write_custom(tmp_path, plugin))
+    read = read_log(path, NAMED)
+    for channel in ("position", "torque", "velocity"):
+        np.testing.assert_allclose(getattr(read, channel), getattr(LOG, channel), atol=1e-12, err_msg=channel)
+    found, source = find_columns(open_log(path, LogTable()))  # `init` finds them by their words
+    assert {name: table["name"] for name, table in found.items()} == {
+        "position": "/drives.drives.pos",
+        "torque": "/drives.drives.cur",
+        "velocity": "/vel.data",
+    }
+    assert source == "motor_current"
+
+
+def test_a_single_joint_is_the_number_of_a_message(tmp_path):
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    number = store.types["std_msgs/msg/Float64"]
+    messages = [
+        (f"/{joint}/{channel}", "std_msgs/msg/Float64", stamp, number(float(getattr(LOG, channel)[row, k])))
+        for row, stamp in enumerate(STAMPS)
+        for k, joint in enumerate(LOG.joint_names)
+        for channel in ("position", "torque")
+    ]
+    path = write_messages(tmp_path / "log.mcap", messages)
+    names = {channel: [f"/{joint}/{channel}" for joint in LOG.joint_names] for channel in ("position", "torque")}
+    table = LogTable(
+        position=ChannelTable(name=names["position"]),
+        torque=ChannelTable(name=names["torque"]),
+        joint_names={name: name.split("/")[1] for own in names.values() for name in own},
+    )
+    read = read_log(path, StubRobot(log_table=table))
+    np.testing.assert_allclose(read.position, LOG.position, atol=1e-12)
+    np.testing.assert_allclose(read.torque, LOG.torque, atol=1e-12)
+
+
+def test_a_wrong_field_is_refused_with_the_others(tmp_path):
+    table = LogTable(position=ChannelTable(name="/drives.drives.angle"), torque=ChannelTable(name="/drives.drives.cur"))
+    with pytest.raises(LogError, match=r"no field 'drives\.angle'; expected one of drives\.pos, drives\.cur, mode$"):
+        read_log(write_custom(tmp_path), StubRobot(log_table=table))
+
+
+@pytest.mark.parametrize("plugin", rosbag2.StoragePlugin)
+def test_joint_states_of_a_bag_without_metadata(plugin, tmp_path):
+    path = write_rosbag2(tmp_path, LOG, plugin)
+    for changed in (without_metadata(shutil.copytree(path, tmp_path / "copy")), bare_file(path)):
+        read = read_log(changed, StubRobot())
+        np.testing.assert_allclose(read.position, LOG.position, atol=1e-12)
+        np.testing.assert_allclose(read.foot_wrench, LOG.foot_wrench, atol=1e-12)
+
+
+def write_json(path, encoding="json"):
+    """Write joint states in JSON, as `foxglove.JointStates` on one topic and `sensor_msgs/JointState` on another."""
+    with path.open("wb") as file:
+        writer = McapWriter(file)
+        writer.start()
+        kinds = {"/foxglove": "foxglove.JointStates", "/ros": "sensor_msgs/msg/JointState"}
+        schemas = {topic: writer.register_schema(kind, "jsonschema", b"{}") for topic, kind in kinds.items()}
+        channels = {topic: writer.register_channel(topic, encoding, schema) for topic, schema in schemas.items()}
+        for row, stamp in enumerate(STAMPS.tolist()):
+            late = {"sec": stamp // 10**9, "nsec": stamp % 10**9}
+            values = {"position": LOG.position[row], "velocity": LOG.velocity[row], "effort": LOG.torque[row]}
+            lists = {key: value.tolist() for key, value in values.items()}
+            joints = [{"name": n} | {key: own[k] for key, own in lists.items()} for k, n in enumerate(LOG.joint_names)]
+            header = {"stamp": {"sec": late["sec"], "nanosec": late["nsec"]}}
+            messages = {
+                "/foxglove": {"timestamp": late, "joints": joints},
+                "/ros": {"header": header, "name": list(LOG.joint_names), **lists},
+            }
+            for topic, message in messages.items():
+                writer.add_message(channels[topic], stamp + 7_000_000, json.dumps(message).encode(), stamp)
+        writer.finish()
+    return path
+
+
+@pytest.mark.parametrize("topic", ["/foxglove", "/ros"])
+def test_joint_states_in_json(topic, tmp_path):
+    path = write_json(tmp_path / "log.mcap")
+    read = read_log(path, StubRobot(log_table=LogTable(position=ChannelTable(name=topic))))
+    for channel in ("position", "torque", "velocity"):
+        np.testing.assert_array_equal(getattr(read, channel), getattr(LOG, channel), err_msg=channel)
+    assert f"{STAMPS[0] / 1e9:.6f}" in " ".join(read.notes)  # the message's stamp, not the recorder's
+
+
+def test_another_encoding_is_named(tmp_path):
+    with pytest.raises(LogError, match="'/foxglove in protobuf, which is not read'"):
+        read_log(write_json(tmp_path / "log.mcap", "protobuf"), StubRobot())
+
+
+def test_messages_of_joints_are_preferred_to_fields(tmp_path):
+    path = write_messages(tmp_path / "log.mcap", messages_of(LOG, get_typestore(Stores.ROS2_HUMBLE)))
+    assert set(open_log(path, LogTable()).channels) >= {"position", "torque", "velocity"}
