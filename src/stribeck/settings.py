@@ -166,7 +166,7 @@ class ChannelTable(Table):
     scale: PerJoint = 1.0
     offset: PerJoint = 0.0  # in SI units, added after scale and unit
     delay: Finite = 0.0  # [s]
-    unwrap: bool = False  # remove jumps by full turns
+    unwrap: bool = False  # remove jumps by full turns, or by the range of unsigned integers (velocity, torque)
     order: Literal["xyzw", "wxyz"] | None = None  # quaternions only
 
 

@@ -441,3 +441,14 @@ def test_nothing_is_derived_from_a_placeholder_of_the_rate(logs: Callable[[str],
     robot, text = drafted(ARM, written(log, tmp_path / "log.npz", time=None), tmp_path)
     assert "TODO: the log has no usable time" in text
     assert robot.log_table == LogTable(rate=1000.0)
+
+
+def test_currents_stored_as_unsigned_integers_are_unwrapped(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
+    log = logs("ur5")
+    counts = np.round(100 * log.torque)
+    path = written(log, tmp_path / "log.npz", torque=None, present_current=(counts % 65536).astype(np.uint16))
+    robot, text = drafted(ARM, path, tmp_path)
+    assert robot.log_table.torque.unwrap
+    assert "negative integers were stored as unsigned ones" in text
+    torque = read_log(path, robot).torque
+    np.testing.assert_array_equal(torque / robot.log_table.torque.scale, counts)

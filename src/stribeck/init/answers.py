@@ -20,7 +20,7 @@ from stribeck.log import RobotLog
 from stribeck.log.clock import mean_step
 from stribeck.log.readers import read_log
 from stribeck.log.readers.channels import JOINT_CHANNELS, WRENCH
-from stribeck.log.readers.mapping import TIME
+from stribeck.log.readers.mapping import TIME, word_size
 from stribeck.log.readers.read import open_log
 from stribeck.log.readers.recording import Recording, listed
 from stribeck.log.readers.unitree import name_motors
@@ -116,6 +116,12 @@ def _find_channels(draft: Draft, log: Path) -> tuple[Recording, TorqueSource | N
         source = open_log(log, LogTable.model_validate(table))
     if "torque" not in source.channels and "desired_position" in source.channels:
         torque_source = "command"
+    for channel in ("torque", "velocity"):
+        if {channel, "position"} <= source.channels.keys():
+            with suppress(LogError):  # text
+                loaded, _ = source.load({"position": [0], channel: range(source.channels[channel].columns)})
+                if word_size(np.asarray(loaded[channel], dtype=float)):
+                    draft.set(f"log.{channel}", "unwrap", True, "negative integers were stored as unsigned ones.")
     return source, torque_source
 
 

@@ -34,7 +34,7 @@ UNITS: dict[str, dict[str, str]] = {
 TIMES = {"s", "sec", "ms", "us", "ns"}
 """Units of time, which are detected from the steps."""
 MEASURED = {"meas", "measured", "msr", "actual", "act", "state", "raw", "joint", "joints", "dof", "est", "estimated"}
-MEASURED |= {"estimate", "estimates", "feedback", "ist"}
+MEASURED |= {"estimate", "estimates", "feedback", "present", "ist"}
 """Words for measured signals, which are preferred."""
 OTHERS = {"error", "fric", "friction", "model", "limit", "filt", "dot", "ext", "external", "gravity", "coriolis"}
 """Words for signals that were not measured."""

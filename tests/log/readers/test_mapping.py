@@ -96,6 +96,22 @@ def test_unwrapping_undoes_wrapping_and_passes_missing_values(tmp_path):
     np.testing.assert_allclose(log.position, turning, atol=1e-12)
 
 
+@pytest.mark.parametrize("bits", [16, 32])
+@pytest.mark.parametrize("channel", ["torque", "velocity"])
+def test_signed_integers_stored_as_unsigned_are_refused_and_unwrapped(bits, channel, tmp_path):
+    counts = np.round(1000 * LOG.channels()[channel])
+    assert counts.min() < 0 < counts.max()
+    stored = {channel: counts % 2**bits}
+    if channel == "velocity":
+        stored["torque"] = np.abs(LOG.torque)  # no integers
+    with pytest.raises(LogError, match=rf"near \d[\d.e+]*: negative integers .* set \[log.{channel}\] unwrap = true"):
+        read(tmp_path, {channel: {"scale": 1e-3}}, **NAMED, **stored)
+    log = read(tmp_path, {channel: {"scale": 1e-3, "unwrap": True}}, **NAMED, **stored)
+    np.testing.assert_allclose(log.channels()[channel], counts / 1000, atol=1e-12)
+    for wrong in (np.abs(counts), np.linspace(0, 65535, counts.size).round().reshape(counts.shape)):
+        read(tmp_path, {}, **NAMED, **{channel: wrong})  # small, or large in between
+
+
 @settings(deadline=None, max_examples=40)
 @given(delay=st.floats(-0.05, 0.05))
 def test_a_delayed_channel_is_put_back_in_time(delay, tmp_path_factory):
@@ -188,7 +204,7 @@ def test_the_robot_file_decides_where_torques_come_from_and_a_contradiction_is_n
     [
         ({"position": {"unit": "rpm"}}, r"\[log.position\] unit is 'rpm'; expected 'rad', 'deg'"),
         ({"time": {"unit": "h"}}, r"\[log.time\] unit is 'h'; expected 's', 'ms'"),
-        ({"torque": {"unwrap": True}}, r"\[log.torque\] unwrap"),
+        ({"temperature": {"unwrap": True}}, r"\[log.temperature\] unwrap"),
         ({"torque": {"order": "wxyz"}}, r"\[log.torque\] order"),
         ({"time": {"delay": 0.1}}, r"\[log.time\] has a delay"),
         ({"time": {"offset": {"hip": 1.0}}}, r"\[log.time\] has a delay, or a scale or offset by joint"),

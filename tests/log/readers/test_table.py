@@ -62,3 +62,38 @@ def test_a_wrench_by_a_list_of_columns_needs_the_order_of_the_feet(tmp_path):
     log = read_log(tmp_path / "log.parquet", robot)
     assert log.foot_names == ("right_foot",)
     np.testing.assert_array_equal(log.foot_wrench[:, 0], LOG.foot_wrench[:, 1])
+
+
+def test_topics_in_alternating_rows_are_brought_to_the_rows_of_the_positions(tmp_path):
+    log = synthetic_log(300)
+    late = log.time + 0.0007
+    columns = columns_of(log)
+    torques = {name for name in columns if name.startswith("torque")}
+    rows = [
+        {"time": t} | {n: v[k] for n, v in columns.items() if n not in torques | {"time"}}
+        for k, t in enumerate(log.time)
+    ]
+    rows += [{"time": t} | {n: np.interp(t, log.time, columns[n]) for n in torques} for t in late[::2]]
+    rows.sort(key=lambda row: row["time"])
+    rows = [row for row in rows if not (row.keys() & torques and 0.2 < row["time"] < 0.3)]  # a pause of one topic
+    lines = [",".join(repr(float(row[name])) if name in row else "" for name in columns) for row in rows]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([",".join(columns), *lines]))
+    read = read_log(path, StubRobot())
+    np.testing.assert_allclose(read.time, log.time, atol=1e-12)
+    np.testing.assert_allclose(read.position, log.position, atol=1e-12)
+    missing = np.isnan(read.torque).any(axis=1)
+    assert missing[(log.time > 0.205) & (log.time < 0.295)].all()
+    assert missing.sum() < 60
+    np.testing.assert_allclose(read.torque[~missing], log.torque[~missing], atol=5e-3)
+    assert "Interpolated to the 300 rows with positions: torque." in read.notes
+
+
+def test_single_missing_values_stay_missing(tmp_path):
+    values = {name: np.array(column, dtype=float) for name, column in columns_of(LOG).items()}
+    values["torque.hip"][::3] = np.nan
+    lines = [",".join("" if np.isnan(x) else repr(float(x)) for x in row) for row in zip(*values.values(), strict=True)]
+    (tmp_path / "log.csv").write_text("\n".join([",".join(values), *lines]))
+    np.testing.assert_array_equal(
+        np.isnan(read_log(tmp_path / "log.csv", StubRobot()).torque[:, 0]), np.arange(30) % 3 == 0
+    )

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
 from stribeck.errors import LogError
+from stribeck.log.interpolation import bridges, linear, previous
 from stribeck.log.readers.channels import CHANNELS, JOINT_CHANNELS, alias_note, find_aliases
 from stribeck.log.readers.recording import Arrays, Channel, Loaded, Recording, listed
 from stribeck.log.storage import allocate, check_size
@@ -178,9 +179,39 @@ def _load(
         row = here.stop
     pa.default_memory_pool().release_unused()  # hundreds of megabytes for later stages
     arrays: Arrays = {name: values[:row] for name, values in channels.items()}
-    if "time" in plan:
-        arrays["time"] = np.concatenate(stamps or [np.empty(0)])[:, None]
-    return arrays, list(notes)
+    if "time" not in plan:
+        return arrays, list(notes)
+    arrays["time"] = np.concatenate(stamps or [np.empty(0)])[:, None]
+    return _on_one_clock(arrays, notes)
+
+
+def _on_one_clock(arrays: Arrays, notes: Sequence[str]) -> Loaded:
+    """Interpolate columns that have their own rows, as topics do that share a table, to the rows of the positions.
+
+    Values farther apart than three of their periods stay missing between them.
+    """
+    known = {name: np.isfinite(values) for name, values in arrays.items() if name != "time"}
+    stamps = arrays["time"].ravel()
+    if "position" not in known or not np.isfinite(stamps.astype(np.float64)).all():
+        return arrays, list(notes)
+    lead = known["position"].all(axis=1)
+    apart = [
+        name  # and not much slower than the positions, as `join` requires too
+        for name, own in known.items()
+        if lead.any() and np.mean(own[lead]) < 0.5 and np.all(own.sum(axis=0) > lead.sum() / 10)
+    ]
+    if not apart:
+        return arrays, list(notes)
+    time = (stamps - stamps[0]).astype(np.float64)
+    result: Arrays = {name: values[lead] for name, values in arrays.items()}
+    for name in apart:
+        for column, rows in zip(range(arrays[name].shape[1]), known[name].T, strict=True):
+            own, values = time[rows], np.asarray(arrays[name], dtype=np.float64)[rows, column, None]
+            if len(own) > 1:
+                moved = (previous if name == "contact" else linear)(time[lead], own, values)
+                moved[bridges(time[lead], own, 3 * float(np.median(np.diff(own))))] = np.nan
+                result[name][:, column] = moved[:, 0]
+    return result, [*notes, f"Interpolated to the {lead.sum()} rows with positions: {', '.join(apart)}."]
 
 
 def _stack_lists(column: pa.Array, width: int, row: int, name: str, path: str) -> Array:

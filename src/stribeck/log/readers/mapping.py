@@ -18,6 +18,8 @@ ANGLE = {"rad": 1.0, "deg": TURN / 360, "turn": TURN, "m": 1.0, "mm": 1e-3}
 SPEED = {"rad/s": 1.0, "deg/s": TURN / 360, "rpm": TURN / 60, "turn/s": TURN, "m/s": 1.0, "mm/s": 1e-3}
 EFFORT = {"Nm": 1.0, "N m": 1.0, "mNm": 1e-3, "kNm": 1e3, "N": 1.0, "mN": 1e-3, "kN": 1e3}
 CURRENT = {"A": 1.0, "mA": 1e-3}
+UNWRAPPED = ("position", "velocity", "torque")
+"""Channels whose jumps can be removed: by whole turns, or by the range of unsigned integers."""
 TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 UNITS: dict[str, dict[str, float]] = {
     "time": TIME,
@@ -54,8 +56,8 @@ def check_table(table: LogTable, where: str) -> None:
             raise SettingsError(
                 f"{where}: [log.{name}] unit is '{settings.unit}'; expected {listed(list(UNITS[name]), 10)}"
             )
-        if settings.unwrap and name != "position":
-            raise SettingsError(f"{where}: [log.{name}] unwrap is set; only position can be unwrapped")
+        if settings.unwrap and name not in UNWRAPPED:
+            raise SettingsError(f"{where}: [log.{name}] unwrap is set; only {listed(UNWRAPPED)} can be unwrapped")
         if settings.order is not None and name != "base_orientation":
             raise SettingsError(f"{where}: [log.{name}] order is set; only base_orientation has an order")
         if name == "time" and (
@@ -96,6 +98,9 @@ def convert(
     columns
         Column numbers of `values`, shape (k,).
     """
+    if settings.unwrap and channel != "position":
+        size = 2.0**16 if np.nanmax(values, initial=0.0) < 2**16 else 2.0**32
+        values -= size * (values >= size / 2)
     unit = UNITS[channel][settings.unit] if settings.unit else 1.0
     factor = unit * _expand(settings.scale, 1.0, channel, "scale", labels, where)[list(columns)]
     offset = _expand(settings.offset, 0.0, channel, "offset", labels, where)[list(columns)]
@@ -105,10 +110,20 @@ def convert(
         values += offset
     if settings.order == "wxyz":
         values[:] = values[:, [1, 2, 3, 0]]
-    if settings.unwrap:
+    if settings.unwrap and channel == "position":
         for column in values.T:
             known = np.isfinite(column)
             column[known] = np.unwrap(column[known])
+
+
+def word_size(values: Array) -> float:
+    """Find the number that was added to negative values by storing signed integers as unsigned: 2^16, 2^32, or 0."""
+    finite = values[np.isfinite(values)]
+    if not finite.size or finite.min() < 0 or np.any(finite != np.round(finite)):
+        return 0.0
+    size = 2.0**16 if finite.max() < 2**16 else 2.0**32
+    middle = (finite > size / 4) & (finite < 3 * size / 4)  # no signal uses all of the range, back and forth
+    return size * (3 * size / 4 <= finite.max() < size and finite.min() < size / 4 and not middle.any())
 
 
 def _expand(

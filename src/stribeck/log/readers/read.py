@@ -18,7 +18,7 @@ from stribeck.log.readers.arrays import open_hdf5, open_npz
 from stribeck.log.readers.columns import source_of_columns
 from stribeck.log.readers.folder import open_folder, tables_in
 from stribeck.log.readers.lerobot import INFO, open_lerobot
-from stribeck.log.readers.mapping import advance, check_table, convert, seconds
+from stribeck.log.readers.mapping import advance, check_table, convert, seconds, word_size
 from stribeck.log.readers.matlab import open_matlab
 from stribeck.log.readers.recording import Arrays, Recording, foreign, listed
 from stribeck.log.readers.selection import MOTION, Selection, select
@@ -120,6 +120,11 @@ def _read(source: Recording, robot: Robot | None, table: LogTable, where: str, p
     channels = _collect_channels(source, selection, loaded, len(time))
     for name, values in channels.items():
         labels = selection.labels.get(name, selection.joint_names)
+        if name in ("velocity", "torque") and not getattr(table, name).unwrap and word_size(values):
+            raise LogError(
+                f"{source.path}: '{name}' is either small or near {word_size(values):g}: negative integers were "
+                f"stored as unsigned ones; set [log.{name}] unwrap = true"
+            )
         convert(name, values, labels, selection.columns[name], getattr(table, name), where)
     notes = [*motor_notes, *selection.notes, *load_notes, *time_notes, *_fill(channels, selection, robot)]
     rows, delay_notes = advance(channels, time, table, source.path)
