@@ -159,7 +159,6 @@ DAMAGED = [
         partial(csv_line, 0, lambda line: line.replace("position.knee", "position.hip")),
         ["'position.hip' more than once"],
     ),
-    ("csv that is not UTF-8", partial(of_bytes, "log.csv", b"time,position.h\xff\n0,1\n"), ["cannot be read as CSV"]),
     ("csv with a header alone", partial(of_bytes, "log.csv", b"time,position.hip,position.knee,position.wheel\n"), []),
     ("parquet without a joint", partial(table, without("position.knee")), ["no position of joint 'knee'"]),
     ("parquet without a torque", partial(table, without("torque.knee")), ["no torque of joint 'knee'", "controlled"]),

@@ -10,9 +10,23 @@ from tests.log.readers.formats import StubRobot, columns_of, synthetic_log, writ
 
 from stribeck.errors import LogError
 from stribeck.log.readers import read_log
-from stribeck.settings import LogTable
+from stribeck.log.readers.tables import open_csv
+from stribeck.settings import ChannelTable, LogTable
 
 LOG = synthetic_log(30)
+
+
+def _with_units(text, units):
+    """Add a line of units in SI after the names."""
+    names = next(line for line in text.splitlines() if "," in line)
+    row = ",".join(units[k % len(units)] for k in range(names.count(",") + 1))
+    return text.replace(names, names + "\n" + row)
+
+
+def _with_integers(text):
+    """Write decimal commas, and integers in the first line as programs do."""
+    german = re.sub(r"(?<=\d)\.", ",", text.replace(",", ";"))
+    return german.replace("0,0;", "0;", 1)
 
 
 DIALECTS = {
@@ -22,6 +36,11 @@ DIALECTS = {
     "commas and spaces": lambda text: text.replace(",", ", "),
     "a hash and spaces": lambda text: "# " + text.replace('"', "").replace(",", " "),
     "a byte order mark": lambda text: "\ufeff" + text,
+    "UTF-16": lambda text: text.encode("utf-16"),
+    "comments": lambda text: "# recorded 2024, 3 joints\n#\n" + text,
+    "a line of units": lambda text: _with_units(text, ["s", "[rad]", "Nm", "-"]),
+    "units and comments of MATLAB": lambda text: _with_units("% run 7\n% " + text, ["(s)", "", "N m", "rad/s^2"]),
+    "decimal commas after a line of integers": lambda text: _with_integers(text),
     "lines of Windows": lambda text: text.replace("\n", "\r\n"),
     "no last newline": lambda text: text.rstrip("\n"),
 }
@@ -30,10 +49,28 @@ DIALECTS = {
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_csv_as_people_write_it(dialect, tmp_path):
     path = write_csv(tmp_path, LOG)
-    path.write_bytes(DIALECTS[dialect](path.read_text()).encode())
+    text = DIALECTS[dialect](path.read_text())
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
     log = read_log(path, StubRobot())
     for name, channel in LOG.channels().items():
         np.testing.assert_array_equal(log.channels()[name], channel, err_msg=name)
+
+
+def test_names_in_latin_1_and_other_units(tmp_path):
+    columns = {"time": LOG.time, "Höhe": LOG.position[:, 0], "torque.Höhe": LOG.torque[:, 0]}
+    lines = [";".join(f"{x:g}".replace(".", ",") for x in row) for row in zip(*columns.values(), strict=True)]
+    text = "\n".join(["Zeit;position.Höhe;torque.Höhe", "ms;°;mNm", *lines])
+    (tmp_path / "log.csv").write_bytes(text.encode("latin-1"))
+    assert open_csv(tmp_path / "log.csv", LogTable()).others[0] == "Zeit [ms]"
+    table = LogTable(
+        time=ChannelTable(name="Zeit [ms]", unit="ms"),
+        position=ChannelTable(name=["position.Höhe [°]"], unit="deg"),
+        torque=ChannelTable(name=["torque.Höhe [mNm]"], unit="mNm"),
+    )
+    read = read_log(tmp_path / "log.csv", StubRobot(joint_names=("Höhe",), log_table=table))
+    np.testing.assert_allclose(read.position, np.deg2rad(LOG.position[:, :1]), rtol=1e-5)
+    np.testing.assert_allclose(read.torque, LOG.torque[:, :1] / 1e3, rtol=1e-5)
+    np.testing.assert_allclose(read.time, LOG.time / 1e3, rtol=1e-5)
 
 
 @pytest.mark.parametrize("blank", ["", "nan", "NaN", "NULL"])
@@ -82,7 +119,7 @@ def test_topics_in_alternating_rows_are_brought_to_the_rows_of_the_positions(tmp
     read = read_log(path, StubRobot())
     np.testing.assert_allclose(read.time, log.time, atol=1e-12)
     np.testing.assert_allclose(read.position, log.position, atol=1e-12)
-    missing = np.isnan(read.torque).any(axis=1)
+    missing = np.isnan(read.torque[:, 0])
     assert missing[(log.time > 0.205) & (log.time < 0.295)].all()
     assert missing.sum() < 60
     np.testing.assert_allclose(read.torque[~missing], log.torque[~missing], atol=5e-3)

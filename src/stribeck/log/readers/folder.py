@@ -15,7 +15,7 @@ from stribeck.log.readers.columns import group_of, source_of_columns
 from stribeck.log.readers.join import NANO, Stream, fast_enough, load_on_one_clock
 from stribeck.log.readers.mapping import TIME
 from stribeck.log.readers.recording import Channel, Recording, foreign, listed
-from stribeck.log.readers.tables import csv_table, first_line, is_data, parquet_table
+from stribeck.log.readers.tables import csv_table, find_layout, is_data, parquet_table
 from stribeck.settings import LogTable
 
 SUFFIXES = (".csv", ".parquet")
@@ -115,9 +115,9 @@ def _read(path: Path, settings: LogTable) -> _File:
     if path.suffix.lower() == ".parquet":
         table = parquet_table(path)
     else:
-        first, separator = first_line(path)
-        named = not is_data(first)
-        table = csv_table(path, first if named else [f"[{k}]" for k in range(len(first))], separator, named)
+        layout = find_layout(path)
+        first = [f"[{k}]" for k in range(len(layout.cells))] if is_data(layout.cells) else layout.cells
+        table = csv_table(path, first, layout)
     asked = {channel: name for channel in CHANNELS if (name := getattr(settings, channel).name) is not None}
     full = [_complete_name(name, path.stem, asked) for name in table.names]
     elsewhere = [channel for channel, name in asked.items() if not _offers(name, full)]

@@ -1,8 +1,10 @@
 """Tables with one column per signal: `.csv` and `.parquet` files, and frames of pandas, polars and others in memory."""
 
+import codecs
 import csv
 import re
 from collections.abc import Collection, Iterator
+from dataclasses import dataclass
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -18,7 +20,14 @@ from stribeck.log.storage import BLOCK_ROWS
 from stribeck.settings import LogTable
 
 CSV_BLOCK = 1 << 23  # bytes parsed at once
-HEAD = 64  # rows searched for the first list of a column
+HEAD = 64  # rows searched for the first values, and for the first list of a column
+COMMENT = re.compile(r"#+\s*|%+\s+")
+VALUE = re.compile(r"(?i)|true|false|null|none|n/?a|\d{4}-\d\d-\d\d.*|\d\d:\d\d.*")
+"""Cells of a line of values that are not numbers."""
+UNIT = re.compile(r"[\[({]?[A-Za-z°µ%]{0,4}([/*· ]?[A-Za-z]{0,3}[²^2]{0,2})[\])}]?|[-1]?|\[-\]|turns?|degrees?")
+"""Cells of a line of units."""
+SI = {"", "-", "1", "s", "rad", "rad/s", "rad/s^2", "rad/s²", "nm", "n m", "n*m", "n·m", "n", "m", "m/s", "m/s²"}
+"""Units in which columns are read by default, in small letters."""
 
 
 def open_parquet(path: Path, table: LogTable) -> Recording:
@@ -42,7 +51,8 @@ def open_csv(path: Path, table: LogTable) -> Recording:
     LogError
         As `open_parquet`, or if neither or both name the columns.
     """
-    first, separator = first_line(path)
+    layout = find_layout(path)
+    first = layout.cells
     if is_data(first) and not table.columns:
         raise LogError(
             f"{path}: the first line contains numbers ({listed(first, 3)}); expected a line of column names, or names "
@@ -58,7 +68,7 @@ def open_csv(path: Path, table: LogTable) -> Recording:
             f"{path}: the first line has {len(first)} values, but [log] columns has {len(table.columns)} names; "
             "expected one name per value, in order"
         )
-    return source_of_columns(csv_table(path, table.columns or first, separator, not table.columns), table)
+    return source_of_columns(csv_table(path, table.columns or first, layout), table)
 
 
 def parquet_table(path: Path) -> Table:
@@ -87,19 +97,37 @@ def _measure_lists(head: pa.RecordBatch | pa.Table) -> dict[str, list[int]]:
     }
 
 
-def csv_table(path: Path, names: list[str], separator: str, named: bool) -> Table:
-    """Open the table of a CSV file; `named` is whether its first line contains names."""
+@dataclass(frozen=True)
+class Layout:
+    """Cells of the line of names, or of the first line of values if there is none, and how to read the other lines."""
+
+    cells: list[str]
+    separator: str
+    skipped: int  # lines before the first values
+    encoding: str
+
+
+def csv_table(path: Path, names: list[str], layout: Layout) -> Table:
+    """Open the table of a CSV file."""
+    rows, commas, separator = 1, False, layout.separator
     with foreign(str(path), "CSV"), path.open("rb") as file:
-        rows = sum(block.count(b"\n") for block in iter(partial(file.read, CSV_BLOCK), b"")) + 1
-    with foreign(str(path), "CSV"), path.open(encoding="utf-8-sig", errors="replace", newline="") as text:
-        records = csv.reader(text, delimiter=separator, skipinitialspace=True)
-        head = list(islice((cells for cells in islice(records, int(named), None) if cells), HEAD))
+        for block in iter(partial(file.read, CSV_BLOCK), b""):
+            rows += block.count(b"\n")
+            commas = commas or re.search(rb"\d,\d", block.replace(b"\0", b"")) is not None
+    with foreign(str(path), "CSV"), path.open(encoding=layout.encoding, errors="replace", newline="") as text:
+        records = csv.reader(islice(text, layout.skipped, None), delimiter=separator, skipinitialspace=True)
+        head = list(islice((cells for cells in records if cells), HEAD))
     first = head[0] if head else []
     lists = {name: k for k, (name, cell) in enumerate(zip(names, first, strict=False)) if cell.strip().startswith("[")}
-    number = re.compile(r"\s*[+-]?\d+,\d+([eE][+-]?\d+)?\s*")  # decimal comma of German and French programs
-    comma = separator != "," and any(map(number.fullmatch, first))
+    comma = separator != "," and commas and not lists  # of German and French programs
     # Errors name their row only without threads, which are no faster here.
-    reading = pyarrow.csv.ReadOptions(column_names=names, skip_rows=int(named), block_size=CSV_BLOCK, use_threads=False)
+    reading = pyarrow.csv.ReadOptions(
+        column_names=names,
+        skip_rows=layout.skipped,
+        block_size=CSV_BLOCK,
+        use_threads=False,
+        encoding=layout.encoding.replace("utf-8-sig", "utf-8"),
+    )
     parsing = pyarrow.csv.ParseOptions(delimiter=separator, newlines_in_values=bool(lists))
 
     def converting(columns: list[str], free: Collection[str]) -> pyarrow.csv.ConvertOptions:
@@ -127,32 +155,60 @@ def csv_table(path: Path, names: list[str], separator: str, named: bool) -> Tabl
     return Table(str(path), spread_names, places, rows, read, kind, widths)
 
 
-def first_line(path: Path) -> tuple[list[str], str]:
-    """Split the first line of a CSV file, and detect its separator."""
+def find_layout(path: Path) -> Layout:
+    """Find the line of names of a CSV file, after comments and before units, its separator and its encoding.
+
+    Units other than SI are appended to the names, for `init`: `position [deg]`.
+    """
     with foreign(str(path), "CSV"), path.open("rb") as file:
-        line, second = (file.readline(1 << 20).decode("utf-8-sig").strip() for _ in range(2))
-        line = line.removeprefix("#").lstrip()
-        bare = re.sub(r'"[^"]*"|\[[^]]*\]', "x", line)
-        separator = max(",;\t", key=bare.count)
-        if separator not in bare and (not second or bare.count(" ") == second.count(" ")):  # else one name, `Time (s)`
-            separator = " "
-        cells = csv.reader([line], delimiter=separator, skipinitialspace=True)
-        names = [name.strip() for name in next(cells, [])]
-    if not names:
+        start = file.read(1 << 20)
+    encoding = "utf-8-sig"
+    if start.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        encoding = "utf-16"
+    else:
+        try:
+            codecs.getincrementaldecoder("utf-8")().decode(start)
+        except UnicodeDecodeError:
+            encoding = "latin-1"
+    lines = [line.strip() for line in start.decode(encoding, errors="replace").splitlines()[:HEAD]]
+    bare = [re.sub(r'"[^"]*"|\[[^]]*\]', "x", COMMENT.sub("", line)) for line in lines]
+    separators = [next((each for each in ";\t," if each in line), " ") for line in bare]
+    cells = [_split(line, each) for line, each in zip(lines, separators, strict=True)]
+    if not any(cells):
         raise LogError(f"{path}: is empty; expected a line of column names, then one line per sample")
-    return names, separator
+    values = next((k for k, each in enumerate(cells) if is_data(each)), 1)
+    if values > 1 and any(map(_is_number, filter(None, cells[values - 1]))):  # an incomplete line of values
+        values = 1
+    first = min(values, len(lines) - 1)
+    separator = separators[first]
+    if separator == " " and values and bare[values - 1].count(" ") != bare[first].count(" "):
+        separator = ","  # one name, `Time (s)`
+    if values == 0 or (
+        values > 1 and COMMENT.match(lines[values - 1]) and len(cells[values - 1]) != len(cells[values])
+    ):
+        return Layout(_split(lines[values], separator), separator, values, encoding)
+    above, names = (_split(COMMENT.sub("", lines[max(k, 0)]), separator) for k in (values - 2, values - 1))
+    if values > 1 and len(above) == len(names) and all(map(UNIT.fullmatch, names)):
+        units = [cell.strip("[](){} ") for cell in names]
+        names = [f"{name} [{unit}]" * (unit.lower() not in SI) or name for name, unit in zip(above, units, strict=True)]
+    return Layout(names, separator, values, encoding)
+
+
+def _split(line: str, separator: str) -> list[str]:
+    """Split a line of a CSV file."""
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])]
 
 
 def is_data(cells: list[str]) -> bool:
     """Return whether a line contains values instead of names."""
-    return any(map(_is_number, cells)) and all(not cell or _is_number(cell) for cell in cells)
+    return any(map(_is_number, cells)) and all(_is_number(cell) or VALUE.fullmatch(cell) for cell in cells)
 
 
 def _is_number(cell: str) -> bool:
     try:
-        float(cell)
+        float(cell.replace(",", ".", 1))
     except ValueError:
-        return cell.startswith("[") and cell.endswith("]")
+        return cell != "[-]" and re.fullmatch(r"\[[\s\d.,;eE+\-naif]*\]", cell) is not None
     return True
 
 
