@@ -12,9 +12,13 @@ from stribeck.base.finding import Finding
 from stribeck.base.typing import Array
 from stribeck.contact.phases import switch, up_in_base
 from stribeck.dynamics.state import root_quaternions
+from stribeck.log import RobotLog
+from stribeck.robot import Robot
 
 FEWEST = 24
 """Fewest pairs of bins between which rotations are compared [1]."""
+SLOPE = 0.5
+"""Share of the differences in height of standing feet that a slope may leave [1]."""
 LIFT = 0.01
 """Height of a standing foot above the lowest one that contradicts its contact [m]."""
 
@@ -47,8 +51,7 @@ def check_contacts(evidence: Evidence) -> list[Finding]:
     rows = rows[:: max(1, len(rows) // 4000)]  # about 4000 samples are sufficient
     standing = standing[rows]
     log = evidence.prepared.log.take(rows)
-    up = up_in_base(log, robot)
-    height = np.column_stack([np.einsum("ti,ti->t", up, robot.foot_pose(foot, log.position)[1]) for foot in feet])
+    height = _heights(log, robot, standing)
     lift = height - height.min(axis=1, keepdims=True)
     order = _best_order(standing, lift)
     if order is not None:
@@ -69,6 +72,31 @@ def check_contacts(evidence: Evidence) -> list[Finding]:
         if _repeats(~standing[:, k], others[:, k])
     ]
     return [Finding.of("contact-stuck", evidence="; ".join(parts))] if parts else []
+
+
+def _heights(log: RobotLog, robot: Robot, standing: NDArray[np.bool_]) -> Array:
+    """Compute the heights of the feet above the ground, shape (T, feet), up to a constant per row.
+
+    The ground is level, or a slope if one explains most of the differences between standing feet.
+    """
+    place = np.stack([robot.foot_pose(foot, log.position)[1] for foot in robot.contacts], axis=1)
+    height = np.einsum("ti,tfi->tf", up_in_base(log, robot), place)
+    if log.base_orientation is None:
+        return height
+    turned = Rotation.from_quat(root_quaternions(robot, log.position, log.base_orientation)).as_matrix()
+    along = np.einsum("tij,tfj->tfi", turned, place) @ (np.eye(3) - np.outer(robot.up, robot.up))
+    count = np.maximum(standing.sum(axis=1), 1)[:, None]
+    run, rise = (
+        (each - (each * standing[..., None]).sum(axis=1, keepdims=True) / count[..., None])[standing]
+        for each in (along, height[..., None])
+    )
+    slope, weight = np.zeros((3, 1)), np.ones((len(run), 1))
+    for _ in range(10):  # least absolute deviations: feet with wrong flags are far off the ground
+        slope = np.linalg.lstsq(run * weight, rise * weight, rcond=1e-6)[0]
+        weight = 1 / np.sqrt(np.maximum(np.abs(rise - run @ slope), LIFT / 10))
+    if np.abs(rise - run @ slope).mean() > SLOPE * np.abs(rise).mean():
+        return height
+    return np.asarray(height - (along @ slope)[..., 0])
 
 
 def _repeats(flag: NDArray[np.bool_], lift: Array) -> bool:
