@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.log.readers.formats import synthetic_log
 
+from stribeck.errors import LogError
 from stribeck.log.sampling import regularise
 from stribeck.settings import LogTable
 
@@ -209,3 +210,25 @@ def test_suspicions_are_notes():
     assert any("'wheel' span more than four turns" in note for note in regularise(wheels, TABLE)[1].notes)
     mirrored = replace(log, velocity=log.velocity * [1, -1, 1])
     assert any("opposite signs in 'knee'" in note for note in regularise(mirrored, TABLE)[1].notes)
+
+
+def test_a_joint_without_torque_is_named_with_the_setting():
+    log = log_at(np.arange(100) / 100)
+    torque = log.torque.copy()
+    torque[:, -1] = np.nan
+    name = log.joint_names[-1]
+    with pytest.raises(LogError, match=rf'belong in \[robot\] position_controlled = \["{name}"\]'):
+        regularise(replace(log, torque=torque), LogTable())
+
+
+def test_zeros_of_a_second_publisher_are_dropped_and_a_robot_at_zero_is_not():
+    log = log_at(np.arange(400) / 400)
+    ghost = np.arange(400) % 11 == 5
+    read, sampling = regularise(replace(log, position=np.where(ghost[:, None], 0.0, log.position + 1.0)), LogTable())
+    assert sampling.missing == {"all positions zero": int(ghost.sum())}
+    assert read.position.min() > -0.5
+    rests = np.where(
+        (np.arange(400) < 200)[:, None], 0.0, 0.01 * np.maximum(0.0, np.arange(400) - 199)[:, None] ** 2 / 400
+    )
+    _, sampling = regularise(replace(log, position=rests + 0 * log.position), LogTable())
+    assert sampling.missing == {}

@@ -1,5 +1,6 @@
 """Conversion of a recorded log to segments of uniformly sampled, complete rows."""
 
+import json
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -26,6 +27,7 @@ from stribeck.settings import LogTable
 
 LARGEST = 1e12  # in SI units; larger than any measurement of a robot, and sums of its squares do not overflow
 FEWEST = 16  # rows; fewer are too short for filters
+JUMP = 0.1  # [rad] or [m]; no robot jumps so far from zero in all joints, and back
 SHORT = 0.12  # [s]; shorter segments are too short for filters and windows of estimators
 
 
@@ -132,7 +134,12 @@ def _remove_incomplete(log: RobotLog, where: str) -> tuple[RobotLog, dict[str, i
     if len(keep) < FEWEST:
         raise LogError(f"{where}: the log has {len(keep)} samples; expected at least {FEWEST}")
     if complete < max(FEWEST, 0.02 * len(keep)):
-        raise LogError(f"{where}: only {complete} of {len(keep)} rows are complete; missing: {_counts(missing)}")
+        idle = [name.removeprefix("torque.") for name, count in missing.items() if count == len(keep)]
+        idle = [name for name in idle if name in log.joint_names]
+        remedy = f"; joints without torque belong in [robot] position_controlled = {json.dumps(idle)}" if idle else ""
+        raise LogError(
+            f"{where}: only {complete} of {len(keep)} rows are complete; missing: {_counts(missing)}{remedy}"
+        )
     if missing:
         notes.append(f"{len(keep) - complete} rows with missing values were removed: {_counts(missing)}.")
     again = _repeats(log.time, keep, typical_step(log.time[keep], where))
@@ -169,6 +176,13 @@ def _complete_rows(log: RobotLog) -> tuple[NDArray[np.bool_], dict[str, int]]:
             if not known.all():
                 keep &= known
                 missing[label] = int(len(known) - known.sum())
+    void = ~log.position.any(axis=1)  # zeros, which a second publisher sends between the real positions
+    if void.any() and not void.all():
+        far = np.abs(log.position[~void]).max(axis=1)
+        void &= np.interp(np.arange(len(void)), np.flatnonzero(~void), np.nan_to_num(far)) > JUMP
+        if void.any():
+            keep &= ~void
+            missing["all positions zero"] = int(void.sum())
     if log.base_orientation is not None:  # zeros, which IMUs send before they are ready
         void = ~log.base_orientation.any(axis=1)
         if void.any():

@@ -196,7 +196,7 @@ def _choose_opener(path: Path) -> Callable[[Path, LogTable], Recording]:
     if path.suffix.lower() not in FORMATS:
         raise LogError(
             f"{path}: unknown suffix '{path.suffix}'; expected {listed(list(FORMATS), 10)}, a rosbag2 folder or a "
-            "LeRobot dataset"
+            f"LeRobot dataset{'; the page of log formats shows how to convert PyTorch' * (path.suffix == '.pt')}"
         )
     _check_whole(path)
     return FORMATS[path.suffix.lower()]
