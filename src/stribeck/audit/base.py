@@ -80,7 +80,7 @@ def _heights(log: RobotLog, robot: Robot, standing: NDArray[np.bool_]) -> Array:
     The ground is level, or a slope if one explains most of the differences between standing feet.
     """
     place = np.stack([robot.foot_pose(foot, log.position)[1] for foot in robot.contacts], axis=1)
-    height = np.einsum("ti,tfi->tf", up_in_base(log, robot), place)
+    height: Array = np.einsum("ti,tfi->tf", up_in_base(log, robot), place)
     if log.base_orientation is None:
         return height
     turned = Rotation.from_quat(root_quaternions(robot, log.position, log.base_orientation)).as_matrix()

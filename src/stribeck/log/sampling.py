@@ -176,13 +176,13 @@ def _complete_rows(log: RobotLog) -> tuple[NDArray[np.bool_], dict[str, int]]:
             if not known.all():
                 keep &= known
                 missing[label] = int(len(known) - known.sum())
-    void = ~log.position.any(axis=1)  # zeros, which a second publisher sends between the real positions
-    if void.any() and not void.all():
-        far = np.abs(log.position[~void]).max(axis=1)
-        void &= np.interp(np.arange(len(void)), np.flatnonzero(~void), np.nan_to_num(far)) > JUMP
-        if void.any():
-            keep &= ~void
-            missing["all positions zero"] = int(void.sum())
+    ghost = np.asarray(~log.position.any(axis=1), dtype=bool)
+    if ghost.any() and not ghost.all():  # zeros, which a second publisher sends between the real positions
+        far = np.abs(log.position[~ghost]).max(axis=1)
+        ghost = ghost & (np.interp(np.arange(len(ghost)), np.flatnonzero(~ghost), np.nan_to_num(far)) > JUMP)
+        if ghost.any():
+            keep &= ~ghost
+            missing["all positions zero"] = int(ghost.sum())
     if log.base_orientation is not None:  # zeros, which IMUs send before they are ready
         void = ~log.base_orientation.any(axis=1)
         if void.any():
