@@ -67,7 +67,7 @@ def check_motion(evidence: Evidence) -> list[Finding]:
     size, normal = float(np.linalg.norm(pooled.gravity)), float(np.linalg.norm(given))
     if not 0.5 < size / max(normal, 1e-9) < 1.6 or pooled.gravity_error > 0.08 * normal:
         return []
-    turned = float(np.arccos(np.clip(pooled.gravity @ given / size / normal, -1, 1)))
+    turned = angle_between(pooled.gravity, given)
     forward = pooled.inertial > SURE * pooled.inertial_error or (
         abs(pooled.inertial) < SURE * pooled.inertial_error and pooled.dissipation > 0.3
     )
@@ -111,6 +111,19 @@ def _velocity_clock(evidence: Evidence) -> list[Finding]:
     if not (1.8 < ratio < 2.2 or 0.45 < ratio < 0.55) or np.mean(np.abs(np.array(ratios) / ratio - 1) < 0.1) < 0.75:
         return []
     return [_clock_finding(evidence, ratio, "the slope of the position relative to the velocity")]
+
+
+def angle_between(one: Array, other: Array) -> float:
+    """Compute the angle between two vectors [rad]."""
+    return float(np.arctan2(np.linalg.norm(np.cross(one, other)), one @ other))
+
+
+def tilted(evidence: Evidence, gravity: Array) -> Finding:
+    """Report a base that is tilted: gravity [m/s^2] has another direction than the given one."""
+    given = evidence.robot.gravity
+    direction = np.linalg.norm(given) * gravity / np.linalg.norm(gravity)
+    setting = ", ".join(f"{value:.4g}" for value in np.round(direction, 3) + 0.0)
+    return Finding.of("gravity.tilted", angle=np.rad2deg(angle_between(gravity, given)), stops=False, setting=setting)
 
 
 def _turned(pooled: _Pooled, turned: float, size: float) -> Finding:

@@ -1,7 +1,9 @@
 """Scale of torques and external torques, by the model, its effort limits and the robot's weight."""
 
+import json
 import re
 from collections.abc import Collection, Mapping, Sequence
+from math import ceil
 
 import numpy as np
 import pinocchio as pin
@@ -10,13 +12,15 @@ from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
 
 from stribeck.audit.evidence import Evidence
-from stribeck.audit.motion import gravity_torques
+from stribeck.audit.hypotheses import Hypothesis, compete, rivals
+from stribeck.audit.motion import angle_between, gravity_torques, tilted
 from stribeck.audit.regression import FEWEST, Fit, fit
 from stribeck.base.finding import Finding
 from stribeck.base.typing import Array
 from stribeck.dynamics.root_motion import gravity_in_root_link
 from stribeck.dynamics.state import root_quaternions
 from stribeck.robot import Robot
+from stribeck.robot.kinematics import link_of
 
 BINS_FOR_GAIN = 75
 """Fewest bins for a gain [1]; errors of the model dominate shorter motions."""
@@ -28,8 +32,16 @@ FAR = 5.0
 """Factor [1] of most joints' gains that makes the log unusable; effort limits and weights have smaller errors."""
 MOST = 0.6
 """Share of the joints with evidence [1] above which a cause concerns all joints."""
-UNITS = {1000.0: "N mm or mN m", 1e-3: "kN m", 1 / 9.81: "kgf m", 8.85: "in lbf", 0.7376: "ft lbf"}
+UNITS = {1000.0: "N mm or mN m", 1e-3: "kN m", 100.0: "N cm", 0.10197: "kgf m", 10.197: "kgf cm", 10197.0: "gf cm"}
+UNITS |= {8.851: "in lbf", 0.7376: "ft lbf", 141.6: "oz in"}
 """Factor relative to N m -> unit."""
+EXACT, NEARBY = 0.03, 0.15
+"""Largest logarithm of a factor relative to a unit's [1]: such that it is this unit, or may be. Units that are a power
+of 1000 may be missed by more, because no other cause comes close."""
+TILTED = float(np.deg2rad(2.0))
+"""Smallest tilt of the base that is reported [rad]."""
+SOME = 0.08
+"""Smallest logarithm of a gain that is reported, if no other cause explains the torques as well [1]."""
 
 
 def judged(found: Fit, largest: float) -> bool:
@@ -55,6 +67,9 @@ def check_scales(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) ->
     the model's has another cause.
     """
     off = {k: found for k, found in fits.items() if _off(found) and _surely(found)}
+    competing = compete(evidence, joints) if all(found.gain > 0 for found in fits.values()) else []
+    if causes := _causes(evidence, rivals(competing), bool(off)):
+        return causes
     if concerns_most(len(off), len(fits), evidence.joints):
         return [_scale_of_all(evidence, {k: abs(found.gain) for k, found in off.items()})]
     bounded = _out_of_bounds(evidence, [k for k in joints if k not in off])
@@ -63,21 +78,95 @@ def check_scales(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) ->
     levels = _levels(evidence, joints)
     if len(fits) < 2 and len(levels) >= 2 and not any(0.125 < level < 100.0 for level in levels.values()):
         return [_scale_of_all(evidence, levels)]
+    if competing:
+        return bounded
     off = {k: found for k, found in off.items() if evidence.moves(k)}  # a gear at rest can carry any torque
     if off:
         other = _of_rotors_and_tilts(evidence)
         off = {k: found for k, found in off.items() if (own := fit(evidence, k, beside=other[:, k])) and _off(own)}
     if not off or len(evidence.rows) < BINS_FOR_GAIN:
         return bounded
-    gear = all(not 1 / 12 < abs(found.gain) < 12 for found in off.values())
-    factors = {evidence.joints[k]: 1 / abs(found.gain) for k, found in off.items()}
-    finding = Finding.of(
+    gains = {k: (found.gain, found.error) for k, found in off.items()}
+    return [_gain_finding(evidence, gains), *bounded]
+
+
+def _gain_finding(evidence: Evidence, gains: Mapping[int, tuple[float, float]]) -> Finding:
+    own = gains.items()
+    gear = all(not 1 / 12 < abs(gain) < 12 for gain, _ in gains.values())
+    return Finding.of(
         "torque-gain",
-        {evidence.joints[k]: f" ({_plus_minus(found)} times the model's)" for k, found in off.items()},
+        {
+            evidence.joints[k]: f" ({gain:.3g} ± {2 * error:.1g} times the model's)"
+            for k, (gain, error) in gains.items()
+        },
         gear=", as if a gear ratio were missing" if gear else "",
-        setting=scale_line(evidence.robot, factors),
+        setting=scale_line(evidence.robot, {evidence.joints[k]: 1 / abs(gain) for k, (gain, _) in own}),
     )
-    return [finding, *bounded]
+
+
+def _causes(evidence: Evidence, found: Sequence[Hypothesis], off: bool) -> list[Finding]:
+    """Report the only cause that explains the torques, or a list of causes; empty if its effect is small."""
+    if not any(large := [_large(evidence, each, off) for each in found]):
+        return []
+    found = [each for each, own in zip(found, large, strict=True) if own or each.kind == "body"]
+    if {each.kind for each in found} == {"gain", "common gain"}:
+        found = [each for each in found if each.kind == "common gain"]
+    if len(found) > 1:
+        return [Finding.of("several-causes.audit", causes="; ".join(_words(evidence, each) for each in found))]
+    cause, names = found[0], evidence.joints
+    if cause.kind == "gravity":
+        return [tilted(evidence, evidence.robot.gravity + cause.values)]
+    if cause.kind == "body":
+        return [_body_finding(evidence, cause)]
+    values = np.resize(1 + cause.values, len(cause.places))
+    gains = {k: float(gain) for k, gain in zip(cause.places, values, strict=True) if abs(np.log(gain)) > SOME}
+    if cause.kind == "common gain" or len(gains) == len(names) > 1:
+        return [_scale_of_all(evidence, gains)]
+    errors = {k: own.error if (own := fit(evidence, k)) else 0.0 for k in gains}
+    return [_gain_finding(evidence, {k: (gain, errors[k]) for k, gain in gains.items()})]
+
+
+def _large(evidence: Evidence, cause: Hypothesis, off: bool) -> bool:
+    """Whether a cause changes friction noticeably; bodies are corrected by the fit unless they look like a gain."""
+    if cause.kind == "gravity":
+        return angle_between(evidence.robot.gravity, evidence.robot.gravity + cause.values) > TILTED
+    return off if cause.kind == "body" else bool(np.any(np.abs(np.log1p(cause.values)) > SOME))
+
+
+def _words(evidence: Evidence, cause: Hypothesis) -> str:
+    if cause.kind == "gravity":
+        turned = angle_between(evidence.robot.gravity, evidence.robot.gravity + cause.values)
+        return f"a base that is tilted by {np.rad2deg(turned):.2g}°"
+    if cause.kind == "body":
+        return f"a body: {_body_words(evidence, cause)}"
+    if cause.kind == "common gain":
+        factor = float(1 + cause.values[0])
+        return f"one gain of all torques ({factor:.3g}): {_possible_causes(factor)}"
+    each = zip(cause.places, cause.values.tolist(), strict=True)
+    return f"gains of torques ({', '.join(f'{evidence.joints[k]} {1 + value:.3g}' for k, value in each)})"
+
+
+def _body_words(evidence: Evidence, cause: Hypothesis) -> str:
+    tree, joint = evidence.robot.tree, cause.places[0] + 1
+    own, more = tree.model.inertias[joint], float(cause.values[0])
+    if abs(more) < 0.05 * own.mass:  # gravity does not show the mass of a body that only turns
+        away = 1e3 * float(np.linalg.norm(cause.values[1:4])) / own.mass
+        return f"{link_of(tree, joint).name} appears to have its center of mass {away:.0f} mm elsewhere"
+    return f"{link_of(tree, joint).name} appears {abs(more):.2g} kg {'heavier' if more > 0 else 'lighter'}"
+
+
+def _body_finding(evidence: Evidence, cause: Hypothesis) -> Finding:
+    """Report a body that is heavier or lighter than in the model; what is heavier can be stated as a payload."""
+    robot, (mass, *moment) = evidence.robot, cause.values[:4].tolist()
+    link, setting = link_of(robot.tree, cause.places[0] + 1), ""
+    if mass > 0.05 * robot.tree.model.inertias[cause.places[0] + 1].mass:
+        com = ", ".join(f"{value:.4f}" for value in link.placement.actInv(np.array(moment) / mass))
+        end = ceil(float(np.ptp(evidence.prepared.log.time)))
+        setting = (
+            f", or set payload = [{{ link = {json.dumps(str(link.name))}, mass = {mass:.4g}, com = [{com}], "
+            f"spans = [[0, {end}]] }}] in [robot]"
+        )
+    return Finding.of("bodies-differ.audit", evidence=_body_words(evidence, cause), setting=setting)
 
 
 def _of_rotors_and_tilts(evidence: Evidence) -> Array:
@@ -95,10 +184,6 @@ def _of_rotors_and_tilts(evidence: Evidence) -> Array:
     turned = np.cross(axes.transpose(0, 2, 1), gravity)  # gravity's change in the world for each axis
     tilted = np.einsum("bkw,baw->bka", gravity_torques(evidence, evidence.robot, np.eye(3)), turned)
     return np.dstack([other, tilted])
-
-
-def _plus_minus(found: Fit) -> str:
-    return f"{found.gain:.3g} ± {2 * found.error:.1g}"
 
 
 def _surely(found: Fit) -> bool:
@@ -123,29 +208,39 @@ def _rms(values: Array) -> float:
 
 
 def _scale_of_all(evidence: Evidence, gains: dict[int, float]) -> Finding:
+    """Report torques in another unit, or factors that are no unit with all causes that they may have."""
     middle = float(np.median(list(gains.values())))
     common = all(abs(np.log(gain / middle)) < 0.3 for gain in gains.values())
     unit = _unit(middle) if common else None
-    factors = dict.fromkeys(evidence.joints, 1 / (unit or middle))
-    guess = f"as if they were in {UNITS[unit]}" if unit else "by one factor"
-    if not common:
-        guess = "with a different factor per joint, as for amperes or torques before the gear"
-        factors = {evidence.joints[k]: 1 / gain for k, gain in gains.items()}
+    guess = f"as if they were in {UNITS[unit]}" if unit else "by one factor" if common else "with a factor per joint"
     return Finding.of(
-        "torque-scale",
+        "torque-scale" if unit else "torque-scale.unclear",
         [evidence.joints[k] for k in gains],
         stops=not 1 / FAR < middle < FAR,
         factor=middle,
         guess=guess,
         evidence=", ".join(f"{evidence.joints[k]} {gain:.3g}" for k, gain in list(gains.items())[:6]),
-        setting=scale_line(evidence.robot, factors),
+        setting=scale_line(evidence.robot, dict.fromkeys(evidence.joints, 1 / (unit or 1.0))),
+        causes=_possible_causes(middle if common else None),
     )
+
+
+def _possible_causes(factor: float | None) -> str:
+    """List causes of a factor of all torques that is no unit; None if each joint has its own factor."""
+    causes = ['currents (unit = "A" in [log.torque])', "torques before the gear (their scale is the gear ratio)"]
+    if factor is None:
+        return ", ".join([*causes, "or shares of each joint's rated torque"])
+    causes += ['positions in another unit (unit = "turn" or "deg" in [log.position])', "or wrong masses of the model"]
+    near = [
+        f"{unit} (scale = {1 / ratio:.4g})" for ratio, unit in UNITS.items() if abs(np.log(factor / ratio)) < NEARBY
+    ]
+    return ", ".join([*near, *causes])
 
 
 def _unit(factor: float) -> float | None:
     """Find the unit in `UNITS` that makes torques larger by a factor; None if none does."""
     nearest = min(UNITS, key=lambda ratio: abs(np.log(factor / ratio)))
-    return nearest if abs(np.log(factor / nearest)) < 0.15 else None
+    return nearest if abs(np.log(factor / nearest)) < (NEARBY if nearest in (1e3, 1e-3) else EXACT) else None
 
 
 def _out_of_bounds(evidence: Evidence, joints: list[int]) -> list[Finding]:
@@ -156,9 +251,10 @@ def _out_of_bounds(evidence: Evidence, joints: list[int]) -> list[Finding]:
     carried = _weight_carried(evidence)
     if carried is not None and not 1 / FAR < carried < FAR:
         unit = _unit(carried)
-        setting = scale_line(evidence.robot, dict.fromkeys(evidence.joints, 1 / (unit or carried)))
+        setting = scale_line(evidence.robot, dict.fromkeys(evidence.joints, 1 / (unit or 1.0)))
         named = f", as if they were in {UNITS[unit]}" if unit else ""
-        return [Finding.of("torque-scale.weight", evidence.joints, factor=carried, unit=named, setting=setting)]
+        remedy = f"Set {setting}" if unit else f"Find the cause: {_possible_causes(carried)}"
+        return [Finding.of("torque-scale.weight", evidence.joints, factor=carried, unit=named, remedy=remedy)]
     reached = {k: times for k, times in _over_limits(evidence).items() if k in joints}
     over = {evidence.joints[k]: f" ({times:.3g} times)" for k, times in reached.items() if times > FAR}
     if not over:
@@ -262,7 +358,10 @@ def check_external(evidence: Evidence, left_out: Collection[str] = ()) -> list[F
     return [
         Finding.of(
             "external-torque",
-            {name: f" ({_plus_minus(found)} times the expected torque)" for name, found in off.items()},
+            {
+                name: f" ({found.gain:.3g} ± {2 * found.error:.1g} times the expected torque)"
+                for name, found in off.items()
+            },
             stops=len(off) >= MOST * len(evidence.joints),
             setting=scale_line(evidence.robot, {name: found.gain for name, found in off.items()}, "external_torque"),
         )

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from math import ceil, floor
 
 import numpy as np
-import pinocchio as pin
 
 from stribeck.base.spans import MOST, Span, listed_spans
 from stribeck.base.typing import Array
 from stribeck.methods.forces import Force, find_force
 from stribeck.robot import Robot
+from stribeck.robot.kinematics import link_of
 from stribeck.whole_log.equations.equation_sequence import EquationSequence
 from stribeck.whole_log.estimate import WholeLogFit
 from stribeck.whole_log.fit_checks.payloads import Payload, find_payloads, residual_in
@@ -76,15 +76,7 @@ def _words(robot: Robot, column: int, force: Force, torque: Array) -> str:
         clipped = np.mean(own == own.max()) > 0.02  # share of samples exactly at the largest torque
         return f"the torque of {name} is clipped" if clipped else f"only the torque of {name} disagrees"
     joint = 1 + int(np.argsort(robot.tree.columns)[column])
-    return f"a force of about {float(f'{force.size:.2g}'):g} N on {_link(robot, joint).name}"
-
-
-def _link(robot: Robot, joint: int) -> pin.Frame:
-    """Find the link behind a joint of the tree, preferably the one that carries tools."""
-    frames = [frame for frame in robot.tree.model.frames if frame.parentJoint == joint]
-    links = [frame for frame in frames if frame.type == pin.FrameType.BODY]
-    tools = ("tool", "tcp", "flange", "hand", "gripper", "end_effector", "ee_")
-    return next((frame for frame in links if any(word in frame.name.lower() for word in tools)), links[0])
+    return f"a force of about {float(f'{force.size:.2g}'):g} N on {link_of(robot.tree, joint).name}"
 
 
 def _carried(
@@ -93,7 +85,7 @@ def _carried(
     """Place payloads in the frames of links."""
     found = []
     for payload in payloads:
-        link = _link(robot, payload.body + 1)
+        link = link_of(robot.tree, payload.body + 1)
         own = [spans[place] for place in payload.spans]
         found.append(Carried(str(link.name), payload.mass, link.placement.actInv(payload.centre), own))
     return found

@@ -28,6 +28,14 @@ def _walk_to_root(rooted: RootedModel, frame: int) -> Iterator[tuple[Axis, int, 
         yield rooted.axis(joint), rooted.column(joint), rooted.model.jointPlacements[joint]
 
 
+def link_of(tree: RootedModel, joint: int) -> pin.Frame:
+    """Find the link behind a joint of a tree, preferably the one that carries tools."""
+    frames = [frame for frame in tree.model.frames if frame.parentJoint == joint]
+    links = [frame for frame in frames if frame.type == pin.FrameType.BODY]
+    tools = ("tool", "tcp", "flange", "hand", "gripper", "end_effector", "ee_")
+    return next((frame for frame in links if any(word in frame.name.lower() for word in tools)), links[0])
+
+
 def direction_in_root(rooted: RootedModel, frame: int, position: Array, direction: Array) -> Array:
     """Transform directions from a frame to the root's coordinates, shape (T, 3).
 
