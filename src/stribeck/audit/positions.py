@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.audit.evidence import Evidence
-from stribeck.audit.scale import concerns_most
+from stribeck.audit.scale import concerns_most, scale_line
 from stribeck.base.finding import Finding
 from stribeck.base.typing import Array
+from stribeck.robot import Robot
 
 FEW = 0.02
 """Largest distance outside the limits in degrees relative to that in radians [1], for positions in degrees."""
@@ -21,6 +22,11 @@ def check_positions(evidence: Evidence) -> list[Finding]:
     degrees = _degrees(evidence)
     if degrees:
         return degrees
+    lengths = in_millimeters(evidence.robot, *evidence.position_range)
+    if lengths.any():
+        names = [name for name, wrong in zip(evidence.robot.joint_names, lengths, strict=True) if wrong]
+        setting = scale_line(evidence.robot, dict.fromkeys(names, 1e-3), "position")
+        return [Finding.of("position-limits.millimeters", names, stops=True, setting=setting)]
     jumps = _jumps(evidence)
     return [*jumps, *_limits(evidence, {name for finding in jumps for name in finding.joints})]
 
@@ -70,6 +76,13 @@ def _degrees(evidence: Evidence) -> list[Finding]:
     units += ['unit = "deg/s" in [log.velocity]'] * (log.velocity is not None)
     reach = float(np.maximum(-lowest, highest)[turning].max())
     return [Finding.of("position-degrees", names, reach=reach, units=" and ".join(units))]
+
+
+def in_millimeters(robot: Robot, lowest: Array, highest: Array) -> NDArray[np.bool_]:
+    """Find the prismatic joints whose positions fit the model's limits only as millimeters, shape (n,)."""
+    low, high = robot.position_limits
+    far = (lowest < low - OUTSIDE) | (highest > high + OUTSIDE)
+    return np.array(robot.prismatic) & far & (1e-3 * lowest > low - 0.01) & (1e-3 * highest < high + 0.01)
 
 
 def _excess(lowest: Array, highest: Array, low: Array, high: Array) -> Array:

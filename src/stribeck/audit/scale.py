@@ -157,16 +157,14 @@ def _body_words(evidence: Evidence, cause: Hypothesis) -> str:
 
 def _body_finding(evidence: Evidence, cause: Hypothesis) -> Finding:
     """Report a body that is heavier or lighter than in the model; what is heavier can be stated as a payload."""
-    robot, (mass, *moment) = evidence.robot, cause.values[:4].tolist()
-    link, setting = link_of(robot.tree, cause.places[0] + 1), ""
-    if mass > 0.05 * robot.tree.model.inertias[cause.places[0] + 1].mass:
-        com = ", ".join(f"{value:.4f}" for value in link.placement.actInv(np.array(moment) / mass))
-        end = ceil(float(np.ptp(evidence.prepared.log.time)))
-        setting = (
-            f", or set payload = [{{ link = {json.dumps(str(link.name))}, mass = {mass:.4g}, com = [{com}], "
-            f"spans = [[0, {end}]] }}] in [robot]"
-        )
-    return Finding.of("bodies-differ.audit", evidence=_body_words(evidence, cause), setting=setting)
+    robot, (mass, *moment), joint = evidence.robot, cause.values[:4].tolist(), cause.places[0] + 1
+    if mass < 0.05 * robot.tree.model.inertias[joint].mass:
+        return Finding.of("bodies-differ.audit", evidence=_body_words(evidence, cause))
+    link = link_of(robot.tree, joint)
+    com = ", ".join(f"{value:.4f}" for value in link.placement.actInv(np.array(moment) / mass))
+    end = ceil(float(np.ptp(evidence.prepared.log.time)))
+    table = f"{{ link = {json.dumps(str(link.name))}, mass = {mass:.4g}, com = [{com}], spans = [[0, {end}]] }}"
+    return Finding.of("payload.audit", evidence=_body_words(evidence, cause), tables=table)
 
 
 def _of_rotors_and_tilts(evidence: Evidence) -> Array:

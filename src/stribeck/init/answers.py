@@ -7,17 +7,26 @@ from pathlib import Path
 
 import numpy as np
 
+from stribeck.audit.positions import in_millimeters
 from stribeck.base.threads import one_blas_thread
 from stribeck.base.typing import TorqueSource
 from stribeck.errors import LogError
 from stribeck.friction_torque.preparation import prepare
-from stribeck.init.by_dynamics import answer_by_dynamics
-from stribeck.init.columns import find_columns, find_command, orientation_order, position_and_velocity_units, time_unit
+from stribeck.init.by_dynamics import answer_by_dynamics, multiply_scale
+from stribeck.init.columns import (
+    find_columns,
+    find_command,
+    orientation_order,
+    position_and_velocity_units,
+    servo_ticks,
+    time_unit,
+)
 from stribeck.init.draft import Draft, ask_for_torque_source, write_contacts
 from stribeck.init.model import read_model
 from stribeck.init.names import match, words
 from stribeck.log import RobotLog
 from stribeck.log.clock import mean_step
+from stribeck.log.plausibility import position_slopes
 from stribeck.log.readers import read_log
 from stribeck.log.readers.channels import JOINT_CHANNELS, WRENCH
 from stribeck.log.readers.mapping import TIME, word_size
@@ -95,11 +104,22 @@ def _answer_from_log(draft: Draft, log: Path) -> None:
     _write_idle_joints(draft, read)
     if order := orientation_order(read):
         draft.set("log.base_orientation", "order", order, "with this order the base is upright.")
-    for channel, unit, why in position_and_velocity_units(read, robot):
+    if turn := servo_ticks(read):
+        _write_ticks(draft, read, turn)
+    lengths = in_millimeters(robot, np.nanmin(read.position, axis=0), np.nanmax(read.position, axis=0))
+    for channel in ("position", "velocity"):
+        if lengths.any() and getattr(read, channel) is not None:
+            factors = np.where(lengths, 1e-3, 1.0).tolist()
+            why = "these positions are within the model's limits only as millimeters."
+            draft.set(f"log.{channel}", "scale", multiply_scale(robot, draft.table("log"), channel, factors), why)
+    timed = "time" in source.channels
+    for channel, unit, why in position_and_velocity_units(read, robot) if timed and not turn else []:
         draft.set(f"log.{channel}", "unit", unit, why)
         if channel == "position" and read.command is not None:
             draft.set("log.desired_position", "unit", unit, "as the positions.")
-    if read.command is None:  # order and signs of commands are those of the positions
+    if not timed:
+        draft.ask("log.rate", "without a rate, nothing else was checked; `stribeck inspect` checks signs and units.")
+    elif read.command is None:  # order and signs of commands are those of the positions
         answer_by_dynamics(draft, log, unsure)
 
 
@@ -309,6 +329,17 @@ def _write_torque_source(draft: Draft, source: Recording, by_name: TorqueSource 
         draft.set("robot", "torque_source", by_name, "found from the name of the log's torques.")
     else:
         ask_for_torque_source(draft)
+
+
+def _write_ticks(draft: Draft, log: RobotLog, turn: int) -> None:
+    """Write the scale and the zero of positions that are a servo's ticks, and the scale of its velocity."""
+    scale = 2 * np.pi / turn
+    draft.set("log.position", "scale", float(f"{scale:.9g}"), f"the positions are integers, as {turn} ticks per turn.")
+    draft.set("log.position", "offset", -round(float(np.pi), 9), "half a turn.")
+    draft.ask("log.position", f"does a turn have {turn} ticks, and is zero at {turn // 2}? Check one posture.")
+    if log.velocity is not None and np.isfinite(slopes := position_slopes(log)).any():
+        why = "with this scale the velocities agree with the positions."
+        draft.set("log.velocity", "scale", float(f"{scale * np.nanmedian(slopes):.4g}"), why)
 
 
 def _write_idle_joints(draft: Draft, log: RobotLog) -> None:

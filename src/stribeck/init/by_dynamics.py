@@ -3,6 +3,7 @@
 import re
 import tomllib
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,23 @@ from stribeck.base.finding import Finding
 from stribeck.errors import LogError, SettingsError, errors_about
 from stribeck.friction_torque.preparation import prepare
 from stribeck.init.draft import Draft
-from stribeck.init.search import Columns, as_given, find_columns_by_dynamics
+from stribeck.init.search import Columns, as_given, find_columns_by_dynamics, unit_by_dynamics
 from stribeck.log import RobotLog
 from stribeck.log.readers import read_log
 from stribeck.robot import Robot
+
+UNEXPLAINED = (
+    "torque-scale",
+    "torque-gain",
+    "several-causes",
+    "torque-unexplained",
+    "bodies-differ",
+    "payload",
+    "gravity",
+)
+"""Checks whose findings may be due to positions in another unit."""
+QUESTIONS = ("torque-scale", "torque-gain", "several-causes", "bodies-differ", "payload", "gravity")
+"""Checks whose remedies depend on what the user knows about the robot."""
 
 
 def answer_by_dynamics(draft: Draft, log: Path, unsure: Sequence[str]) -> None:
@@ -41,6 +55,10 @@ def answer_by_dynamics(draft: Draft, log: Path, unsure: Sequence[str]) -> None:
             draft.ask("robot", f"the log cannot be used with these settings: {error}.")
             return
         left = findings(evidence, delays(evidence))
+        unit = robot.log_table.position.unit or any(finding.check in UNEXPLAINED for finding in left)
+        if unit is True and (unit := unit_by_dynamics(read, robot)):
+            _write_unit(draft, unit, read)
+            continue
         taken = [_apply_setting(draft, finding) for finding in left]
         if any(taken):
             continue
@@ -50,9 +68,21 @@ def answer_by_dynamics(draft: Draft, log: Path, unsure: Sequence[str]) -> None:
         columns = [robot.joint_names.index(joint) for joint in unsure]
         if not _write_columns(draft, robot, find_columns_by_dynamics(read, robot, columns), read):
             break
+    if robot.torque_source == "link_side_sensor" and any(finding.check in QUESTIONS for finding in left):
+        # The source is a guess, and rotors, whose inertia a torque before the gear contains, look like a gain.
+        evidence = gather(prepared, replace(robot, torque_source="motor_side_sensor"), robot.settings)
+        left = findings(evidence, delays(evidence))
     unknown = prepared.log.unscaled.keys()
     for finding in (*left, *(each for each in of_gains if unknown & set(each.joints))):
-        (draft.ask if finding.stops or finding not in left else draft.warn)("robot", f"{finding}.")
+        asked = finding.stops or finding not in left or finding.check in QUESTIONS
+        (draft.ask if asked else draft.warn)("robot", f"{finding}.")
+
+
+def _write_unit(draft: Draft, unit: str, log: RobotLog) -> None:
+    why = "with this unit the torques agree with the model, and in radians they do not."
+    draft.set("log.position", "unit", unit, why)
+    if log.velocity is not None:
+        draft.set("log.velocity", "unit", f"{unit}/s", "as the positions.")
 
 
 def _apply_setting(draft: Draft, finding: Finding) -> bool:
@@ -98,11 +128,11 @@ def _write_columns(draft: Draft, robot: Robot, columns: Columns, log: RobotLog) 
         if np.any(signs != 1):
             changed = True
             why = "only these signs agree with the model."
-            draft.set(f"log.{channel}", "scale", _multiply_scale(robot, table, channel, signs.tolist()), why)
+            draft.set(f"log.{channel}", "scale", multiply_scale(robot, table, channel, signs.tolist()), why)
     return changed
 
 
-def _multiply_scale(robot: Robot, table: dict[str, Any], channel: str, signs: list[float]) -> float | dict[str, float]:
+def multiply_scale(robot: Robot, table: dict[str, Any], channel: str, signs: list[float]) -> float | dict[str, float]:
     """Multiply the scale of a channel by signs: one number, or by the log's names."""
     present, asked = table.get(channel, {}).get("scale", 1.0), table.get(channel, {}).get("name")
     if not isinstance(present, dict) and set(signs) == {-1.0}:

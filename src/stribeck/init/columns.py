@@ -8,7 +8,7 @@ import numpy as np
 from stribeck.base.typing import Array, TorqueSource
 from stribeck.log import RobotLog
 from stribeck.log.clock import RATES
-from stribeck.log.plausibility import AGREEMENT, RATIOS, position_slopes
+from stribeck.log.plausibility import position_slopes, units_of_slope
 from stribeck.log.readers.channels import JOINT_CHANNELS
 from stribeck.log.readers.recording import Recording
 from stribeck.robot import Robot
@@ -24,10 +24,12 @@ WORDS: dict[str, set[str]] = {
 """Words in the names of each channel."""
 CURRENTS = {"current", "currents", "cur", "curr", "amps", "ampere", "amperes", "i"}
 """Words for motor currents, which replace torques that were not measured."""
+TURNS = ("turn", "turns", "rev", "revs", "revolution", "revolutions", "rotations")
+"""Words for turns."""
 UNITS: dict[str, dict[str, str]] = {
-    "position": {"rad": "rad", "deg": "deg", "degree": "deg", "degrees": "deg"},
+    "position": {"rad": "rad", **dict.fromkeys(("deg", "degree", "degrees"), "deg"), **dict.fromkeys(TURNS, "turn")},
     "torque": {"mnm": "mNm", "nm": "Nm"},
-    "velocity": {"rpm": "rpm"},
+    "velocity": {"rpm": "rpm", "krpm": "krpm", "rps": "turn/s"},
     "current": {"ma": "mA", "a": "A"},
 }
 """Words that are units -> their names in a robot file."""
@@ -93,7 +95,7 @@ def _find_unit(channel: str, name: str) -> dict[str, str]:
     """Find a unit of the channel in a name."""
     own = {*words(name), *re.findall("[a-z]+", name.lower())}
     if channel == "velocity" and own & set(UNITS["position"]):
-        return {"unit": "deg/s"} if "rad" not in own else {}
+        return {} if "rad" in own else {"unit": "turn/s"} if own & set(TURNS) else {"unit": "deg/s"}
     return next(({"unit": unit} for word, unit in UNITS.get(channel, {}).items() if word in own), {})
 
 
@@ -169,9 +171,20 @@ def position_and_velocity_units(log: RobotLog, robot: Robot) -> list[tuple[str, 
     if log.velocity is not None:
         slopes = position_slopes(log)
         middle = float(np.nanmedian(slopes)) if np.isfinite(slopes).any() else 1.0
-        for ratio, units in RATIOS.items():
-            if abs(abs(middle) / ratio - 1) < AGREEMENT:
-                position, velocity = units
-                why = f"the positions change {middle:.4g} times as fast as the velocities."
+        if units := units_of_slope(abs(middle)):
+            position, velocity = units
+            why = f"the positions change {middle:.4g} times as fast as the velocities."
     found = [("position", position, why)] if position != "rad" else []
     return found + ([("velocity", velocity, why)] if log.velocity is not None and velocity != "rad/s" else [])
+
+
+def servo_ticks(log: RobotLog) -> int:
+    """Find the ticks per turn of positions that are integers around the middle of a servo's range; 0 otherwise."""
+    known = log.position[np.isfinite(log.position)]
+    highest = float(known.max(initial=0.0))
+    if highest < 400 or known.min() < 0 or np.any(known != np.round(known)):  # whole degrees stay below
+        return 0
+    middle = float(np.median(known))
+    return min(
+        (turn for turn in (1024, 4096, 16384, 65536) if turn > highest), key=lambda t: abs(middle / t - 0.5), default=0
+    )

@@ -18,6 +18,7 @@ from stribeck.friction_torque.preparation import prepare
 from stribeck.init.names import words
 from stribeck.log import RobotLog
 from stribeck.log.clock import typical_step
+from stribeck.log.readers.mapping import ANGLE
 from stribeck.robot import Robot
 from stribeck.settings import Settings
 
@@ -72,6 +73,21 @@ def find_columns_by_dynamics(log: RobotLog, robot: Robot, unsure: Sequence[int])
     best = _descend(given, log, robot, unsure)
     left = _compare(best.of(log), robot).left[best.changed_since(given)[robot.torque_controlled]]
     return given if np.any(left > 0.5) else best  # share of the torque's variance
+
+
+def unit_by_dynamics(log: RobotLog, robot: Robot) -> str:
+    """Find the unit of positions in which the torques agree far better with the model than in radians; "" if none."""
+    log = _take_excerpt(log)
+    given, turning = _compare(log, robot), ~np.array(robot.prismatic)
+    best = ""
+    for unit in ("deg", "turn"):
+        factors = np.where(turning, ANGLE[unit], 1.0)
+        moved = {key: getattr(log, key) for key in ("position", "velocity", "acceleration")}
+        scaled = replace(log, **{key: own * factors for key, own in moved.items() if own is not None})
+        found = _compare(scaled, robot)
+        if given.cost - found.cost > np.log(BETTER) and np.nanmedian(found.left) < 0.2:
+            given, best = found, unit
+    return best
 
 
 def _descend(best: Columns, log: RobotLog, robot: Robot, unsure: Sequence[int]) -> Columns:

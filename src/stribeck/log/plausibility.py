@@ -8,8 +8,18 @@ from stribeck.log import RobotLog
 from stribeck.log.readers.recording import listed
 
 AGREEMENT = 0.05  # relative tolerance for the ratio of two units
-RATIOS = {180 / np.pi: ("deg", "rad/s"), np.pi / 180: ("rad", "deg/s"), np.pi / 30: ("rad", "rpm"), 6.0: ("deg", "rpm")}
-"""Slope of position versus integrated velocity -> the units of position and velocity that cause it."""
+ANGLES = {"rad": 1.0, "deg": np.pi / 180, "turn": 2 * np.pi}
+SPEEDS = {"rad/s": 1.0, "deg/s": np.pi / 180, "rpm": np.pi / 30, "krpm": np.pi / 0.03, "turn/s": 2 * np.pi}
+
+
+def units_of_slope(slope: float) -> tuple[str, str] | None:
+    """Find the units of position and velocity that make one change `slope` times as fast as the other shows.
+
+    None if they agree, also in degrees or turns, or no units explain the slope.
+    """
+    ratios = {(a, v): SPEEDS[v] / ANGLES[a] for a in ANGLES for v in SPEEDS}
+    nearest = min(ratios, key=lambda units: abs(np.log(max(slope, 1e-12) / ratios[units])))
+    return nearest if ratios[nearest] != 1 and abs(slope / ratios[nearest] - 1) < AGREEMENT / 2 else None
 
 
 def check_plausible(log: RobotLog) -> list[str]:
@@ -63,14 +73,13 @@ def _check_velocity_unit(log: RobotLog, where: str) -> list[str]:
         return []
     slopes = position_slopes(log)
     slope = float(np.nanmedian(slopes)) if np.isfinite(slopes).any() else 1.0
-    for ratio, (position, velocity) in RATIOS.items():
-        if abs(slope / ratio - 1) < AGREEMENT:
-            settings = {"position": position, "velocity": velocity}
-            wrong = [f'[log.{name}] unit = "{unit}"' for name, unit in settings.items() if not unit.startswith("rad")]
-            raise LogError(
-                f"{where}: 'position' changes {slope:.4g} times as fast as 'velocity': probably position is in "
-                f"{position} and velocity in {velocity}; set {' and '.join(wrong)}"
-            )
+    if units := units_of_slope(slope):
+        settings = dict(zip(("position", "velocity"), units, strict=True))
+        wrong = [f'[log.{name}] unit = "{unit}"' for name, unit in settings.items() if not unit.startswith("rad")]
+        raise LogError(
+            f"{where}: 'position' changes {slope:.4g} times as fast as 'velocity': probably position is in "
+            f"{units[0]} and velocity in {units[1]}; set {' and '.join(wrong)}"
+        )
     turned = [name for name, slope in zip(log.joint_names, slopes, strict=True) if abs(slope + 1) < AGREEMENT]
     return [f"Position and velocity have opposite signs in {listed(turned)}."] if turned else []
 
