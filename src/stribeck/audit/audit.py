@@ -64,8 +64,8 @@ def audit_or_stop(prepared: Sequence[PreparedLog], robot: Robot, settings: Setti
 
 
 def without_dead_joints(robot: Robot, audited: Sequence[Finding]) -> Robot:
-    """Leave out the joints whose torque is dead: their torque counts as unknown."""
-    dead = [joint for finding in audited if finding.check == "channel-dead" for joint in finding.joints]
+    """Leave out the joints whose torque is dead or has no sign: their torque counts as unknown."""
+    dead = [joint for f in audited if f.check in ("channel-dead", "torque-unsigned") for joint in f.joints]
     return replace(robot, position_controlled=(*robot.position_controlled, *dead)) if dead else robot
 
 

@@ -37,7 +37,7 @@ def check_channels(evidence: Evidence) -> list[Finding]:
         joint, position, torque = robot.joint_names[column], log.position[:, column], log.torque[:, column]
         parts, moves = {}, column in moving
         if moves:
-            parts["position"] = _frozen_positions(position, sampling.segments, sampling.period)
+            parts["position"] = _frozen_positions(position, torque, sampling.segments, sampling.period)
         if step := steps.get(column) or (moves and _shared_step(torque[:HELD_ROWS], steps.values())):
             found["channel-coarse", "torque"][joint] = f" ({step:.2g} N m)"
         elif moves and least[column] == most[column]:
@@ -108,11 +108,13 @@ def _shortest(period: float) -> int:
     return max(FROZEN_SAMPLES, round(0.2 / period))  # 0.2 s
 
 
-def _frozen_positions(position: Array, segments: tuple[slice, ...], period: float) -> list[slice]:
+def _frozen_positions(position: Array, torque: Array, segments: tuple[slice, ...], period: float) -> list[slice]:
     """Find parts in which a moving joint's position stops abruptly, without braking.
 
-    Entry or exit must be faster than 5 % of the top speed. If the encoder's resolution exceeds 2 % of the steps at top
-    speed, it must be 30 %, and the part 2 s long: a joint that sticks looks frozen to a coarse encoder.
+    A robot at rest brakes before and accelerates after it: entry and exit must be faster than 30 % of the top speed, or
+    the position jumps afterward. At an end of the log 5 % is sufficient if the torque varies. If the encoder's
+    resolution exceeds 2 % of the steps at top speed, one of them is sufficient, but the part must be 2 s long: a joint
+    that sticks looks frozen to a coarse encoder.
     """
     parts = constant_parts(position, segments, _shortest(period))
     if not parts:
@@ -122,12 +124,14 @@ def _frozen_positions(position: Array, segments: tuple[slice, ...], period: floa
     top = float(np.percentile(changes, 99)) if len(changes) else 0.0
     quantum = float(np.percentile(changes, 1)) if len(changes) else 0.0
     coarse = quantum > 0.02 * top
-    least = max(0.3 * top, 5 * quantum) if coarse else 0.05 * top
 
-    def fast(rows: slice) -> bool:
+    def fast(rows: slice, share: float) -> bool:
         whole = slice(rows.start, min(rows.stop + 1, len(position)))
         count = whole.stop - whole.start - 1
-        return bool(count >= 4 and abs(position[whole.stop - 1] - position[whole.start]) > count * least)
+        return bool(
+            count >= 4
+            and abs(position[whole.stop - 1] - position[whole.start]) > count * max(share * top, 5 * quantum * coarse)
+        )
 
     if _flickers(position, parts):
         return parts
@@ -136,8 +140,11 @@ def _frozen_positions(position: Array, segments: tuple[slice, ...], period: floa
         if coarse and (part.stop - part.start) * period < 2.0:
             continue
         before, after = slice(max(part.start - 6, 0), max(part.start - 1, 0)), slice(part.stop, part.stop + 5)
-        jumps = part.stop <= len(steps) and steps[part.stop - 1] > 10 * top
-        if fast(before) or fast(after) or jumps:
+        jumps = part.stop <= len(steps) and steps[part.stop - 1] > (10 if coarse else 3) * top
+        at_end = part.start == 0 or part.stop >= len(position) - 1
+        share = 0.05 if at_end and torque[part].std() > 0.3 * torque.std() and not coarse else 0.3
+        abrupt = (fast(before, share), fast(after, share))
+        if all(abrupt) or (any(abrupt) and (coarse or share < 0.3)) or jumps:
             found.append(part)
     return found
 

@@ -102,6 +102,12 @@ def _percent(share: float) -> str:
 def check_unsigned(evidence: Evidence, left_out: Collection[str] = ()) -> list[Finding]:
     """Report torques that never change their sign although the motion requires it."""
     joints = [k for k, name in enumerate(evidence.joints) if name not in left_out]
+    negated = [evidence.joints[k] for k in joints if _negated_one_way(evidence, k)]
+    agreeing = sum(unexplained(evidence, k, 1.0) < 0.2 for k in joints) if negated else 0
+    if negated and agreeing >= min(len(negated), len(joints) - 1):  # otherwise joints may be exchanged
+        most = concerns_most(len(negated), len(joints), evidence.joints)
+        finding = Finding.of("torque-unsigned.direction", negated, stops=most)
+        return [finding, *check_unsigned(evidence, [*left_out, *negated])]
     torque = evidence.prepared.log.torque[:, evidence.robot.torque_controlled[joints]]
     if len(joints) > 2 and (torque.min() >= 0 or torque.max() <= 0) and np.all(torque.std(axis=0) > 0):
         return [Finding.of("torque-unsigned", [evidence.joints[k] for k in joints], stops=True)]
@@ -137,6 +143,19 @@ def _folded(evidence: Evidence, k: int) -> bool:
     if plain is None or folded is None:
         return False
     return folded.share > 0.6 and 0.5 < folded.gain < 2 and folded.residual < 0.7 * plain.residual
+
+
+def _negated_one_way(evidence: Evidence, k: int) -> bool:
+    """Whether model and friction explain a torque far better if it is inverted in one direction of motion."""
+    rows = np.isfinite(evidence.model[:, k])
+    if rows.sum() < LEAST_BINS or not evidence.moves(k):
+        return False
+    load = evidence.model[rows, k].std()
+    if not load / 3 < evidence.torque[rows, k].std() < 3 * load:
+        return False  # friction or a wrong unit dominates
+    signs = np.where(evidence.velocity[:, k] < 0, -1.0, 1.0)
+    signed = min(unexplained(evidence, k, signs), unexplained(evidence, k, -signs))
+    return signed < min(0.1, 0.5 * unexplained(evidence, k, 1.0), 0.5 * unexplained(evidence, k, -1.0))
 
 
 def _swapped(evidence: Evidence, joints: list[int]) -> list[Finding]:

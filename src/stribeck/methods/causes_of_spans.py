@@ -82,10 +82,13 @@ def _words(robot: Robot, column: int, force: Force, torque: Array) -> str:
 def _carried(
     robot: Robot, payloads: Sequence[Payload], spans: Mapping[tuple[int, float, float], Span]
 ) -> list[Carried]:
-    """Place payloads in the frames of links."""
+    """Place payloads in the frames of links; what no robot carries, too heavy or too far away, has another cause."""
     found = []
+    model = robot.tree.model
+    farthest = max([0.5, *(float(np.linalg.norm(place.translation)) for place in model.jointPlacements)])  # [m]
     for payload in payloads:
         link = link_of(robot.tree, payload.body + 1)
-        own = [spans[place] for place in payload.spans]
-        found.append(Carried(str(link.name), payload.mass, link.placement.actInv(payload.centre), own))
+        own, center = [spans[place] for place in payload.spans], link.placement.actInv(payload.centre)
+        if payload.mass < sum(body.mass for body in model.inertias) and np.linalg.norm(center) < farthest:
+            found.append(Carried(str(link.name), payload.mass, center, own))
     return found
