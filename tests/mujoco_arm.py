@@ -68,3 +68,19 @@ def with_force(log: dict[str, np.ndarray], span: tuple[float, float], force: Seq
         body = arm.body(f"link {link}").id
         mujoco.mj_jac(arm, data, jacobian, None, data.xpos[body] + data.xmat[body].reshape(3, 3) @ [0, 0, 0.25], body)
         log["torque"][row] -= jacobian.T @ force
+
+
+def with_other_model(log: dict[str, np.ndarray], mass: float = 0.0, tilt: float = 0.0) -> None:
+    """Add the torques that a mass [kg] at the last link, or a base tilted about its x axis [rad], needs in a log."""
+    spec = mujoco.MjSpec.from_string(urdf())
+    added = spec.body(f"link {len(JOINTS)}").add_body(pos=[0, 0.02, 0.1])
+    added.mass, added.inertia, added.explicitinertial = max(mass, 1e-9), [1e-9] * 3, True
+    models = [mujoco.MjSpec.from_string(urdf()).compile(), spec.compile()]
+    models[1].opt.gravity = [0, 9.81 * np.sin(tilt), -9.81 * np.cos(tilt)]
+    datas = [mujoco.MjData(model) for model in models]
+    acceleration = np.gradient(log["velocity"], log["time"], axis=0)
+    for row, motion in enumerate(zip(log["position"], log["velocity"], acceleration, strict=True)):
+        for model, data in zip(models, datas, strict=True):
+            data.qpos[:], data.qvel[:], data.qacc[:] = motion
+            mujoco.mj_inverse(model, data)
+        log["torque"][row] += datas[1].qfrc_inverse - datas[0].qfrc_inverse

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 import tomlkit
 from tests.cli.test_cli import run
-from tests.mujoco_arm import JOINTS, friction, record, urdf, with_force
+from tests.mujoco_arm import JOINTS, friction, record, urdf, with_force, with_other_model
 from tests.standing import still_humanoid
 
-from stribeck import read_result
+from stribeck import inspect_log, read_result
 
 Log = dict[str, Any]
 
@@ -123,6 +123,18 @@ def external(log: Log) -> None:
     log["external_torque"] = log["torque"] - before
 
 
+def early(log: Log) -> None:
+    log["torque"] = np.roll(log["torque"], -3, axis=0)
+
+
+def carrying(mass: float) -> Callable[[Log], None]:
+    return lambda log: with_other_model(log, mass=mass)
+
+
+def tilted(degrees: float) -> Callable[[Log], None]:
+    return lambda log: with_other_model(log, tilt=np.deg2rad(degrees))
+
+
 CASES: dict[str, tuple[str, Callable[[Log], None], str]] = {
     "N mm": ("error", scaled(1000.0), ""),
     "inverted": ("error", scaled(-1.0), ""),
@@ -138,6 +150,20 @@ CASES: dict[str, tuple[str, Callable[[Log], None], str]] = {
     "wrapped": ("error", wrapped, ""),
     "names": ("error", renamed, ""),
     "external": ("error", external, ""),
+    "another inverted": ("torque-sign", scaled(-1.0, joint=2), ""),
+    "a gain of two": ("torque-gain", scaled(2.0, joint=0), ""),
+    "a gain of two thirds": ("torque-gain", scaled(0.67, joint=1), ""),
+    "kgf m": ("error", scaled(1 / 9.80665), ""),
+    "N cm": ("error", scaled(100.0), ""),
+    "early": ("torque-delay", early, ""),
+    "slow clock": ("error", scaled(0.5, "time"), ""),
+    "turns against rad/s": ("error", scaled(1 / (2 * np.pi), "position"), ""),
+    "velocity in rpm": ("error", scaled(30 / np.pi, "velocity"), ""),
+    "velocity in krpm": ("error", scaled(0.03 / np.pi, "velocity"), ""),
+    "velocity in turns": ("error", scaled(1 / (2 * np.pi), "velocity"), ""),
+    "2 kg at the flange": ("payload", carrying(2.0), ""),
+    "tilted by 10 degrees": ("gravity", tilted(10.0), ""),
+    "tilted by 30 degrees": ("gravity", tilted(30.0), ""),
     "gravity": ("error", scaled(1.0), "gravity = [0.0, 9.81, 0.0]\n"),
     "floating": ("error", scaled(1.0), 'base = "floating"\n'),
 }
@@ -158,6 +184,33 @@ def test_a_remedy_leads_on(case: str, sound: Log, tmp_path: Path, capsys: pytest
         for point in joint.curve:
             true = friction(np.full(3, point.velocity))[k]
             assert point.value == pytest.approx(true, rel=0.05)
+
+
+def identified(log: Log, folder: Path, capsys: pytest.CaptureFixture[str]) -> dict[str, str]:
+    np.savez(folder / "log.npz", **{"joint_names": np.array(JOINTS)} | log)
+    (folder / "arm.urdf").write_text(urdf())
+    (folder / "robot.toml").write_text('[robot]\nmodel = "arm.urdf"\nbase = "fixed"\ntorque_source = "motor_current"\n')
+    return identify(folder, capsys, [])
+
+
+@pytest.mark.parametrize("case", ["one factor", "a factor per joint", "a gain that a body explains as well"])
+def test_a_factor_that_is_no_unit_is_a_question(
+    case: str, sound: Log, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    factor = {"one factor": 0.579, "a factor per joint": np.array([0.3, 0.6, 0.4])}.get(case, np.array([1.25, 1, 1]))
+    identified(sound | {"torque": factor * sound["torque"]}, tmp_path, capsys)
+    found = [str(each) for each in inspect_log(tmp_path / "log.npz", tmp_path / "robot.toml").audit]
+    assert any("before you" in words for words in found)
+    assert not any(re.search(r"[Ss]et scale", words) for words in found)
+
+
+def test_a_torque_that_is_inverted_one_way_is_left_out(
+    sound: Log, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    torque = sound["torque"].copy()
+    torque[:, 1] *= np.where(sound["velocity"][:, 1] < 0, -1.0, 1.0)
+    assert "elbow 2" in identified(sound | {"torque": torque}, tmp_path, capsys)["torque-unsigned"]
+    assert list(read_result(tmp_path / "out/result.json").joints) == ["shoulder 1", "wrist 3"]
 
 
 def lifted(log: Log) -> None:
