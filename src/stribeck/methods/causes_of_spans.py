@@ -58,7 +58,8 @@ def find_causes_of_spans(
     carried = _carried(robot, find_payloads(residuals), spans)
     explained = {span for payload in carried for span in payload.spans}
     others = {place: span for place, span in spans.items() if span not in explained}
-    causes = {}
+    causes: dict[Span, str] = {}
+    alone: dict[int, dict[Span, Array]] = {}
     for place in sorted(others, key=lambda each: each[1] - each[2])[:MOST]:
         form, residual = delayed.forms[place[0]], residuals[place]
         position = np.column_stack([np.interp(residual.time, form.log.time, own) for own in form.log.position.T])
@@ -66,6 +67,15 @@ def find_causes_of_spans(
             rows = (form.log.time > residual.time[0]) & (form.log.time < residual.time[-1])
             column = int(form.joints[force.joint])
             causes[spans[place]] = _words(robot, column, force, form.log.torque[rows, column])
+            if causes[spans[place]].startswith("only"):
+                alone.setdefault(column, {})[spans[place]] = np.percentile(position[:, column], [10, 90])
+    for column, ranges in alone.items():
+        travel = max(float(np.ptp(form.log.position[:, column])) for form in delayed.forms)
+        low, high = max(own[0] for own in ranges.values()), min(own[1] for own in ranges.values())
+        if len(ranges) > 2 and low < high < low + 0.5 * travel:
+            unit = "m" if robot.prismatic[column] else "rad"
+            where = f"{robot.joint_names[column]} rubs near {(low + high) / 2:.2g} {unit}"
+            causes |= dict.fromkeys(ranges, where)
     return carried, causes
 
 
