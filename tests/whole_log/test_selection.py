@@ -37,8 +37,8 @@ def test_terms_that_pay_are_kept_and_the_others_say_by_how_much_they_do_not() ->
     assert list(verdicts) == [term.name for term in LADDER]
     assert kept(verdicts) == {"load"}
     assert verdicts["viscous"].verdict == "kept"
-    assert verdicts["load"].reason == "held-out chi^2 falls by 200 ± 18"
-    assert verdicts["asymmetry"].reason == "held-out chi^2 rises by 1.2 ± 0.1"
+    assert verdicts["load"].reason == "held-out chi^2 falls by 200 ± 36"
+    assert verdicts["asymmetry"].reason == "held-out chi^2 rises by 1.2 ± 0.2"
     assert verdicts["load"].gain == pytest.approx(200.0)
 
 
@@ -46,7 +46,7 @@ def test_terms_that_pay_are_kept_and_the_others_say_by_how_much_they_do_not() ->
 def test_a_usual_term_stays_unless_the_log_speaks_against_it(gain: float, has_it: bool) -> None:
     verdicts = select_stepwise(world(stribeck=gain), {}, BASE | {"stribeck"})
     assert kept(verdicts) == ({"stribeck"} if has_it else set())
-    said = "most joints with friction have it, and held-out chi^2 rises by 1.2 ± 0.1 here"
+    said = "most joints with friction have it, and held-out chi^2 rises by 1.2 ± 0.2 here"
     assert (verdicts["stribeck"].reason == said) == (gain == -0.3)
     assert kept(select_stepwise(world(stribeck=-0.3), {})) == set()
 
@@ -104,7 +104,7 @@ def test_a_term_that_pays_but_is_not_seen_whole_is_open_and_makes_what_it_would_
 
     verdicts = select_stepwise(candidate, {})
     assert verdicts["stribeck"].verdict == "open"
-    assert verdicts["stribeck"].reason == "held-out chi^2 falls by 200 ± 18, but too slow"
+    assert verdicts["stribeck"].reason == "held-out chi^2 falls by 200 ± 36, but too slow"
     coulomb = ParameterEstimate(value=1.0, standard_error=0.1, interval_95=(0.8, 1.2), unit="N m", verdict="identified")
     joint = JointResult(
         parameters={"coulomb": coulomb, "offset": coulomb},

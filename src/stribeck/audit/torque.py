@@ -155,7 +155,10 @@ def _negated_one_way(evidence: Evidence, k: int) -> bool:
         return False  # friction or a wrong unit dominates
     signs = np.where(evidence.velocity[:, k] < 0, -1.0, 1.0)
     signed = min(unexplained(evidence, k, signs), unexplained(evidence, k, -signs))
-    return signed < min(0.1, 0.5 * unexplained(evidence, k, 1.0), 0.5 * unexplained(evidence, k, -1.0))
+    one_sign = min(
+        unexplained(evidence, k, 1.0), unexplained(evidence, k, -1.0)
+    )  # of sound logs with friction, to 0.15
+    return one_sign > 0.3 and signed < 0.1
 
 
 def _swapped(evidence: Evidence, joints: list[int]) -> list[Finding]:

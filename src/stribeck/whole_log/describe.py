@@ -50,10 +50,12 @@ def describe_corrections(
     gains, delays = pairs("gains"), pairs("delays")
     effects = corrections.effects_of_logs(fit.corrections[layout.part("log_effects")])
     offsets, levels = effects[:1].sum(axis=0).T.tolist(), np.tensordot([0.0, 1.0, 0.5][: len(effects)], effects, 1)
-    speed, law = 0.5 * fit.fit.laws.top_speed, fit.fit.laws.law
-    values = fit.values.T[: len(law.parameters)]
-    friction = (law.torque(speed, values) - law.torque(-speed, values))[: levels.shape[1]] / 2
-    levels = (levels / np.maximum(friction, 1e-9)).T.tolist() if len(effects) > 1 else []
+    law, speeds = fit.fit.laws.law, 0.5 * fit.fit.laws.top_speed
+    both = [
+        law.torque(np.array([v, -v]), own[: len(law.parameters)]) for v, own in zip(speeds, fit.values, strict=True)
+    ]
+    levels = 2 * levels / np.maximum(np.array(both) @ [1.0, -1.0], 1e-9)[: levels.shape[1]]
+    levels = levels.T.tolist() if np.abs(levels).max(initial=0.0) > 1e-3 else []  # else they are held at zero
     return Corrections(
         chi_square=fit.chi_square,
         disagreement=fit.heterogeneity,

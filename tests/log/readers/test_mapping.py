@@ -28,7 +28,8 @@ def read(folder, table, robot=None, **arrays):
 
 
 FACTORS = {"deg": 180 / np.pi, "turn": 0.5 / np.pi, "mm": 1e3, "deg/s": 180 / np.pi, "turn/s": 0.5 / np.pi,
-           "rpm": 30 / np.pi, "mm/s": 1e3, "deg/s^2": 180 / np.pi, "mm/s^2": 1e3, "mNm": 1e3, "kNm": 1e-3, "mN": 1e3,
+           "rpm": 30 / np.pi, "krpm": 0.03 / np.pi,
+           "mm/s": 1e3, "deg/s^2": 180 / np.pi, "mm/s^2": 1e3, "mNm": 1e3, "kNm": 1e-3, "mN": 1e3,
            "kN": 1e-3, "mA": 1e3, "ms": 1e3, "us": 1e6, "ns": 1e9, "g": 1 / 9.80665}  # fmt: skip
 CASES = [(channel, unit) for channel, units in UNITS.items() if channel not in COMMAND for unit in units]
 
