@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
@@ -80,8 +81,8 @@ class CurvePoint:
         """Standard deviation of friction from log to log relative to the value [1]; zero if unknown."""
         if self.interval_next_log is None or self.value <= 0:
             return 0.0
-        half = self.interval_next_log[1] - self.value
-        return float(np.sqrt(max(half**2 - self.half_width**2, 0.0))) / (1.96 * self.value)
+        other, own = self.interval_next_log[1] - self.value, self.half_width
+        return min(math.sqrt(max((other - own) * (other + own), 0.0)) / (1.96 * self.value), 1e3)
 
 
 @dataclass(frozen=True, kw_only=True)
