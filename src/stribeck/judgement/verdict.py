@@ -82,12 +82,11 @@ def with_torque_r2(joint: JointResult, r2: TorqueR2 | None, fixed: bool) -> Join
     On a fixed base, a negative share identifies nothing. Other bases also move by unknown accelerations.
     """
     found = replace(joint, torque_r2=r2 if joint.curve else None)
-    if joint.verdict != "identified" or r2 is None or not fixed:
+    if joint.verdict != "identified" or r2 is None or not fixed or r2.best >= 0:
         return found
-    share = r2.nominal if r2.corrected is None else r2.corrected
-    if share >= 0:
-        return found
-    why = f"model and friction predict held-out torques worse than their mean does (R² = {share:.2f}); check the model"
+    why = (
+        f"model and friction predict held-out torques worse than their mean does (R² = {r2.best:.2f}); check the model"
+    )
     return replace(found, verdict="weak", reason=why)
 
 
