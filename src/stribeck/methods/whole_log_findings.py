@@ -9,6 +9,7 @@ import numpy as np
 
 from stribeck.base.finding import Finding
 from stribeck.base.spans import exclude_options, listed_spans
+from stribeck.judgement.curve import BETWEEN_LOGS
 from stribeck.methods.causes import body_text, cause_findings
 from stribeck.whole_log.fit_checks.misfits import misfit_findings
 
@@ -33,9 +34,6 @@ UNEXPLAINED = 4.0
 
 UNKNOWN_SCALE = 0.1
 """Standard error of the scale of all torques [1] from which a warning is given."""
-
-DIFFERS = 0.25
-"""Friction in one log relative to all logs, minus one [1], from which a warning is given; see `BETWEEN_LOGS`."""
 
 MOVING = 0.15
 """Acceleration of standing feet [m/s^2] from which a warning is given; feet of walking humanoids reach 0.03."""
@@ -109,13 +107,15 @@ def _of_bodies(found: WholeLog) -> list[Finding]:
 
 
 def _of_logs(found: WholeLog) -> list[Finding]:
-    """Find joints whose friction in one log is far from that in all logs."""
+    """Find joints whose friction in one log differs from its mean by more than logs of one robot usually differ."""
     names = [spans[0].log if spans else "" for spans in found.used]
     furthest = {
         joint: max(zip(own, names, strict=True), key=lambda each: abs(each[0]))
         for joint, own in found.corrections.log_friction.items()
     }
-    far = {joint: f" ({100 * off:+.0f} % in {name})" for joint, (off, name) in furthest.items() if abs(off) > DIFFERS}
+    far = {
+        joint: f" ({100 * off:+.0f} % in {name})" for joint, (off, name) in furthest.items() if abs(off) > BETWEEN_LOGS
+    }
     return [Finding.of("log-friction", far)] if far else []
 
 
