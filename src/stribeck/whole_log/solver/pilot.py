@@ -169,30 +169,30 @@ def fit_pilot(
         delay = float(np.clip(delay + secant_step(tried), -LONGEST_DELAY, LONGEST_DELAY))
     equal = not corrections.log_effects[0]
     found = fit(delay, OPERATIONS, MOST_ROUNDS, False, equal)
-    if not equal and np.median(_gain(found, replace(found, model=found.model.with_equal_logs))) < np.log(DIFFER):
-        equal, found = True, fit(delay, OPERATIONS, MOST_ROUNDS, False)
+    if not equal:
+        own, without_logs = _log_errors(found, found.components, found.model, found.model.with_equal_logs)
+        if np.median(without_logs - own) < np.log(DIFFER):
+            equal, found = True, fit(delay, OPERATIONS, MOST_ROUNDS, False)
     if abs(delay + found.late[0]) >= LINEAR:
         without = fit(None, OPERATIONS, MOST_ROUNDS, False, equal)
-        found = found if abs(delay) < LONGEST_DELAY and _predicts_better(found, without) else without
-    wide = replace(found, model=found.model.widest)
-    largest = wide.model.largest if _predicts_better(wide, found) else found.model.largest
+        shifted, held = (_log_errors(each, found.components, each.model)[0] for each in (found, without))
+        places = (np.linspace(0, 1, len(each)) for each in (shifted, held))  # a long delay may lose a segment at an end
+        better = _clearly_positive(np.interp(next(places), next(places), held) - shifted)
+        found = found if abs(delay) < LONGEST_DELAY and better else without
+    wide, narrow = _log_errors(found, found.components, found.model.widest, found.model)
+    largest = found.model.widest.largest if _clearly_positive(narrow - wide) else found.model.largest
     return replace(found, model=replace(found.model, largest=largest))
 
 
-def _gain(found: Pilot, without: Pilot) -> Array:
-    """Compute by how much a pilot reduces log chi^2 of held-out segments, compared with another, shape (S,)."""
-    errors = []
-    for pilot in (found, without):
-        products = np.stack([product_of([each.whitened(found.components)]) for each in pilot.groups])
-        counts = np.array([each.count for each in pilot.groups])
-        errors.append(np.log(held_out(products, counts, np.flatnonzero(counts), pilot.model, pilot.precision)))
-    places = (np.linspace(0, 1, len(each)) for each in errors)  # a long delay may leave out a segment at an end
-    return np.asarray(np.interp(next(places), next(places), errors[1]) - errors[0])
+def _log_errors(pilot: Pilot, components: VarianceComponents, *models: ModelCorrections) -> list[Array]:
+    """Compute the logarithm of chi^2 of held-out segments with each of some models, shape (S,) each."""
+    products = np.stack([product_of([each.whitened(components)]) for each in pilot.groups])
+    counts = np.array([each.count for each in pilot.groups])
+    return [np.log(held_out(products, counts, np.flatnonzero(counts), model, pilot.precision)) for model in models]
 
 
-def _predicts_better(found: Pilot, without: Pilot) -> bool:
-    """Check that a pilot predicts held-out segments better than another, by more than two standard errors."""
-    gain = _gain(found, without)
+def _clearly_positive(gain: Array) -> bool:
+    """Check that the mean of a gain is larger than two standard errors."""
     return len(gain) > 1 and bool(gain.mean() > 2 * gain.std(ddof=1) / np.sqrt(len(gain)))
 
 
