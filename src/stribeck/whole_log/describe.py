@@ -49,13 +49,7 @@ def describe_corrections(
 
     gains, delays = pairs("gains"), pairs("delays")
     effects = corrections.effects_of_logs(fit.corrections[layout.part("log_effects")])
-    offsets, levels = effects[:1].sum(axis=0).T.tolist(), np.tensordot([0.0, 1.0, 0.5][: len(effects)], effects, 1)
-    law, speeds = fit.fit.laws.law, 0.5 * fit.fit.laws.top_speed
-    both = [
-        law.torque(np.array([v, -v]), own[: len(law.parameters)]) for v, own in zip(speeds, fit.values, strict=True)
-    ]
-    levels = 2 * levels / np.maximum(np.array(both) @ [1.0, -1.0], 1e-9)[: levels.shape[1]]
-    levels = levels.T.tolist() if np.abs(levels).max(initial=0.0) > 1e-3 else []  # else they are held at zero
+    offsets, levels = effects[:1].sum(axis=0).T.tolist(), _levels(fit, effects)
     return Corrections(
         chi_square=fit.chi_square,
         disagreement=fit.heterogeneity,
@@ -68,6 +62,21 @@ def describe_corrections(
         base_delay=delays[1] if delays[1:] else None,
         correlations=correlations(fit, joints),
     )
+
+
+def _levels(fit: WholeLogFit, effects: Array) -> list[list[float]]:
+    """Compute each log's friction relative to the mean, minus one, at half the top speed [1], shape (joints, logs).
+
+    The effects have shape (effects, logs, joints). The list is empty if all logs have the same friction.
+    """
+    change = np.tensordot([0.0, 1.0, 0.5][: len(effects)], effects, 1)  # [N m]
+    law, size = fit.fit.laws.law, len(fit.fit.laws.law.parameters)
+    speeds = 0.5 * fit.fit.laws.top_speed[: change.shape[1]]
+    friction = [
+        law.torque(np.array([v, -v]), own[:size]) @ [0.5, -0.5] for v, own in zip(speeds, fit.values, strict=False)
+    ]
+    levels = change / np.maximum(friction, 1e-9)
+    return levels.T.tolist() if np.abs(levels).max(initial=0.0) > 1e-3 else []  # held at zero: less
 
 
 def body_correction(

@@ -64,7 +64,7 @@ class EquationSequence(Sequence[WeakEquations]):
 
     @property
     def corrections(self) -> CorrectionLayout:
-        """Corrections of every log, and contrasts of the offsets if there are several logs, but not many."""
+        """Corrections of every log, and contrasts of the effects that differ between logs; the fewer, the more logs."""
         contrasts, joints = len(self.forms) - 1, len(self.forms[0].joints)
         effects = min(EFFECTS, MOST_EFFECTS // max(contrasts * joints, 1))
         return replace(self.forms[0].corrections, log_effects=(contrasts, effects, joints) if effects else (0, 0, 0))

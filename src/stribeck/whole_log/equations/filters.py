@@ -121,7 +121,8 @@ def lengthened(kernels: Array, position: Array, noise: Array, unbroken: tuple[sl
 
     def windows(kernel: Array) -> Array:
         parts = [part for part in leading_rows(position, unbroken) if len(part) > len(kernel)]
-        return np.concatenate([correlate_valid(part, kernel[None], (1,))[0] for part in parts] or [np.ones((1, 1))])
+        found = [correlate_valid(part, kernel[None], (1,))[0] for part in parts]
+        return np.concatenate(found) if found else np.full((1, 1), np.inf)  # too few rows: nothing grows
 
     motion = np.mean(windows(kernels[1]) ** 2, axis=0) / noise**2
     best, least = kernels, len(noise) * np.sum(kernels[1] ** 2)
