@@ -69,7 +69,7 @@ class CurvePoint:
     standard_error: Size
     interval_95: Interval
     unit: str
-    interval_next_log: tuple[float, float] | None = None
+    interval_next_log: Interval | None = None
 
     @property
     def half_width(self) -> float:
