@@ -155,10 +155,8 @@ def _negated_one_way(evidence: Evidence, k: int) -> bool:
         return False  # friction or a wrong unit dominates
     signs = np.where(evidence.velocity[:, k] < 0, -1.0, 1.0)
     signed = min(unexplained(evidence, k, signs), unexplained(evidence, k, -signs))
-    one_sign = min(
-        unexplained(evidence, k, 1.0), unexplained(evidence, k, -1.0)
-    )  # of sound logs with friction, to 0.15
-    return one_sign > 0.3 and signed < 0.1
+    plain = min(unexplained(evidence, k, 1.0), unexplained(evidence, k, -1.0))  # friction alone leaves up to 0.15
+    return plain > 0.3 and signed < 0.1
 
 
 def _swapped(evidence: Evidence, joints: list[int]) -> list[Finding]:
