@@ -8,6 +8,7 @@ import pytest
 from studies.held_out import predicted_torque
 from tests.arm import write_arm
 from tests.models import POSTURES, example_robot
+from tests.result.made import of_one_log
 
 from stribeck import Robot, Settings, identify
 from stribeck.errors import StribeckError
@@ -99,11 +100,8 @@ def test_intervals_cover_the_truth_under_noise(arm: Robot, log: RobotLog) -> Non
 
 def test_robots_that_are_drawn_agree_on_the_torques_that_the_log_has_shown(arm: Robot, log: RobotLog) -> None:
     """Errors of friction and bodies make up for one another: drawn one by one, they would be off by far more."""
-    result = identify(with_noise(log, position=5e-5, torque=0.3), arm, settings())
+    result = of_one_log(identify(with_noise(log, position=5e-5, torque=0.3), arm, settings()))
     assert result.corrections is not None
-    curves = {name: [replace(p, interval_next_log=None) for p in own.curve] for name, own in result.joints.items()}
-    here = {name: replace(joint, curve=tuple(curves[name])) for name, joint in result.joints.items()}  # no other log
-    result = replace(result, joints=here)
     joints = {name: replace(joint, correlation=None) for name, joint in result.joints.items()}
     alone = replace(result, corrections=replace(result.corrections, correlations=[]), joints=joints)
     velocity = np.gradient(log.position, log.time, axis=0)

@@ -1,5 +1,6 @@
 """Small results, made by hand."""
 
+from dataclasses import replace
 from typing import Any
 
 from stribeck.result import CurvePoint, JointResult, LogSummary, ParameterEstimate, Result, Verdict
@@ -31,3 +32,9 @@ def joint(values: dict[str, float | ParameterEstimate] | None = None, **changed:
 def result(law: str = "stribeck", path: str = "a.npz", **joints: JointResult) -> Result:
     log = LogSummary(path=path, sha256="0", duration=1.0, rate=1000.0, samples_used=100)
     return Result(robot="r & d", log=log, law=law, method="curve-fit", joints=joints, warnings=[], stribeck="0")
+
+
+def of_one_log(found: Result) -> Result:
+    """The same result without the spread of friction between logs."""
+    curves = {name: [replace(p, interval_next_log=None) for p in own.curve] for name, own in found.joints.items()}
+    return replace(found, joints={name: replace(own, curve=tuple(curves[name])) for name, own in found.joints.items()})

@@ -1,10 +1,9 @@
 """Errors of friction and bodies together: draws from what a result tells are those from the fit's own covariance."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from tests.arm import arm_log, write_arm
+from tests.result.made import of_one_log
 
 from stribeck import Robot, Settings, identify
 from stribeck.exporters.samples import drawn
@@ -68,10 +67,7 @@ def of_result(result: Result) -> np.ndarray:
 
 def test_draws_of_a_result_are_those_of_the_fit(found: tuple[WholeLog, Result]) -> None:
     fit, result = found
-    curves = {name: [replace(p, interval_next_log=None) for p in own.curve] for name, own in result.joints.items()}
-    here = {name: replace(own, curve=tuple(curves[name])) for name, own in result.joints.items()}  # no other log
-    result = replace(result, joints=here)
-    one, other = of_fit(fit, result), of_result(result)
+    one, other = of_fit(fit, result), of_result(of_one_log(result))
     assert np.isfinite(other).all()
     freely = other.std(axis=0) > 0
     np.testing.assert_allclose(other[:, freely].std(axis=0), one.std(axis=0)[freely], rtol=0.1)
