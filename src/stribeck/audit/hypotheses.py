@@ -1,8 +1,8 @@
 """Competition of single causes of torques that disagree with the model of a robot on a fixed base.
 
 A mass at the flange, a tilted base and a wrong torque gain all make gravity's torques look too large or too small. Each
-cause is therefore fitted to all joints together, as a linear change of the model's torques beside any friction, and
-judged on parts of the log that its fit has not seen. The cause wins that leaves the smallest shares unexplained.
+cause is therefore fitted to all joints together, as a linear change of the model's torques in addition to friction, and
+judged on held-out parts of the log. The best cause leaves the smallest shares unexplained.
 """
 
 from collections.abc import Iterator, Sequence
@@ -25,7 +25,7 @@ FLOOR = 5e-4
 CLEARLY = np.log(3.0)
 """Difference of the summed logarithms of unexplained shares from which a cause is clearly better [1]."""
 PER_GAIN = 0.3
-"""Cost of a gain [1], so that of two sets of joints that explain as much the smaller one wins."""
+"""Cost of a gain [1]: of two sets of joints that explain the torques equally well, the smaller one wins."""
 MOST_ROWS = 1500
 """Bins that are compared [1]."""
 FEWEST_BINS = 125
@@ -35,7 +35,7 @@ MOST_JOINTS = 8
 FOLDS, BLOCKS = 5, 20
 """Number of folds, and of consecutive parts of the log that are distributed over them [1]."""
 SCALES = np.array([1.0, *3 * [0.1], *6 * [0.01]])
-"""Sizes of inertial parameters relative to which directions without information are left out [kg, kg m, kg m^2]."""
+"""Units of inertial parameters, so that a fit can leave out directions without information [kg, kg m, kg m^2]."""
 
 
 @dataclass(frozen=True, eq=False)

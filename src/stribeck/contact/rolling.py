@@ -20,8 +20,8 @@ RADII = (0.008, 0.06)
 SLIP = 0.02
 """Largest median speed of standing feet relative to each other [m/s] that shows a radius; faster feet slip."""
 SLIPPING = (
-    "Standing feet move against each other at a median of {:.0f} mm/s: they slip, or roll on an unknown radius, or "
-    "contacts are wrong. The legs' friction can be wrong by more than its intervals. For ball feet, set radius in "
+    "Standing feet move relative to each other at a median of {:.0f} mm/s: they slip, roll on an unknown radius, or "
+    "contacts are wrong. The error of the legs' friction can exceed its intervals. For ball feet, set radius in "
     "[contacts]; otherwise log a walk on firmer ground"
 )
 """Note on feet that slip."""

@@ -106,7 +106,7 @@ def _started(job: Job, text: str, where: str) -> Job:
 
 
 def _logs_at(place: str) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Find the logs at a place: path or URL, and what the file system knows of it."""
+    """Find the logs at a place: path or URL, with size and times from the file system."""
     try:
         files, root = fsspec.core.url_to_fs(place)
         found = sorted(files.glob(root)) if "*" in root else [root]

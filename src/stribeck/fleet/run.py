@@ -102,7 +102,7 @@ def run_fleet(
 
 
 def _mark(job: Job, robot: str) -> tuple[str, str, str, int, float, int, str]:
-    """List what the store has of a log that is done, in the order of `_known`."""
+    """List the fields that the store has for a finished log, in the order of `_known`."""
     start = round(time_of(job.start).timestamp() * 1e6)
     return job.log, job.robot, robot, job.size, job.modified, start, job.note
 

@@ -56,7 +56,7 @@ SPEEDS = tuple(digit * 10.0**power for power in range(-3, 3) for digit in (1, 2,
 
 
 def key_of(*parts: str) -> str:
-    """Name a row by all that it depends on: contents of log and robot file, settings, version."""
+    """Name a row by everything it depends on: contents of log and robot file, settings, version."""
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:32]
 
 

@@ -20,8 +20,8 @@ In simulations, 95 % of the identified parameters are within this distance of th
 """
 
 BETWEEN_LOGS = 0.25
-"""How far the friction in the next log of a robot differs from this log's [1], in 95 % of the pairs of nine public
-robots, beyond the interval of this log; without any one of them, 0.20 to 0.27 (studies/baselines.py)."""
+"""Spread of friction between two logs of one robot, relative to the value [1]: of nine public robots, 5 % of the points
+of another log differ by more, beyond the interval of this log (studies/baselines.py; also without each robot)."""
 
 ROUNDING = 1e-9
 """Friction due to rounding errors [N m]."""

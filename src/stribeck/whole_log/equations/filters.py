@@ -101,11 +101,11 @@ def derivative_kernels(encoder_noise: float, period: float) -> tuple[Array, Arra
 
 
 def lengthened(kernels: Array, position: Array, noise: Array, unbroken: tuple[slice, ...], period: float) -> Array:
-    """Lengthen the window of Savitzky-Golay kernels, shape (3, L), if noise of the velocities matters.
+    """Lengthen the window of Savitzky-Golay kernels, shape (3, L), for noisy velocities.
 
-    Noise makes friction rise more slowly near zero (errors in variables, Fuller 1987). The window grows while noise has
-    more than a share of the motion's power and the sum of noise and bias falls. Bias is the part of a change of the
-    velocities that noise does not explain.
+    Noise makes friction rise too slowly near zero (errors in variables, Fuller 1987). The window grows while noise
+    exceeds `NOISE_SHARE` of the motion's power, and the sum of noise and bias falls. Bias is the change of the
+    velocities beyond that of noise.
 
     Parameters
     ----------

@@ -217,7 +217,7 @@ class ModelCorrections:
 
     @property
     def with_equal_logs(self) -> ModelCorrections:
-        """The same corrections with equal friction in all logs; offsets may differ."""
+        """Corrections with equal friction in all logs; offsets may differ."""
         contrasts, effects, joints = self.corrections.log_effects
         places = self.layout.places("log_effects").reshape(contrasts, effects, joints)
         return self.held(places[:, 1:].ravel(), 0.0)

@@ -34,8 +34,8 @@ LAGS = (0.5e-3, 2e-3, 8e-3)
 """Travels of the pilot's presliding, divided by the top speed [s]; presliding resembles a delay."""
 
 DIFFER = 2.0
-"""How many times smaller chi^2 must be for logs to differ in friction [1]: 600 times on days of an arm whose friction
-differs by 15 %, at most 1.11 times on logs of seven real robots, whose models explain more than friction does."""
+"""Factor by which chi^2 must fall for logs to have their own friction [1]: it is 600 for simulated days whose friction
+differs by 15 %, and at most 1.11 for logs of seven real robots, where errors of the model dominate."""
 
 
 @dataclass(frozen=True, eq=False)
