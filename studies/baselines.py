@@ -11,9 +11,10 @@ as root mean squares over samples at which a joint moves, relative to `plain`, a
 - direct, default: `identify` with this method, and with the robot file's settings, with their corrected inertias
 
 Rows are positions and torques smoothed by one Savitzky-Golay window, equally weighted. Curves that two logs identify
-count as disjoint if their intervals are disjoint at the lowest or the highest speed that both contain. `outside` counts
-the points of a log's curve, at three such speeds, that are outside the intervals that another log gives for itself and
-for the next log.
+count as disjoint if their intervals are disjoint at the lowest or the highest speed that both contain.
+
+The second table counts the points of a log's curve, at three such speeds, that are outside the interval of another log.
+For the next log, the interval contains a spread between logs. The spread is also chosen without the robot's own logs.
 """
 
 from dataclasses import dataclass
@@ -29,6 +30,7 @@ from scipy.signal import savgol_filter
 from stribeck import Robot, identify, read_log
 from stribeck.base.typing import Array
 from stribeck.errors import NothingIdentifiedError
+from stribeck.judgement.curve import BETWEEN_LOGS
 from stribeck.log import RobotLog
 from stribeck.result import JointResult, Result
 from studies.command import Row, command, real_robot, rounded
@@ -135,17 +137,17 @@ def disjoint_curves(a: JointResult, b: JointResult) -> bool:
     return bool(np.any(np.abs(values[0] - values[1]) > halves[0] + halves[1]))
 
 
-def outside(a: JointResult, b: JointResult) -> NDArray[np.bool_]:
-    """Check whether curve b is outside the intervals of curve a, for its own log and the next one, shape (3, 2)."""
+def beyond(a: JointResult, b: JointResult) -> Array:
+    """Compute how far curve b is beyond the interval of curve a, relative to a, at three speeds, shape (3,) [1].
+
+    With the difference d and half of the interval h, it is the root of d^2 - h^2: the spread between logs that would
+    have to be added to h^2. Zero inside the interval.
+    """
     low, high = max(a.curve[0].velocity, b.curve[0].velocity), min(a.curve[-1].velocity, b.curve[-1].velocity)
-    speeds = np.linspace(low, high, 3)
-    value = np.interp(speeds, [point.velocity for point in b.curve], [point.value for point in b.curve])
-    found = []
-    for name in ("interval_95", "interval_next_log"):
-        ends = np.array([getattr(point, name) for point in a.curve]).T
-        low, high = (np.interp(speeds, [point.velocity for point in a.curve], each) for each in ends)
-        found.append((value < low) | (value > high))
-    return np.stack(found, axis=1)
+    speeds, own = np.linspace(low, high, 3), [point.velocity for point in a.curve]
+    value, half = (np.interp(speeds, own, [getattr(p, name) for p in a.curve]) for name in ("value", "half_width"))
+    other = np.interp(speeds, [point.velocity for point in b.curve], [point.value for point in b.curve])
+    return np.asarray(np.sqrt(np.maximum((other - value) ** 2 - half**2, 0.0)) / value)
 
 
 def run_pair(robot: Robot, train: RobotLog, test: RobotLog) -> tuple[Row, dict[str, Result | None]]:
@@ -190,10 +192,8 @@ def run(robot: str) -> Row:
             if a.joints[name].verdict == b.joints[name].verdict == "identified"
         ]
         row[f"disjoint {method}"] = [sum(disjoint_curves(*pair) for pair in both), len(both)]
-        points = [outside(*each) for pair in both for each in (pair, pair[::-1])]
-        row[f"outside {method}"] = (
-            [rounded(float(share)) for share in np.concatenate(points).mean(axis=0)] if points else None
-        )
+        points = [beyond(*each) for pair in both for each in (pair, pair[::-1])]
+        row[f"beyond {method}"] = [rounded(float(each)) for each in np.concatenate([*points, []])]
     return row
 
 
@@ -205,15 +205,33 @@ def means(row: Row, method: str) -> tuple[float, float]:
     return float(np.exp(np.mean(np.log(own[there] / base[there])))) if there.any() else np.nan, float(there.mean())
 
 
+def spread(rows: list[Row]) -> float:
+    """Find the spread between logs [1] beyond which 5 % of the points are, on average over robots."""
+    shares = np.arange(0.0, 1.0, 0.005)
+    outside = [[np.mean(np.array(row["beyond default"]) > share) for share in shares] for row in rows]
+    return float(shares[np.argmin(np.abs(np.mean(outside, axis=0) - 0.05))])
+
+
+def spreads(rows: list[Row]) -> str:
+    """Format the share of points that are outside the intervals, for the next log also without the robot's own logs."""
+    rows = [row for row in rows if row["beyond default"]]
+    head = ("robot", "outside this log's", "outside the next log's", "spread without the robot", "outside with it")
+    cells = [("all", "", "", f"{100 * spread(rows):.1f} %", "")]
+    for row in rows:
+        others = spread([other for other in rows if other is not row])
+        shares = [f"{np.mean(np.array(row['beyond default']) > own):.0%}" for own in (0.0, BETWEEN_LOGS, others)]
+        cells.append((row["robot"], *shares[:2], f"{100 * others:.1f} %", shares[2]))
+    return markdown_table(head, cells)
+
+
 def tables(rows: list[Row]) -> list[str]:
-    """Format the table."""
+    """Format the table of errors and verdicts, and that of the intervals of another log."""
     names = ("ridge", *METHODS)
     head = (
         "robot",
         *names,
         "joints with friction",
         *(f"{what} {m}" for m in METHODS for what in ("identified", "disjoint")),
-        "next log outside the interval; the next log's",
     )
     cells = []
     for row in rows:
@@ -231,10 +249,9 @@ def tables(rows: list[Row]) -> list[str]:
                     for m in METHODS
                     for what in ("identified", "disjoint")
                 ),
-                "–" if row["outside default"] is None else "; ".join(f"{each:.0%}" for each in row["outside default"]),
             )
         )
-    return [markdown_table(head, cells)]
+    return [markdown_table(head, cells), spreads(rows)]
 
 
 if __name__ == "__main__":
