@@ -72,17 +72,19 @@ def _clock(evidence: Evidence) -> float:
     log, period = evidence.prepared.log, evidence.prepared.sampling.period
     time = log.time[evidence.rows]
     closed = np.array(["+" in name for name in evidence.support_names], dtype=bool)[evidence.support]
-    early = (time - log.time[0] < COMPARED) & ~closed
+    early, half = (time - log.time[0] < COMPARED) & ~closed, 0.02
+    every = max(1, round(half / (evidence.stride * period)))  # bins overlap by half
     bases: list[tuple[int, Array, Array]] = []
     for k in range(len(evidence.joints)):
-        rows = early & np.isfinite(evidence.model[:, k])
-        if evidence.moves(k) and rows.sum() > 100:
+        rows = np.flatnonzero(early & np.isfinite(evidence.model[:, k]))
+        if evidence.moves(k) and len(rows) > 100:
+            rows = rows[::every]
             columns = np.column_stack([friction_shapes(evidence, k, rows), evidence.model[rows, k]])
             bases.append((evidence.robot.torque_controlled[k], time[rows], np.linalg.qr(columns)[0]))
     if len(bases) < 2:
         return 0.0
     sums = np.concatenate([np.zeros((1, log.torque.shape[1])), np.cumsum(log.torque, axis=0)])
-    edges, half = np.append(log.time, log.time[-1] + period) - period / 2, 0.02
+    edges = np.append(log.time, log.time[-1] + period) - period / 2
 
     def left(clock: float, delay: float) -> float:
         """Compute the median over the joints of the share of the torque that stays unexplained."""

@@ -77,31 +77,35 @@ def linearize(
 def simulate(pieces: Pieces, parameters: Array, starts: Array, kp: Array, kd: Array, limits: Array) -> Array:
     """Simulate all pieces with P sets of parameters, shape (P, 5, B), and initial states, shape (P, 2, B).
 
-    The implicit Euler method is stable for any friction. The positions [rad] have shape (P, T, B).
+    The implicit Euler method is stable for any friction. The positions [rad] have shape (P, T, B); beyond a piece's
+    samples they are its initial position.
     """
+    order = np.argsort(-pieces.known.sum(axis=0), kind="stable")  # pieces that end are the last columns
+    pieces, parameters, starts = pieces.take(order), parameters[:, :, order], starts[:, :, order]
+    kp, kd, limits = kp[order], kd[order], limits[order]
     delay, rotor, viscous, coulomb, offset = parameters.transpose(1, 0, 2)
-    position, velocity = starts.transpose(1, 0, 2).copy()
-    samples, count = pieces.position.shape
+    position, velocity = starts.transpose(1, 0, 2)
     parts = max(1, int(np.ceil(pieces.period.max() / STEP)))
-    step, column = pieces.period / parts, np.arange(count)
-    late, most = pieces.lead - delay * pieces.stride / pieces.period, len(pieces.command) - 2
-    slow = 1e-3 * np.abs(pieces.velocity).max(axis=0)
-    found = np.empty((len(delay), samples, count))
-    found[:, 0] = position
-    for k in range(samples - 1):
-        for part in range(1, parts + 1):
-            share = part / parts
-            place = np.clip((k + share) * pieces.stride + late, 0, most)
-            before = place.astype(np.int64)
-            after = place - before
-            command = (1 - after) * pieces.command[before, column] + after * pieces.command[before + 1, column]
-            others = (1 - share) * pieces.others[k] + share * pieces.others[k + 1]
-            inertia = ((1 - share) * pieces.inertia[k] + share * pieces.inertia[k + 1] + rotor) / step
-            force = command - kp * position
-            free = np.abs(force - kd * velocity) < limits  # else the drive is at its limit
-            drag = viscous + coulomb / np.sqrt(velocity**2 + slow**2) + free * (kd + kp * step)
-            force = np.where(free, force, np.copysign(limits, force))
-            velocity = (inertia * velocity + force - others - offset) / (inertia + drag)
-            position = position + step * velocity
-        found[:, k + 1] = position
-    return found
+    step, share = pieces.period / parts, (np.arange(1, parts + 1) / parts)[:, None, None]
+    delays, same = np.unique(delay, axis=0, return_inverse=True)
+    late, most = pieces.lead - delays * pieces.stride / pieces.period, len(pieces.command) - 2
+    slow = (1e-3 * np.abs(pieces.velocity).max(axis=0)) ** 2
+    column, braked = np.arange(len(order)), kd + kp * step
+    found = np.repeat(position[:, None], len(pieces.position), axis=1)
+    for k, b in enumerate(pieces.known[1:].sum(axis=1).tolist()):
+        place = np.clip((k + share) * pieces.stride[:b] + late[:, :b], 0, most)
+        before = place.astype(np.int64)
+        after = place - before
+        command = (1 - after) * pieces.command[before, column[:b]] + after * pieces.command[before + 1, column[:b]]
+        others = (1 - share) * pieces.others[k, :b] + share * pieces.others[k + 1, :b] + offset[:, :b]
+        inertia = ((1 - share) * pieces.inertia[k, :b] + share * pieces.inertia[k + 1, :b] + rotor[:, :b]) / step[:b]
+        position, velocity = position[:, :b], velocity[:, :b]
+        for part in range(parts):
+            force = command[part, same] - kp[:b] * position
+            free = np.abs(force - kd[:b] * velocity) < limits[:b]  # else the drive is at its limit
+            drag = viscous[:, :b] + coulomb[:, :b] / np.sqrt(velocity**2 + slow[:b]) + free * braked[:b]
+            force = np.where(free, force, np.copysign(limits[:b], force))
+            velocity = (inertia[part] * velocity + force - others[part]) / (inertia[part] + drag)
+            position = position + step[:b] * velocity
+        found[:, k + 1, :b] = position
+    return found[:, :, np.argsort(order)]

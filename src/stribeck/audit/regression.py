@@ -44,7 +44,7 @@ class Fit:
     friction_and_error: float
 
 
-def friction_shapes(evidence: Evidence, k: int, rows: NDArray[np.bool_]) -> Array:
+def friction_shapes(evidence: Evidence, k: int, rows: NDArray[np.bool_] | NDArray[np.int64]) -> Array:
     """Compute possible shapes of a joint's friction, and of rotor inertia if the torque includes it, shape (B, f).
 
     The constant comes first. Smoothed signs are 2 % and 20 % of the top speed wide.
@@ -55,7 +55,7 @@ def friction_shapes(evidence: Evidence, k: int, rows: NDArray[np.bool_]) -> Arra
             others = [evidence.joints.index(name) for name in coupling]
             speed = evidence.velocity[rows][:, others] @ np.array(list(coupling.values()))
             speeds.append((speed, float(np.percentile(np.abs(speed), 99))))
-    columns = [np.ones(int(rows.sum()))]
+    columns = [np.ones(len(evidence.velocity[rows, k]))]
     for speed, top in speeds:
         columns += [speed, *(np.tanh(speed / (share * max(top, 1e-9))) for share in (0.02, 0.2))]
     if evidence.robot.torque_source != "link_side_sensor" and evidence.moves(k):

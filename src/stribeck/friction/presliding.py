@@ -27,7 +27,21 @@ def lag_behind(velocity: Array, period: float, smooth: Array | float, travels: A
     sign = np.tanh(velocity / smooth)
     keep = np.exp(-period * np.abs(velocity)[:, None] / travels)  # (T, c, n)
     falls = -np.diff(sign, axis=0, prepend=sign[:1])[:, None]  # z - s falls as s rises
-    lags = np.zeros_like(keep)
-    for k in range(1, len(sign)):  # z depends on the previous z
-        lags[k] = (lags[k - 1] + falls[k]) * keep[k]
-    return np.ascontiguousarray(lags.transpose(1, 0, 2))
+    return np.ascontiguousarray(_recursion(falls, keep).transpose(1, 0, 2))
+
+
+def _recursion(added: Array, kept: Array) -> Array:
+    """Solve y(t) = (y(t - 1) + added(t)) kept(t) with y = 0 before, along the first axis; kept is from 0 to 1.
+
+    All blocks of about sqrt(T) samples run at once from zero. Then what the blocks before leave is added.
+    """
+    samples, length = len(kept), int(np.sqrt(len(kept))) + 1
+    padding = ((0, -samples % length), (0, 0), (0, 0))
+    added, kept = (np.pad(each, padding).reshape(-1, length, *each.shape[1:]) for each in (added, kept))
+    found, left = np.empty(kept.shape), np.cumprod(kept, axis=1)
+    found[:, 0] = added[:, 0] * kept[:, 0]
+    for k in range(1, length):
+        found[:, k] = (found[:, k - 1] + added[:, k]) * kept[:, k]
+    for before, block, share in zip(found, found[1:], left[1:], strict=False):
+        block += share * before[-1]
+    return found.reshape(-1, *kept.shape[2:])[:samples]

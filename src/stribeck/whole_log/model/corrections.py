@@ -91,6 +91,10 @@ class Slopes:
     bodies: Array
     others: Array
 
+    def __len__(self) -> int:
+        """Return the number of corrections."""
+        return len(self.bodies) * SIZE + len(self.others)
+
     def pulled(self, rows: Array) -> Array:
         """Multiply rows by T^T, shape (c, k)."""
         return self._times(self.bodies.transpose(0, 2, 1), rows)

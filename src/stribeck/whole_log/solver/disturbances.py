@@ -11,7 +11,7 @@ from stribeck.whole_log.model.corrections import ModelCorrections
 from stribeck.whole_log.noise.likelihood import Groups
 from stribeck.whole_log.noise.outliers import INCONSISTENT, without_outliers
 from stribeck.whole_log.noise.variance_components import VarianceComponents
-from stribeck.whole_log.solver.linear_fit import fitted, held_out, product_of, residuals
+from stribeck.whole_log.solver.linear_fit import LinearModel, held_out, product_of, products_of, residuals
 
 WORSE = 10.0
 """Chi^2 per equation of undisturbed segments, predicted from all others, from which disturbances are sought, and its
@@ -39,54 +39,63 @@ def consistent(
     are predicted far better without them: the segments of a poor model differ as much, but teach about each other.
     Only the consistent part is used for the delay, because a delay partly explains any disturbance.
     """
-    model, counts = model.widest, np.array([each.count for each in groups])
+    linear, counts = LinearModel.of(model.widest, precision), np.array([each.count for each in groups])
     modes = np.unique([each.part.standing for each in groups], axis=0, return_inverse=True)[1]
-    products = np.stack([product_of([each.whitened(components)]) for each in groups])
+    products = products_of(groups, components, linear)
 
-    def sizes(own: NDArray[np.int64]) -> Array:
-        """Compute each segment's chi^2 per equation for the fit to some segments."""
-        values = fitted(products[own].sum(axis=0), model, precision)
-        return np.asarray((products @ values) @ values / np.maximum(counts, 1))
+    def sizes(own: NDArray[np.bool_]) -> Array:
+        """Compute all segments' chi^2 per equation for fits to some of them, shapes (s, G)."""
+        sums = np.tensordot(own.astype(float), products, axes=1)
+        values = np.stack([linear.fitted(each) for each in sums], axis=1)
+        return np.asarray(np.sum((products @ values) * values, axis=1).T / np.maximum(counts, 1))
 
-    def share(size: Array, parts: int) -> NDArray[np.int64]:
-        """Select the fraction 1 / `parts` of each contact mode's segments that the fit explains best."""
-        each = [np.flatnonzero(modes == mode) for mode in np.unique(modes)]
-        return np.sort(
-            np.concatenate([own[np.argsort(size[own], kind="stable")[: -(-len(own) // parts)]] for own in each])
-        )
+    def share(size: Array, parts: int) -> NDArray[np.bool_]:
+        """Select the fraction 1 / `parts` of each contact mode's segments that each fit explains best."""
+        found = np.zeros(size.shape, dtype=bool)
+        for mode in np.unique(modes):
+            own = np.flatnonzero(modes == mode)
+            best = np.argsort(size[:, own], axis=1, kind="stable")[:, : -(-len(own) // parts)]
+            np.put_along_axis(found, own[best], True, axis=1)
+        return found
 
-    everything = np.arange(len(groups))
-    first = sizes(everything)
+    count, everything = len(groups), np.arange(len(groups))
+    first = sizes(np.ones((1, count), dtype=bool))
     if first.max() < 3.0:  # relative to the errors of a good model
         return groups
-    random, few = np.random.default_rng(0), max(3, len(groups) // 6)
+    random, few = np.random.default_rng(0), max(3, count // 6)
 
-    def best_explained(parts: int) -> tuple[float, NDArray[np.int64], Array]:
-        """Find the part that one model explains best: its mean chi^2, its segments, and the chi^2 of all segments."""
-        found = []
-        starts = [share(first, parts), *(random.permutation(everything)[:few] for _ in range(11))]
-        for own in [*starts, *np.array_split(everything, 6)]:  # a disturbance leaves some of the last six alone
-            for _ in range(MOST_ROUNDS):
-                size = sizes(own)
-                before, own = own, share(size, parts)
-                if np.array_equal(before, own):
-                    break
-            found.append((float(size[own].mean()), own, size))
-        return min(found, key=lambda each: each[0])
+    def best_explained(parts: int) -> tuple[float, NDArray[np.bool_], Array]:
+        """Find the part that one model explains best: its mean chi^2, its segments, and the chi^2 of all segments.
+
+        A disturbance leaves some of the six contiguous parts alone.
+        """
+        starts = [*(random.permutation(everything)[:few] for _ in range(11)), *np.array_split(everything, 6)]
+        own = np.vstack([share(first, parts), [np.isin(everything, start) for start in starts]])
+        size, active = np.empty(own.shape), np.arange(len(own))
+        for _ in range(MOST_ROUNDS):
+            size[active] = sizes(own[active])
+            before = own[active]
+            own[active] = share(size[active], parts)
+            active = active[np.any(own[active] != before, axis=1)]
+            if not len(active):
+                break
+        means = [float(each[part].mean()) for each, part in zip(size, own, strict=True)]
+        best = int(np.argmin(means))
+        return means[best], own[best], size[best]
 
     least, chosen, size = best_explained(2)
-    if least > 1.5 and len(groups) >= ENOUGH_FOR_QUARTERS:
+    if least > 1.5 and count >= ENOUGH_FOR_QUARTERS:
         quarter = best_explained(4)
         least, chosen, size = quarter if 4 * quarter[0] < least else (least, chosen, size)
     far = size > INCONSISTENT * np.median(size[chosen])
     if not far.any():
         return groups
-    of_all, of_rest = (held_out(products, counts, own, model, precision) for own in (everything, everything[~far]))
+    of_all, of_rest = (held_out(products, counts, own, linear) for own in (everything, everything[~far]))
     of_all = of_all[~far]
     if np.median(of_all) < WORSE or np.median(of_all / np.maximum(of_rest, 1e-300)) < WORSE:
         return groups
     if half_alone:
-        far = ~np.isin(everything, chosen)
+        far = ~chosen
     return [
         replace(each, part=replace(each.part, set_aside=np.ones(len(each.part.time), dtype=bool))) if aside else each
         for each, aside in zip(groups, far, strict=True)
@@ -105,8 +114,9 @@ def undisturbed(
     used = np.concatenate([each.of_windows(each.part.used).any(axis=1) for each in groups])
     if not used.any():
         return groups
+    linear = LinearModel.of(model, precision)
     for number in range(2 * ROUNDS):
-        values = fitted(product_of(weighted), model, precision)
+        values = linear.values(linear.fitted(linear.in_coordinates(product_of(weighted))))
         sizes = [np.mean((each @ values) ** 2, axis=1) for each in whitened]
         usual = np.median(np.concatenate(sizes)[used])
         if not number and max(size.max(initial=0.0) for size in sizes) < INCONSISTENT * usual:

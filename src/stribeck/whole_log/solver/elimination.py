@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dpotrf, dpotri
+from scipy.linalg.lapack import dpotrf, dpotri, dpotrs
 
 from stribeck.base.typing import Array
 from stribeck.whole_log.constants import CONVERGED
@@ -294,9 +294,7 @@ def inverse_of(matrix: Array) -> Array:
     """
     if not len(matrix):
         return np.zeros((0, 0))
-    scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), np.finfo(float).tiny))
-    scaled = matrix * np.outer(scale, scale)
-    factor, failed = dpotrf(scaled, lower=1)
+    scale, scaled, factor, failed = _factor(matrix)
     if not failed:
         inverse = np.tril(dpotri(factor, lower=1)[0])
         inverse += np.tril(inverse, -1).T
@@ -304,3 +302,16 @@ def inverse_of(matrix: Array) -> Array:
         values, vectors = np.linalg.eigh(scaled)
         inverse = (vectors / np.maximum(values, np.finfo(float).eps * values[-1])) @ vectors.T
     return np.asarray(inverse * np.outer(scale, scale))
+
+
+def solution_of(matrix: Array, right: Array) -> Array:
+    """Solve positive definite equations with one right side, as by `inverse_of`."""
+    scale, _, factor, failed = _factor(matrix)
+    return inverse_of(matrix) @ right if failed else scale * dpotrs(factor, scale * right, lower=1)[0]
+
+
+def _factor(matrix: Array) -> tuple[Array, Array, Array, int]:
+    """Scale the rows and columns of a matrix, and factor it; return the scale and the scaled matrix, too."""
+    scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), np.finfo(float).tiny))
+    scaled = matrix * np.outer(scale, scale)
+    return scale, scaled, *dpotrf(scaled, lower=1)

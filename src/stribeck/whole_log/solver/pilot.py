@@ -21,7 +21,7 @@ from stribeck.whole_log.noise.likelihood import Groups, make_groups, more_likely
 from stribeck.whole_log.noise.outliers import Prediction, without_outliers
 from stribeck.whole_log.noise.variance_components import VarianceComponents, first_components
 from stribeck.whole_log.solver.disturbances import consistent, undisturbed
-from stribeck.whole_log.solver.linear_fit import held_out, predict, product_of, residuals
+from stribeck.whole_log.solver.linear_fit import LinearModel, held_out, predict, products_of, residuals
 from stribeck.whole_log.weak_equations import CorrectionLayout, WeakEquations
 
 LONGEST_DELAY, OPERATIONS = 0.1, 3e9
@@ -186,9 +186,10 @@ def fit_pilot(
 
 def _log_errors(pilot: Pilot, components: VarianceComponents, *models: ModelCorrections) -> list[Array]:
     """Compute the logarithm of chi^2 of held-out segments with each of some models, shape (S,) each."""
-    products = np.stack([product_of([each.whitened(components)]) for each in pilot.groups])
-    counts = np.array([each.count for each in pilot.groups])
-    return [np.log(held_out(products, counts, np.flatnonzero(counts), model, pilot.precision)) for model in models]
+    counts, linear = np.array([each.count for each in pilot.groups]), LinearModel.of(pilot.model, pilot.precision)
+    products = products_of(pilot.groups, components, linear)  # models with other priors have the same coordinates
+    own = (LinearModel.of(model, pilot.precision) for model in models)
+    return [np.log(held_out(products, counts, np.flatnonzero(counts), linear)) for linear in own]
 
 
 def _clearly_positive(gain: Array) -> bool:
