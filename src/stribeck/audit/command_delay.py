@@ -42,6 +42,9 @@ EARLIEST, LATEST = -0.01, 0.2
 SPREAD = 2e-4
 """Smallest standard deviation of delays from joint to joint, and of the errors that all joints share [s]."""
 
+DIFFERENT = 3.0
+"""Scatter of the joints' delays beyond which their drives differ, in standard errors [1]."""
+
 HOLD = 0.02
 """Standard error of all delays per sampling period of the log [1]: between its samples, commands are interpolated."""
 
@@ -130,9 +133,11 @@ def command_delays(logs: Sequence[PreparedLog], robot: Robot, settings: Settings
 def pooled(found: Array, error: Array) -> tuple[tuple[float, float], tuple[Array, Array]]:
     """Pool the estimates of k joints [s], shape (k,): their drives share one network unless the estimates differ.
 
-    Estimates approach the common delay by the ratio of their variance to the variance between joints. Where one still
-    differs by three standard errors, either its joint's model is wrong or its delay is another one; the standard error
-    includes both. A negative estimate only shows a wrong model.
+    Estimates of one delay scatter more than their errors say, because models are wrong: the errors grow with the
+    scatter (Birge 1932). Only beyond `DIFFERENT` standard errors do drives differ; then estimates approach the common
+    delay by the ratio of their variance to the variance between joints. Where a single one differs by two to four
+    standard errors, either its joint's model is wrong or its delay is another one; the standard error includes both. A
+    negative estimate only shows a wrong model.
 
     Returns
     -------
@@ -142,14 +147,16 @@ def pooled(found: Array, error: Array) -> tuple[tuple[float, float], tuple[Array
     wrong = found < -2 * error
     right = found[~wrong] if not wrong.all() else found
     variance, middle = 2 * error**2 + SPREAD**2, float(np.median(right))  # as estimates scatter in simulated logs
-    scatter = 1.48 * float(np.median(np.abs(right - middle)))
-    between = max(scatter**2 - float(np.median(variance)), SPREAD**2)
+    usual, scatter = float(np.median(variance)), 1.48 * float(np.median(np.abs(right - middle)))
+    differ = scatter > DIFFERENT * np.sqrt(usual)
+    between = max(differ * (scatter**2 - usual), SPREAD**2)
+    variance = variance * (1.0 if differ else max(scatter**2 / usual, 1.0))
     total = variance + between
     weights = 1 / (total + (found - middle) ** 2)  # outliers are joints with a wrong model
     common, of_common = float(np.average(found, weights=weights)), 1 / float(weights.sum())
     share = np.where(wrong, 0.0, between / total)
     rest = (1 - share) * (found - common)
-    apart = np.where(wrong | (np.abs(found - common) < 3 * np.sqrt(total)), 0.0, 0.5 * rest)
+    apart = np.where(wrong, 0.0, 0.5 * rest * np.clip(np.abs(found - common) / np.sqrt(total) / 2 - 1, 0.0, 1.0))
     spread = np.where(wrong, between, share * variance) + (1 - share) ** 2 * of_common + apart**2
     return (common, float(np.sqrt(of_common + between))), (found - rest + apart, np.sqrt(spread))
 
