@@ -14,6 +14,7 @@ from stribeck.whole_log.solver.empirical_bayes import (
     blocks,
     cost_of,
     group_mean_covariance,
+    learn_group_prior,
     solve_with_empirical_bayes,
     with_other_starts,
 )
@@ -107,6 +108,17 @@ def test_scales_that_joints_share_are_found_better_with_a_group_prior() -> None:
     before, after = np.sqrt(np.mean(errors, axis=(0, 2)))
     assert after[3] < 0.6 * before[3]
     assert after[1] < 0.95 * before[1]
+
+
+def test_the_variance_over_few_joints_is_right_on_average() -> None:
+    laws, found = make_laws("stribeck", 3), []
+    for values in np.random.default_rng(0).standard_normal((1000, 3)):
+        internal = laws.prior[0].copy()
+        internal[:, 3] += values
+        learned = learn_group_prior(no_fit(laws, make_model(), internal)).group_prior
+        assert learned is not None
+        found.append(learned[1, 3] ** 2)
+    assert np.mean(found) == pytest.approx(1.0, rel=0.08)
 
 
 def best_of(known: Statistics) -> Fit:

@@ -121,6 +121,14 @@ def test_errors_that_folds_share_are_taken_to_be_as_large_as_those_that_differ()
     assert np.std(after) < 0.6 * np.std(before)
 
 
+def test_overdispersion_is_the_variance_of_a_mean_over_folds_with_shared_errors() -> None:
+    folds, ratio, generator = 2, 3.0, np.random.default_rng(0)
+    differing = np.sqrt(ratio) * generator.standard_normal((20_000, folds))
+    shared = np.sqrt(ratio - 1) * generator.standard_normal((20_000, 1))
+    mean = np.sqrt(folds) * (differing + shared).mean(axis=1)  # in units of its standard error without any
+    assert overdispersion_of(ratio, folds) == pytest.approx(mean.var(), rel=0.05)
+
+
 def repeating(torque: float, root_turns: float = 0.0) -> list[WeakEquations]:
     """Steps with errors that come back with every step on the same foot.
 
@@ -194,3 +202,10 @@ def test_a_joint_that_stands_out_keeps_its_variance_and_one_that_shows_nothing_d
     both = [0, 2]
     without = reml_variances(np.eye(2 * each), pull.reshape(each, 3)[:, both].ravel(), 2)
     assert blind[both] == pytest.approx(without, rel=1e-6)
+
+
+def test_variances_of_joints_that_differ_by_chance_are_pooled() -> None:
+    joints, each, generator = 20, 16, np.random.default_rng(3)
+    information = np.eye(joints * each)
+    found = [reml_variances(information, pull, joints) for pull in generator.standard_normal((40, joints * each))]
+    assert np.mean(np.ptp(found, axis=1) > 1e-9) < 0.6
