@@ -67,7 +67,7 @@ def consistent(
     def best_explained(parts: int) -> tuple[float, NDArray[np.bool_], Array]:
         """Find the part that one model explains best: its mean chi^2, its segments, and the chi^2 of all segments.
 
-        A disturbance leaves some of the six contiguous parts alone.
+        Disturbances rarely reach all of the six contiguous parts.
         """
         starts = [*(random.permutation(everything)[:few] for _ in range(11)), *np.array_split(everything, 6)]
         own = np.vstack([share(first, parts), [np.isin(everything, start) for start in starts]])
