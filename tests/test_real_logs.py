@@ -210,6 +210,7 @@ def test_cassie_landings_identify_nothing(converted):
         identify([logs[k] for k in (10, 12, 24)], robot)
 
 
+@pytest.mark.long
 def test_every_command_runs_on_a_log_of_each_robot_that_is_quick(tmp_path):
     ran = list(real.all_runs(DATA, tmp_path, only=None, thin=True))
     assert not [each.said for each in ran if each.failed]

@@ -123,10 +123,6 @@ def external(log: Log) -> None:
     log["external_torque"] = log["torque"] - before
 
 
-def early(log: Log) -> None:
-    log["torque"] = np.roll(log["torque"], -3, axis=0)
-
-
 def carrying(mass: float) -> Callable[[Log], None]:
     return lambda log: with_other_model(log, mass=mass)
 
@@ -155,7 +151,6 @@ CASES: dict[str, tuple[str, Callable[[Log], None], str]] = {
     "a gain of two thirds": ("torque-gain", scaled(0.67, joint=1), ""),
     "kgf m": ("error", scaled(1 / 9.80665), ""),
     "N cm": ("error", scaled(100.0), ""),
-    "early": ("torque-delay", early, ""),
     "slow clock": ("error", scaled(0.5, "time"), ""),
     "turns against rad/s": ("error", scaled(1 / (2 * np.pi), "position"), ""),
     "velocity in rpm": ("error", scaled(30 / np.pi, "velocity"), ""),
@@ -169,36 +164,32 @@ CASES: dict[str, tuple[str, Callable[[Log], None], str]] = {
 }
 
 
+def write_case(folder: Path, log: Log, text: str = "") -> None:
+    np.savez(folder / "log.npz", **{"joint_names": np.array(JOINTS)} | log)
+    (folder / "arm.urdf").write_text(urdf())
+    usual = {"base": '"fixed"', "torque_source": '"motor_current"'}
+    lines = "".join(f"{key} = {value}\n" for key, value in usual.items() if key not in text)
+    (folder / "robot.toml").write_text(f'[robot]\nmodel = "arm.urdf"\n{lines}{text}')
+
+
 @pytest.mark.parametrize("case", CASES)
 def test_a_remedy_leads_on(case: str, sound: Log, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     check, damage, text = CASES[case]
     log = {name: values.copy() for name, values in sound.items()}
     damage(log)
-    np.savez(tmp_path / "log.npz", **{"joint_names": np.array(JOINTS)} | log)
-    (tmp_path / "arm.urdf").write_text(urdf())
-    usual = {"base": '"fixed"', "torque_source": '"motor_current"'}
-    lines = "".join(f"{key} = {value}\n" for key, value in usual.items() if key not in text)
-    (tmp_path / "robot.toml").write_text(f'[robot]\nmodel = "arm.urdf"\n{lines}{text}')
-    follow(tmp_path, check, capsys)
+    write_case(tmp_path, log, text)
+    quick = ("--method", "curve-fit") if check != "torque-delay" else ()  # all methods have the same audit
+    follow(tmp_path, check, capsys, quick)
     for k, joint in enumerate(read_result(tmp_path / "out/result.json").joints.values()):
         for point in joint.curve:
             true = friction(np.full(3, point.velocity))[k]
             assert point.value == pytest.approx(true, rel=0.05)
 
 
-def identified(log: Log, folder: Path, capsys: pytest.CaptureFixture[str]) -> dict[str, str]:
-    np.savez(folder / "log.npz", **{"joint_names": np.array(JOINTS)} | log)
-    (folder / "arm.urdf").write_text(urdf())
-    (folder / "robot.toml").write_text('[robot]\nmodel = "arm.urdf"\nbase = "fixed"\ntorque_source = "motor_current"\n')
-    return identify(folder, capsys, [])
-
-
 @pytest.mark.parametrize("case", ["one factor", "a factor per joint", "a gain that a body explains as well"])
-def test_a_factor_that_is_no_unit_is_a_question(
-    case: str, sound: Log, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_factor_that_is_no_unit_is_a_question(case: str, sound: Log, tmp_path: Path) -> None:
     factor = {"one factor": 0.579, "a factor per joint": np.array([0.3, 0.6, 0.4])}.get(case, np.array([1.25, 1, 1]))
-    identified(sound | {"torque": factor * sound["torque"]}, tmp_path, capsys)
+    write_case(tmp_path, sound | {"torque": factor * sound["torque"]})
     found = [str(each) for each in inspect_log(tmp_path / "log.npz", tmp_path / "robot.toml").audit]
     assert any("before you" in words for words in found)
     assert not any(re.search(r"[Ss]et scale", words) for words in found)
@@ -209,7 +200,8 @@ def test_a_torque_that_is_inverted_one_way_is_left_out(
 ) -> None:
     torque = sound["torque"].copy()
     torque[:, 1] *= np.where(sound["velocity"][:, 1] < 0, -1.0, 1.0)
-    assert "elbow 2" in identified(sound | {"torque": torque}, tmp_path, capsys)["torque-unsigned"]
+    write_case(tmp_path, sound | {"torque": torque})
+    assert "elbow 2" in identify(tmp_path, capsys, [])["torque-unsigned"]
     assert list(read_result(tmp_path / "out/result.json").joints) == ["shoulder 1", "wrist 3"]
 
 
@@ -236,7 +228,7 @@ FEET: dict[str, tuple[str, Callable[[Log], None], list[str]]] = {
 @pytest.fixture(scope="module")
 def squat(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("squat")
-    still_humanoid(folder, "squat", seconds=8.0)
+    still_humanoid(folder, "squat", seconds=5.0)
     return Path(folder)
 
 
