@@ -32,12 +32,12 @@ CASES = {
 }
 
 
-LONG = "quadruped, one leg at a time"
+LONG = ("quadruped, one leg at a time", "quadruped, trot")
 
 
 @pytest.fixture(
     scope="module",
-    params=[pytest.param(case, id=name, marks=[pytest.mark.long] * (name == LONG)) for name, case in CASES.items()],
+    params=[pytest.param(case, id=name, marks=[pytest.mark.long] * (name in LONG)) for name, case in CASES.items()],
 )
 def case(request: pytest.FixtureRequest) -> tuple[Robot, RobotLog, int]:
     name, gait, joints, duration = request.param

@@ -77,7 +77,7 @@ def test_a_table_that_is_touched_does_not_refuse_the_log_or_hide_wrong_units(tmp
     assert identify(tmp_path, "wrong") == 2
 
 
-@pytest.mark.parametrize("corrections", ["auto", "none"])
+@pytest.mark.parametrize("corrections", ["auto", pytest.param("none", marks=pytest.mark.long)])
 def test_the_link_that_is_pushed_is_named_with_the_force(corrections: str, tmp_path: Path) -> None:
     log = record([1.5, 2.0, 2.5], 24.0)
     with_force(log, (3.0, 7.0), [20.0, 6.0, 45.0])

@@ -26,7 +26,7 @@ def covered(result, truth, joints) -> float:
     )
 
 
-@pytest.mark.parametrize("kind", ["stand", "squat"])
+@pytest.mark.parametrize("kind", [pytest.param("stand", marks=pytest.mark.long), "squat"])
 def test_arms_and_trunk_are_identified_while_both_feet_stand(kind, tmp_path) -> None:
     truth = still_humanoid(tmp_path, kind)
     result = identify(tmp_path / "log.npz", tmp_path / "robot.toml")
@@ -45,7 +45,9 @@ def test_every_joint_is_identified_while_the_robot_hangs(tmp_path) -> None:
     assert covered(result, truth, truth) >= 0.9
 
 
-@pytest.mark.parametrize("corrections", ["none", "inertia", "calibration"])
+@pytest.mark.parametrize(
+    "corrections", [*(pytest.param(own, marks=pytest.mark.long) for own in ("none", "inertia")), "calibration"]
+)
 def test_loops_of_legs_that_hardly_move_are_left_out(corrections, tmp_path) -> None:
     still_humanoid(tmp_path, "stand", seconds=8.0)
     settings = Settings(double_support="fit", corrections=corrections, law="coulomb-viscous")
@@ -60,7 +62,7 @@ def drafted(folder, without="nothing"):
     return text
 
 
-@pytest.mark.parametrize("legs", [True, False])
+@pytest.mark.parametrize("legs", [pytest.param(True, marks=pytest.mark.long), False])
 def test_wheels_roll(legs, tmp_path) -> None:
     truth = rolling_robot(tmp_path, legs, seed=2, seconds=20.0)
     text = drafted(tmp_path)
@@ -74,6 +76,7 @@ def test_wheels_roll(legs, tmp_path) -> None:
     assert legs or "jack the robot up" in result.joints["FL_wheel_joint"].reason
 
 
+@pytest.mark.long
 def test_ball_feet_that_never_lift_are_identified_if_their_radius_is_given(tmp_path) -> None:
     truth = rolling_robot(tmp_path, legs=True, wheels=False, seed=2, seconds=15.0)
     text = drafted(tmp_path)
@@ -87,7 +90,10 @@ def test_ball_feet_that_never_lift_are_identified_if_their_radius_is_given(tmp_p
 
 @pytest.mark.parametrize(
     ("wheels", "radius", "remedy"),
-    [(True, 0.086, r"set their radius .* or jack the robot up"), (False, 0.022, "set the radius of any ball feet")],
+    [
+        (True, 0.086, r"set their radius .* or jack the robot up"),
+        pytest.param(False, 0.022, "set the radius of any ball feet", marks=pytest.mark.long),
+    ],
 )
 def test_an_unknown_radius_is_refused_with_a_remedy(wheels, radius, remedy, tmp_path) -> None:
     rolling_robot(tmp_path, legs=True, seconds=8.0, wheels=wheels)

@@ -28,9 +28,11 @@ def make_bed(folder: Path, load_motor: bool) -> Path:
     (folder / "bed.urdf").write_text(model)
     (folder / "bed.toml").write_text(blocks["toml"])
     robot = Robot.from_file(folder / "bed.toml")
-    log, known = exact_log(robot, get_law("coulomb-viscous"), {"drive": TRUTH}, duration=60.0, rate=500.0)
+    log, known = exact_log(
+        robot, get_law("coulomb-viscous"), {"drive": TRUTH}, duration=30.0 if load_motor else 60.0, rate=250.0
+    )
     assert log.velocity is not None
-    warm = 19 * (1 - np.exp(-log.time[:, None] / 20))
+    warm = 19 * (1 - np.exp(-log.time[:, None] / (log.time[-1] / 3)))
     external = load_motor * 20 * np.sin(2 * np.pi * log.time[:, None] / 7.7)
     sign, above = np.sign(log.velocity), warm - warm.mean()
     friction = MORE["load"] * np.abs(log.torque - known.friction_torque - external) * sign
@@ -50,7 +52,7 @@ def make_bed(folder: Path, load_motor: bool) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("load_motor", [False, True])
+@pytest.mark.parametrize("load_motor", [pytest.param(False, marks=pytest.mark.long), True])
 def test_friction_over_speed_load_and_temperature_is_found(load_motor: bool, tmp_path: Path) -> None:
     bed = make_bed(tmp_path, load_motor)
     assert run("identify", bed / "bed.csv", "--robot", bed / "bed.toml", "-o", bed / "out") == 0

@@ -6,7 +6,11 @@ from tests.command_logs import trotting_quadruped
 from stribeck import identify
 
 
-@pytest.mark.parametrize("log", [{"rate": 200.0}, {"flags": False}], ids=["raw flags at 200 Hz", "no flags"])
+@pytest.mark.parametrize(
+    "log",
+    [{"rate": 200.0}, pytest.param({"flags": False}, marks=pytest.mark.long)],
+    ids=["raw flags at 200 Hz", "no flags"],
+)
 def test_a_trot_is_identified_and_covered_by_default(log, tmp_path):
     drives = trotting_quadruped(tmp_path, keys=(), seconds=15.0, ramps=True, **log)
     path = tmp_path / "robot.toml"

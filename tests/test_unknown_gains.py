@@ -34,7 +34,7 @@ def currents(folder: Path) -> tuple[dict, dict]:
     return drives, CONSTANTS
 
 
-@pytest.mark.parametrize(("write", "unit"), [(commands, "rad"), (currents, "A")])
+@pytest.mark.parametrize(("write", "unit"), [pytest.param(commands, "rad", marks=pytest.mark.long), (currents, "A")])
 def test_joints_without_a_known_factor_are_identified_in_the_unit_of_their_channel(write, unit, tmp_path: Path) -> None:
     drives, factors = write(tmp_path)
     found = identify(tmp_path / "log.npz", tmp_path / "robot.toml")

@@ -1,5 +1,6 @@
 """The command line as a user types it: exit codes, one sentence for what is wrong, whole outputs or none."""
 
+import io
 import json
 import os
 import re
@@ -328,7 +329,9 @@ def long_log(arm: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return save_npz(log, tmp_path_factory.mktemp("long") / "log.npz", velocity=None, acceleration=None)
 
 
-@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize(
+    "stop", [signal.SIGINT, *(pytest.param(own, marks=pytest.mark.long) for own in (signal.SIGTERM, signal.SIGHUP))]
+)
 def test_an_interrupted_run_leaves_nothing(stop: signal.Signals, arm: Path, long_log: Path, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "stribeck", "identify", long_log, "-r", arm / "robot.toml"]
     process = subprocess.Popen(
@@ -398,12 +401,12 @@ def test_short_help_the_version_and_the_command_that_is_meant(capsys: pytest.Cap
     assert capsys.readouterr().out.count(".") == 2
 
 
-def test_what_ascii_lacks_is_printed_by_its_number(tmp_path: Path) -> None:
+def test_what_ascii_lacks_is_printed_by_its_number(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "result.json").write_text(plain("Kniegelenk_ä").to_json())
-    command = [sys.executable, "-m", "stribeck", "compare", tmp_path, tmp_path]
-    done = subprocess.run(command, capture_output=True, env={**os.environ, "PYTHONIOENCODING": "ascii"}, timeout=60)
-    assert (done.returncode, done.stderr) == (0, b"")
-    assert rb"Kniegelenk_\xe4" in done.stdout
+    printed = io.BytesIO()
+    monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(printed, encoding="ascii", write_through=True))
+    assert run("compare", tmp_path, tmp_path) == 0
+    assert rb"Kniegelenk_\xe4" in printed.getvalue()
 
 
 def test_explain_prints_the_explanation_of_verdicts_and_checks(capsys: pytest.CaptureFixture[str]) -> None:

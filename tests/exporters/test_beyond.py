@@ -14,7 +14,7 @@ FAST = 5.0
 """Speed beyond the log [rad/s]."""
 
 
-@pytest.fixture(scope="module", params=[1, 2], ids=["elbow", "wrist"])
+@pytest.fixture(scope="module", params=[pytest.param(1, marks=pytest.mark.long), 2], ids=["elbow", "wrist"])
 def slow(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory):
     """Identify the arm while one joint moves at most at 0.2 rad/s; return that joint, result, robot and folder."""
     folder = tmp_path_factory.mktemp("slow")

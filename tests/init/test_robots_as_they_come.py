@@ -62,7 +62,7 @@ def test_friction_is_found(
         assert "which of them are finger 1, finger 2?" in asked
         assert "TODO: the log lacks finger 1, finger 2; at which positions" in told
         assert "# free and planar joints are locked: changer." in Path("robot.toml").read_text()
-    run("identify", "log.npz", "-r", "robot.toml", "-o", "out")
+    run("identify", "log.npz", "-r", "robot.toml", "-o", "out", "--method", "curve-fit")
     for name, truth in zip(JOINTS, friction(np.ones(3)), strict=True):
         joint = read_result("out/result.json").joints[name]
         assert joint.verdict == "identified"

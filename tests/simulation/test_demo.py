@@ -25,7 +25,7 @@ sensors = "calibrated"
 physics_step = 0.0005
 
 [[walk]]
-count = 14
+count = 8
 width = 0.16
 single_support = 0.5
 double_support = 0.1

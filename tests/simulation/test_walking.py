@@ -133,7 +133,7 @@ def test_friction_compensated_by_desired_velocities_leaves_the_swing_foot_on_its
     levels = np.array([4.0 * (name in rubbing) for name in list(robot.tree.model.names)[2:]])
 
     def error(conditions: Conditions) -> float:
-        steps = Steps(count=2, forward=0.15, single_support=0.5, stand=0.2)
+        steps = Steps(count=1, forward=0.15, single_support=0.4, stand=0.1)
         walk = simulate_walk(robot, [steps], POSTURE["toro"], conditions)
         assert walk.swing_error is not None
         return float(np.sqrt(np.mean(np.sum(walk.swing_error**2, axis=1))))
@@ -153,6 +153,7 @@ def pushed(force: float) -> np.ndarray:
     return position
 
 
+@pytest.mark.long
 def test_a_push_that_one_foot_cannot_bear_is_met_by_a_step_aside() -> None:
     walk = [Steps(count=4, forward=0.2)]
     conditions = Conditions(

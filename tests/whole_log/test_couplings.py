@@ -33,7 +33,7 @@ def arm() -> Robot:
 @pytest.fixture(scope="module")
 def log(arm: Robot) -> RobotLog:
     """The last two joints share a motor, with a rotor."""
-    exact, _ = exact_log(arm, LAW, dict.fromkeys(arm.joint_names, PLAIN), duration=20.0, seed=1)
+    exact, _ = exact_log(arm, LAW, dict.fromkeys(arm.joint_names, PLAIN), duration=14.0, seed=1)
     assert exact.velocity is not None
     assert exact.acceleration is not None
     coefficients = arm.coefficients(arm.joint_names, ["motor"])[:, 0]

@@ -26,7 +26,7 @@ def zeros(arm: Robot) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def found(arm: Robot, zeros: np.ndarray) -> Result:
-    exact = [arm_log(8.0, 10 + k, "coulomb-viscous") for k in range(LOGS)]
+    exact = [arm_log(6.0, 10 + k, "coulomb-viscous") for k in range(LOGS)]
     off = [replace(log, torque=log.torque + own) for log, own in zip(exact, zeros, strict=True)]
     return identify([with_noise(log, position=5e-5, torque=0.1, seed=k) for k, log in enumerate(off)], arm, SETTINGS)
 
@@ -63,7 +63,7 @@ def test_friction_that_differs_between_logs_is_found_and_the_result_is_its_mean(
                 joint: {name: own * PLAIN[name] for name in PLAIN}
                 for joint, own in zip(arm.joint_names, row, strict=True)
             },
-            duration=8.0,
+            duration=6.0,
             seed=20 + k,
         )[0]
         for k, row in enumerate(factors.tolist())

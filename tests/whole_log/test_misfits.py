@@ -81,13 +81,13 @@ def test_each_kind_is_flagged_in_the_joint_that_has_it_and_no_other_kind(
     assert all("% of its friction" in own for own in said.values())
 
 
-@pytest.mark.parametrize(("corrections", "seed"), [("none", 0), ("inertia", 1)])
+@pytest.mark.parametrize(("corrections", "seed"), [pytest.param("none", 0, marks=pytest.mark.long), ("inertia", 1)])
 def test_a_law_of_velocity_is_never_flagged(corrections: str, seed: int, arm: Robot) -> None:
     log = with_noise(arm_log(20.0), position=5e-5, torque=0.2, seed=seed)
     assert identify(log, arm, SETTINGS.model_copy(update={"corrections": corrections})).findings == []
 
 
-@pytest.mark.parametrize("bits", [10, 11])
+@pytest.mark.parametrize("bits", [10, pytest.param(11, marks=pytest.mark.long)])
 def test_a_coarse_encoder_is_not_taken_for_another_cause(bits: int, arm: Robot) -> None:
     """It sees reversals late, as if friction built up after them."""
     log = replace(arm_log(20.0, seed=0), velocity=None, acceleration=None)

@@ -138,7 +138,7 @@ def late(log: RobotLog, samples: int) -> RobotLog:
     return replace(log, torque=np.roll(log.torque, samples, axis=0)).take(slice(100, -100))
 
 
-@pytest.mark.parametrize("delay", [2, 12, -30])
+@pytest.mark.parametrize("delay", [pytest.param(2, marks=pytest.mark.long), 12, -30])
 def test_a_delay_is_found_beside_the_friction(arm: Robot, exact: RobotLog, delay: int) -> None:
     """By as many samples of 1 ms."""
     found = whole_log(late(exact, delay), arm)

@@ -66,14 +66,6 @@ def test_shares_of_each_interval_are_in_the_result(noisy: dict[str, Result]) -> 
     assert model["inertia"] > 0.3
 
 
-def test_two_runs_give_the_same_result_to_the_last_digit(arm: Robot) -> None:
-    log = with_noise(arm_log(8.0), position=5e-5, torque=0.2, seed=2)
-    one, other = (whole_log(log, arm, Settings(law="auto", corrections="inertia")).fit for _ in range(2))
-    np.testing.assert_array_equal(one.fit.x, other.fit.x)
-    np.testing.assert_array_equal(one.fit.covariance, other.fit.covariance)
-    assert one.terms == other.terms
-
-
 def test_a_law_that_jumps_is_not_misled_by_joints_at_rest(arm: Robot) -> None:
     law = get_law("coulomb-viscous")
     exact, known = exact_log(arm, law, dict.fromkeys(arm.joint_names, PLAIN), duration=16.0, seed=3)
