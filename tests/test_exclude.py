@@ -59,6 +59,7 @@ def write_robot(folder: Path, log: dict[str, np.ndarray]) -> None:
     np.savez(folder / "log.npz", joint_names=np.array(JOINTS), **log)
 
 
+@pytest.mark.long
 def test_a_table_that_is_touched_does_not_refuse_the_log_or_hide_wrong_units(tmp_path: Path) -> None:
     log = record([1.5, 2.0, 2.5], 30.0)
     for start in (4.0, 12.0, 21.0):

@@ -23,7 +23,7 @@ def light(*arguments: object) -> subprocess.CompletedProcess[str]:
 def test_a_urdf_needs_no_simulation(tmp_path: Path) -> None:
     robot = write_arm(tmp_path)
     log = save_npz(arm_log(stribeck.Robot.from_file(robot), duration=6), tmp_path / "log.npz")
-    done = light("identify", log, "-r", robot, "-o", tmp_path / "out")
+    done = light("identify", log, "-r", robot, "-o", tmp_path / "out", "--method", "curve-fit")
     assert (done.returncode, done.stderr) == (0, "")
     assert (tmp_path / "out/report.html").is_file()
 

@@ -12,6 +12,7 @@ from stribeck import Robot, RobotFileError, read_result
 from stribeck_simulation.sensors.measure import with_noise
 
 
+@pytest.mark.long
 def test_a_payload_is_named_and_its_spans_are_used_when_it_is_accepted(tmp_path: Path) -> None:
     robot = Robot.from_file(write_arm(tmp_path))
     log = save_npz(

@@ -57,10 +57,20 @@ def test_an_arm_gives_back_its_friction_by_pattern() -> None:
         assert found.truth.parameters[name]["offset"] == 0.2
 
 
-def test_the_same_scenario_gives_the_same_log_and_another_seed_another() -> None:
-    quick = {"count": 1, "forward": 0.1, "single_support": 0.3, "double_support": 0.1, "stand": 0.05}
-    walk = {**TWO_STEPS, "walk": [quick], "sensors": "realistic", "physics_step": 0.0005}
-    first, second, other = (run_scenario(Scenario.model_validate({**walk, "seed": seed})).log for seed in (3, 3, 4))
+QUICK = {"count": 1, "forward": 0.1, "single_support": 0.3, "double_support": 0.1, "stand": 0.05}
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {**SHORT_ARM, "duration": 1.0},
+        pytest.param({**TWO_STEPS, "walk": [QUICK], "physics_step": 0.0005}, marks=pytest.mark.long),
+    ],
+    ids=["arm", "walk"],
+)
+def test_the_same_scenario_gives_the_same_log_and_another_seed_another(changed) -> None:
+    noisy = {**changed, "sensors": "realistic"}
+    first, second, other = (run_scenario(Scenario.model_validate({**noisy, "seed": seed})).log for seed in (3, 3, 4))
     for name, channel in first.channels().items():
         np.testing.assert_array_equal(channel, second.channels()[name])
     assert not np.array_equal(first.position, other.position)

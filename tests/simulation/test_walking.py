@@ -127,6 +127,7 @@ def test_other_robots_walk_with_the_same_gains(name: str, tmp_path: Path) -> Non
     assert largest_tilt_of_feet(robot, walk) < 0.13  # though friction is large beside a light foot's inertia
 
 
+@pytest.mark.long
 def test_friction_compensated_by_desired_velocities_leaves_the_swing_foot_on_its_path() -> None:
     robot = toro()
     rubbing = leg_friction(robot, 4.0).parameters

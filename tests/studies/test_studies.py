@@ -146,9 +146,9 @@ def test_short_walks_agree() -> None:
 
 
 def test_a_short_study_of_coverage_agrees() -> None:
-    parameters = coverage.run("arm (UR5)", repetitions=3)["parameters"]
+    parameters = coverage.run("arm (UR5)", repetitions=1)["parameters"]
     shares = [each["coverage"] for each in parameters.values()]
-    assert 0.86 <= sum(shares) / len(shares) <= 1  # 108 intervals: 95 % minus four standard deviations
+    assert 0.8 <= sum(shares) / len(shares) <= 1  # 36 intervals: 95 % minus four standard deviations
 
 
 @pytest.fixture(scope="module")

@@ -113,6 +113,7 @@ def test_a_hand_that_guides_most_of_the_log_is_set_aside(arm: Robot) -> None:
     covered(found, 0.03)
 
 
+@pytest.mark.long
 def test_pushes_hardly_matter(arm: Robot, exact: RobotLog) -> None:
     found = whole_log(pushed(exact), arm)
     assert len(found.set_aside[0]) == 10
@@ -138,7 +139,7 @@ def late(log: RobotLog, samples: int) -> RobotLog:
     return replace(log, torque=np.roll(log.torque, samples, axis=0)).take(slice(100, -100))
 
 
-@pytest.mark.parametrize("delay", [pytest.param(2, marks=pytest.mark.long), 12, -30])
+@pytest.mark.parametrize("delay", [*(pytest.param(own, marks=pytest.mark.long) for own in (2, 12)), -30])
 def test_a_delay_is_found_beside_the_friction(arm: Robot, exact: RobotLog, delay: int) -> None:
     """By as many samples of 1 ms."""
     found = whole_log(late(exact, delay), arm)

@@ -79,6 +79,7 @@ def test_a_law_that_jumps_is_not_misled_by_joints_at_rest(arm: Robot) -> None:
         assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.01), name
 
 
+@pytest.mark.long
 def test_every_leg_of_a_quadruped_counts_while_it_stands_and_while_it_swings() -> None:
     """On three point feet and on four."""
     robot, log = walk("quadruped", 12.0)
@@ -206,6 +207,7 @@ def test_gains_and_zeros_are_found_beside_the_friction(arm: Robot, exact_arm_log
         assert value == pytest.approx(zeros[column], abs=4 * error)
 
 
+@pytest.mark.long
 def test_a_late_base_orientation_is_found() -> None:
     robot, log = walk("biped", 8.0)
     log = replace(log, base_orientation=np.roll(log.base_orientation, 10, axis=0))
@@ -271,6 +273,7 @@ def deviations(log: RobotLog, robot: Robot) -> tuple[np.ndarray, np.ndarray]:
     return found[:, 0] - [TRUTH[name] for name in names], found[:, 1]
 
 
+@pytest.mark.long
 def test_intervals_are_wider_where_steps_differ(arm: Robot) -> None:
     noisy = with_noise(arm_log(40.0, seed=5, law="coulomb-viscous"), position=1e-5, torque=0.1, seed=6)
     error, even = deviations(noisy, arm)
