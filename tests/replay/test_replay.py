@@ -82,6 +82,7 @@ def relative(model: Replayed, joint: str, horizon: int) -> float:
     return error.relative
 
 
+@pytest.mark.usefixtures("few")
 def test_the_exact_friction_explains_torque_and_motion(arm: tuple[Robot, RobotLog], tmp_path: Path) -> None:
     robot, log = arm
     noisy = with_noise(log, position=1e-5, torque=0.05, seed=4)
@@ -96,6 +97,7 @@ def test_the_exact_friction_explains_torque_and_motion(arm: tuple[Robot, RobotLo
     assert with_own.median_relative(1) < 0.15  # type: ignore[operator]
 
 
+@pytest.mark.usefixtures("few")
 def test_rollouts_of_an_exact_log_stay_near_it(arm: tuple[Robot, RobotLog], tmp_path: Path) -> None:
     robot, log = arm
     model = with_friction(robot, "urdf", tmp_path / "new.urdf")
@@ -106,16 +108,18 @@ def test_rollouts_of_an_exact_log_stay_near_it(arm: tuple[Robot, RobotLog], tmp_
 
 
 @pytest.mark.usefixtures("few")
-@pytest.mark.parametrize("share", [0.3, 2.0])
-def test_a_wrong_friction_is_worse(share: float, arm: tuple[Robot, RobotLog], tmp_path: Path) -> None:
+def test_a_wrong_friction_is_worse(arm: tuple[Robot, RobotLog], tmp_path: Path) -> None:
     robot, log = arm
-    right = with_friction(robot, "urdf", tmp_path / "right.urdf")
-    wrong = with_friction(robot, "urdf", tmp_path / "wrong.urdf", share * COULOMB, share * VISCOUS)
-    good, bad = (without_and_with(replay(log, robot, model, EXACT))[1] for model in (right, wrong))
-    for joint in robot.joint_names:
-        assert bad.torque[joint].rms > 0.3 * COULOMB
-        for k in range(len(HORIZONS)):
-            assert relative(bad, joint, k) > 2 * relative(good, joint, k)
+    models = [
+        with_friction(robot, "urdf", tmp_path / f"{share}.urdf", share * COULOMB, share * VISCOUS)
+        for share in (1.0, 0.3, 2.0)
+    ]
+    good, *others = (without_and_with(replay(log, robot, model, EXACT))[1] for model in models)
+    for bad in others:
+        for joint in robot.joint_names:
+            assert bad.torque[joint].rms > 0.3 * COULOMB
+            for k in range(len(HORIZONS)):
+                assert relative(bad, joint, k) > 2 * relative(good, joint, k)
 
 
 @pytest.mark.usefixtures("short")
