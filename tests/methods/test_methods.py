@@ -138,13 +138,12 @@ STEPS = ("read_log", "regularise", "find_support_phases")
 
 
 @pytest.mark.parametrize("method", ["curve-fit", "whole-log", "direct"])
-def test_each_log_is_prepared_once(
-    arm: Robot, log: RobotLog, method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_each_log_is_prepared_once(arm: Robot, method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     calls = {name: mock.Mock(wraps=getattr(preparation, name)) for name in STEPS}
     for name, step in calls.items():
         monkeypatch.setattr(preparation, name, step)
-    paths = [save_npz(log, tmp_path / "a.npz"), save_npz(arm_log(arm, duration=8, seed=9), tmp_path / "b.npz")]
+    logs = {name: arm_log(arm, 6.0, 250.0, seed) for seed, name in enumerate(("a.npz", "b.npz"))}
+    paths = [save_npz(log, tmp_path / name) for name, log in logs.items()]
     identify(paths, arm, method=method, table=tmp_path / "f.parquet")
     assert [step.call_count for step in calls.values()] == [2, 2, 2]
 
