@@ -39,7 +39,7 @@ pytest: .venv/.dev
 
 coverage: .venv/.dev
 	$(PYTEST) -m "" $(UNTRACED:%=--ignore=%) --cov --cov-report=term-missing:skip-covered
-	$(PYTEST) -m long tests/simulation
+	$(PYTEST) -m long tests/simulation tests/studies/test_studies.py
 
 bench: .venv/.dev
 	for name in $(BENCHMARKS); do $(BIN)/python -m benchmarks.$$name || exit; done
