@@ -10,6 +10,7 @@ from stribeck import Robot, identify
 from stribeck.base.typing import Array
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
+from stribeck.report.joints import friction_level, joint_samples
 from stribeck.result import Result
 from stribeck.settings import Settings
 from stribeck_simulation.prescribed.exact import exact_log
@@ -90,6 +91,31 @@ def test_terms_have_their_true_sizes_within_their_intervals(arm: Robot, mixed: R
     for name, size in (("load", 0.08), ("coulomb_drift", -0.3), ("viscous_asymmetry", 0.2), ("stribeck_gain", 0.3)):
         value = next(j.parameters[name].value for j in mixed.joints.values() if name in j.parameters)
         assert value == pytest.approx(size, rel=0.15), name
+
+
+def test_friction_of_a_robot_that_warms_up_is_the_mean_and_its_interval_contains_the_change(arm: Robot) -> None:
+    """Viscous friction settles at 60 % with a time constant of a third of the log."""
+    log, _ = plain_log(arm, 60.0, 7)
+    assert log.velocity is not None
+    cooled = 1 - 0.4 * (1 - np.exp(-log.time / 20.0)) / (1 - np.exp(-3.0))
+    torque = log.torque + ((cooled - 1) * PLAIN["viscous"])[:, None] * log.velocity
+    result = identify(with_noise(replace(log, torque=torque), position=5e-5, torque=0.1, seed=8), arm, AUTO)
+    (finding,) = result.findings
+    assert (finding.check, finding.joints) == ("friction-drift", arm.joint_names)
+    for joint in result.joints.values():
+        assert joint.verdict == "identified"
+        for point in joint.curve:
+            start, mean, end = (
+                PLAIN["coulomb"] + share * PLAIN["viscous"] * point.velocity for share in (1.0, cooled.mean(), 0.6)
+            )
+            assert point.value == pytest.approx(mean, rel=0.02)
+            assert point.interval_95[0] < end < start < point.interval_95[1]
+    name, joint = next(iter(result.joints.items()))
+    assert result.evidence is not None
+    level = friction_level(joint_samples(result.evidence.samples, name, joint), joint)
+    measured, fitted = (np.array(each["y"]) for each in level["lines"])
+    assert measured[0] > fitted[0] > 1.0 > fitted[-1] > 0.8
+    np.testing.assert_allclose(measured.mean(), 1.0, atol=0.03)
 
 
 def test_a_logged_temperature_takes_the_place_of_time(arm: Robot) -> None:

@@ -77,6 +77,7 @@ def test_friction_that_differs_between_logs_is_found_and_the_result_is_its_mean(
     (finding,) = result.findings
     assert (finding.check, finding.joints) == ("log-friction", (arm.joint_names[0],))
     assert "in day2)" in finding.text
+    assert f"most in day2 ({arm.joint_names[0]} -3" in result.summary()
     for joint, mean in zip(result.joints.values(), factors.mean(axis=0).tolist(), strict=True):
         for point in joint.curve:
             truth = mean * (PLAIN["coulomb"] + PLAIN["viscous"] * point.velocity)

@@ -101,7 +101,7 @@ def nearest(joint: JointResult, form: Form, beyond: Beyond | None = None) -> Nea
         If the friction is not finite.
     """
     with np.errstate(all="ignore"):  # overflows are refused below
-        found = {name: parameter.value for name, parameter in joint.parameters.items()}
+        found = joint.values
         velocity, friction = _resistance(joint, found, np.arange(1, SPEEDS + 1) / SPEEDS)
         columns = form.columns(velocity, found)
         rows, values = columns, friction

@@ -160,8 +160,7 @@ def _terms(joint: JointResult, form: Form | None, good: Collection[str], beyond:
 def _has_friction(joint: JointResult, good: Collection[str]) -> bool:
     """Check that a joint has friction with one of the accepted verdicts."""
     names = [name for name in joint.parameters if name.startswith(("coulomb", "viscous"))]
-    values = {name: parameter.value for name, parameter in joint.parameters.items()}
-    known = bool(names) and law_values(get_law(joint.law), values) is not None
+    known = bool(names) and law_values(get_law(joint.law), joint.values) is not None
     return known and (joint.verdict in good or any(joint.parameters[name].verdict in good for name in names))
 
 

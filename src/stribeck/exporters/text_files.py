@@ -56,7 +56,7 @@ def numbers_of(joint: JointResult, beyond: Beyond | None = None) -> dict[str, fl
     SettingsError
         If the law is not in `FORMULAS`.
     """
-    found = {name: parameter.value for name, parameter in joint.parameters.items()}
+    found = joint.values
     numbers = NUMBERS | dict(zip(("lowest", "highest"), joint.position_range or (), strict=False))
     if joint.verdict == "no friction":
         return numbers | {"offset": found.get("offset", 0.0)}

@@ -50,6 +50,12 @@ def beyond_velocity(
     return np.asarray(found + ripple)
 
 
+def drift(values: Mapping[str, float], velocity: Array) -> Array:
+    """Compute the change of friction from the start of a log to its end [N m]: Fc_t tanh(a v) + Fv_t v."""
+    rise = np.tanh(values.get("slope", JUMP) * velocity)
+    return np.asarray(values.get("coulomb_drift", 0.0) * rise + values.get("viscous_drift", 0.0) * velocity)
+
+
 class AutoLaw(Stribeck):
     """Terms of `--law auto` that depend on velocity.
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from stribeck.base.finding import Finding
 from stribeck.base.spans import exclude_options, listed_spans
+from stribeck.friction.auto import drift
 from stribeck.judgement.curve import BETWEEN_LOGS
 from stribeck.methods.causes import body_text, cause_findings
 from stribeck.whole_log.fit_checks.misfits import misfit_findings
@@ -35,6 +36,9 @@ UNEXPLAINED = 4.0
 UNKNOWN_SCALE = 0.1
 """Standard error of the scale of all torques [1] from which a warning is given."""
 
+DRIFTS = 0.05
+"""Change of friction during a log relative to its mean [1] from which a warning is given, as for misfits."""
+
 MOVING = 0.15
 """Acceleration of standing feet [m/s^2] from which a warning is given; feet of walking humanoids reach 0.03."""
 
@@ -51,7 +55,7 @@ def find_problems(found: WholeLog) -> list[Finding]:
         problems.append(Finding.of("torque-scale.unknown"))
     if np.any(fit.wrenches_off > FAR):
         problems.append(Finding.of("wrench-sensors", far=FAR))
-    problems += _of_logs(found)
+    problems += [*_of_logs(found), *_of_drift(found)]
     causes, late = _of_causes(found), _of_delays(found)
     misfits = misfit_findings(fit.misfits, found.joints, fit.beside.per_turn)
     if not causes:
@@ -117,6 +121,19 @@ def _of_logs(found: WholeLog) -> list[Finding]:
         joint: f" ({100 * off:+.0f} % in {name})" for joint, (off, name) in furthest.items() if abs(off) > BETWEEN_LOGS
     }
     return [Finding.of("log-friction", far)] if far else []
+
+
+def _of_drift(found: WholeLog) -> list[Finding]:
+    """Find joints whose law contains a drift of more than `DRIFTS` of their friction at half the top speed."""
+    changed, laws = {}, found.fit.fit.laws
+    for (joint, own), top in zip(found.fits.items(), laws.top_speed.tolist(), strict=True):
+        speed = np.array([top / 2])
+        values = own.law_values(laws.law, own.mean_load)
+        friction = (laws.law.torque(speed, values) - laws.law.torque(-speed, values)) / 2
+        share = float((drift(own.by_name, speed) / np.maximum(friction, 1e-9))[0])
+        if abs(share) > DRIFTS:
+            changed[joint] = f" ({100 * share:+.0f} % at {speed[0]:.2g} rad/s)"
+    return [Finding.of("friction-drift.known", changed)] if changed else []
 
 
 def _of_delays(found: WholeLog) -> list[Finding]:

@@ -1,5 +1,7 @@
 """Folded sections of the report: parameters, terms of the law, corrections, power, provenance."""
 
+from pathlib import PurePath
+
 import numpy as np
 
 from stribeck.base.typing import Array, TorqueSource
@@ -78,6 +80,7 @@ def corrections(result: Result) -> Section | None:
         "corrections.html.j2",
         errors=errors,
         bodies=bodies,
+        logs=[PurePath(path).name for path in result.log.paths],
         joints=list(dict.fromkeys([*errors.torque_gain, *errors.encoder_zero])),
         figures=[(f"b{k}", caption) for k, (_, caption) in enumerate(figures)],
     )

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
+from stribeck.friction.auto import drift
 from stribeck.friction.law import FrictionLaw
 from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.report.charts import Chart, axis, density, line, robust_limits, velocity_axes
@@ -109,6 +110,8 @@ def joint_charts(name: str, joint: JointResult, evidence: Evidence, reference: R
     if near is not None and len(near.time) > 1:
         span = f"{near.time[0]:.2f} to {near.time[-1]:.2f} s of the log"
         figures.append((friction_over_time(near, joint, units[1]), f"Over time, {span}"))
+    if any(drift(joint.values, np.ones(1))):
+        figures.append((friction_level(shown, joint), "Friction over the log relative to its mean, and its drift"))
     stribeck = joint.parameters.get("stribeck_velocity")
     coverage = velocity_coverage(shown, stribeck.value if stribeck else None, over_velocity["x"])
     dashed = f"; dashed: Stribeck velocity ±{number(stribeck.value, 2)} {units[0]}" if stribeck else ""
@@ -156,6 +159,26 @@ def friction_over_time(near: JointSamples, joint: JointResult, unit: str) -> Cha
             line([0.0], torque, "data", "measured", width=1.1, step=step),
             line([0.0], law, "law", "law", width=1.2, step=step),
         ],
+        "sync": None,
+    }
+
+
+def friction_level(shown: JointSamples, joint: JointResult, bins: int = 30) -> Chart:
+    """Draw the least-squares factor between measured friction and the law in parts of the log, and the fitted drift."""
+    law, since = joint.friction(shown.velocity), shown.time - shown.time[0]
+    measured = shown.torque - joint.values.get("offset", 0.0)
+    share = since / max(float(since[-1]), 1e-9)
+    drifting = law + (share - 0.5) * drift(joint.values, shown.velocity)
+    parts = np.minimum((bins * share).astype(int), bins - 1)
+    size = np.bincount(parts, law**2, bins)
+    known = size > 0.1 * size.mean()  # not in parts at rest
+    levels = [np.bincount(parts, law * each, bins)[known] / size[known] for each in (measured, drifting)]
+    middles = ((np.arange(bins) + 0.5) / bins * since[-1])[known]
+    low, high = np.min(levels), np.max(levels)
+    return {
+        "x": axis("time [s]", (0.0, float(since[-1]))),
+        "y": axis("friction / mean [1]", (min(0.9, 1.05 * low), max(1.1, 1.05 * high))),
+        "lines": [line(middles, levels[0], "data", "measured"), line(middles, levels[1], "law", "drift")],
         "sync": None,
     }
 

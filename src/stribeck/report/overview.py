@@ -17,7 +17,7 @@ from stribeck.report.page import Section, render
 from stribeck.report.reference import NO_REFERENCE, Reference
 from stribeck.report.text import brief, number
 from stribeck.result import CurvePoint, Evidence, JointResult, Result, Verdict
-from stribeck.result.tables import advice
+from stribeck.result.tables import advice, logs_text
 
 VERDICTS: tuple[Verdict, ...] = ("identified", "weak", "not excited", "no friction")
 """Verdicts in sorting order."""
@@ -57,6 +57,7 @@ def heading(result: Result, law: FrictionLaw, reference: Reference = NO_REFERENC
         r2_nominal=median(each.nominal for each in r2) if r2 else None,
         unseen=median(unseen) if unseen else None,
         another=1.96 * max((point.between_logs for joint in joints.values() for point in joint.curve), default=0.0),
+        between=logs_text(result),
         trusted=_named([name for name in identified if name not in flagged]),
         distrusted=[(why, _named(names)) for why, names in distrusted.items() if names],
         urgent=urgent,

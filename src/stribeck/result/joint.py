@@ -16,7 +16,7 @@ from stribeck.base.text_table import TextTable, number, span
 from stribeck.base.typing import Array
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw, LawWithState, get_law
-from stribeck.friction.auto import beyond_velocity
+from stribeck.friction.auto import beyond_velocity, drift
 from stribeck.friction.law import Motion
 from stribeck.friction.presliding import SMOOTH_SIGN, lag_behind
 from stribeck.result.parts import Count, Interval, Size
@@ -190,6 +190,11 @@ class JointResult:
         freeze_dicts(self)
 
     @property
+    def values(self) -> dict[str, float]:
+        """Values of the parameters by name."""
+        return {name: parameter.value for name, parameter in self.parameters.items()}
+
+    @property
     def slides(self) -> bool:
         """Whether the units of the result are those of a prismatic joint."""
         units = {*(point.unit for point in self.curve), *(own.unit for own in self.parameters.values())}
@@ -257,7 +262,7 @@ class JointResult:
         array([-1.5,  0. ,  1.5])
         """
         speeds = np.asarray(velocity, dtype=np.float64)
-        found = {name: parameter.value for name, parameter in self.parameters.items()}
+        found = self.values
         if "offset" in found and not offset:
             found["offset"] = 0.0
         if self.verdict == "no friction":
@@ -334,7 +339,8 @@ class JointResult:
     def band(self, velocity: Array, *, offset: bool = True) -> tuple[Array, Array | None] | None:
         """Compute the friction torque of the fitted law at the mean load, and its 95 % band.
 
-        The band uses the delta method, `var R = J C J^T`, with the covariance C of the parameters.
+        The band uses the delta method, `var R = J C J^T`, with the covariance C of the parameters. It contains a drift
+        from the start of the log to its end.
 
         Parameters
         ----------
@@ -349,8 +355,7 @@ class JointResult:
             Torque, shape (N,), and lower and upper end of the band, shape (2, N) [N m] or [N]. The band is None if the
             correlation is unknown. None if no law was fitted.
         """
-        law, load = get_law(self.law), self.mean_load or 0.0
-        found = {name: parameter.value for name, parameter in self.parameters.items()}
+        law, load, found = get_law(self.law), self.mean_load or 0.0, self.values
         values = law_values(law, found, load)
         if values is None:
             return None
@@ -362,7 +367,7 @@ class JointResult:
         errors = np.array([parameter.standard_error for parameter in self.parameters.values()])
         J = (law.jacobian(velocity, values * kept) * kept) @ law_slopes(law, found, load) * errors
         variance = np.einsum("ni,ij,nj->n", J, correlation, J)
-        half = self._errors_95(law) * np.sqrt(np.maximum(variance, 0.0))
+        half = np.hypot(self._errors_95(law) * np.sqrt(np.maximum(variance, 0.0)), drift(found, velocity))
         return torque, np.stack([torque - half, torque + half])
 
     def correlation_matrix(self) -> Array | None:

@@ -7,6 +7,8 @@ import re
 import sys
 from collections import Counter
 from collections.abc import Sequence
+from pathlib import PurePath
+from statistics import median, stdev
 from typing import TYPE_CHECKING
 
 from stribeck.base.text_table import TextTable
@@ -58,7 +60,25 @@ def summary_text(result: Result) -> str:
     rows = [(name, friction_text(own), own.verdict, advice(own)) for name, own in result.all_friction.items()]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-    return "\n".join([repr(result), *lines])
+    return "\n".join([repr(result), *lines, *[text for text in [logs_text(result)] if text]])
+
+
+def logs_text(result: Result) -> str:
+    """Describe how much the friction of several logs differs, and the log that differs most; "" for a single log."""
+    found, names = result.corrections, result.log.paths
+    if found is None or not found.log_offsets:
+        return ""
+    if not found.log_friction:
+        return f"no clear difference of friction between the {len(names)} logs"
+    spreads = {joint: stdev(own) for joint, own in found.log_friction.items()}
+    widest = max(spreads, key=lambda joint: spreads[joint])
+    odd = max(range(len(names)), key=lambda k: math.hypot(*(own[k] for own in found.log_friction.values())))
+    joint, odd_name = max(spreads, key=lambda joint: abs(found.log_friction[joint][odd])), PurePath(names[odd]).name
+    return (
+        f"friction differs between the {len(names)} logs by {100 * median(spreads.values()):.2g} % (median standard "
+        f"deviation of the joints; {widest} {100 * spreads[widest]:.2g} %), most in {odd_name} "
+        f"({joint} {100 * found.log_friction[joint][odd]:+.2g} %)"
+    )
 
 
 def friction_text(joint: JointResult) -> str:
