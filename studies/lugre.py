@@ -23,8 +23,10 @@ from statistics import median
 import numpy as np
 
 from stribeck import Result, Robot, RobotLog, Settings, identify
+from stribeck.base.typing import Array
 from stribeck.friction import get_law
 from stribeck_simulation.friction import FrictionTruth, Instant, LawFriction, LuGre
+from stribeck_simulation.friction.parameters import Parameters
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.robots import MODELS
 from stribeck_simulation.run import POSTURES
@@ -105,17 +107,23 @@ def swung(robot: Robot) -> RobotLog:
 def walked(robot: Robot) -> RobotLog:
     """Simulate the noisy log of a humanoid's prescribed walk, with bristles in its legs."""
     log, _ = exact_log(robot, get_law("coulomb-viscous"), {}, duration=SECONDS, seed=SEED, posture=POSTURES["toro"])
+    torque = bristles_along(log, dict.fromkeys(robot.joint_names, BRISTLES["LuGre, 300 N m/rad"]))
+    log = replace(log, torque=log.torque + torque, velocity=None, acceleration=None)
+    return with_noise(log, position=2e-5, torque=0.05, seed=SEED + 1)
+
+
+def bristles_along(log: RobotLog, parameters: Parameters) -> Array:
+    """Compute the LuGre friction torque along an exact log at `RATE`, shape (T, n)."""
     assert log.velocity is not None
-    legs = dict.fromkeys(robot.joint_names, BRISTLES["LuGre, 300 N m/rad"])
-    friction, torque = FrictionTruth(len(legs), [LuGre(log.joint_names, legs)]), np.empty_like(log.position)
+    names, torque = log.joint_names, np.empty_like(log.position)
+    friction = FrictionTruth(len(names), [LuGre(names, parameters)])
     ends = np.concatenate([log.velocity[:1], log.velocity])
     for k, position in enumerate(log.position):
         for part in (np.arange(FINE) + 0.5) / FINE:
             now = (1 - part) * ends[k] + part * ends[k + 1]
             friction.before(Instant(float(log.time[k]), 1 / (RATE * FINE), position, now, now))
             torque[k] = friction.after(now)
-    log = replace(log, torque=log.torque + torque, velocity=None, acceleration=None)
-    return with_noise(log, position=2e-5, torque=0.05, seed=SEED + 1)
+    return torque
 
 
 @cache
