@@ -44,7 +44,8 @@ class _Described(ModelMetaclass):
             try:
                 return super().__call__(**values)
             except ValidationError as error:
-                raise SettingsError(f"{self.__name__}: {describe(error, self)}") from error
+                place = getattr(self, "options", self.__name__)
+                raise SettingsError(f"{place}: {describe(error, self)}") from error
 
 
 class Table(BaseModel, metaclass=_Described):

@@ -1,11 +1,11 @@
 """Give the command line inputs that are wrong at random, and count the outcomes; exit code 1 if one of them broke it.
 
 `python -m tests.fuzz --seed 1 --inputs 10000` prints one line per kind of input: how many inputs had each outcome,
-and the peak memory. Each input gets its own process, with 20 s and 4 GiB. It may be accepted, or refused in one
-sentence with exit code 2 or 3. All other outcomes are faults: refused in another way or with an output left behind
-(untidy), accepted although wrong (misread), ended with a traceback or a NumPy warning, unfinished (hang), killed
-(crash). Each fault is listed with the options that repeat it. To add a kind of input, add a function to `kinds.py`
-and an entry to its table.
+and the peak memory. Each input gets its own process, with 20 s of processor time and 4 GiB. It may be accepted, or
+refused in one sentence with exit code 2 or 3. All other outcomes are faults: refused in another way or with an output
+left behind (untidy), accepted although wrong (misread), ended with a traceback or a NumPy warning, unfinished (hang),
+killed (crash). Each fault is listed with the options that repeat it. To add a kind of input, add a function to
+`kinds.py` and an entry to its table.
 """
 
 import os

@@ -18,7 +18,8 @@ from tests.fuzz.kinds import KINDS
 
 from stribeck.cli import main
 
-TIMEOUT = 20.0  # [s] of one input; none is large enough to keep a command that long
+TIMEOUT = 20.0  # [s] of processor time of one input; none is large enough to keep a command that long
+WAITING = 300.0  # [s] of one input on a busy machine
 MEMORY = 4 << 30  # [bytes] of a child, in addition to what it was forked with
 MISREAD = 99  # exit code
 OUTCOMES = ("accepted", "refused", "untidy", "misread", "traceback", "hang", "crash")
@@ -73,7 +74,8 @@ def _become(kind, generator, folder, seeds, errors):
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         size = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (size + MEMORY,) * 2)
-        signal.setitimer(signal.ITIMER_REAL, TIMEOUT)  # nothing catches SIGALRM: it ends the process
+        signal.setitimer(signal.ITIMER_PROF, TIMEOUT)  # nothing catches these signals: they end the process
+        signal.setitimer(signal.ITIMER_REAL, WAITING)
         warnings.simplefilter("error", RuntimeWarning)  # numbers that overflow, or are none
         sys.argv = ["stribeck", *command]
         try:
@@ -93,7 +95,7 @@ def _become(kind, generator, folder, seeds, errors):
 
 def _outcome(status, said, left):
     if os.WIFSIGNALED(status):
-        return "hang" if os.WTERMSIG(status) == signal.SIGALRM else "crash"
+        return "hang" if os.WTERMSIG(status) in (signal.SIGPROF, signal.SIGALRM) else "crash"
     code = os.WEXITSTATUS(status)
     if "Traceback (most recent call last)" in said or code not in (0, 2, 3, MISREAD):
         return "traceback"

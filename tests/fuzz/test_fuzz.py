@@ -29,10 +29,10 @@ behaviours = {
     "refused": [lambda: ends(["stribeck: it is wrong"], 2), lambda: ends(["stribeck: note: odd", "stribeck: none"], 3)],
     "untidy": [lambda: ends(["no"], 2), lambda: ends([], 2), lambda: ends(["stribeck: a", "b"], 2), leaves_an_output],
     "traceback": [lambda: 1 / 0, lambda: ends(["?"], 1), asks_for_memory],
-    "hang": [lambda: time.sleep(60)],
+    "hang": [lambda: time.sleep(60), lambda: sum(iter(int, 1))],
     "crash": [lambda: ctypes.string_at(0)],
 }
-fuzzing.TIMEOUT = 0.5
+fuzzing.TIMEOUT, fuzzing.WAITING = 0.5, 5.0
 KINDS["any"] = Kind(lambda *_: [], 1.0)
 found = {}
 for outcome, actions in behaviours.items():

@@ -67,8 +67,6 @@ def read_fleet(store: str | Path) -> Fleet:
         connection.execute("SET memory_limit = '1GB'; SET preserve_insertion_order = false")
         connection.execute(speeds)
         channels = connection.execute("SELECT * EXCLUDE c FROM channel ORDER BY c").fetchall()
-        if not channels:
-            raise NothingIdentifiedError(f"{store}: no log has the friction of a joint; run `stribeck fleet` first")
         connection.execute(
             "CREATE TEMP TABLE place AS SELECT key, robot, start, log, "
             f"row_number() OVER (ORDER BY robot, start, log) - 1 AS n FROM logs WHERE status = '{IDENTIFIED}'"
@@ -85,11 +83,14 @@ def read_fleet(store: str | Path) -> Fleet:
     size, error = np.abs(found[0]), found[1]
     sound = (size > 1e-100) & (size < 1e100) & (error >= 0) & (error < 1e100)  # squares are finite
     found[:, ~sound] = np.nan
+    followed = np.any(found[0] > 0, axis=0)
+    if not followed.any():
+        raise NothingIdentifiedError(f"{store}: no log has the friction of a joint; run `stribeck fleet` first")
     return Fleet(
         robots=np.array(logs["robot"], dtype=str),
         start=np.array(logs["start"], dtype="datetime64[us]"),
         log=np.array(logs["log"], dtype=object),
-        channels=[Channel(*each) for each in channels],
-        friction=found[0],
-        error=found[1],
+        channels=[Channel(*each) for each, kept in zip(channels, followed, strict=True) if kept],
+        friction=found[0][:, followed],
+        error=found[1][:, followed],
     )

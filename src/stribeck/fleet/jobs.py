@@ -107,6 +107,8 @@ def _started(job: Job, text: str, where: str) -> Job:
 
 def _logs_at(place: str) -> Iterator[tuple[str, dict[str, Any]]]:
     """Find the logs at a place: path or URL, with size and times from the file system."""
+    if re.match(r"s?ftp://(/|$)", place):  # fsspec would print a traceback
+        raise LogError(f"{place}: has no host; expected an address such as ftp://HOST/FOLDER")
     try:
         files, root = fsspec.core.url_to_fs(place)
         found = sorted(files.glob(root)) if "*" in root else [root]

@@ -2,17 +2,21 @@
 
 import numpy as np
 from scipy.optimize import minimize, minimize_scalar
+from scipy.stats import norm
 from scipy.stats import t as student_t
 
 from stribeck.base.typing import Array
 from stribeck.fleet.friction import Fleet
+
+MEDIAN_EFFICIENCY = 0.37
+"""Degrees of freedom of a median absolute deviation per value [1] (Hampel 1974)."""
 
 
 def log_variance(fleet: Fleet, channel: int) -> tuple[Array, float]:
     """Compute the relative variance of each log about its robot's friction, omega^2 + phi s^2, shape (N,).
 
     omega and phi are the most likely ones of the differences of successive logs, which a change touches once; those
-    beyond four robust standard deviations are left out.
+    beyond four robust standard deviations are left out, or as improbable ones if few differences estimate these.
 
     Returns
     -------
@@ -24,8 +28,10 @@ def log_variance(fleet: Fleet, channel: int) -> tuple[Array, float]:
     own = squares[1:] + squares[:-1]
     valid = (fleet.robots[1:] == fleet.robots[:-1]) & np.isfinite(difference)
     difference, own = difference[valid], own[valid]
-    kept = np.abs(difference) <= 4 * 1.4826 * np.median(np.abs(difference)) if len(difference) else []
-    difference, own = difference[kept], own[kept]
+    if len(difference):
+        limit = student_t.isf(norm.sf(4), max(MEDIAN_EFFICIENCY * len(difference), 1)) * 1.4826
+        kept = np.abs(difference) <= limit * np.median(np.abs(difference))
+        difference, own = difference[kept], own[kept]
     freedom = 2 / 3 * len(difference)
     if len(difference) < 5:  # too few to tell omega from phi
         return np.maximum(squares, np.sum(difference**2) / max(2 * len(difference), 1)), freedom

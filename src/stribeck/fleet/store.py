@@ -200,7 +200,9 @@ def _read(path: Path) -> pa.Table:
 def _damage(path: Path) -> str:
     """Describe the damage of a file; "" for a sound one."""
     try:
-        missing = [name for name in ("key", "start", "status", "sha256", "finished") if _read(path)[name].null_count]
+        rows = _read(path)
+        rows.validate(full=True)  # text is UTF-8, ends of lists are in order
+        missing = [name for name in ("key", "start", "status", "sha256", "finished") if rows[name].null_count]
     except (pa.ArrowException, OSError, ValueError) as error:
         return str(error).rpartition("': ")[2].partition(". ")[0].partition("\n")[0] or "unreadable"
     return f"rows without {missing[0]}" if missing else ""

@@ -12,7 +12,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from threading import Thread
 from time import monotonic, time
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import fsspec
 from pydantic import Field
@@ -39,6 +39,7 @@ class Limits(Table):
         If a limit is not a positive, finite number.
     """
 
+    options: ClassVar[str] = "fleet --timeout, --memory"
     timeout: Annotated[float, Field(ge=1e-3, le=1e6, allow_inf_nan=False)] | None = None
     memory: Annotated[float, Field(ge=1e-3, le=1e6, allow_inf_nan=False)] | None = None
 
