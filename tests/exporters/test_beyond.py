@@ -8,6 +8,8 @@ from tests.exporters.test_sweep import in_mujoco, in_urdf
 from tests.mujoco_arm import JOINTS, friction, record, urdf
 
 from stribeck import Robot, export, identify, read_log
+from stribeck.exporters import TARGETS
+from stribeck.exporters.forms import nearest
 
 LAW = {"gain": 0.3, "stribeck_velocity": 0.1}
 FAST = 5.0
@@ -27,14 +29,14 @@ def slow(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     return request.param, result, robot, folder
 
 
-TARGETS = {"yaml": "plain", "mjcf": "plain", "lugre": "lugre", "urdf": None, "drake": None}
+FORMS = {"yaml": "plain", "mjcf": "plain", "lugre": "lugre", "urdf": None, "drake": None}
 
 
-@pytest.mark.parametrize("target", [*TARGETS, "python"])
+@pytest.mark.parametrize("target", [*FORMS, "python"])
 def test_friction_at_high_speed_is_near_the_truth(slow, target: str) -> None:
     k, result, robot, folder = slow
     name, path = JOINTS[k], folder / f"{target}.xml"
-    form = TARGETS.get(target)
+    form = FORMS.get(target)
     kind = "mjcf" if target == "lugre" else target
     lines = export(result, robot, path, kind, friction=form, joints=[name], include_weak=True)
     speeds = np.array([FAST])
@@ -50,6 +52,20 @@ def test_friction_at_high_speed_is_near_the_truth(slow, target: str) -> None:
     (line,) = (line for line in lines if line.startswith(f"Joint {name}: "))
     assert "rad/s, friction is estimated with that of the other joints: " in line
     assert f"Extrapolated beyond the log's speeds, with the other joints: {name}." in lines
+
+
+@pytest.mark.parametrize("form", [None, "lugre", "plain"])
+def test_within_the_log_the_model_has_the_friction_that_was_identified(slow, form: str | None) -> None:
+    """At five speeds of each joint: in the inner half of the 95 % interval, or as near as the form comes."""
+    _, result, robot, folder = slow
+    path = folder / "within.xml"
+    export(result, robot, path, "mjcf", friction=form, include_weak=True)
+    for name, own in result.joints.items():
+        speeds = own.curve[-1].velocity * np.array([0.1, 0.3, 0.5, 0.8, 1.0])
+        halves = np.interp(speeds, *np.array([(point.velocity, point.half_width) for point in own.curve]).T)
+        loss = nearest(own, TARGETS["mjcf"].forms[form or "lugre"]).largest[0]
+        off = np.abs(in_mujoco(path, name, robot, speeds) - own.friction(speeds))
+        assert np.all(off <= np.maximum(halves / 2, 1.01 * loss))
 
 
 def test_the_log_determines_the_friction_of_fast_joints(slow) -> None:

@@ -5,8 +5,9 @@ form. Its coefficients c solve
 
     min sum (R(x_k) - B(x_k) c)^2,    c >= 0        (Lawson and Hanson 1974)
 
-The RMS of the residual is reported. A joint with extrapolated friction (`beyond`) has one more residual. Its tolerance
-is OUTSIDE times the extrapolated friction; the tolerance within the log is INSIDE times the friction there.
+The RMS of the residual is reported. A joint with extrapolated friction (`beyond`) has one more residual, whose weight
+is halved until it moves the form within the log by no more than the room: half of the 95 % interval's half-width, less
+the residual. A form without Coulomb friction fits neither, and keeps the weight.
 """
 
 from collections.abc import Mapping
@@ -23,8 +24,11 @@ from stribeck.result import JointResult
 SPEEDS = 40
 """Number of speeds in each direction, up to the top speed, at which friction is compared."""
 
-INSIDE, OUTSIDE = 0.05, 0.2
-"""Tolerances of a form's friction within the log and beyond it, relative to the friction [1]."""
+HALVINGS = 30
+"""Number of times the weight of extrapolated friction is halved before it is dropped."""
+
+ROUNDING = 1e-6
+"""Error of a form relative to the friction [1] below which the form is exact."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,11 +86,20 @@ class Nearest:
         "bristle_stiffness" and "bristle_damping".
     remains, of
         Root mean square of the residual, and of the identified friction [N m], [N].
+    largest
+        Largest residual of the mean over loads and positions [N m], [N], and its speed [rad/s], [m/s].
+    close
+        Whether the form lies within the inner half of the 95 % interval at all speeds of the log.
+    far
+        Friction of the form at the speed of `beyond` [N m], [N]; NaN without.
     """
 
     numbers: dict[str, float]
     remains: float
     of: float
+    largest: tuple[float, float]
+    close: bool
+    far: float
 
 
 def nearest(joint: JointResult, form: Form, beyond: Beyond | None = None) -> Nearest:
@@ -104,16 +117,14 @@ def nearest(joint: JointResult, form: Form, beyond: Beyond | None = None) -> Nea
         found = joint.values
         velocity, friction = _resistance(joint, found, np.arange(1, SPEEDS + 1) / SPEEDS)
         columns = form.columns(velocity, found)
-        rows, values = columns, friction
-        if beyond:
-            tolerance = OUTSIDE if "coulomb" in form.numbers else INSIDE  # purely viscous friction cannot fit both
-            weight = INSIDE / tolerance * np.linalg.norm(friction) / beyond.friction
-            rows = np.vstack([columns, weight * form.columns(np.array([beyond.speed]), found)])
-            values = np.append(friction, weight * beyond.friction)
-        unit = np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
-        if not np.isfinite(np.append(unit, np.linalg.norm(values))).all():
+        if not np.isfinite(np.append(np.linalg.norm(columns, axis=0), np.linalg.norm(friction))).all():
             raise SettingsError(f"export: the friction of the result is {friction.max():g}; expected a finite value")
-        coefficients = nnls(rows / unit, values)[0] / unit
+        coefficients = _coefficients(columns, friction)
+        room = _room(joint, velocity, friction) - abs(_mean(friction - columns @ coefficients))
+        if beyond:
+            far = form.columns(np.array([beyond.speed]), found)
+            coefficients = _guided(columns, friction, far, beyond.friction, room if "coulomb" in form.numbers else None)
+        residual = abs(_mean(friction - columns @ coefficients))
         numbers = dict(zip(form.numbers, coefficients.tolist(), strict=True))
         numbers["static"] = numbers.get("coulomb", 0.0) + numbers.get("stribeck", _stiction(joint, found, numbers))
         numbers["stribeck_velocity"] = found.get("stribeck_velocity", 1.0)
@@ -121,7 +132,43 @@ def nearest(joint: JointResult, form: Form, beyond: Beyond | None = None) -> Nea
         remains = float(np.sqrt(np.mean((friction - columns @ coefficients) ** 2)))
         if not np.isfinite([*numbers.values(), remains]).all():
             raise SettingsError(f"export: the friction at rest is {numbers['static']:g}; expected a finite value")
-        return Nearest(numbers=numbers, remains=remains, of=float(np.sqrt(np.mean(friction**2))))
+        return Nearest(
+            numbers=numbers,
+            remains=remains,
+            of=float(np.sqrt(np.mean(friction**2))),
+            largest=(float(residual.max()), float(abs(_mean(velocity)[residual.argmax()]))),
+            close=bool(np.all(residual <= _room(joint, velocity, friction))),
+            far=float((far @ coefficients)[0]) if beyond else float("nan"),
+        )
+
+
+def _coefficients(rows: Array, values: Array) -> Array:
+    """Solve the nonnegative least-squares problem with columns of equal norm, shape (k,)."""
+    unit = np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
+    return np.asarray(nnls(rows / unit, values)[0] / unit)
+
+
+def _guided(columns: Array, friction: Array, far: Array, guess: float, room: Array | None) -> Array:
+    """Fit a form to friction of the log and a guess beyond it, which moves the form by at most the room within it."""
+    own, weight = _coefficients(columns, friction), np.linalg.norm(friction) / guess
+    for _ in range(HALVINGS):
+        guided = _coefficients(np.vstack([columns, weight * far]), np.append(friction, weight * guess))
+        if room is None or np.all(abs(_mean(columns @ (guided - own))) <= room):
+            return guided
+        weight /= 2
+    return own
+
+
+def _mean(values: Array) -> Array:
+    """Average over loads and positions, shape (2 `SPEEDS`,)."""
+    return np.asarray(values.reshape(2 * SPEEDS, -1).mean(axis=1))
+
+
+def _room(joint: JointResult, velocity: Array, friction: Array) -> Array:
+    """Compute half of the half-width of the curve's interval at each speed [N m], [N], shape (2 `SPEEDS`,)."""
+    speeds, halves = np.array([(point.velocity, point.half_width) for point in joint.curve] or [(0.0, 0.0)]).T
+    rounding = ROUNDING * np.sqrt(np.mean(friction**2))
+    return np.asarray(np.maximum(np.interp(abs(_mean(velocity)), speeds, halves) / 2, rounding))
 
 
 def _bristles(joint: JointResult, found: Mapping[str, float]) -> dict[str, float]:

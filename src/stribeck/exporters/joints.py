@@ -1,7 +1,7 @@
 """Friction of each joint in the terms of a target format, and the parts that the format cannot store."""
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -38,6 +38,9 @@ class JointTerms:
         Parameters missing in the target's friction model; its numbers are fitted to the friction with them.
     remains, of
         Root mean square of the approximation error and of the friction itself; None if no friction is stated.
+    largest, close
+        Largest difference from the identified friction, with its unit and speed, and whether the differences are within
+        the inner half of the interval at all speeds of the log.
     left_out
         Parameters that the target cannot store.
     note
@@ -50,6 +53,8 @@ class JointTerms:
     projected: dict[str, Quantity] = field(default_factory=dict)
     remains: Quantity | None = None
     of: float = 0.0
+    largest: Quantity | None = None
+    close: bool = True
     left_out: dict[str, Quantity] = field(default_factory=dict)
     note: str = ""
     beyond: Beyond | None = None
@@ -59,9 +64,10 @@ class JointTerms:
         text = listed(self.stated) + f" ({self.note})" * bool(self.note)
         if self.projected:
             error = ""
-            if self.remains is not None:
+            if self.remains and self.largest:
                 share = f"{100 * self.share:.0f}" if self.share > 0.1 else f"{100 * self.share:.1f}"
                 error = f", error {self.remains[0]:.2g} {self.remains[1]}, {share} %"
+                error += f", at most {self.largest[0]:.2g} {self.largest[1]}"
             text += f" (approximates {listed(self.projected)}{error})"
         if self.beyond:
             text += f". {self.beyond}"
@@ -152,7 +158,9 @@ def _terms(joint: JointResult, form: Form | None, good: Collection[str], beyond:
         projected={name: own for name, own in quantities.items() if name not in FORMLESS and name not in form.of_law},
         remains=(found.remains, unit),
         of=found.of,
-        beyond=beyond,
+        largest=(found.largest[0], f"{unit} at {found.largest[1]:.2g} {joint.units()[0]}"),
+        close=found.close,
+        beyond=beyond and replace(beyond, friction=found.far),
         left_out={name: own for name, own in left_out.items() if words.get(BRISTLES.get(name, name)) not in friction},
     )
 

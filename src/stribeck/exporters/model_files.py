@@ -131,6 +131,9 @@ def _transmission(root: Element, joint: str) -> Element:
 def _set_mjcf_friction(root: Element, joint: Element, numbers: dict[str, float]) -> None:
     """Write the friction of a joint; LuGre friction (Canudas de Wit et al. 1995) as a passive motor.
 
+    Plain friction acts as soon as the time step allows. By default, a joint with little inertia needs a high speed
+    until it has all of its Coulomb friction.
+
     The motor's steady torque is (tau_c + (tau_s - tau_c) exp(-(v / omega_s)^2)) sign(v), and it holds at rest. Unless
     the bristles are identified, their travel is 1 mrad or 1 mm, and their damping is 1 ms times their stiffness. This
     keeps a joint at rest and allows simulation steps of 1 to 2 ms.
@@ -144,6 +147,8 @@ def _set_mjcf_friction(root: Element, joint: Element, numbers: dict[str, float])
         lugre = np.array([stiffness, damping, *own])
         _set_numbers(_add(_child(root, "actuator"), "dcmotor", **motor), resistance=1.0, lugre=lugre)
         numbers["frictionloss"] = 0.0
+    elif numbers.get("frictionloss"):
+        joint.setAttribute("solreffriction", "0.001 1")  # MuJoCo uses two time steps, if these are longer
     _set_numbers(joint, **numbers)
 
 

@@ -23,8 +23,8 @@ class Request:
         The result of an identification, and its robot.
     joints
         Terms that the target states, by joint.
-    form
-        Name of the friction model.
+    forms
+        Name of the friction model, by joint.
     links
         New inertias by link; empty unless the target writes the robot's model.
     lines
@@ -36,7 +36,7 @@ class Request:
     result: Result
     robot: Robot
     joints: Mapping[str, JointTerms]
-    form: str
+    forms: Mapping[str, str]
     links: Mapping[str, pin.Inertia]
     lines: list[str]
     folder: Path

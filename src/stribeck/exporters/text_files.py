@@ -159,7 +159,7 @@ def yaml_text(request: Request) -> str:
         lines += [f"    torque_unit: {joint.torque_unit}"] * (joint.torque_unit is not None)
         lines += _entries({"mean_temperature": joint.mean_temperature}) * (joint.mean_temperature is not None)
         plain = {word: value for word, (value, _) in terms.stated.items()}
-        lines += _entries(plain if request.form == "plain" else numbers_of(joint, terms.beyond))
+        lines += _entries(plain if request.forms[name] == "plain" else numbers_of(joint, terms.beyond))
     return _below_comments(request.lines, lines)
 
 

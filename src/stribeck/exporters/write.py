@@ -1,12 +1,12 @@
 """Export of a result to a simulator or a controller: a robot model or another file."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from stribeck.base.outputs import staged_folder, whole_or_not_at_all
 from stribeck.errors import NothingIdentifiedError, SettingsError, did_you_mean
-from stribeck.exporters.joints import joint_terms
+from stribeck.exporters.joints import JointTerms, joint_terms
 from stribeck.exporters.links import corrected_links
 from stribeck.exporters.samples import drawn, joint_ranges
 from stribeck.exporters.target import Request, summary
@@ -51,8 +51,8 @@ def export(
     strict
         Whether to fail if the target cannot represent all of the friction.
     friction
-        Friction model, for targets with several: "plain" or "lugre" for MJCF, "all" or "plain" for YAML. If None, the
-        model with the smallest error.
+        Friction model, for targets with several: "plain" or "lugre" for MJCF, "all" or "plain" for YAML. If None, each
+        joint gets the first model in the inner half of the 95 % interval, or the one with the smallest error.
 
     Returns
     -------
@@ -134,12 +134,12 @@ def export_samples(
     result, robot = _read(result, robot)
     if not 1 <= count <= 100_000:  # in one folder
         raise SettingsError(f"export: {count} samples were requested; expected 1 to 100,000")
-    form = _request(result, robot, Path(folder), target, joints, include_weak, friction).form  # the same in all files
+    forms = _request(result, robot, Path(folder), target, joints, include_weak, friction).forms  # the same in all files
     own = TARGETS[target]
     paths = [Path(folder) / f"{k:03d}{own.suffix}" for k in range(count)]
     with staged_folder(folder) as staging:
         for path, each in zip(paths, drawn(result, count, seed), strict=True):
-            text = own.text(_request(each, robot, path, target, joints, include_weak, form))
+            text = own.text(_request(each, robot, path, target, joints, include_weak, friction, forms))
             (staging / path.name).write_text(text, encoding="utf-8")
     return paths
 
@@ -213,8 +213,9 @@ def _request(
     joints: Collection[str] | None,
     include_weak: bool,
     friction: str | None,
+    forms: Mapping[str, str] | None = None,
 ) -> Request:
-    """Collect the content of a file, with the requested friction model or the one with the smallest error."""
+    """Collect the content of a file, with one friction model, one per joint, or the first that is close enough."""
     if target not in TARGETS:
         near = did_you_mean(target, TARGETS)
         raise SettingsError(f"export: the target is '{target}'; expected {_either(TARGETS)}{near}")
@@ -222,19 +223,26 @@ def _request(
     _check(result, robot, path, own.models, target)
     if friction is not None and friction not in own.forms:
         raise SettingsError(f"export: the friction model is '{friction}'; expected {_either(own.forms)}")
-    forms = own.forms if friction is None else {friction: own.forms[friction]}
-    terms = {
-        name: joint_terms(result, form, joints, include_weak, any_unit=own.any_unit) for name, form in forms.items()
-    }
-    form = min(terms, key=lambda name: round(sum(each.share for each in terms[name].values()), 6))
-    found, corrections = terms[form], result.corrections
+    names = [*own.forms] if friction is None else [friction]
+    tried = {name: joint_terms(result, own.forms[name], joints, include_weak, any_unit=own.any_unit) for name in names}
+    forms = forms or _best(tried)
+    found, corrections = {joint: tried[name][joint] for joint, name in forms.items()}, result.corrections
     links, impossible = corrected_links(robot, corrections) if own.models and corrections else ({}, [])
     if not links and not found:
         raise NothingIdentifiedError(
             f"export: the result has neither corrected inertias nor identified friction that {target.upper()} can store"
         )
     lines = summary(result, robot, own, found, impossible)
-    return Request(result=result, robot=robot, joints=found, form=form, links=links, lines=lines, folder=path.parent)
+    return Request(result=result, robot=robot, joints=found, forms=forms, links=links, lines=lines, folder=path.parent)
+
+
+def _best(tried: Mapping[str, Mapping[str, JointTerms]]) -> dict[str, str]:
+    """Choose the friction model of each joint, given its terms by model: the first close one, or the closest."""
+    losses: dict[str, dict[str, float]] = {}
+    for name, terms in tried.items():
+        for joint, own in terms.items():
+            losses.setdefault(joint, {})[name] = 0.0 if own.close else own.share
+    return {joint: min(own, key=own.__getitem__) for joint, own in losses.items()}
 
 
 def _check(result: Result, robot: Robot, path: Path, models: Collection[str] = (), target: str = "") -> None:
