@@ -31,9 +31,9 @@ STYLES = {
     "opposite": "red",
     "no": "red",
 }
-WIDE = 140
+WIDE = 165
 """Minimum width of a terminal [columns] for friction at three speeds; narrower tables show the middle speed."""
-PLAIN_WIDTH = 160
+PLAIN_WIDTH = 185
 """Width of tables that are not printed to a terminal [columns]."""
 
 
@@ -127,16 +127,20 @@ def print_result(result: Result) -> None:
 
 
 def _lines_of_joints(result: Result, *, all_speeds: bool) -> TextTable:
-    from stribeck.result.tables import advice
+    from stribeck.result.tables import advice, coulomb_and_viscous
 
+    numbers = {joint: coulomb_and_viscous(found) for joint, found in result.all_friction.items()}
+    found_units = [sorted({own[k][1] for own in numbers.values()} - {""}) for k in (0, 1)]
     units = {joint.units() for joint in result.all_friction.values() if joint.curve} or {("rad/s", "N m")}
     speeds = {"slow": 0, "middle": 1, "fast": 2} if all_speeds else {"friction": 1}
     mixed = len(units) > 1
     unit = "" if mixed else "{1}, at {0}".format(*min(units))
-    headings = [f"{speed}\n[{unit}]" if unit else speed for speed in speeds]
+    headings = [f"{name}\n[{', '.join(own)}]" for name, own in zip(("Coulomb", "viscous"), found_units, strict=True)]
+    headings += [f"{speed}\n[{unit}]" if unit else speed for speed in speeds]
     rows = [
         [
             joint,
+            *(f"{value} {unit}" if value and mixed else value for value, unit in numbers[joint]),
             *(
                 _at_speed(found.curve[k], found.units() if mixed else ()) if len(found.curve) > k else ""
                 for k in speeds.values()

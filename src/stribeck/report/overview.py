@@ -17,7 +17,7 @@ from stribeck.report.page import Section, render
 from stribeck.report.reference import NO_REFERENCE, Reference
 from stribeck.report.text import brief, number
 from stribeck.result import CurvePoint, Evidence, JointResult, Result, Verdict
-from stribeck.result.tables import advice, logs_text
+from stribeck.result.tables import advice, coulomb_and_viscous, logs_text
 
 VERDICTS: tuple[Verdict, ...] = ("identified", "weak", "not excited", "no friction")
 """Verdicts in sorting order."""
@@ -179,6 +179,7 @@ def _row(index: int, name: str, joint: JointResult) -> dict[str, Any]:
         "reason": joint.reason,
         "speeds": speeds if len(speeds) == 3 else [None] * 3,
         "unit": joint.curve[0].unit if joint.curve else "",
+        "numbers": coulomb_and_viscous(joint),
         "r2": joint.torque_r2,
         "left": number(joint.validation.unexplained, 2) if joint.validation and joint.curve else "",
         "advice": advice(joint),

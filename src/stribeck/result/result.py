@@ -163,7 +163,7 @@ class Result:
         return friction_figure(self.all_friction)
 
     def summary(self) -> str:
-        """Format one line per joint: friction at middle speed, verdict and next step."""
+        """Format one line per joint: friction at middle speed, Coulomb and viscous friction, verdict and next step."""
         return summary_text(self)
 
     def save(self, path: str | Path) -> None:

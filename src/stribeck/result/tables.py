@@ -56,8 +56,12 @@ def verdict_counts(result: Result) -> str:
 
 
 def summary_text(result: Result) -> str:
-    """Format one line per joint: friction at middle speed, verdict and next step."""
-    rows = [(name, friction_text(own), own.verdict, advice(own)) for name, own in result.all_friction.items()]
+    """Format one line per joint: friction at middle speed, Coulomb and viscous friction, verdict and next step."""
+    rows = []
+    for name, own in result.all_friction.items():
+        numbers = zip(("Coulomb", "viscous"), coulomb_and_viscous(own), strict=True)
+        said = ", ".join(f"{word} {value} {unit}" for word, (value, unit) in numbers if value)
+        rows.append((name, friction_text(own), said, own.verdict, advice(own)))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
     return "\n".join([repr(result), *lines, *[text for text in [logs_text(result)] if text]])
@@ -79,6 +83,25 @@ def logs_text(result: Result) -> str:
         f"deviation of the joints; {widest} {100 * spreads[widest]:.2g} %), most in {odd_name} "
         f"({joint} {100 * found.log_friction[joint][odd]:+.2g} %)"
     )
+
+
+def coulomb_and_viscous(joint: JointResult) -> list[tuple[str, str]]:
+    """Format Coulomb and viscous friction with half of their 95 % intervals, and their units; "?" marks weak ones.
+
+    Friction that depends on the direction has the mean of both; texts of missing parameters are empty.
+    """
+    found = []
+    for name in ("coulomb", "viscous"):
+        ways = [joint.parameters.get(name + way) for way in ("", "_positive", "_negative")]
+        own = [each for each in ways if each is not None] if joint.verdict != "no friction" else []
+        if not own:
+            found.append(("", ""))
+            continue
+        value, half = (sum(numbers) / len(own) for numbers in zip(*((p.value, p.half_width) for p in own), strict=True))
+        plain = not (1e-6 < half < 1e6 and abs(value) < 1e6)
+        text = f"{value:.4g} ± {half:.2g}" if plain else " ± ".join(rounded(value, half))
+        found.append((text + "?" * any(each.verdict == "weak" for each in own), own[0].unit))
+    return found
 
 
 def friction_text(joint: JointResult) -> str:
@@ -156,7 +179,7 @@ def advice(joint: JointResult) -> str:
         return "none: friction is below the resolution of the log"
     if joint.verdict == "identified":
         loose = any(found.verdict != "identified" for found in joint.parameters.values())
-        return "OK (use the curve, not single parameters)" if loose else "OK"
+        return "OK, use the curve" if loose else "OK"
     return _of_weak(joint)
 
 
