@@ -4,6 +4,8 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from tests.fleet.synthetic import write_store
 
@@ -107,6 +109,17 @@ def test_short_stores_raise_no_false_alarms(robots: int, logs: int) -> None:
         variance, freedom = np.column_stack([own for own, _ in spreads]), np.array([own for _, own in spreads])
         alarms += len(find_changes(fleet.robots, fleet.logarithm, variance, 1000.0, freedom))
     assert alarms <= 2  # 0.24 are expected in the at most 240 logs
+
+
+def test_a_joint_without_any_sound_value_is_left_out(tmp_path: Path) -> None:
+    write_store(tmp_path, robots=2, logs=4, joints=2)
+    for path in tmp_path.glob("robot=*/*.parquet"):
+        rows = pq.read_table(path, partitioning=None)
+        plain = rows.to_pylist()
+        for point in (point for row in plain for point in row["curves"] if point["joint"] == "joint_01"):
+            point["standard_error"] = -1.0
+        pq.write_table(pa.Table.from_pylist(plain, rows.schema), path)
+    assert {each.joint for each in find_trends(tmp_path).friction} == {"joint_00"}
 
 
 @pytest.mark.parametrize("wrong", [0, -1, 1e-9, float("nan"), float("inf")])

@@ -17,7 +17,7 @@ from stribeck import NothingIdentifiedError, SettingsError, read_result
 from stribeck.friction import get_law
 from stribeck.judgement.verdict import NOT_FITTED
 from stribeck.result import CurvePoint, Validation
-from stribeck.result.tables import advice, friction_text, point_text, rounded
+from stribeck.result.tables import advice, coulomb_and_viscous, friction_text, point_text, rounded
 
 
 def test_friction_is_the_laws_at_any_shape_of_velocity(tmp_path: Path) -> None:
@@ -91,6 +91,17 @@ def test_friction_as_a_whole_is_said_at_middle_speed() -> None:
     assert friction_text(joint(STRIBECK, curve=curve(1.1))) == "0.60 ± 0.06 N m at 0.5 rad/s"
     assert friction_text(joint(STRIBECK, curve=curve(21))) == "1 ± 12 N m at 0.5 rad/s"
     assert friction_text(joint({})) == ""
+
+
+def test_coulomb_and_viscous_friction_are_means_of_both_directions_and_weak_ones_are_marked() -> None:
+    ways = {"coulomb_positive": 1.5, "coulomb_negative": 0.5, "viscous_positive": 0.2, "viscous_negative": 0.4}
+    found = joint({name: estimate(value, 0.05) for name, value in ways.items()})
+    assert [text for text, _ in coulomb_and_viscous(found)] == ["1.00 ± 0.10", "0.30 ± 0.10"]
+    weak = replace(found.parameters["viscous_negative"], verdict="weak")
+    found = replace(found, parameters={**found.parameters, "viscous_negative": weak})
+    assert coulomb_and_viscous(found)[1][0] == "0.30 ± 0.10?"
+    assert "Coulomb 1.00 ± 0.10 N m, viscous 0.30 ± 0.10?" in result(knee=found).summary()
+    assert coulomb_and_viscous(joint({})) == [("", ""), ("", "")]
 
 
 def test_a_joint_without_friction_keeps_its_offset_alone() -> None:
