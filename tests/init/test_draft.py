@@ -443,6 +443,19 @@ def test_nothing_is_derived_from_a_placeholder_of_the_rate(logs: Callable[[str],
     assert robot.log_table == LogTable(rate=1000.0)
 
 
+def test_tables_without_time_whose_columns_count_from_zero_and_from_one(tmp_path: Path) -> None:
+    (tmp_path / "run").mkdir()
+    for name, first, values in (("q", 0, MOVES), ("tau", 1, PUSHES)):
+        header = ",".join(f"{name}{first + k}" for k in range(6))
+        np.savetxt(tmp_path / "run" / f"{name}.csv", values, delimiter=",", header=header, comments="")
+    robot, text = drafted(ARM, tmp_path / "run", tmp_path)
+    assert "TODO: the log has no usable time" in text
+    read = read_log(tmp_path / "run", robot)
+    assert read.joint_names == robot.joint_names
+    np.testing.assert_allclose(read.position, MOVES, atol=1e-12)
+    np.testing.assert_allclose(read.torque, PUSHES, atol=1e-12)
+
+
 def test_currents_stored_as_unsigned_integers_are_unwrapped(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
     log = logs("ur5")
     counts = np.round(100 * log.torque)

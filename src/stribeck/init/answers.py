@@ -204,7 +204,9 @@ def _match_joints(draft: Draft, source: Recording) -> list[str] | None:
     facts, robot = draft.facts, draft.document["robot"]
     position = source.channels["position"]
     torque = source.channels["torque" if "torque" in source.channels else "desired_position"]
-    nameless = position.labels is None
+    numbers = [label for each in (position, torque) for label in each.labels or ()]
+    counted_apart = position.labels != torque.labels and all(label.isdecimal() for label in numbers)  # q0, but tau1
+    nameless = position.labels is None or counted_apart
     names, unsure, extra = _assign_in_order(draft, position.columns) if nameless else _match(draft, source)
     if not names:
         draft.ask(
@@ -222,7 +224,7 @@ def _match_joints(draft: Draft, source: Recording) -> list[str] | None:
     if extra:
         same = f" which of them are {', '.join(missing)}?" if missing else " do they move parts with a mass?"
         draft.ask("log", f"these joints of the log are not in the model and are ignored: {', '.join(extra)};{same}")
-    if torque.labels is not None and position.labels is not None:
+    if torque.labels is not None and not nameless:
         table = draft.table("log").get("joint_names", {})
         measured = {table.get(label, label) for label in torque.labels}
         if idle := [joint for joint in names if joint not in measured]:

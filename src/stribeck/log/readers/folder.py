@@ -66,6 +66,7 @@ def open_folder(path: Path, table: LogTable) -> Recording:
                 f"{path}: [log.{channel}] name is {listed([asked] if isinstance(asked, str) else asked)}, but the "
                 f"folder contains only {listed([file.name for file in files])}"
             )
+    timed = any(file.stamps is not None for file in files)
     clock = next((file for file in files if file.stamps is not None and Path(file.name).stem == "time"), None)
     notes = list(dict.fromkeys(note for file in files for note in file.notes))
     streams: list[Stream] = []
@@ -74,7 +75,7 @@ def open_folder(path: Path, table: LogTable) -> Recording:
     for file in files:
         if file.labels and not file.rows:
             raise LogError(f"{path / file.name}: has column names but no rows; expected one row per sample")
-        stamps = file.stamps if file.stamps is not None else _find_stamps(file, clock, files, table, path, notes)
+        stamps = file.stamps if file.stamps is not None else _find_stamps(file, clock, files, path)
         for kind in dict.fromkeys(KINDS[channel] for channel in file.labels):
             values = {channel: array for channel, array in file.values.items() if KINDS[channel] == kind}
             streams.append(Stream(file.name, "table", kind, (), stamps, values))
@@ -96,7 +97,7 @@ def open_folder(path: Path, table: LogTable) -> Recording:
     idle = [file.name for file in files if not file.labels and file is not clock]
     return Recording(
         path=str(path),
-        channels={"time": Channel(1)}
+        channels=({"time": Channel(1)} if timed else {})
         | {name: Channel(len(own), tuple(label for _, label, _ in own)) for name, own in columns.items()},
         load=partial(
             load_on_one_clock,
@@ -172,10 +173,8 @@ def _to_nanoseconds(stamps: NDArray[np.generic], unit: str | None, path: str) ->
     return np.round(stamps.astype(np.float64) * factor).astype(np.int64)
 
 
-def _find_stamps(
-    file: _File, clock: _File | None, files: Sequence[_File], settings: LogTable, path: Path, notes: list[str]
-) -> NDArray[np.int64]:
-    """Find the stamps of a file without any: from the file of times, or from `[log] rate`."""
+def _find_stamps(file: _File, clock: _File | None, files: Sequence[_File], path: Path) -> NDArray[np.int64]:
+    """Find the stamps of a file without any: from the file of times, or its row numbers if no file has a time."""
     if not file.labels:
         return np.zeros(0, dtype=np.int64)
     if clock is not None and clock.stamps is not None:
@@ -185,12 +184,9 @@ def _find_stamps(
                 "expected as many rows, or a time column"
             )
         return clock.stamps
-    untimed = {other.rows for other in files if other.labels and other.stamps is None}
-    if settings.rate is None or len(untimed) > 1 or any(other.stamps is not None for other in files):
+    if len({other.rows for other in files if other.labels}) > 1 or any(other.stamps is not None for other in files):
         raise LogError(
             f"{path / file.name}: contains no time; expected a column 'time', a file time.csv with as many rows, or "
             "[log] rate in Hz if no file has a time and all have the same number of rows"
         )
-    note = f"The log has no time; stamps were computed from [log] rate = {settings.rate:g} Hz."
-    notes += [note] if note not in notes else []
-    return np.round(np.arange(file.rows) * NANO / settings.rate).astype(np.int64)
+    return np.arange(file.rows, dtype=np.int64) * round(NANO)

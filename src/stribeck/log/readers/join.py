@@ -222,7 +222,7 @@ def load_on_one_clock(
         for name, columns in wanted.items()
         if name != "time"
     }
-    positions = Counter(id(part[0]) for part in used["position"] if part)
+    positions = Counter(id(part[0]) for part in used.get("position", ()) if part)
     streams = list({id(part[0]): part[0] for columns in used.values() for part in columns if part}.values())
     clock = max(streams, key=lambda stream: (positions[id(stream)], len(stream.stamps)))
     first = max(int(stream.stamps.min()) for stream in streams)
