@@ -38,7 +38,7 @@ def _column(robot: Robot, nth: int = 0) -> int:
     return (knees or [1, 2])[nth]
 
 
-def _channel(name: str, change: Callable[[Any, Robot], Any]) -> Change:
+def with_channel(name: str, change: Callable[[Any, Robot], Any]) -> Change:
     """Change a channel of the log."""
 
     def apply(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
@@ -48,8 +48,8 @@ def _channel(name: str, change: Callable[[Any, Robot], Any]) -> Change:
     return apply
 
 
-def _torques(change: Callable[[Array], Array]) -> Change:
-    return _channel("torque", lambda torque, _: change(torque))
+def torques(change: Callable[[Array], Array]) -> Change:
+    return with_channel("torque", lambda torque, _: change(torque))
 
 
 def _one(change: Callable[[Array], Array], channel: str = "torque") -> Change:
@@ -59,7 +59,7 @@ def _one(change: Callable[[Array], Array], channel: str = "torque") -> Change:
         values[:, _column(robot)] = change(values[:, _column(robot)])
         return values
 
-    return _channel(channel, of_joint)
+    return with_channel(channel, of_joint)
 
 
 def _swapped(torque: Array, robot: Robot) -> Array:
@@ -78,7 +78,7 @@ def _other(name: str) -> str:
     return name.replace("left", "#").replace("right", "left").replace("#", "right")
 
 
-def _late(seconds: float, channel: str = "torque") -> Change:
+def late(seconds: float, channel: str = "torque") -> Change:
     def apply(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
         values: Any = CubicSpline(log.time, getattr(log, channel))(log.time - seconds)
         changed = {channel: values > 0.5 if channel == "contact" else values}
@@ -136,9 +136,9 @@ def _driving(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
     return replace(log, torque=torque), robot
 
 
-def _turned(axis: str, degrees: float) -> Change:
+def turned(axis: str, degrees: float) -> Change:
     turn = Rotation.from_euler(axis, degrees, degrees=True)
-    return _channel("base_orientation", lambda q, _: (Rotation.from_quat(q) * turn).as_quat())
+    return with_channel("base_orientation", lambda q, _: (Rotation.from_quat(q) * turn).as_quat())
 
 
 def _degrees(position: Array, robot: Robot) -> Array:
@@ -229,7 +229,7 @@ def _stuck(value: bool) -> Change:
         contact[len(contact) // 8 :, 0] = value
         return contact
 
-    return _channel("contact", first)
+    return with_channel("contact", first)
 
 
 TALOS_KNEES = ("leg_left_4_joint", "leg_right_4_joint")
@@ -238,48 +238,48 @@ YAW = Rotation.from_euler("z", 90, degrees=True)
 WALK = ("humanoid",)
 FAULTS = {
     "one torque inverted": Fault(_one(np.negative), ("torque-sign",)),
-    "all torques inverted": Fault(_torques(np.negative), ("torque-sign",)),
+    "all torques inverted": Fault(torques(np.negative), ("torque-sign",)),
     "torques in mN m": Fault(
-        _torques(lambda x: 1e3 * x), ("torque-scale",), of=("arm", "humanoid", "turntable", "standing")
+        torques(lambda x: 1e3 * x), ("torque-scale",), of=("arm", "humanoid", "turntable", "standing")
     ),
-    "torques in kgf m": Fault(_torques(lambda x: x / 9.81), ("torque-scale",), of=("arm", "humanoid", "standing")),
+    "torques in kgf m": Fault(torques(lambda x: x / 9.81), ("torque-scale",), of=("arm", "humanoid", "standing")),
     "amperes read as N m": Fault(
-        _torques(lambda x: x * np.random.default_rng(4).uniform(0.03, 0.15, x.shape[1])), ("torque-scale",)
+        torques(lambda x: x * np.random.default_rng(4).uniform(0.03, 0.15, x.shape[1])), ("torque-scale",)
     ),
     "one torque off by two": Fault(_one(lambda x: 2 * x), ("torque-gain",)),
     "one torque half": Fault(_one(lambda x: x / 2), ("torque-gain",)),
     "a gear ratio left out": Fault(_one(lambda x: x / 100), ("torque-gain",)),
-    "torques without a sign": Fault(_torques(np.abs), ("torque-unsigned",)),
+    "torques without a sign": Fault(torques(np.abs), ("torque-unsigned",)),
     "one torque without a sign": Fault(_one(np.abs), ("torque-unsigned",)),
-    "torques 8 ms late": Fault(_late(0.008), ("torque-delay",)),
-    "two torques swapped": Fault(_channel("torque", _swapped), ("joints-swapped",)),
-    "left and right torques swapped": Fault(_channel("torque", _mirrored), ("joints-swapped",), of=WALK),
+    "torques 8 ms late": Fault(late(0.008), ("torque-delay",)),
+    "two torques swapped": Fault(with_channel("torque", _swapped), ("joints-swapped",)),
+    "left and right torques swapped": Fault(with_channel("torque", _mirrored), ("joints-swapped",), of=WALK),
     "a position jumps by a turn": Fault(_one(_wrapped, "position"), ("position-jump",)),
-    "positions in degrees": Fault(_channel("position", lambda x, _: np.rad2deg(x)), ("position-degrees",)),
-    "a position outside its limits": Fault(_channel("position", _outside), ("position-limits",)),
+    "positions in degrees": Fault(with_channel("position", lambda x, _: np.rad2deg(x)), ("position-degrees",)),
+    "a position outside its limits": Fault(with_channel("position", _outside), ("position-limits",)),
     "a position frozen halfway": Fault(_one(_frozen_moving, "position"), ("channel-frozen",)),
     "a torque frozen halfway": Fault(_one(_frozen), ("channel-frozen",)),
     "a dead torque": Fault(_one(np.zeros_like), ("channel-dead",)),
     "a clipped torque": Fault(_one(_clipped), ("channel-clipped",)),
     "a torque held for 10 samples": Fault(_one(_held), ("channel-held",)),
-    "a clock twice too fast": Fault(_channel("time", lambda x, _: 2.0 * x), ("clock",)),
-    "a clock twice too slow": Fault(_channel("time", lambda x, _: 0.5 * x), ("clock",)),
+    "a clock twice too fast": Fault(with_channel("time", lambda x, _: 2.0 * x), ("clock",)),
+    "a clock twice too slow": Fault(with_channel("time", lambda x, _: 0.5 * x), ("clock",)),
     "gravity upside down": Fault(_gravity, ("gravity",), "[robot] gravity"),
     "many samples lost": Fault(_lost, ("samples-lost",)),
     "quaternion wxyz": Fault(
-        _channel("base_orientation", lambda q, _: q[:, [3, 0, 1, 2]]), ("base-orientation",), 'order = "wxyz"', WALK
+        with_channel("base_orientation", lambda q, _: q[:, [3, 0, 1, 2]]), ("base-orientation",), 'order = "wxyz"', WALK
     ),
     "quaternion inverted": Fault(
-        _channel("base_orientation", lambda q, _: q * [-1, -1, -1, 1]), ("quaternion-inverse",), of=WALK
+        with_channel("base_orientation", lambda q, _: q * [-1, -1, -1, 1]), ("quaternion-inverse",), of=WALK
     ),
     "IMU turned by 90 degrees": Fault(
-        _channel("base_orientation", lambda q, _: (Rotation.from_quat(q) * YAW).as_quat()), ("imu-axes",), of=WALK
+        with_channel("base_orientation", lambda q, _: (Rotation.from_quat(q) * YAW).as_quat()), ("imu-axes",), of=WALK
     ),
     "gyroscope axes exchanged": Fault(
-        _channel("angular_velocity", lambda w, _: w[:, [1, 0, 2]]), ("imu-axes",), of=WALK
+        with_channel("angular_velocity", lambda w, _: w[:, [1, 0, 2]]), ("imu-axes",), of=WALK
     ),
-    "accelerometer inverted": Fault(_channel("linear_acceleration", lambda a, _: -a), ("imu-axes",), of=WALK),
-    "contacts swapped": Fault(_channel("contact", lambda c, _: c[:, ::-1]), ("contacts-swapped",), of=WALK),
+    "accelerometer inverted": Fault(with_channel("linear_acceleration", lambda a, _: -a), ("imu-axes",), of=WALK),
+    "contacts swapped": Fault(with_channel("contact", lambda c, _: c[:, ::-1]), ("contacts-swapped",), of=WALK),
     "a contact stuck on": Fault(_stuck(True), ("contact-stuck",), of=WALK),
     "a contact stuck off": Fault(_stuck(False), ("contact-stuck",), of=WALK),
     "the robot falls": Fault(_falls, ("base-falls",), of=WALK),
@@ -288,17 +288,17 @@ FAULTS = {
 
 SCALE, DELAY = ("torque-scale",), ("torque-delay", "friction-delay")
 WALK_FAULTS = {
-    "all torques x 1.3": Fault(_torques(lambda x: 1.3 * x), SCALE),
-    "all torques x 0.8": Fault(_torques(lambda x: 0.8 * x), SCALE),
-    "one leg x 1.2": Fault(_channel("torque", _side), ("torque-gain",)),
+    "all torques x 1.3": Fault(torques(lambda x: 1.3 * x), SCALE),
+    "all torques x 0.8": Fault(torques(lambda x: 0.8 * x), SCALE),
+    "one leg x 1.2": Fault(with_channel("torque", _side), ("torque-gain",)),
     "one torque x 1.3": Fault(_one(lambda x: 1.3 * x), ("torque-gain",)),
     "one torque x 1.1": Fault(_one(lambda x: 1.1 * x), ("torque-gain",)),
-    "torques clipped": Fault(_torques(lambda x: np.clip(x, -0.6 * x.max(), 0.6 * x.max())), ("channel-clipped",)),
-    "torques quantized to 2 N m": Fault(_torques(lambda x: 2 * np.round(x / 2)), ("channel-coarse",)),
+    "torques clipped": Fault(torques(lambda x: np.clip(x, -0.6 * x.max(), 0.6 * x.max())), ("channel-clipped",)),
+    "torques quantized to 2 N m": Fault(torques(lambda x: 2 * np.round(x / 2)), ("channel-coarse",)),
     "torques low-passed at 3 Hz": Fault(_low_pass(3.0, slice(None)), ("torque-filtered",)),
     "torques low-passed at 10 Hz": Fault(_low_pass(10.0, slice(None)), ("torque-filtered", *DELAY)),
     "one torque low-passed at 3 Hz": Fault(_low_pass(3.0), ("torque-filtered", *DELAY)),
-    "torques 2 ms late": Fault(_late(0.002), DELAY),
+    "torques 2 ms late": Fault(late(0.002), DELAY),
     "one torque 10 ms late": Fault(_one(lambda x: np.append(np.full(10, x[0]), x[:-10])), DELAY),
     "torque clock 1 % off": Fault(_clock, ("torque-clock",)),
     "friction compensated": Fault(_compensated, ()),
@@ -312,17 +312,17 @@ WALK_FAULTS = {
     "knee encoder off by 1°": Fault(_one(lambda x: x + np.deg2rad(1), "position"), ("encoder-zero",)),
     "one position with a wrong scale": Fault(_one(lambda x: 1.1 * x, "position"), ("encoder-zero",)),
     "one position inverted": Fault(_one(np.negative, "position"), ("encoder-zero", "position-limits", "torque-sign")),
-    "IMU rolled by 3°": Fault(_turned("x", 3), ("imu-tilt",)),
-    "IMU pitched by 10°": Fault(_turned("y", 10), ("imu-tilt",)),
-    "IMU pitched by 3°": Fault(_turned("y", 3), ("imu-tilt",)),
-    "base orientation 30 ms late": Fault(_late(0.03, "base_orientation"), ("base-orientation-delay",)),
+    "IMU rolled by 3°": Fault(turned("x", 3), ("imu-tilt",)),
+    "IMU pitched by 10°": Fault(turned("y", 10), ("imu-tilt",)),
+    "IMU pitched by 3°": Fault(turned("y", 3), ("imu-tilt",)),
+    "base orientation 30 ms late": Fault(late(0.03, "base_orientation"), ("base-orientation-delay",)),
     "ground that drives": Fault(_driving, ("base-moves",)),
-    "contacts 60 ms late": Fault(_late(0.06, "contact"), ("contact-stuck", "contact-delay")),
-    "degrees, one joint beyond its limit": Fault(_channel("position", _degrees), ("position-degrees",)),
+    "contacts 60 ms late": Fault(late(0.06, "contact"), ("contact-stuck", "contact-delay")),
+    "degrees, one joint beyond its limit": Fault(with_channel("position", _degrees), ("position-degrees",)),
     "5 kg not in the model": Fault(_without_payload, ("bodies-differ", "torque-scale")),
     "one torque off by 10 N m": Fault(_one(lambda x: x + 10), ()),
-    "spikes in torques": Fault(_channel("torque", _spikes), ()),
-    "a torque that leaks": Fault(_channel("torque", _leaking), ()),
+    "spikes in torques": Fault(with_channel("torque", _spikes), ()),
+    "a torque that leaks": Fault(with_channel("torque", _leaking), ()),
     **{
         name: FAULTS[name]
         for name in (

@@ -1,0 +1,318 @@
+"""Take logs from `stribeck init` to `stribeck identify`, follow every printed remedy, and compare with known friction.
+
+    python -m studies.first_hour --save studies/first_hour.json
+
+`case`: logs as users bring them, in the folder $STRIBECK_CASES; each question of `init` is answered as the README of
+the case says. `fault`: a UR5 and a quadruped, with a wrong model and sensor noise, and one fault each. A remedy is
+applied as it is printed, until the next run prints no new one.
+"""
+
+import json
+import os
+import re
+import sys
+from collections.abc import Mapping
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import dataclass, replace
+from functools import cache
+from io import StringIO
+from pathlib import Path
+from shutil import rmtree
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+
+import stribeck
+from stribeck import Robot, read_result
+from stribeck.cli import main
+from stribeck.friction import get_law
+from stribeck.log import RobotLog
+from stribeck.log.writers import write_log
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.robots import MODELS
+from stribeck_simulation.sensors.measure import with_noise
+from studies.accuracy_cases import wrong_model
+from studies.command import ROOT, Row, command, rounded
+from studies.markdown import markdown_table
+from studies.remedies import answer, apply
+from studies.single_faults import SINGLE_FAULTS
+from studies.walking_cases import EXAMPLES
+
+ROUNDS = 3
+"""Largest number of remedies that are followed [1]."""
+WRONG = 0.15
+"""Relative error [1] from which an identified point outside its interval counts as wrong."""
+WORSE = 0.05
+"""Increase of a joint's largest relative error [1] from which a remedy counts as harmful."""
+VAGUE = {"bodies-implausible", "chi-square", "friction-unclear", "heterogeneity", "passivity", "robot-model"}
+VAGUE |= {"set-aside", "samples-lost", "not-excited", "weak", "position-stop", "position-limits"}
+"""Checks whose findings name no cause."""
+CASES = (
+    "bags/custom_msg",
+    "bags/float_arrays",
+    "bags/phantom_full",
+    "effort-in-amperes/log.npz",
+    "init-scales-slipping-quadruped/log.npz",
+    "joint-number-before-channel/axis0.pos_estimate.csv",
+    "joint-number-before-channel/currents_I1.csv",
+    "joint-number-before-channel/m1.position.csv",
+    "joint-number-before-channel/rostopic_echo_p.csv",
+    "nested-mat-with-units-in-names/log.mat",
+    "one-joint-of-seven-real/log.npz",
+    "payload-read-as-gain/log.npz",
+    "payload-read-as-gain/log_2kg.npz",
+    "pick-and-place-slow/log.npz",
+    "prismatic-in-mm/log.npz",
+    "repeated-stamps/clock_of_50_ms.csv",
+    "repeated-stamps/stamps_in_threes.csv",
+    "repeated-stamps/whole_seconds.csv",
+    "servo-ticks/log.csv",
+    "slow-arm/log.npz",
+    "sparse-table-of-two-topics/log.csv",
+    "tight-zone/log.npz",
+    "tilted-mount-10deg/log.npz",
+    "trot-wide-intervals/log.npz",
+    "turns-read-as-radians/log.csv",
+    "uint16-current/log.csv",
+    "airbot-play/trapezoids",
+    "airbot-play/chirp",
+    "airbot-play/chirp_with_payload",
+)
+"""Logs of users."""
+ANSWERS: dict[str, dict[str, Any]] = {
+    "": {"robot.torque_source": "motor_current"},
+    "effort-in-amperes": {"log.torque.unit": "A"},
+    "repeated-stamps": {"log.rate": 100.0},
+    "airbot-play": {"log.rate": 100.0},
+}
+"""Answers to the questions of `init`, for all cases and by case."""
+ARM3 = {"shoulder": (1.2, 0.8), "elbow": (0.7, 0.4), "wrist": (0.25, 0.10)}
+"""Coulomb [N m] and viscous friction [N m s/rad] of the cases with arm3.urdf."""
+
+
+def typed(*words: object) -> tuple[int, str]:
+    """Run the command line in this process; return its exit code and its last error."""
+    errors, code = StringIO(), 0
+    with (
+        patch.object(sys, "argv", ["stribeck", *map(str, words)]),
+        redirect_stderr(errors),
+        redirect_stdout(StringIO()),
+    ):
+        try:
+            main()
+        except SystemExit as stop:
+            code = int(stop.code or 0)
+    return code, errors.getvalue().rpartition("stribeck: ")[2].strip()
+
+
+Truth = Mapping[str, Any]
+"""Friction torque at positive velocities by joint: a function of velocity."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """Findings by check with their joints and words, largest relative error [1] by joint, joints that are wrong."""
+
+    findings: dict[str, tuple[tuple[str, ...], str]]
+    error: dict[str, float]
+    wrong: list[str]
+    refused: str = ""
+
+
+def identify(log: Path, robot: Path, truth: Truth, options: list[str]) -> Run:
+    """Identify a log, and compare the friction curves with the truth."""
+    out = robot.parent / "out"
+    code, words = typed("identify", log, "-r", robot, "-o", out, "--overwrite", *options)
+    if code:
+        check = re.search(r"stribeck explain ([\w-]+)", words)
+        return Run({check[1] if check else "refused": ((), words)}, {}, [], words)
+    result = read_result(out / "result.json")
+    error, wrong = dict[str, float](), list[str]()
+    for name, joint in result.joints.items():
+        if name not in truth:
+            continue
+        far = [(abs(point.value - truth[name](point.velocity)), point) for point in joint.curve]
+        error[name] = max((off / truth[name](point.velocity) for off, point in far), default=0.0)
+        beyond = any(off > max(point.half_width, WRONG * truth[name](point.velocity)) for off, point in far)
+        wrong += [name] * (joint.verdict == "identified" and beyond)
+    return Run({each.check: (each.joints, str(each)) for each in result.findings}, error, wrong)
+
+
+def follow(log: Path, robot: Path, truth: Truth) -> tuple[Run, Run]:
+    """Identify, and follow the remedies; return the first and the last run."""
+    options: list[str] = []
+    first = last = identify(log, robot, truth, options)
+    for _ in range(ROUNDS):
+        before, given = robot.read_text(), list(options)
+        for _, words in last.findings.values():
+            if "before you" not in words:  # a question
+                options += [option for option in apply(words, robot) if option not in options or option == "--exclude"]
+        if robot.read_text() == before and options == given:
+            break
+        last = identify(log, robot, truth, options)
+    return first, last
+
+
+def run(kind: str, log: str, fault: str) -> Row:
+    """Follow a case or a fault."""
+    return run_case(log) if kind == "case" else run_fault(log, fault)
+
+
+def run_case(name: str) -> Row:
+    """Take a case from `init` to `identify`."""
+    airbot = name.startswith("airbot")
+    data = os.environ.get("STRIBECK_REAL_LOGS" if airbot else "STRIBECK_CASES")
+    if not data:
+        sys.exit("the logs of users are not part of this repository: set STRIBECK_CASES and STRIBECK_REAL_LOGS to them")
+    log, folder = Path(data) / name, ROOT / "build" / "first-hour" / name.replace("/", "-")
+    rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    (model,) = (Path(data) / name.partition("/")[0]).glob("*.urdf")
+    code, words = typed("init", model, log, "-o", folder / "robot.toml")
+    if not (folder / "robot.toml").exists():
+        return {"init": words, "code": code}
+    text = (folder / "robot.toml").read_text()
+    asked = text.count("TODO: ")
+    (folder / "robot.toml").write_text(re.sub(r"^ *#.*\n", "", text, flags=re.MULTILINE))
+    answer(folder / "robot.toml", ANSWERS[""] | ANSWERS.get(name.partition("/")[0], {}))
+    given = log.parent / "truth.json"
+    truth: dict[str, Any] = {}
+    if given.exists():
+        truth = {joint: _curve(own) for joint, own in json.loads(given.read_text())["joints"].items()}
+    elif model.name == "arm3.urdf":
+        truth = {joint: _curve({"coulomb": c, "viscous": v}) for joint, (c, v) in ARM3.items()}
+    return {"asked": asked, **_judged(*follow(log, folder / "robot.toml", truth))}
+
+
+def _curve(own: Mapping[str, float]) -> Any:
+    """Make the function of friction against velocity from a case's parameters."""
+
+    def torque(velocity: float) -> float:
+        height = 1 + own.get("gain", 0.0) * np.exp(-((velocity / own.get("vs", 1.0)) ** 2))
+        sliding = own["coulomb"] * height * np.tanh(velocity / own.get("v0", 1e-6)) + own["viscous"] * velocity
+        return float(own.get("scale", 1.0) * sliding + own.get("extra_coulomb", 0.0))
+
+    return torque
+
+
+@cache
+def made(log: str, fault: str) -> tuple[RobotLog, Robot, str, Truth]:
+    """Make a log with a fault, its robot and robot file, and its true friction by joint."""
+    change = SINGLE_FAULTS[fault]
+    if log == "arm":
+        text = f'[robot]\nmodel = "{EXAMPLES}/ur_description/urdf/ur5_robot.urdf"\nbase = "fixed"\n'
+    else:
+        text = (MODELS / "quadruped.toml").read_text().replace("quadruped.urdf", str(MODELS / "quadruped.urdf"))
+    text = text.replace("[robot]", '[robot]\ntorque_source = "motor_current"')
+    path = ROOT / "build" / "first-hour" / f"{log}.toml"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text)
+    robot = Robot.from_file(path)
+    real = change.of_robot(wrong_model(robot, 7))
+    limits = np.minimum(robot.effort_limits, 150.0)
+    friction = {
+        joint: {
+            "viscous": 0.02 * limit,
+            "coulomb": 0.04 * limit,
+            "stribeck_gain": 0.25,
+            "stribeck_velocity": 0.1,
+            "offset": 0.0,
+            "slope": 80.0,
+        }
+        for joint, limit in zip(robot.joint_names, limits.tolist(), strict=True)
+    }
+    law = get_law("stribeck")
+    clean, _ = exact_log(real, law, friction, duration=12.0, rate=200.0, seed=11, gait="walk")
+    noisy = with_noise(clean, position=2e-5, torque=0.05, seed=5)
+    noisy = replace(noisy, velocity=clean.velocity, acceleration=None)
+    truth = {
+        joint: lambda v, own=own: float(law.torque(np.array([v]), np.array([own[p.name] for p in law.parameters]))[0])
+        for joint, own in friction.items()
+    }
+    return change.of_log(noisy, robot), robot, text, truth
+
+
+def run_fault(log: str, fault: str) -> Row:
+    """Follow the remedies of a log with a fault."""
+    given, robot, text, truth = made(log, fault)
+    folder = ROOT / "build" / "first-hour" / f"{log}-{fault.replace(' ', '-').replace('/', '-')}"
+    rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    (folder / "robot.toml").write_text(text)
+    write_log(given, folder / "log.npz")
+    first, last = follow(folder / "log.npz", folder / "robot.toml", truth)
+    return {"cause": _cause(first, log, fault, robot), **_judged(first, last)}
+
+
+@cache
+def _without_fault(log: str) -> frozenset[str]:
+    """List the findings of a log without a fault; they concern the wrong model."""
+    given, robot, _, _ = made(log, "none")
+    return frozenset(finding.check for finding in stribeck.identify(given, robot).findings)
+
+
+def _cause(found: Run, log: str, fault: str, robot: Robot) -> str:
+    """Judge what the findings of a log with a fault name."""
+    made = SINGLE_FAULTS[fault]
+    named = [
+        not (joints and made.joints(robot)) or bool(set(joints) & set(made.joints(robot)))
+        for check, (joints, words) in found.findings.items()
+        if check in made.checks and "before you" not in words
+    ]
+    if any(named):
+        return "named"
+    if any(word in words for _, words in found.findings.values() for word in made.words):
+        return "listed"
+    others = found.findings.keys() - VAGUE - {"several-causes", "torque-scale"} - _without_fault(log)
+    return "wrong" if others else "not named"
+
+
+def _judged(first: Run, last: Run) -> Row:
+    both = first.error.keys() & last.error.keys()
+    return {
+        "before": rounded(max(first.error.values(), default=0.0), 2),
+        "after": rounded(max(last.error.values(), default=0.0), 2),
+        "wrong_before": first.wrong,
+        "wrong": last.wrong,
+        "worse": sorted(joint for joint in both if last.error[joint] > first.error[joint] + WORSE),
+        "found": list(first.findings),
+        "left": list(last.findings),
+        "refused": last.refused,
+    }
+
+
+def tables(rows: list[Row]) -> list[str]:
+    """Format the tables of cases and of faults."""
+    cases, faults = ([row for row in rows if row["kind"] == kind] for kind in ("case", "fault"))
+    head = ("log", "questions", "error before [%]", "after [%]", "wrong", "findings at first")
+    lines = [(row["log"], row.get("asked", "no draft"), *_cells(row)) for row in cases]
+    of_faults = [(row["fault"], row["log"], row["cause"], *_cells(row)) for row in faults]
+    counts = []
+    for log in ("arm", "walk"):
+        own = [row for row in faults if row["log"] == log and row["fault"] != "none"]
+        causes = [sum(row["cause"] == cause for row in own) for cause in CAUSES]
+        counts.append((log, len(own), *causes, *(sum(bool(row[key]) for row in own) for key in ("worse", "wrong"))))
+    bad = ("made worse by a remedy", "wrong in the end")
+    return [
+        markdown_table(head, lines),
+        markdown_table(("fault", "log", "cause", *head[2:]), of_faults, 3),
+        markdown_table(("log", "faults", *CAUSES, *bad), counts),
+    ]
+
+
+CAUSES = ("named", "listed", "not named", "wrong")
+
+
+def _cells(row: Row) -> tuple[object, ...]:
+    if "before" not in row:
+        return ("-", "-", "-", row["init"])
+    after = "refused" if row["refused"] else f"{100 * row['after']:.0f}"
+    found = ", ".join(f"`{check}`" for check in row["found"]) or "-"
+    return f"{100 * row['before']:.0f}", after, len(row["wrong"]), found
+
+
+if __name__ == "__main__":
+    keys = [{"kind": "case", "log": name, "fault": ""} for name in CASES]
+    keys += [{"kind": "fault", "log": log, "fault": fault} for fault, own in SINGLE_FAULTS.items() for log in own.of]
+    command(__doc__, keys, run, tables)
