@@ -11,7 +11,7 @@ from stribeck.audit.evidence import Evidence, gather
 from stribeck.audit.motion import check_motion
 from stribeck.audit.positions import check_positions
 from stribeck.audit.scale import check_external
-from stribeck.audit.torque import check_torques, check_unexplained, check_unsigned
+from stribeck.audit.torque import check_slow, check_torques, check_unexplained, check_unsigned
 from stribeck.base.finding import Finding, merged
 from stribeck.base.spans import exclude_options, listed_spans
 from stribeck.errors import LogError, errors_about, findings_kept
@@ -108,7 +108,7 @@ def findings(evidence: Evidence, late: dict[str, Lag]) -> list[Finding]:
     base = [] if lost else check_base(evidence)
     found = [*channels, *positions, *base, *samples, *unsigned]
     if not lost and not any(f.stops for f in found):
-        found += _without_disturbances(evidence, late, left_out)
+        found += [*_without_disturbances(evidence, late, left_out), *check_slow(evidence)]
     return sorted(found, key=lambda finding: not finding.stops)
 
 

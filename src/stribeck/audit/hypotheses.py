@@ -1,41 +1,51 @@
 """Competition of single causes of torques that disagree with the model of a robot on a fixed base.
 
-A mass at the flange, a tilted base and a wrong torque gain all make gravity's torques look too large or too small. Each
-cause is therefore fitted to all joints together, as a linear change of the model's torques in addition to friction, and
-judged on held-out parts of the log. The best cause leaves the smallest shares unexplained.
+A mass at the flange, a tilted base and a wrong torque gain all make gravity's torques look too large or too small. All
+causes are compared by their marginal likelihood: torques are linear in the cause, in friction, and in small errors of
+all bodies. Friction is projected out; the errors of bodies have the priors of `[identify.priors]`, or twice or four
+times as large ones, and are integrated out, so that a cause wins only if usual errors of a model do not explain the
+torques as well.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stribeck.audit.evidence import Evidence
 from stribeck.audit.motion import gravity_torques
-from stribeck.audit.regression import friction_shapes, without
+from stribeck.audit.regression import effective_share, friction_shapes, without
 from stribeck.base.typing import Array
 from stribeck.dynamics.state import State
 from stribeck.robot.inertial_parameters import SIZE
 from stribeck.whole_log.equations.regressors import inertia_regressors
+from stribeck.whole_log.model.bodies import bodies_of
 
 FLOOR = 5e-4
-"""Unexplained share of a torque [1] that any model leaves: 2 % of its amplitude."""
-CLEARLY = np.log(3.0)
-"""Difference of the summed logarithms of unexplained shares from which a cause is clearly better [1]."""
-PER_GAIN = 0.3
-"""Cost of a gain [1]: of two sets of joints that explain the torques equally well, the smaller one wins."""
+"""Share of a torque's variance [1] that any model of load and friction leaves unexplained: 2 % of its amplitude."""
+CLEARLY = 6.0
+"""Difference of the logarithms of marginal likelihoods from which a cause is clearly better [1]."""
+UNEXPLAINED = 0.5
+"""Share of a torque without friction [1] that no cause explains, from which a joint is left out."""
+EXPLAINED = 0.5
+"""Share of the squares that usual errors of bodies leave [1] which a cause must explain, unless it explains all."""
+SPREADS = (1.0, 2.0, 4.0)
+"""Errors of bodies relative to their priors [1]; each cause has the most likely of them."""
+GAIN, GRAVITY = 0.5, 3.0
+"""Prior standard deviations of causes: gains [1] and gravity [m/s^2]."""
+MASS, REACH = 0.2, 0.2
+"""Prior standard deviation of a body's mass relative to the robot's [1], and of its center of mass [m]."""
+SLOW = 0.1
+"""Speed relative to the top speed [1] below which bins are left out: friction changes too quickly with velocity."""
+LINEAR, ROUNDS = 2.0, 4
+"""Factor [1] up to which gains and errors of bodies can be added, and rounds in which gains beyond are found [1]."""
 MOST_ROWS = 1500
 """Bins that are compared [1]."""
 FEWEST_BINS = 125
 """Bins from which causes are compared [1]."""
 MOST_JOINTS = 8
 """Number of joints up to which gains of two and three of them are tried [1]."""
-FOLDS, BLOCKS = 5, 20
-"""Number of folds, and of consecutive parts of the log that are distributed over them [1]."""
-SCALES = np.array([1.0, *3 * [0.1], *6 * [0.01]])
-"""Units of inertial parameters, so that a fit can leave out directions without information [kg, kg m, kg m^2]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,127 +58,152 @@ class Hypothesis:
         "none", "gain", "common gain", "gravity" or "body".
     places
         Numbers of the torque-controlled joints, or the number of the body.
-    left
-        Share of each joint's held-out torque, without friction, that stays unexplained [1], shape (joints,).
     cost
-        Sum of the logarithms of these shares, with a cost per gain [1].
+        Minus the logarithm of the marginal likelihood, up to a constant [1].
     values
         Changes: of gains [1], of gravity [m/s^2], or of a body's inertial parameters in its joint's frame.
+    explains
+        Whether the cause and usual errors of bodies leave no more than `FLOOR`, or half of what these errors leave.
     """
 
     kind: str
     places: tuple[int, ...]
-    left: Array
     cost: float
     values: Array
+    explains: bool
 
 
 def compete(evidence: Evidence, joints: Sequence[int]) -> list[Hypothesis]:
-    """Fit all causes to the torques of some joints, and sort them by cost; empty without enough evidence."""
+    """Fit all causes to the torques of some joints, and sort them by cost; empty without enough evidence.
+
+    Errors of bodies are multiplied by gains. If gains far from one win, the torques are divided by them first; then
+    only these gains are listed.
+    """
+    factors, given = np.ones(len(evidence.joints)), evidence
+    for _ in range(ROUNDS):
+        found = _ranked(evidence, joints)
+        best = found[0] if found else None
+        if best is None or "gain" not in best.kind or np.all(np.abs(np.log1p(best.values)) < np.log(LINEAR)):
+            break
+        factors[list(best.places)] *= 1 + best.values
+        evidence = replace(given, torque=given.torque / factors)
+    if best is None or np.all(factors == 1):
+        return found
+    if "gain" in best.kind:
+        factors[list(best.places)] *= 1 + best.values
+    common = len(set(factors.tolist())) == 1
+    places = tuple(np.flatnonzero(np.abs(np.log(factors)) > 1e-12).tolist())
+    values = factors[list(places)][: 1 if common else None] - 1
+    return [replace(best, kind="common gain" if common else "gain", places=places, values=values)]
+
+
+def _ranked(evidence: Evidence, joints: Sequence[int]) -> list[Hypothesis]:
+    """Fit all causes as small changes, and sort them by cost."""
     robot = evidence.robot
     if robot.base != "fixed" or robot.loops or len(evidence.rows) < FEWEST_BINS:
         return []
-    joints, products = _products(evidence, joints)
-    if not joints:
+    parameters = np.array(
+        [robot.tree.model.inertias[k].toDynamicParameters() for k in range(1, robot.tree.model.njoints)]
+    )
+    slopes = bodies_of(parameters, robot.settings.priors).slopes(np.zeros_like(parameters))
+    joints, gram, samples = _gram(evidence, joints, slopes)
+    if len(joints) < min(2, len(evidence.joints)):
         return []
-    bodies = (products.shape[2] - 5) // SIZE
-    found = [_fit(products, *each) for each in _hypotheses(joints, bodies)]
-    return sorted((each for each in found if _possible(evidence, each)), key=lambda each: each.cost)
+    first = 1 + len(joints) + 3
+    scales = MASS * parameters[:, 0].sum() * REACH ** np.array([0, *3 * [1], *6 * [2]])
+    found: dict[tuple[str, tuple[int, ...]], Hypothesis] = {}
+    for spread in SPREADS:
+        of_bodies = gram[first:, first:] + np.eye(len(gram) - first) / spread**2
+        left = gram - gram[:, first:] @ np.linalg.solve(of_bodies, gram[first:])
+        volume = np.linalg.slogdet(spread**2 * of_bodies)[1]
+        for kind, places, columns, size in _causes(joints, slopes, scales):
+            directions = columns * size
+            inner = directions.T @ left[1:, 1:] @ directions + np.eye(directions.shape[1])
+            along = directions.T @ left[1:, 0]
+            fitted = np.linalg.solve(inner, along)
+            cost = 0.5 * float(left[0, 0] - along @ fitted + np.linalg.slogdet(inner)[1] + volume)
+            if (kind, places) not in found or cost < found[kind, places].cost:
+                squares = float(left[0, 0]), float(left[0, 0] - along @ fitted)
+                explains = squares[1] < max(samples, EXPLAINED * squares[0])
+                found[kind, places] = Hypothesis(kind, places, cost, np.asarray(size * fitted), explains)
+    return sorted((each for each in found.values() if _possible(evidence, each)), key=lambda each: each.cost)
 
 
 def rivals(found: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """List the best cause of each kind that is not clearly worse than the best of all.
+    """List the best cause of each kind that is not clearly worse than the best.
 
-    The list is empty if the model is about as good as the best cause, or the best cause does not explain the torques
-    that the model contradicts.
+    The list is empty if the model is about as good, or if the best cause leaves most of the disagreement.
     """
     best: dict[str, Hypothesis] = {}
     for each in found:
         if each.cost < found[0].cost + CLEARLY:
             best.setdefault(each.kind, each)
-    given = next((each for each in found if each.kind == "none"), None)
-    if given is None or given.kind in best or np.any(found[0].left[given.left > 1.2] > 0.5):
-        return []
-    return list(best.values())
+    return [] if "none" in best or not (found and found[0].explains) else list(best.values())
 
 
-def _products(evidence: Evidence, among: Sequence[int]) -> tuple[list[int], Array]:
-    """Compute the products of each fold and joint, shape (folds, joints, 1 + c, 1 + c), without friction.
+def _gram(evidence: Evidence, among: Sequence[int], slopes: Array) -> tuple[list[int], Array, float]:
+    """Compute the joints and the weighted Gram matrix of all columns without friction.
 
-    The first column is the torque minus the model's; the c others are the model's torque, gravity's three directions,
-    and each body's inertial parameters.
+    The first column is the torque minus the model's; then the model's torque of each joint, gravity's three directions,
+    and the bodies, in units of their priors. Weights are independent samples per variance of what no cause explains.
     """
     robot, count = evidence.robot, len(evidence.rows)
     rows = np.unique(np.linspace(0, count - 1, min(count, MOST_ROWS)).astype(int))
     rows = rows[np.isfinite(evidence.model[rows]).all(axis=1)]
     if len(rows) < FEWEST_BINS:
-        return [], np.zeros(0)
+        return [], np.zeros((0, 0)), 0.0
     known, log = robot.torque_controlled, evidence.prepared.log
     position = log.position[evidence.rows[rows]]
     motion = np.zeros((2, *position.shape))
     motion[:, :, known] = evidence.velocity[rows], evidence.acceleration[rows]
     columns = np.argsort(robot.tree.columns)[known]
-    state = State(position, *motion)
-    of_bodies = inertia_regressors(robot, robot.tree, columns, state, None)
+    of_bodies = inertia_regressors(robot, robot.tree, columns, State(position, *motion), None)
     gravity = gravity_torques(evidence, robot, np.eye(3))[rows]
-    scale = np.tile(SCALES, of_bodies.shape[2] // SIZE)
-    blocks = np.minimum(np.arange(len(rows)) * BLOCKS // len(rows), BLOCKS - 1)
-    joints, found = [], []
-    chosen = np.isin(np.arange(count), rows)
+    joints, parts, samples = [], [], 0.0
     for k in among:
-        if not evidence.moves(k) or evidence.torque[rows, k].std() == 0:
+        sliding = np.abs(evidence.velocity[rows, k]) > SLOW * evidence.top_speed[k]
+        at, torque = rows[sliding], evidence.torque[rows[sliding], k]
+        if not evidence.moves(k) or len(at) < FEWEST_BINS or torque.std() == 0:
             continue
-        own = np.column_stack([evidence.model[rows, k], gravity[:, k], of_bodies[:, k] * scale])
-        left, own, torque = without(
-            friction_shapes(evidence, k, chosen), evidence.torque[rows, k] - own[:, 0], own, evidence.torque[rows, k]
-        )
-        power = float(torque @ torque)
-        if power <= 1e-6 * float(np.sum(evidence.torque[rows, k] ** 2)):
+        bodies = np.einsum("rbp,bpc->rbc", of_bodies[sliding, k].reshape(len(at), -1, SIZE), slopes)
+        model = evidence.model[at, k]
+        own = np.column_stack([torque - model, model, gravity[sliding, k], bodies.reshape(len(at), -1)])
+        chosen = np.isin(np.arange(count), at)
+        own, left = without(friction_shapes(evidence, k, chosen), own, torque)
+        if float(left @ left) <= 1e-6 * float(torque @ torque):
             continue
-        both = np.column_stack([left, own]) / np.sqrt(power)
+        error = own[:, 0] - own[:, 1:] @ np.linalg.lstsq(own[:, 1:], own[:, 0], rcond=1e-6)[0]
+        if float(error @ error) > UNEXPLAINED * float(left @ left):
+            continue
+        variance = max(float(error @ error) / len(at), FLOOR * float(torque.var()))
         joints.append(k)
-        found.append([both[blocks % FOLDS == fold].T @ both[blocks % FOLDS == fold] for fold in range(FOLDS)])
-    return joints, np.array(found).swapaxes(0, 1) if found else np.zeros(0)
+        share = effective_share(own[:, 1], error, evidence.run[at])
+        samples += share * len(at)
+        parts.append(own * np.sqrt(share / variance))
+    if not joints:
+        return [], np.zeros((0, 0)), 0.0
+    gram = np.zeros((1 + len(joints) + parts[0].shape[1] - 2,) * 2)
+    for place, own in enumerate(parts):
+        at = np.r_[0, 1 + place, 1 + len(joints) : len(gram)]
+        gram[np.ix_(at, at)] += own.T @ own
+    return joints, gram, samples
 
 
-def _hypotheses(joints: Sequence[int], bodies: int) -> Iterator[tuple[str, tuple[int, ...], NDArray[np.intp], Array]]:
-    """Yield kind, places, column of each parameter, shape (p,), and whether it acts on a joint, shape (joints, p)."""
-    count = len(joints)
-    yield "none", (), np.zeros(0, dtype=np.intp), np.zeros((count, 0))
-    for size in {*range(1, min(count, 3 if count <= MOST_JOINTS else 1) + 1), count}:
+def _causes(
+    joints: list[int], slopes: Array, scales: Array
+) -> Iterator[tuple[str, tuple[int, ...], Array, Array | float]]:
+    """Yield kind, places, columns per unit, shape (columns, parameters), and prior standard deviation of each cause."""
+    count, unit = len(joints), np.eye(len(joints) + 3 + SIZE * len(slopes))
+    yield "none", (), unit[:, :0], 1.0
+    for size in sorted({*range(1, min(count, 3 if count <= MOST_JOINTS else 1) + 1), count}):
         for some in combinations(range(count), size):
-            yield "gain", tuple(joints[place] for place in some), np.zeros(size, dtype=np.intp), np.eye(count)[:, some]
-    every = np.ones((count, SIZE))
+            yield "gain", tuple(joints[place] for place in some), unit[:, list(some)], GAIN
     if count > 1:
-        yield "common gain", tuple(joints), np.zeros(1, dtype=np.intp), every[:, :1]
-    yield "gravity", (), np.arange(1, 4), every[:, :3]
-    for body in range(bodies):
-        yield "body", (body,), np.arange(4 + SIZE * body, 4 + SIZE * (body + 1)), every
-
-
-def _fit(products: Array, kind: str, places: tuple[int, ...], columns: NDArray[np.intp], acts: Array) -> Hypothesis:
-    """Fit a cause to all folds but one, judge it on this one, and fit it to the whole log."""
-    square = products[:, :, 0, 0]
-    along = products[:, :, 0, 1 + columns] * acts
-    inner = products[:, :, 1 + columns[:, None], 1 + columns] * acts[:, :, None] * acts[:, None]
-    held_out = np.zeros(len(acts))
-    for fold in range(FOLDS):
-        others = np.arange(FOLDS) != fold
-        values = _solve(*(each[others].sum(axis=0) for each in (square, along, inner)))
-        held_out += square[fold] - 2 * along[fold] @ values + np.einsum("kpq,p,q->k", inner[fold], values, values)
-    values = _solve(*(each.sum(axis=0) for each in (square, along, inner)))
-    cost = float(np.log(np.maximum(held_out, 0.0) + FLOOR).sum()) + PER_GAIN * len(columns) * ("gain" in kind)
-    return Hypothesis(kind, places, held_out, cost, values * (SCALES if kind == "body" else 1.0))
-
-
-def _solve(square: Array, along: Array, inner: Array) -> Array:
-    """Fit the parameters, with joints weighted by the inverse of their residuals."""
-    left, values = square, np.zeros(along.shape[1])
-    for _ in range(4):
-        weight = 1 / (np.maximum(left, 0.0) + FLOOR)
-        values = np.linalg.lstsq(np.einsum("k,kpq->pq", weight, inner), weight @ along, rcond=1e-7)[0]
-        left = square - 2 * along @ values + np.einsum("kpq,p,q->k", inner, values, values)
-    return values
+        yield "common gain", tuple(joints), unit[:, :count].sum(axis=1, keepdims=True), GAIN
+    yield "gravity", (), unit[:, count : count + 3], GRAVITY
+    for body in range(len(slopes)):
+        first = count + 3 + SIZE * body
+        yield "body", (body,), unit[:, first : first + SIZE] @ np.linalg.inv(slopes[body]), scales
 
 
 def _possible(evidence: Evidence, found: Hypothesis) -> bool:
@@ -179,6 +214,6 @@ def _possible(evidence: Evidence, found: Hypothesis) -> bool:
         given = evidence.robot.gravity
         return bool(abs(np.linalg.norm(given + found.values) - (size := np.linalg.norm(given))) < 0.1 * size)
     if found.kind == "body":
-        own = evidence.robot.tree.model.inertias[found.places[0] + 1].toDynamicParameters() + found.values
-        return float(own[0]) > 0
+        inertias = list(evidence.robot.tree.model.inertias)[1:]
+        return bool(-inertias[found.places[0]].mass < found.values[0] < sum(each.mass for each in inertias))
     return True

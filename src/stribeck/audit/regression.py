@@ -130,12 +130,12 @@ def regress(shapes: Array, model: Array, torque: Array, run: NDArray[np.int64]) 
 def unexplained(evidence: Evidence, k: int, sign: float | Array) -> float:
     """Compute the share of a torque's variance that model and friction leave unexplained if it has a sign [1].
 
-    The sign may differ between bins, shape (B,).
+    The sign may differ between bins, shape (B,); bins with the sign 0 are left out.
 
     The model's gain is one, friction dissipates power, and a rotor resists: friction seems to drive a joint whose
     torque is inverted. NaN if there are too few bins.
     """
-    rows = np.isfinite(evidence.model[:, k])
+    rows = np.isfinite(evidence.model[:, k]) & (np.broadcast_to(sign, len(evidence.rows)) != 0)
     torque = (sign * evidence.torque[:, k])[rows]
     variance = float(torque.var()) if rows.sum() >= FEWEST else 0.0
     if variance == 0:

@@ -7,10 +7,11 @@ from scipy.optimize import linear_sum_assignment
 
 from stribeck.audit.channels import unmeasured
 from stribeck.audit.evidence import Evidence
-from stribeck.audit.regression import FEWEST, Fit, fit, friction_shapes, unexplained, without
+from stribeck.audit.regression import FEWEST, Fit, fit, friction_shapes, regress, unexplained, without
 from stribeck.audit.scale import BINS_FOR_GAIN, MOST, NEAR, SURE, check_scales, concerns_most, judged, scale_line
 from stribeck.base.finding import Finding, listed
 from stribeck.base.typing import Array
+from stribeck.judgement.excitation import MIN_SPEED
 
 LEAST_BINS = 24
 """Minimum number of bins for any comparison with the model [1]."""
@@ -153,10 +154,31 @@ def _negated_one_way(evidence: Evidence, k: int) -> bool:
     load = evidence.model[rows, k].std()
     if not load / 3 < evidence.torque[rows, k].std() < 3 * load:
         return False  # friction or a wrong unit dominates
-    signs = np.where(evidence.velocity[:, k] < 0, -1.0, 1.0)
+    slow = np.abs(evidence.velocity[:, k]) < 0.1 * evidence.top_speed[k]  # bins may contain a reversal
+    signs = np.where(slow, 0.0, np.sign(evidence.velocity[:, k]))
     signed = min(unexplained(evidence, k, signs), unexplained(evidence, k, -signs))
-    plain = min(unexplained(evidence, k, 1.0), unexplained(evidence, k, -1.0))  # friction alone leaves up to 0.15
-    return plain > 0.3 and signed < 0.1
+    plain = min(unexplained(evidence, k, np.abs(signs)), unexplained(evidence, k, -np.abs(signs)))
+    return plain > 0.2 and signed < 0.05  # friction alone leaves up to 0.15
+
+
+def check_slow(evidence: Evidence) -> list[Finding]:
+    """Report the friction of joints that are too slow for a fit: half of the torque's step between both directions."""
+    found = {}
+    for k, name in enumerate(evidence.joints):
+        speed, prismatic = evidence.velocity[:, k], evidence.robot.prismatic[evidence.robot.torque_controlled[k]]
+        rows = np.isfinite(evidence.model[:, k])
+        for side in (-1, 1):  # each direction has its own typical speed
+            rows &= (side * speed <= 0) | (side * speed > 0.5 * np.percentile(np.maximum(side * speed, 0), 99))
+        sides = np.sign(speed[rows])
+        if evidence.top_speed[k] >= MIN_SPEED[prismatic] or min(np.sum(sides > 0), np.sum(sides < 0)) < FEWEST:
+            continue
+        others = np.column_stack([np.ones(len(sides)), evidence.model[rows, k]])
+        step, error, *_ = regress(others, sides, evidence.torque[rows, k], evidence.run[rows])
+        if evidence.moves(k) and step > 4 * error:
+            units = ("N", "m/s") if prismatic else ("N m", "rad/s")
+            typical = float(np.median(np.abs(speed[rows])))
+            found[name] = f" (about {step:.2g} {units[0]} near {typical:.2g} {units[1]})"
+    return [Finding.of("slow-motion", found)] if found else []
 
 
 def _swapped(evidence: Evidence, joints: list[int]) -> list[Finding]:
