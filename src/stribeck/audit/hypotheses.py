@@ -82,19 +82,23 @@ def compete(evidence: Evidence, joints: Sequence[int]) -> list[Hypothesis]:
     factors, given = np.ones(len(evidence.joints)), evidence
     for _ in range(ROUNDS):
         found = _ranked(evidence, joints)
-        best = found[0] if found else None
-        if best is None or "gain" not in best.kind or np.all(np.abs(np.log1p(best.values)) < np.log(LINEAR)):
+        if not found or "gain" not in found[0].kind:
             break
-        factors[list(best.places)] *= 1 + best.values
+        best = found[0]
+        gains = 1 + np.resize(best.values, len(best.places))
+        far = np.abs(np.log(gains)) > np.log(LINEAR)
+        if not far.any():
+            break
+        factors[list(best.places)] *= np.where(far | (best.kind == "common gain"), gains, 1.0)
         evidence = replace(given, torque=given.torque / factors)
-    if best is None or np.all(factors == 1):
+    if not found or np.all(factors == 1):
         return found
-    if "gain" in best.kind:
-        factors[list(best.places)] *= 1 + best.values
     common = len(set(factors.tolist())) == 1
-    places = tuple(np.flatnonzero(np.abs(np.log(factors)) > 1e-12).tolist())
+    if found[0].kind == ("common gain" if common else "gain") and (common or rivals(found)):
+        factors[list(found[0].places)] *= 1 + found[0].values
+    places = tuple(np.flatnonzero(factors != 1).tolist())
     values = factors[list(places)][: 1 if common else None] - 1
-    return [replace(best, kind="common gain" if common else "gain", places=places, values=values)]
+    return [replace(found[0], kind="common gain" if common else "gain", places=places, values=values)]
 
 
 def _ranked(evidence: Evidence, joints: Sequence[int]) -> list[Hypothesis]:
