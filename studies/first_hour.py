@@ -260,7 +260,7 @@ def _cause(found: Run, log: str, fault: str, robot: Robot) -> str:
         for check, (joints, words) in found.findings.items()
         if check in made.checks and "before you" not in words
     ]
-    if any(named):
+    if any(named) or any(word in found.refused and "before you" not in found.refused for word in made.words):
         return "named"
     if any(word in words for _, words in found.findings.values() for word in made.words):
         return "listed"
