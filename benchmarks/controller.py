@@ -102,7 +102,7 @@ def _request() -> Request:
     )
     robot = Robot.from_file(MODELS / "arm.toml")
     own = {"elbow": JointTerms(stated={})}
-    return Request(result=result, robot=robot, joints=own, form="all", links={}, lines=[], folder=Path())
+    return Request(result=result, robot=robot, joints=own, forms={"elbow": "all"}, links={}, lines=[], folder=Path())
 
 
 if __name__ == "__main__":
