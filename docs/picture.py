@@ -12,7 +12,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stribeck import Robot, identify
-from stribeck.friction import get_law
 from stribeck.result import Result
 from stribeck.result.mirror import mirrored_pairs
 from stribeck_simulation.demo import Demo, make_demo
@@ -65,20 +64,19 @@ def draw_walk(axes: Axes, walk: WalkPicture, robot: Robot) -> None:
 
 
 def draw_friction(axes: Axes, joint: str, example: Demo, result: Result) -> None:
-    """Draw a joint's samples, the true and the identified curve."""
-    law = get_law(result.law)
+    """Draw a joint's samples, the true and the identified curve, without the sensor's offset."""
     assert result.evidence is not None
     samples = result.evidence.samples
     column = samples.joint_names.index(joint)
     rows = np.flatnonzero(samples.usable[:, column])[::4]
     low, high = result.joints[joint].velocity_range
     velocity = np.unique(np.concatenate([np.linspace(low, high, 600), np.linspace(-0.2, 0.2, 200)]))
-    found = np.array([parameter.value for parameter in result.joints[joint].parameters.values()])
-    truth = np.array([example.parameters[joint][parameter.name] for parameter in law.parameters])
-    seen = samples.friction_torque[rows, column]
+    known = {**example.parameters[joint], "offset": 0.0}
+    truth = example.law.torque(velocity, np.array([known[parameter.name] for parameter in example.law.parameters]))
+    seen = samples.friction_torque[rows, column] - result.joints[joint].parameters["offset"].value
     axes.plot(samples.velocity[rows, column], seen, ".", ms=1.2, color="#9dbfe8", zorder=1)
-    axes.plot(velocity, law.torque(velocity, truth), color="black", lw=3.0, label="truth")
-    axes.plot(velocity, law.torque(velocity, found), color="#f08030", lw=1.4, label="found")
+    axes.plot(velocity, truth, color="black", lw=3.0, label="truth")
+    axes.plot(velocity, result.joints[joint].friction(velocity), color="#f08030", lw=1.4, label="found")
     axes.set_xlim(low, high)
     axes.set_ylim(*np.percentile(seen, [0.5, 99.5]))
     axes.set_title(joint.replace("_", " "), fontsize=10)

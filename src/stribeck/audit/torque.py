@@ -167,14 +167,16 @@ def check_slow(evidence: Evidence) -> list[Finding]:
     for k, name in enumerate(evidence.joints):
         speed, prismatic = evidence.velocity[:, k], evidence.robot.prismatic[evidence.robot.torque_controlled[k]]
         rows = np.isfinite(evidence.model[:, k])
+        if not rows.any() or not evidence.moves(k) or evidence.top_speed[k] >= MIN_SPEED[prismatic]:
+            continue
         for side in (-1, 1):  # each direction has its own typical speed
             rows &= (side * speed <= 0) | (side * speed > 0.5 * np.percentile(np.maximum(side * speed, 0), 99))
         sides = np.sign(speed[rows])
-        if evidence.top_speed[k] >= MIN_SPEED[prismatic] or min(np.sum(sides > 0), np.sum(sides < 0)) < FEWEST:
+        if min(np.sum(sides > 0), np.sum(sides < 0)) < FEWEST:
             continue
         others = np.column_stack([np.ones(len(sides)), evidence.model[rows, k]])
         step, error, *_ = regress(others, sides, evidence.torque[rows, k], evidence.run[rows])
-        if evidence.moves(k) and step > 4 * error:
+        if step > 4 * error:
             units = ("N", "m/s") if prismatic else ("N m", "rad/s")
             typical = float(np.median(np.abs(speed[rows])))
             found[name] = f" (about {step:.2g} {units[0]} near {typical:.2g} {units[1]})"
