@@ -70,6 +70,7 @@ def test_each_joint_has_its_own_terms_and_no_other(arm: Robot, mixed: Result) ->
     ]
     assert kept(mixed) == dict(zip(arm.joint_names, expected, strict=True))
     assert mixed.law == "auto"
+    assert "between the" not in mixed.summary()  # a single log
 
 
 def test_terms_have_their_true_sizes_within_their_intervals(arm: Robot, mixed: Result) -> None:

@@ -70,7 +70,7 @@ def summary_text(result: Result) -> str:
 def logs_text(result: Result) -> str:
     """Describe how much the friction of several logs differs, and the log that differs most; "" for a single log."""
     found, names = result.corrections, result.log.paths
-    if found is None or not found.log_offsets:
+    if found is None or not found.log_offsets or len(names) < 2:
         return ""
     if not found.log_friction:
         return f"no clear difference of friction between the {len(names)} logs"
