@@ -103,8 +103,9 @@ def compete(evidence: Evidence, joints: Sequence[int]) -> list[Hypothesis]:
 
 def _ranked(evidence: Evidence, joints: Sequence[int]) -> list[Hypothesis]:
     """Fit all causes as small changes, and sort them by cost."""
-    robot = evidence.robot
-    if robot.base != "fixed" or robot.loops or len(evidence.rows) < FEWEST_BINS:
+    robot, position = evidence.robot, evidence.prepared.log.position
+    others = np.delete(position, robot.torque_controlled, axis=1)  # their velocities are not among the evidence
+    if robot.base != "fixed" or robot.loops or len(evidence.rows) < FEWEST_BINS or np.ptp(others, axis=0).any():
         return []
     parameters = np.array(
         [robot.tree.model.inertias[k].toDynamicParameters() for k in range(1, robot.tree.model.njoints)]
