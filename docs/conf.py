@@ -45,6 +45,7 @@ NAVIGATION = {
             "extending",
         ],
         "Explanation": [
+            "idea",
             "torque",
             "laws/index",
             "whole-log",
