@@ -130,14 +130,15 @@ def regress(shapes: Array, model: Array, torque: Array, run: NDArray[np.int64]) 
 def unexplained(evidence: Evidence, k: int, sign: float | Array) -> float:
     """Compute the share of a torque's variance that model and friction leave unexplained if it has a sign [1].
 
-    The sign may differ between bins, shape (B,); bins with the sign 0 are left out.
+    The sign may differ between bins, shape (B,); bins with the sign 0 are left out. The variance is that of the torque
+    without the sign, because an offset of the sensor times a sign varies more than the torque.
 
     The model's gain is one, friction dissipates power, and a rotor resists: friction seems to drive a joint whose
     torque is inverted. NaN if there are too few bins.
     """
     rows = np.isfinite(evidence.model[:, k]) & (np.broadcast_to(sign, len(evidence.rows)) != 0)
     torque = (sign * evidence.torque[:, k])[rows]
-    variance = float(torque.var()) if rows.sum() >= FEWEST else 0.0
+    variance = float(evidence.torque[rows, k].var()) if rows.sum() >= FEWEST else 0.0
     if variance == 0:
         return float("nan")
     shapes = friction_shapes(evidence, k, rows)

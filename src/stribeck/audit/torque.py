@@ -156,9 +156,7 @@ def _negated_one_way(evidence: Evidence, k: int) -> bool:
         return False  # friction or a wrong unit dominates
     slow = np.abs(evidence.velocity[:, k]) < 0.1 * evidence.top_speed[k]  # bins may contain a reversal
     signs = np.where(slow, 0.0, np.sign(evidence.velocity[:, k]))
-    own, ways = evidence.torque[rows, k][signs[rows] != 0], signs[rows][signs[rows] != 0]
-    share = float((ways * own).var() / max(own.var(), 1e-300))  # an offset times the sign varies more than the torque
-    signed = share * min(unexplained(evidence, k, signs), unexplained(evidence, k, -signs))
+    signed = min(unexplained(evidence, k, signs), unexplained(evidence, k, -signs))
     plain = min(unexplained(evidence, k, np.abs(signs)), unexplained(evidence, k, -np.abs(signs)))
     return plain > 0.2 and signed < 0.05  # friction alone leaves up to 0.15
 
