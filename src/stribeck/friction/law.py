@@ -97,6 +97,10 @@ class FrictionLaw(abc.ABC):
     def jacobian(self, velocity: Array, values: Array) -> Array:
         """Compute dR/dp, shape (N, p)."""
 
+    def resisting(self, velocity: Array, values: Array) -> Array:
+        """Compute the mean of both directions, (R(v) - R(-v)) / 2 [N m], shape (N,), without the offset."""
+        return (self.torque(velocity, values) - self.torque(-velocity, values)) / 2
+
     def basis(self, velocity: Array, shape: Mapping[str, float]) -> Array:  # noqa: ARG002 - the law is linear
         """Compute the columns that the linear coefficients multiply, shape (N, k), for given nonlinear parameters."""
         return self.jacobian(velocity, np.zeros(len(self.parameters)))

@@ -42,7 +42,7 @@ def friction_curve(
     """
     values = fit.law_values(law, fit.mean_load)
     speeds = top_speed(velocity) * np.array(list(SPEEDS.values()))
-    resisting = (law.torque(speeds, values) - law.torque(-speeds, values)) / 2
+    resisting = law.resisting(speeds, values)
     gradient = (law.jacobian(speeds, values) - law.jacobian(-speeds, values)) / 2
     gradient = gradient @ law_slopes(law, fit.by_name, fit.mean_load)
     errors = np.sqrt(np.maximum(np.einsum("sp,pq,sq->s", gradient, fit.covariance, gradient), 0.0))

@@ -128,11 +128,10 @@ def _of_drift(found: WholeLog) -> list[Finding]:
     changed, laws = {}, found.fit.fit.laws
     for (joint, own), top in zip(found.fits.items(), laws.top_speed.tolist(), strict=True):
         speed = np.array([top / 2])
-        values = own.law_values(laws.law, own.mean_load)
-        friction = (laws.law.torque(speed, values) - laws.law.torque(-speed, values)) / 2
+        friction = laws.law.resisting(speed, own.law_values(laws.law, own.mean_load))
         share = float((drift(own.by_name, speed) / np.maximum(friction, 1e-9))[0])
         if abs(share) > DRIFTS:
-            changed[joint] = f" ({100 * share:+.0f} % at {speed[0]:.2g} rad/s)"
+            changed[joint] = f" ({100 * share:+.0f} %)"
     return [Finding.of("friction-drift.known", changed)] if changed else []
 
 

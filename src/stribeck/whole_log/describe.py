@@ -72,9 +72,7 @@ def _levels(fit: WholeLogFit, effects: Array) -> list[list[float]]:
     change = np.tensordot([0.0, 1.0, 0.5][: len(effects)], effects, 1)  # [N m]
     law, size = fit.fit.laws.law, len(fit.fit.laws.law.parameters)
     speeds = 0.5 * fit.fit.laws.top_speed[: change.shape[1]]
-    friction = [
-        law.torque(np.array([v, -v]), own[:size]) @ [0.5, -0.5] for v, own in zip(speeds, fit.values, strict=False)
-    ]
+    friction = [law.resisting(np.array([v]), own[:size])[0] for v, own in zip(speeds, fit.values, strict=False)]
     levels = change / np.maximum(friction, 1e-9)
     return levels.T.tolist() if np.abs(levels).max(initial=0.0) > 1e-3 else []  # held at zero: less
 
