@@ -12,6 +12,7 @@ from stribeck.base.spans import exclude_options, listed_spans
 from stribeck.friction.auto import drift
 from stribeck.judgement.curve import BETWEEN_LOGS
 from stribeck.methods.causes import body_text, cause_findings
+from stribeck.whole_log.constants import LEAST_FRICTION
 from stribeck.whole_log.fit_checks.misfits import misfit_findings
 
 if TYPE_CHECKING:
@@ -126,10 +127,10 @@ def _of_logs(found: WholeLog) -> list[Finding]:
 def _of_drift(found: WholeLog) -> list[Finding]:
     """Find joints whose law contains a drift of more than `DRIFTS` of their friction at half the top speed."""
     changed, laws = {}, found.fit.fit.laws
-    for (joint, own), top in zip(found.fits.items(), laws.top_speed.tolist(), strict=True):
-        speed = np.array([top / 2])
+    for k, (joint, own) in enumerate(found.fits.items()):
+        speed = laws.top_speed[[k]] / 2
         friction = laws.law.resisting(speed, own.law_values(laws.law, own.mean_load))
-        share = float((drift(own.by_name, speed) / np.maximum(friction, 1e-9))[0])
+        share = float((drift(own.by_name, speed) / np.maximum(friction, LEAST_FRICTION * laws.torque[k]))[0])
         if abs(share) > DRIFTS:
             changed[joint] = f" ({100 * share:+.0f} %)"
     return [Finding.of("friction-drift.known", changed)] if changed else []

@@ -55,3 +55,6 @@ ROOT_EFFECT_FACTOR = 1.5
 
 Chosen on the offsets of calibrated robots in `studies.accuracy`, whose errors were 1.15 standard errors without it.
 """
+
+LEAST_FRICTION = 0.01
+"""Smallest friction relative to the joint's torque [1] of which shares are computed; they mean nothing below it."""

@@ -5,6 +5,7 @@ import numpy as np
 from stribeck.base.typing import Array
 from stribeck.result import BodyCorrection, Corrections
 from stribeck.robot.inertial_parameters import SIZE
+from stribeck.whole_log.constants import LEAST_FRICTION
 from stribeck.whole_log.estimate import WholeLogFit
 from stribeck.whole_log.uncertainty.joint_errors import correlations, shape_errors
 
@@ -70,10 +71,10 @@ def _levels(fit: WholeLogFit, effects: Array) -> list[list[float]]:
     The effects have shape (effects, logs, joints). The list is empty if all logs have the same friction.
     """
     change = np.tensordot([0.0, 1.0, 0.5][: len(effects)], effects, 1)  # [N m]
-    law, size = fit.fit.laws.law, len(fit.fit.laws.law.parameters)
-    speeds = 0.5 * fit.fit.laws.top_speed[: change.shape[1]]
-    friction = [law.resisting(np.array([v]), own[:size])[0] for v, own in zip(speeds, fit.values, strict=False)]
-    levels = change / np.maximum(friction, 1e-9)
+    laws, size = fit.fit.laws, len(fit.fit.laws.law.parameters)
+    values = zip(0.5 * laws.top_speed[: change.shape[1]], fit.values, strict=False)
+    friction = [laws.law.resisting(np.array([speed]), own[:size])[0] for speed, own in values]
+    levels = change / np.maximum(friction, LEAST_FRICTION * laws.torque[: change.shape[1]])
     return levels.T.tolist() if np.abs(levels).max(initial=0.0) > 1e-3 else []  # held at zero: less
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from stribeck.base.finding import FRICTION, Finding
 from stribeck.base.typing import Array
 from stribeck.friction.terms import RIPPLE, SLOW
+from stribeck.whole_log.constants import LEAST_FRICTION
 from stribeck.whole_log.model.terms import DELAY, PLAY
 from stribeck.whole_log.solver.elimination import Fit
 from stribeck.whole_log.solver.statistics import Statistics
@@ -160,7 +161,7 @@ class _Curve:
     def level(self) -> float:
         """Size of the friction, but at least a hundredth of the torque [N m]."""
         theta = self.fit.laws.coefficients(self.fit.internal)[self.joint]
-        least = 0.01 * float(self.fit.laws.torque[self.joint])
+        least = LEAST_FRICTION * float(self.fit.laws.torque[self.joint])
         return max(float(np.abs(self._odd @ theta[: self._odd.shape[1]]).max()), least)
 
 
