@@ -14,7 +14,7 @@ from stribeck_simulation.demo import make_demo
 
 JOINT, STANDING = "left_knee", "right_foot"
 SWING, SHORT = (4.82, 5.5), (4.0, 7.0)
-"""Parts of the walk that are drawn, a swing of this leg, and identified alone [s]."""
+"""Parts of the walk [s]: the swing of this leg in the pictures, and a short log."""
 FOLDER = Path(__file__).parent / "assets"
 
 
@@ -72,7 +72,7 @@ def main() -> None:
     save("idea-leg", lambda figure: lines(figure, "knee position [rad]", (position, "knee", "C0")), FOLDER)
     both = (torque, "measured", "C0"), (torque - friction, "gravity and inertia", ink())
     save("idea-model", lambda figure: lines(figure, "torque [N m]", *both), FOLDER)
-    left = (friction - offset, "what is left", "C1"), (np.sign(velocity), "direction of motion", ink())
+    left = (friction - offset, "difference", "C1"), (np.sign(velocity), "direction of motion", ink())
     save("idea-left", lambda figure: lines(figure, "torque [N m]", *left), FOLDER)
     save("idea-curve", curve, FOLDER)
     save("idea-trust", trusted, FOLDER)

@@ -133,11 +133,11 @@ def command_delays(logs: Sequence[PreparedLog], robot: Robot, settings: Settings
 def pooled(found: Array, error: Array) -> tuple[tuple[float, float], tuple[Array, Array]]:
     """Pool the estimates of k joints [s], shape (k,): their drives share one network unless the estimates differ.
 
-    Estimates of one delay scatter more than their errors say, because models are wrong: the errors grow with the
-    scatter (Birge 1932). Only beyond `DIFFERENT` standard errors do drives differ; then estimates approach the common
-    delay by the ratio of their variance to the variance between joints. Where a single one differs by two to four
-    standard errors, either its joint's model is wrong or its delay is another one; the standard error includes both. A
-    negative estimate only shows a wrong model.
+    Wrong models make the estimates scatter beyond their errors, which are therefore increased by the ratio of both
+    (Birge 1932). Delays differ between drives only if the scatter exceeds `DIFFERENT` standard errors. Then estimates
+    approach the common delay by the ratio of their variance to the variance between joints. If a single estimate
+    deviates by two to four standard errors, its standard error increasingly includes the deviation, because either its
+    model is wrong or its delay differs. A negative estimate only shows a wrong model.
 
     Returns
     -------

@@ -63,7 +63,8 @@ class Hypothesis:
     values
         Changes: of gains [1], of gravity [m/s^2], or of a body's inertial parameters in its joint's frame.
     explains
-        Whether the cause and usual errors of bodies leave no more than `FLOOR`, or half of what these errors leave.
+        Whether the cause and usual errors of bodies explain the torques up to `FLOOR`, or the cause explains at least
+        half of what these errors do not.
     """
 
     kind: str

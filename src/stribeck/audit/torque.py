@@ -158,7 +158,7 @@ def _negated_one_way(evidence: Evidence, k: int) -> bool:
     signs = np.where(slow, 0.0, np.sign(evidence.velocity[:, k]))
     signed = min(unexplained(evidence, k, signs), unexplained(evidence, k, -signs))
     plain = min(unexplained(evidence, k, np.abs(signs)), unexplained(evidence, k, -np.abs(signs)))
-    return plain > 0.2 and signed < 0.05  # friction alone leaves up to 0.15
+    return plain > 0.2 and signed < 0.05  # plain is up to 0.15 for sound torques
 
 
 def check_slow(evidence: Evidence) -> list[Finding]:

@@ -6,8 +6,8 @@ form. Its coefficients c solve
     min sum (R(x_k) - B(x_k) c)^2,    c >= 0        (Lawson and Hanson 1974)
 
 The RMS of the residual is reported. A joint with extrapolated friction (`beyond`) has one more residual, whose weight
-is halved until it moves the form within the log by no more than the room: half of the 95 % interval's half-width, less
-the residual. A form without Coulomb friction fits neither, and keeps the weight.
+is halved until this residual moves the form within the log by no more than the room: a quarter of the 95 % interval,
+minus the error of the form. Forms without Coulomb friction fit neither, and keep the weight.
 """
 
 from collections.abc import Mapping

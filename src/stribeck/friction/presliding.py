@@ -33,7 +33,7 @@ def lag_behind(velocity: Array, period: float, smooth: Array | float, travels: A
 def _recursion(added: Array, kept: Array) -> Array:
     """Solve y(t) = (y(t - 1) + added(t)) kept(t) with y = 0 before, along the first axis; kept is from 0 to 1.
 
-    All blocks of about sqrt(T) samples run at once from zero. Then what the blocks before leave is added.
+    Blocks of about sqrt(T) samples are solved at once, each from zero. Then the effect of the previous block is added.
     """
     samples, length = len(kept), int(np.sqrt(len(kept))) + 1
     padding = ((0, -samples % length), (0, 0), (0, 0))
