@@ -8,6 +8,7 @@ from tests.report.conftest import make_walk, truth_of
 
 from stribeck.report import write_report
 from stribeck.result import Result
+from stribeck.result.joint import TorqueR2
 from stribeck_simulation.pictures.section import walk_section
 
 
@@ -21,7 +22,8 @@ def page(browser: Any, result: Result, tmp_path_factory: pytest.TempPathFactory)
     samples = result.evidence.samples
     names = tuple(long if name == old else name for name in samples.joint_names)
     evidence = replace(result.evidence, samples=replace(samples, joint_names=names))
-    joints = {long if name == old else name: joint for name, joint in result.joints.items()}
+    r2 = TorqueR2(nominal=0.91, corrected=0.985)
+    joints = {long if name == old else name: replace(joint, torque_r2=r2) for name, joint in result.joints.items()}
     changed = replace(result, robot=long, joints=joints, evidence=evidence, warnings=[long, *result.warnings])
     write_report(changed, path, reference=truth_of(result), further=[walk_section(make_walk())])
     browser.get(path.as_uri())
