@@ -1,5 +1,7 @@
 """Whitened errors are independent, whatever makes them, and residuals show how large errors are."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tests.whole_log.synthetic import some_equations
@@ -50,6 +52,18 @@ def test_the_whitened_covariance_is_the_identity(windows: int, projected: bool) 
     whitener.whiten_back(factor)
     np.testing.assert_allclose(factor @ dense, np.eye(len(dense)), atol=1e-9)
     np.testing.assert_allclose(TRUTH.marginal(equations).ravel(), np.diag(dense))
+
+
+def test_means_of_windows_have_the_variance_of_their_sensors() -> None:
+    equations = some_equations(4, False)
+    response = np.broadcast_to(equations.encoder_response[:1], equations.encoder_response.shape)
+    equations, sensors = (
+        replace(equations, encoder_response=response),
+        replace(TRUTH, model=0 * TRUTH.model, root=np.zeros(6)),
+    )
+    mean = np.kron(np.full((1, 4), 0.25), np.eye(3))
+    expected = np.diag(mean @ covariance(equations, sensors) @ mean.T)
+    np.testing.assert_allclose(sensors.marginal(equations, 4)[0], expected)
 
 
 def test_groups_are_whitened_by_themselves() -> None:

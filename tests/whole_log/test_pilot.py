@@ -121,6 +121,13 @@ def test_pushes_hardly_matter(arm: Robot, exact: RobotLog) -> None:
     covered(found, 0.01)
 
 
+def test_pushes_that_encoder_noise_hides_in_single_windows_are_set_aside(arm: Robot, exact: RobotLog) -> None:
+    noisy = with_noise(pushed(exact), position=2e-4, torque=0.05, seed=3)
+    found = identify_whole_log([prepare(noisy, arm, SETTINGS)], arm, get_law("stribeck"), SETTINGS)
+    assert len(found.set_aside[0]) >= 9  # of ten
+    covered(found, 0.01)
+
+
 def test_spikes_hardly_matter(arm: Robot, exact: RobotLog) -> None:
     """Of 20 standard deviations, in a hundredth of all positions and torques."""
     log, generator = with_noise(exact, position=2e-5, torque=0.05, seed=3), np.random.default_rng(5)

@@ -28,10 +28,11 @@ CONTACT_BINS = (0.06, 0.12, 0.24)
 """Ends of the bins of the contact variance scale, by the time since a contact change [s]; the last bin, before the next
 contact change, is as long as the first. Without bins, errors in walks without noise are 2.5 times as large."""
 
-PILOT_OUTLIER, OUTLIER, SHOULDER = 24.0, 30.0, 4.0
+PILOT_OUTLIER, PILOT_OUTLIER_OF_MEANS, OUTLIER, SHOULDER = 24.0, 50.0, 30.0, 4.0
 """Limits of outliers in standard deviations [1]: of robust residuals in the pilot (friction outside the law reaches 16
-on a double pendulum), of the difference from the pilot's prediction (friction and model errors of real arms reach 26,
-pushes and hands start at 110), and of the residuals at an outlier's ends."""
+on a double pendulum) and of their means over groups of windows (39 on a KUKA; pushes in noise of encoders 86), of the
+difference from the pilot's prediction (friction and model errors of real arms reach 26, pushes and hands start at
+110), and of the residuals at an outlier's ends."""
 
 WIDEST_PRIOR = 4.0
 """Largest standard deviation of a model error relative to its first prior [1], for logs that predict themselves better

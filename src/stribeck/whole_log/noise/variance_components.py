@@ -91,12 +91,23 @@ class VarianceComponents:
             components[:, :joints] = np.hypot(components[:, :joints], self.stiction * resting(equations, self.rest))
         return components
 
-    def marginal(self, equations: WeakEquations) -> Array:
-        """Compute the marginal variance of each equation's error, shape (K, m)."""
-        encoder = (self.encoder_errors(equations) ** 2).sum(axis=2)
-        sensors = (equations.sensors**2).sum(axis=2)
+    def marginal(self, equations: WeakEquations, windows: int = 1) -> Array:
+        """Compute the marginal variance of the mean error of consecutive windows, shape (K - windows + 1, m).
+
+        Noise of the sensors cancels in means as far as its correlation allows; other errors are taken as equal in them.
+        """
+        distance = np.arange(len(equations.torque_overlap))
+        shares = np.where(distance, 2.0, 1.0) * np.maximum(windows - distance, 0) / windows**2
+        encoder = (self.encoder_errors(equations) ** 2).sum(axis=2) * (equations.acceleration_overlap @ shares)
+        sensors = (equations.sensors**2).sum(axis=2) * (equations.torque_overlap @ shares)
         other = ((self.response(equations) * self.at(equations)[:, None]) ** 2).sum(axis=2)
-        return np.asarray(equations.acceleration_overlap[0] * encoder + equations.torque_overlap[0] * sensors + other)
+        return means(encoder + sensors + other, windows)
+
+
+def means(values: Array, windows: int) -> Array:
+    """Compute the means of consecutive windows, from shape (K, ...) to shape (K - windows + 1, ...)."""
+    count = max(len(values) - windows + 1, 0)
+    return np.asarray(sum(values[k : k + count] for k in range(windows)) / windows)
 
 
 def first_components(
