@@ -3,9 +3,9 @@
     STRIBECK_REAL_LOGS=DATA_FOLDER python -m studies.real
 
 Each log individually, and all logs of a robot together, go through `inspect`, `convert`, `init`, `identify` with the
-robot file's settings and with every method, law and correction, `export`, `compare` and `plan`. A refusal in one
-sentence (exit codes 2 and 3) is accepted. Any other nonzero exit code and any traceback is a failure; this command then
-ends with exit code 1.
+robot file's settings, with every law, and with every method and correction for one law, `export`, `compare` and `plan`.
+A refusal in one sentence (exit codes 2 and 3) is accepted. Any other nonzero exit code and any traceback is a failure;
+this command then ends with exit code 1.
 """
 
 import argparse
@@ -38,6 +38,7 @@ WORKERS = 2
 ANSWERS = (0, 2, 3)
 """Exit codes that a user can act on."""
 CORRECTIONS = ("none", "inertia", "calibration")
+FIRST = "coulomb-viscous"
 THIN = ("double-pendulum", "so101", "cassie-landings", "icub-walk")
 """Robots whose first log passes a few commands within seconds."""
 FORMATS = {".urdf": "urdf", ".xml": "mjcf"}
@@ -94,18 +95,14 @@ def log_sets(folder: Path) -> dict[str, list[Path]]:
 
 
 def choices(law: str) -> Iterator[dict[str, str]]:
-    """Yield the methods and corrections that a law may be fitted with."""
+    """Yield the methods and corrections to fit a law with: all with the first law, the usual ones with the others."""
     if law in LAWS_WITH_STATE:
         yield {"method": "curve-fit"}
-        return
-    if law != AUTO:
-        yield {"method": "curve-fit"}
-        yield {"method": "observer"}
-        yield {"method": "ground-reaction"}
-    if law in METHODS["direct"].laws:
-        yield {"method": "direct"}
-    for corrections in CORRECTIONS:
-        yield {"method": "whole-log", "corrections": corrections}
+    elif law != FIRST:
+        yield {"method": "whole-log"}
+    else:
+        yield from ({"method": method} for method in METHODS if method != "whole-log")
+        yield from ({"method": "whole-log", "corrections": corrections} for corrections in CORRECTIONS)
 
 
 def chain(name: str, logs: Sequence[Path], scratch: Path, law: str | None, only: Sequence[str] = ()) -> list[Ran]:
@@ -180,7 +177,7 @@ def all_runs(data: Path, scratch: Path, only: str | None, thin: bool) -> Iterato
                     jobs.append(pool.submit(looked_at, name, logs[0], scratch / "looked-at"))
                 if robot == "cassie-landings" and len(logs) == 1 and not thin:
                     continue  # logs of fifty milliseconds are inspected, and fitted only together
-                for law in (None, "coulomb-viscous") if thin else (None, *LAWS, *LAWS_WITH_STATE, AUTO):
+                for law in (None, FIRST) if thin else (None, *LAWS, *LAWS_WITH_STATE, AUTO):
                     jobs.append(pool.submit(chain, name, logs, scratch / "found", law, ("inertia",) if thin else ()))
         for job in jobs:
             yield from job.result()
