@@ -465,3 +465,19 @@ def test_currents_stored_as_unsigned_integers_are_unwrapped(logs: Callable[[str]
     assert "negative integers were stored as unsigned ones" in text
     torque = read_log(path, robot).torque
     np.testing.assert_array_equal(torque / robot.log_table.torque.scale, counts)
+
+
+def test_normalized_positions_are_asked_for_with_the_keys_to_set(
+    logs: Callable[[str], RobotLog], tmp_path: Path
+) -> None:
+    """As LeRobot writes them, -100 to 100 of each joint's range, which could be degrees."""
+    log, (low, high) = logs("ur5"), example_robot("ur5").position_limits
+    normalized = 200 * (log.position - low) / (high - low) - 100
+    path = written(log, tmp_path / "log.npz", position=normalized, velocity=None, acceleration=None)
+    _, text = drafted(ARM, path, tmp_path)
+    note = " ".join(line.lstrip("# ") for line in text.splitlines() if line.startswith("# "))
+    scale, offset = (note[note.index(f"{key} = {{") :].partition("}")[0] + "}" for key in ("scale", "offset"))
+    output = tmp_path / "robot.toml"
+    output.write_text(text.replace('unit = "deg"', f"{scale}\n{offset}"))
+    read = read_log(path, Robot.from_file(output))
+    np.testing.assert_allclose(read.position, log.position, atol=1e-4)

@@ -12,10 +12,11 @@ from stribeck.base.threads import one_blas_thread
 from stribeck.base.typing import TorqueSource
 from stribeck.errors import LogError
 from stribeck.friction_torque.preparation import prepare
-from stribeck.init.by_dynamics import answer_by_dynamics, multiply_scale
+from stribeck.init.by_dynamics import answer_by_dynamics, by_logged_name, multiply_scale
 from stribeck.init.columns import (
     find_columns,
     find_command,
+    normalized_ranges,
     orientation_order,
     position_and_velocity_units,
     servo_ticks,
@@ -117,6 +118,8 @@ def _answer_from_log(draft: Draft, log: Path) -> None:
         draft.set(f"log.{channel}", "unit", unit, why)
         if channel == "position" and read.command is not None:
             draft.set("log.desired_position", "unit", unit, "as the positions.")
+        if channel == "position" and unit == "deg" and (ranges := normalized_ranges(read, robot)):
+            _ask_for_normalized(draft, ranges)
     if not timed:
         draft.ask("log.rate", "without a rate, nothing else was checked; `stribeck inspect` checks signs and units.")
     elif read.command is None:  # order and signs of commands are those of the positions
@@ -342,6 +345,22 @@ def _write_ticks(draft: Draft, log: RobotLog, turn: int) -> None:
     if log.velocity is not None and np.isfinite(slopes := position_slopes(log)).any():
         why = "with this scale the velocities agree with the positions."
         draft.set("log.velocity", "scale", float(f"{scale * np.nanmedian(slopes):.4g}"), why)
+
+
+def _ask_for_normalized(draft: Draft, ranges: dict[str, tuple[float, float]]) -> None:
+    """Ask whether positions are degrees or shares of each joint's range, and offer the keys for the latter."""
+
+    def inline(values: dict[str, float]) -> str:
+        found = by_logged_name(draft.table("log"), "position", values)
+        return "{ " + ", ".join(f'"{name}" = {value:.6g}' for name, value in found.items()) + " }"
+
+    scales = inline({joint: (high - low) / 200 for joint, (low, high) in ranges.items()})
+    offsets = inline({joint: (high + low) / 2 for joint, (low, high) in ranges.items()})
+    draft.ask(
+        "log.position.unit",
+        "are these degrees, or -100 to 100 of each joint's calibrated range (LeRobot; grippers 0 to 100)? For the "
+        f"latter delete `unit` and set, for the model's limits, scale = {scales} and offset = {offsets}.",
+    )
 
 
 def _write_idle_joints(draft: Draft, log: RobotLog) -> None:

@@ -134,16 +134,22 @@ def _write_columns(draft: Draft, robot: Robot, columns: Columns, log: RobotLog) 
 
 def multiply_scale(robot: Robot, table: dict[str, Any], channel: str, signs: list[float]) -> float | dict[str, float]:
     """Multiply the scale of a channel by signs: one number, or by the log's names."""
-    present, asked = table.get(channel, {}).get("scale", 1.0), table.get(channel, {}).get("name")
+    present = table.get(channel, {}).get("scale", 1.0)
     if not isinstance(present, dict) and set(signs) == {-1.0}:
         return -float(present)
+    scales = {
+        joint: sign * (present.get(joint, 1.0) if isinstance(present, dict) else float(present))
+        for joint, sign in zip(robot.joint_names, signs, strict=True)
+    }
+    return {name: scale for name, scale in by_logged_name(table, channel, scales).items() if scale != 1}
+
+
+def by_logged_name(table: dict[str, Any], channel: str, values: dict[str, float]) -> dict[str, float]:
+    """Give values of joints by the names that the log has in a channel."""
+    asked = table.get(channel, {}).get("name")
     logged = {
         joint: label
         for label, joint in table.get("joint_names", {}).items()
         if not isinstance(asked, list) or label in asked  # columns of this channel
     }
-    scales = {
-        joint: sign * (present.get(joint, 1.0) if isinstance(present, dict) else float(present))
-        for joint, sign in zip(robot.joint_names, signs, strict=True)
-    }
-    return {logged.get(joint, joint): scale for joint, scale in scales.items() if scale != 1}
+    return {logged.get(joint, joint): value for joint, value in values.items()}

@@ -178,6 +178,19 @@ def position_and_velocity_units(log: RobotLog, robot: Robot) -> list[tuple[str, 
     return found + ([("velocity", velocity, why)] if log.velocity is not None and velocity != "rad/s" else [])
 
 
+def normalized_ranges(log: RobotLog, robot: Robot) -> dict[str, tuple[float, float]]:
+    """Compute the range of each joint of -100 to 100 [rad] if positions may be shares of it, as LeRobot writes them.
+
+    Positions that are never negative are read as 0 to 100, as of a gripper.
+    """
+    low, high = robot.position_limits
+    lowest, highest = np.nanmin(log.position, axis=0), np.nanmax(log.position, axis=0)
+    if not np.isfinite(high - low).all() or np.any(np.maximum(-lowest, highest) > 100.5):
+        return {}
+    low = np.where((lowest >= 0) & (highest > 0.5), 2 * low - high, low)
+    return dict(zip(robot.joint_names, zip(low.tolist(), high.tolist(), strict=True), strict=True))
+
+
 def servo_ticks(log: RobotLog) -> int:
     """Find the ticks per turn of positions that are integers around the middle of a servo's range; 0 otherwise."""
     known = log.position[np.isfinite(log.position)]

@@ -9,7 +9,7 @@ from scipy.optimize import linear_sum_assignment
 
 EMPTY = {"joint", "j", "jnt", "link", "motor", "mot", "act", "actuator", "op", "pos", "position", "q", "tau", "torque"}
 EMPTY |= {"encoder", "encoders", "effort", "moment", "current", "actual", "meas", "ist", "deg", "rad", "nm", "ma"}
-EMPTY |= {"present", "state", "states", "feedback", "velocity", "vel", "speed"}
+EMPTY |= {"observation", "present", "state", "states", "feedback", "velocity", "vel", "speed"}
 """Words that do not help to identify a joint."""
 MEANINGS = {
     **dict.fromkeys(("l", "left"), ("left",)),
