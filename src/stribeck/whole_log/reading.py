@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,7 +75,6 @@ def read_with_pilot(
     """Fit the pilot and read the log; repeat both if the whole log contradicts the pilot's variances or delay."""
     basis = make_basis(law, speed)
 
-    @lru_cache(maxsize=1)
     def segments(delay: float, count: int) -> list[WeakEquations]:
         late = equations.delayed(delay)
         return [late[place] for place in pilot_places(late.feet, count)]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -144,15 +145,20 @@ def fit_pilot(
     """
     columns = Columns(basis, Lags(top_speed))
 
+    @lru_cache(maxsize=3)  # delays return: zero, and the last one of the search
+    def delayed(delay: float) -> tuple[list[WeakEquations], list[Array]]:
+        parts = segments(delay, size)
+        return parts, [columns.by_joint(part) for part in parts]
+
     def fit(delay: float | None, operations: float, rounds: int, half_alone: bool, equal: bool = True) -> Pilot:
         held, delay = delay is None, delay or 0.0
-        parts = segments(delay, size)
+        parts, own = delayed(delay)
         torque = max(float(np.sqrt(np.mean(np.concatenate([_torques(part) for part in parts]) ** 2))), 1e-9)
         model = model_corrections(corrections, _loads(parts, corrections), priors, torque).late(delay)
         model = model.held(model.layout.places("delays")[:1], 0.0) if held else model
         model = model.with_equal_logs if equal else model
         components = first_components(parts[0], rest, np.where(rest > 0, torque, 0.0), corrections.wrenches > 0)
-        groups, precision = _groups(parts, columns, torque, operations)
+        groups, precision = _groups(parts, own, columns, torque, operations)
         groups = consistent(groups, model, components, precision, half_alone)
         groups = undisturbed(groups, model, components, precision)
         components, groups = _alternate(groups, model, components, precision, rounds)
@@ -213,7 +219,9 @@ def secant_step(tried: list[tuple[float, float]]) -> float:
 
 def with_terms(pilot: Pilot, columns: Columns) -> Pilot:
     """Extend the pilot by the columns of all terms, and keep the variance components of the first fit."""
-    groups, precision = _groups([each.part for each in pilot.groups], columns, pilot.torque, OPERATIONS)
+    parts = [each.part for each in pilot.groups]
+    own = [columns.by_joint(part) for part in parts]
+    groups, precision = _groups(parts, own, columns, pilot.torque, OPERATIONS)
     prediction, _ = predict(groups, pilot.components, pilot.model, precision)
     return replace(pilot, groups=groups, prediction=prediction, precision=precision)
 
@@ -257,13 +265,14 @@ def _alternate(
 
 
 def _groups(
-    parts: list[WeakEquations], columns: Columns, torque: float, operations: float
+    parts: list[WeakEquations], own: list[Array], columns: Columns, torque: float, operations: float
 ) -> tuple[list[Groups], Array]:
     """Select every other group of windows, or fewer, and compute the prior precision of their coefficients.
 
+    `own` are the columns of each part by joint.
+
     The prior of curves is as large as the joint's torque, the prior of terms a third of it.
     """
-    own = [columns.by_joint(part) for part in parts]
     designs = [columns.design(part, each, part.residual.reshape(-1, 1)) for part, each in zip(parts, own, strict=True)]
     step = max(2, round(sum(map(len, designs)) * designs[0].shape[1] ** 2 / operations))
     groups = [
