@@ -181,13 +181,18 @@ def position_and_velocity_units(log: RobotLog, robot: Robot) -> list[tuple[str, 
 def normalized_ranges(log: RobotLog, robot: Robot) -> dict[str, tuple[float, float]]:
     """Compute the range of each joint of -100 to 100 [rad] if positions may be shares of it, as LeRobot writes them.
 
-    Positions that are never negative are read as 0 to 100, as of a gripper.
+    Grippers are written as 0 to 100.
     """
     low, high = robot.position_limits
     lowest, highest = np.nanmin(log.position, axis=0), np.nanmax(log.position, axis=0)
-    if not np.isfinite(high - low).all() or np.any(np.maximum(-lowest, highest) > 100.5):
+    gripper = np.array(["gripper" in name.lower() for name in robot.joint_names])
+    if (
+        not np.isfinite(high - low).all()
+        or np.maximum(-lowest, highest).max() > 100.5
+        or (lowest < -0.5)[gripper].any()
+    ):
         return {}
-    low = np.where((lowest >= 0) & (highest > 0.5), 2 * low - high, low)
+    low = np.where(gripper, 2 * low - high, low)
     return dict(zip(robot.joint_names, zip(low.tolist(), high.tolist(), strict=True), strict=True))
 
 
