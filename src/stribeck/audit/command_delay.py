@@ -250,7 +250,7 @@ def _fit(pieces: Pieces, robot: Robot, limits: Array) -> tuple[Array, Array]:
     """Fit the simulation of all joints twice; the second fit whitens residuals by their correlation in the first.
 
     Inexact models and friction laws leave slow residuals, which hide the delay; fast residuals follow the commands. The
-    second fit has the same start, because the first may end at a local minimum of the second.
+    second fit has the same start, because the first, with longer steps, may end at a local minimum of the second.
 
     Returns
     -------
@@ -265,14 +265,14 @@ def _fit(pieces: Pieces, robot: Robot, limits: Array) -> tuple[Array, Array]:
     scale = np.stack([np.full(size, 0.01), 1e-3 * kp, 0.02 * kp, torque, torque])  # delay, A, b, F, o
     start = np.stack([np.full(size, 0.02), 1e-3 * kp, 0.02 * kp, 0.5 * torque, 0 * torque])
     correlation = np.zeros(size)
-    for _ in range(2):
-        given = (scale, kp, robot.command_gains[1], limits, correlation)
+    for step in (4 * STEP, STEP):
+        given = (scale, kp, robot.command_gains[1], limits, correlation, step)
         values, error, correlation = _minimize(pieces, start, *given)
     return values[0] - 0.5 * STEP, error
 
 
 def _minimize(
-    pieces: Pieces, values: Array, scale: Array, kp: Array, kd: Array, limits: Array, correlation: Array
+    pieces: Pieces, values: Array, scale: Array, kp: Array, kd: Array, limits: Array, correlation: Array, longest: float
 ) -> tuple[Array, Array, Array]:
     """Minimize the residuals of all joints at once by Levenberg and Marquardt's method.
 
@@ -287,7 +287,7 @@ def _minimize(
     active = number > 0
     for _ in range(ROUNDS):
         own = pieces.take(np.flatnonzero(active[pieces.joint]))
-        residual, slopes = linearize(own, values, scale, kp, kd, limits, correlation)
+        residual, slopes = linearize(own, values, scale, kp, kd, limits, correlation, longest)
         cost = np.bincount(own.joint, (residual**2).sum(axis=0), size)
         better = active & (cost <= best)
         kept, best = np.where(better, values, kept), np.where(better, cost, best)

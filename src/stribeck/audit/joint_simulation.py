@@ -48,7 +48,7 @@ class Pieces:
 
 
 def linearize(
-    pieces: Pieces, values: Array, scale: Array, kp: Array, kd: Array, limits: Array, correlation: Array
+    pieces: Pieces, values: Array, scale: Array, kp: Array, kd: Array, limits: Array, correlation: Array, step: float
 ) -> tuple[Array, Array]:
     """Compute residuals [rad], shape (T, B), and slopes by each parameter over its scale, shape (5, T, B).
 
@@ -63,7 +63,7 @@ def linearize(
         [0.03 * fast, fast]
     )
     gains = kp[pieces.joint], kd[pieces.joint], limits[pieces.joint]
-    motion = simulate(pieces, parameters, starts, *gains)
+    motion = simulate(pieces, parameters, starts, *gains, step)
     both = np.concatenate([(pieces.position - motion[0])[None], (motion[1:] - motion[0]) / small])
     rho = correlation[pieces.joint]
     first = np.sqrt(1 - rho**2) * both[:, :1]
@@ -74,18 +74,20 @@ def linearize(
     return both[0], both[1:]
 
 
-def simulate(pieces: Pieces, parameters: Array, starts: Array, kp: Array, kd: Array, limits: Array) -> Array:
+def simulate(
+    pieces: Pieces, parameters: Array, starts: Array, kp: Array, kd: Array, limits: Array, longest: float = STEP
+) -> Array:
     """Simulate all pieces with P sets of parameters, shape (P, 5, B), and initial states, shape (P, 2, B).
 
-    The implicit Euler method is stable for any friction. The positions [rad] have shape (P, T, B); beyond a piece's
-    samples they are its initial position.
+    The implicit Euler method, with steps of at most `longest` [s], is stable for any friction. The positions [rad] have
+    shape (P, T, B); beyond a piece's samples they are its initial position.
     """
     order = np.argsort(-pieces.known.sum(axis=0), kind="stable")  # pieces that end are the last columns
     pieces, parameters, starts = pieces.take(order), parameters[:, :, order], starts[:, :, order]
     kp, kd, limits = kp[order], kd[order], limits[order]
     delay, rotor, viscous, coulomb, offset = parameters.transpose(1, 0, 2)
     position, velocity = starts.transpose(1, 0, 2)
-    parts = max(1, int(np.ceil(pieces.period.max() / STEP)))
+    parts = max(1, int(np.ceil(pieces.period.max() / longest)))
     step, share = pieces.period / parts, (np.arange(1, parts + 1) / parts)[:, None, None]
     delays, same = np.unique(delay, axis=0, return_inverse=True)
     late, most = pieces.lead - delays * pieces.stride / pieces.period, len(pieces.command) - 2
