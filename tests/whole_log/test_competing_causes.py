@@ -57,6 +57,15 @@ def test_a_single_error_is_named_with_its_size(
     assert np.abs(cause.values).max() == pytest.approx(size, rel=0.2)
 
 
+def test_the_gain_of_one_torque_is_named_where_gains_are_not_corrected() -> None:
+    robot, log = walk("quadruped", 8.0)
+    torque = log.torque * np.where(np.arange(log.torque.shape[1]) == KNEE, 1.25, 1.0)
+    prepared = prepare(replace(log, torque=torque), robot, robot.settings)
+    (cause,) = identify_whole_log([prepared], robot, get_law("stribeck"), robot.settings).causes.rivals
+    assert (cause.kind, cause.places) == ("gain", (KNEE,))
+    assert cause.values[0] == pytest.approx(0.2, abs=3 * cause.errors[0])  # of the logged torque
+
+
 def test_all_masses_together_are_the_scale_of_the_torques(sound: WholeLog) -> None:
     layout = sound.fit.fit.model.layout
     own = sound.fit.fit.model.corrections.inertial_parameters.ravel()

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
 from stribeck.robot.inertial_parameters import SIZE
-from stribeck.whole_log.model.terms import DELAY, ROTOR
+from stribeck.whole_log.model.terms import DELAY, GAIN, ROTOR
 from stribeck.whole_log.solver.elimination import Fit, solve
 from stribeck.whole_log.solver.statistics import Statistics
 
@@ -37,6 +37,9 @@ RIVAL = 0.7
 
 FAR = 5.0
 """Smallest size of a cause in prior standard deviations of the same error [1]."""
+
+SURE = 4.0
+"""Smallest size of a wrong gain in standard errors [1]: a remedy needs the gain to within a half."""
 
 HEAVIEST = 5.0
 """Largest factor between the mass of a body and its mass in the model [1]."""
@@ -137,12 +140,14 @@ def find_causes(fit: Fit, statistics: Statistics, limbs: Mapping[str, NDArray[np
     causes, tests = list(_causes(fit, limbs)), []
     for kind, places, columns, least in causes:
         evidence, values, errors = score.test(columns)
-        if kind == "gain":
+        if kind == "gain" and errors.all():
             evidence, values, errors = _without_noise(values, errors, len(places) * noise)
         sure = values / np.maximum(errors, 1e-30)
-        possible = (kind != "rotor" or sure.max() > -sure.min()) and (
-            kind != "body" or abs(values[0]) < np.log(HEAVIEST)
-        )
+        possible = {
+            "rotor": sure.max() > -sure.min(),
+            "body": abs(values[0]) < np.log(HEAVIEST),
+            "gain": values[0] < 1 and abs(sure[0]) > SURE,
+        }.get(kind, True)
         if possible and np.abs(values).max() > least:
             gain = evidence / discount - 2 * len(values)
             tests.append(Cause(kind=kind, places=places, evidence=gain, values=values, errors=errors))
@@ -184,11 +189,11 @@ def _score(fit: Fit, statistics: Statistics) -> _Score:
 
 
 def _outside(fit: Fit) -> NDArray[np.int64]:
-    """Find the columns of each joint's delay, then of its rotor inertia, which no fit contains."""
+    """Find the columns of each joint's delay, of its rotor inertia and of its gain, which no fit contains."""
     joints, per_joint = len(fit.internal), fit.laws.jacobians(fit.internal).shape[1]
     terms = fit.laws.terms
     first = per_joint - len(terms)
-    places = [first + terms.index(term) for term in (DELAY, ROTOR)]
+    places = [first + terms.index(term) for term in (DELAY, ROTOR, GAIN)]
     return np.concatenate([place + per_joint * np.arange(joints) for place in places])
 
 
@@ -196,18 +201,18 @@ def _causes(fit: Fit, limbs: Mapping[str, NDArray[np.bool_]]) -> Iterator[Column
     """Yield the columns of all causes that the fit does not estimate anyway; values are in the units of `Cause`."""
     model, layout, priors, joints = fit.model, fit.model.layout, fit.model.priors, len(fit.internal)
     c = layout.size
-    every = np.eye(c + 2 * joints)
+    every = np.eye(c + 3 * joints)
     bodies, gains = layout.places("bodies").reshape(-1, SIZE), layout.places("gains")
     if len(bodies):
         whole = every[:, bodies[:, 0]].sum(axis=1) / priors.mass
         whole = whole + every[:, bodies[:, 4:7].ravel()].sum(axis=1) / (np.sqrt(2) * priors.moments)
         yield "scale", (), whole[:, None], 3 * priors.mass
-    if len(gains):
-        loaded = set(model.loaded.tolist())
-        limb = [loaded & set(np.flatnonzero(own).tolist()) for own in limbs.values()]
-        for group in dict.fromkeys(tuple(sorted(own)) for own in (*limb, *({k} for k in loaded)) if own):
-            column = every[:, gains[list(group)]].sum(axis=1) / priors.torque_gain
-            yield "gain", group, column[:, None], FAR * priors.torque_gain
+    loaded = set(model.loaded.tolist()) if len(gains) else set(range(joints))
+    places, unit = (gains, priors.torque_gain) if len(gains) else (c + 2 * joints + np.arange(joints), 1.0)
+    limb = [loaded & set(np.flatnonzero(own).tolist()) for own in limbs.values()]
+    for group in dict.fromkeys(tuple(sorted(own)) for own in (*limb, *({k} for k in loaded)) if own):
+        column = every[:, places[list(group)]].sum(axis=1) / unit
+        yield "gain", group, column[:, None], FAR * priors.torque_gain
     for k, place in enumerate(layout.places("zeros").tolist()):
         yield "zero", (k,), every[:, [place]] / priors.encoder_zero, FAR * priors.encoder_zero
     tilts = layout.places("tilts")
@@ -222,4 +227,4 @@ def _causes(fit: Fit, limbs: Mapping[str, NDArray[np.bool_]]) -> Iterator[Column
     for k in () if model.corrections.command_delays else range(joints):  # found from the motion, before the fit
         yield "delay", (k,), every[:, [c + k]] / priors.torque_delay, FAR * priors.torque_delay
     if not model.corrections.rotors:
-        yield "rotor", tuple(range(joints)), every[:, c + joints :], 1e-3
+        yield "rotor", tuple(range(joints)), every[:, c + joints : c + 2 * joints], 1e-3

@@ -12,9 +12,10 @@ With s the rise of the friction at standstill, tanh(a v), a joint's columns are,
 | presliding | z - s(v), the deficit of friction that builds up over a travel (`friction/presliding.py`) |
 | play | blows when the torque changes its sign, and one window later |
 | rotor | acceleration |
+| gain | this torque |
 | delay | minus the change of this torque with time |
 
-The last three are not friction, but errors that look like friction to a fit. The slope a, k and the travel come from
+The last four are not friction, but errors that look like friction to a fit. The slope a, k and the travel come from
 the pilot, so that all columns are known before the log is read. Load: Hamon, Gautier and Garrec 2010; temperature:
 Bittencourt and Gunnarsson 2012; presliding: Dahl 1968.
 """
@@ -42,7 +43,10 @@ DELAY = Parameter(name="delay", symbol="d", unit="1", lower=float("-inf"), neutr
 SHORTEST_DRIFT = 20.0
 """Shortest log for terms of drift [s], chosen by judgment."""
 
-NO_TERM = frozenset(parameter.name for parameter in (*PLAY, ROTOR, DELAY))
+GAIN = Parameter(name="gain", symbol="g", unit="1", lower=float("-inf"), neutral=0.0)
+"""Share of a torque that is the error of its gain."""
+
+NO_TERM = frozenset(parameter.name for parameter in (*PLAY, ROTOR, GAIN, DELAY))
 """Parameters of columns that model errors, not friction."""
 
 
@@ -91,14 +95,21 @@ class Terms:
     def parameters(self) -> tuple[Parameter, ...]:
         """Names of the columns' parameters, in order."""
         return tuple(
-            compress((LOAD, *SLOW[self.slow], *POSITION, *RIPPLE, PRESLIDING, *PLAY, ROTOR, DELAY), self._possible)
+            compress(
+                (LOAD, *SLOW[self.slow], *POSITION, *RIPPLE, PRESLIDING, *PLAY, ROTOR, GAIN, DELAY), self._possible
+            )
         )
+
+    @property
+    def held(self) -> list[bool]:
+        """Mask of columns that the pilot does not fit: a torque resembles friction too much."""
+        return [parameter is GAIN for parameter in self.parameters]
 
     @property
     def _possible(self) -> list[bool]:
         """Mask of columns that some joint can have."""
         ripple, presliding = (bool(np.isfinite(each).any()) for each in (self.per_turn, self.travel))
-        return [True, True, True, True, True, ripple, ripple, presliding, True, True, True, True]
+        return [True, True, True, True, True, ripple, ripple, presliding, True, True, True, True, True]
 
     @property
     def mean_temperature(self) -> Array:
@@ -118,7 +129,8 @@ class Terms:
         turned = np.moveaxis(around * rise[:, :, None], 2, 0)
         own = [self.load(part, windows) * rise, slow * rise, slow * speed, *turned, *np.moveaxis(ripple, 2, 0), lag]
         return np.stack(
-            list(compress([*own, *_blows(part, self.unexplained), acceleration, late], self._possible)), axis=2
+            list(compress([*own, *_blows(part, self.unexplained), acceleration, part.torque, late], self._possible)),
+            axis=2,
         )
 
     def load(self, part: WeakEquations, windows: Array) -> Array:
@@ -148,6 +160,10 @@ class Beside(Protocol):
     @property
     def size(self) -> int:
         """Number T of columns per joint."""
+
+    @property
+    def held(self) -> list[bool]:
+        """Mask of columns that the pilot does not fit."""
 
     def columns(self, part: WeakEquations, windows: Array) -> Array:
         """Return the columns, shape (K, n, T), given the windows of the basis, shape (K, n, R)."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import ClassVar
 
 import numpy as np
 
@@ -45,6 +46,7 @@ class Lags:
 
     top_speed: Array
     size: int = len(LAGS)
+    held: ClassVar[list[bool]] = [False] * len(LAGS)
 
     def columns(self, part: WeakEquations, windows: Array) -> Array:  # noqa: ARG002 - other terms need them
         """Return the columns, shape (K, n, 3)."""
@@ -282,7 +284,7 @@ def _groups(
     functions = len(columns.basis.variance)
     largest = np.sqrt(np.mean(np.concatenate([each[:, :, functions:] for each in own]) ** 2, axis=0))
     load = np.maximum(np.sqrt(np.mean(np.concatenate([part.torque for part in parts]) ** 2, axis=0)), 0.05 * torque)
-    of_terms = 0.3 * load[:, None] / np.maximum(largest, 1e-9)
+    of_terms = 0.3 * load[:, None] / np.maximum(largest, 1e-9) * np.where(columns.terms.held, 1e-6, 1.0)
     deviation = np.hstack([load[:, None] * np.sqrt(columns.basis.variance), of_terms])
     return groups, deviation.ravel() ** -2.0
 
