@@ -155,8 +155,11 @@ def test_samples_stand_behind_a_curve_and_outliers_leave_its_scale() -> None:
     velocity = np.linspace(-1.0, 1.0, 1000)
     torque = np.where(np.arange(1000) % 100, np.sign(velocity), 50.0)
     measured = replace(joint(STRIBECK), law="stribeck")
-    object.__setattr__(measured, "measured", (velocity, torque))
-    axes = measured.plot()
+    object.__setattr__(measured, "measured", (velocity, torque + measured.values["offset"]))
+    with_offset, axes = measured.plot(offset=True), measured.plot()
+    for k in (0, 1):  # samples and law
+        difference = with_offset.lines[k].get_ydata() - axes.lines[k].get_ydata()
+        np.testing.assert_allclose(difference, measured.values["offset"], atol=1e-9)
     assert len(axes.lines[0].get_xdata()) == 1000
     assert max(map(abs, axes.get_ylim())) < 5.0
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("velocity [rad/s]", "friction torque [N m]")
@@ -168,7 +171,7 @@ def test_a_figure_has_every_joint_with_its_band() -> None:
     shown = {axes.get_title(): axes for axes in figure.axes}
     assert [*shown] == ["knee", "hip", "ankle", "slide"]
     velocity, torque = shown["knee"].lines[0].get_data()
-    np.testing.assert_allclose(torque, result(knee=moved).joints["knee"].friction(velocity, offset=True))
+    np.testing.assert_allclose(torque, result(knee=moved).joints["knee"].friction(velocity))
     assert [len(axes.collections) for axes in shown.values()] == [1, 0, 0, 0]
     assert shown["hip"].texts[0].get_text() == "not excited"
 

@@ -212,13 +212,13 @@ def test_the_law_is_drawn_at_the_load_that_the_joint_carries(mixed: Result) -> N
     joint = next(joint for joint in mixed.joints.values() if "load" in joint.parameters)
     assert joint.mean_load is not None
     speeds = np.array([-1.0, 1.0])
-    truth = np.sign(speeds) * (1.2 + 0.08 * joint.mean_load) + 0.3 * speeds + 0.2
+    truth = np.sign(speeds) * (1.2 + 0.08 * joint.mean_load) + 0.3 * speeds
     fitted = joint.band(speeds)
     assert fitted is not None
     found, band = fitted
     assert band is not None
     np.testing.assert_allclose(found, truth, rtol=0.01)
-    np.testing.assert_allclose(found, joint.friction(speeds, offset=True), rtol=1e-12)
+    np.testing.assert_allclose(found, joint.friction(speeds), rtol=1e-12)
     assert np.all((band[1] > found) & (band[1] < found + 0.1))
 
 

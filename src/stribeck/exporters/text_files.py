@@ -2,13 +2,13 @@
 
 C and Python evaluate one function that covers all laws:
 
-    R = f(v) rise + Fv v + Fv' |v| + offset + tau_c cos(k q) + tau_s sin(k q)
+    R = f(v) rise + Fv v + Fv' |v| + tau_c cos(k q) + tau_s sin(k q)
     f(v) rise = (Fc rise + Fc' |rise|) (1 + S exp(-(|v| / vs)^delta))
                 + (mu |load| + Fc_T dT + Fc_c (cos q - c) + Fc_s (sin q - s)) rise,   rise = tanh(a v)
     Fv = Fv0 + Fv_T dT
 
 with a load, dT the temperature above its mean, and q the position. Above the top speed of a slow joint, v is clipped to
-that speed, and R grows linearly with the slope of `beyond`.
+that speed, and R grows linearly with the slope of `beyond`. The offset is stored, but not part of R.
 """
 
 import json

@@ -108,7 +108,7 @@ def rows_of(result: Result) -> dict[str, list[dict[str, Any]]]:
 def _curve(joint: str, found: JointResult) -> Iterator[dict[str, Any]]:
     """Evaluate the friction of a joint at those of `SPEEDS` that its log reaches: mean of both directions."""
     reached = [v for v in SPEEDS if found.curve and found.curve[0].velocity <= v <= found.curve[-1].velocity]
-    forward, backward = (found.band(sign * np.array(reached), offset=False) for sign in (1.0, -1.0))
+    forward, backward = (found.band(sign * np.array(reached)) for sign in (1.0, -1.0))
     if not reached or forward is None or backward is None or forward[1] is None:
         return
     half = (forward[1][1] - forward[1][0]) / 2

@@ -79,21 +79,20 @@ def friction_curve(
     if joint.verdict in ("no friction", "not excited"):
         return None
     velocity = velocity_grid(*joint.velocity_range)
-    fitted = joint.band(velocity, offset=False) if np.ptp(joint.velocity_range) > 0 else None
+    fitted = joint.band(velocity) if np.ptp(joint.velocity_range) > 0 else None
     if fitted is None:
         if not joint.curve:
             return None
         points = sorted(joint.curve, key=lambda point: point.velocity)
         velocity = np.array([point.velocity for point in points])
         fitted = np.array([point.value for point in points]), np.array([point.interval_95 for point in points]).T
-    offset = joint.parameters["offset"].value if "offset" in joint.parameters else 0.0
     curve = FrictionCurve(
         velocity=velocity,
         torque=fitted[0],
         band=fitted[1],
         units=joint.units(prismatic),
         significant=is_significant(joint),
-        samples=None if samples is None else (samples.velocity, samples.torque - offset),
+        samples=None if samples is None else (samples.velocity, samples.torque),
         reference=reference,
     )
     return curve if curve.drawable else None

@@ -20,7 +20,7 @@ from stribeck.result.tables import friction_text
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class JointSamples:
-    """Evenly thinned samples of a joint that the fit may use.
+    """Evenly thinned samples of a joint that the fit may use, without its offset.
 
     `time` [s], `velocity` [rad/s], friction `torque` [N m] (for prismatic joints m/s and N) and whether the velocity
     `rises` have the shape (N,); each sample represents `period` seconds of the log. Samples of the contact modes
@@ -36,7 +36,10 @@ class JointSamples:
 
 
 def joint_samples(samples: FrictionSamples, name: str, joint: JointResult | None = None) -> JointSamples:
-    """Select the samples of a joint; empty without a torque. With a result, noisy contact modes are omitted."""
+    """Select the samples of a joint; empty without a torque.
+
+    With a result, the offset is subtracted, and noisy contact modes are omitted.
+    """
     every = max(1, -(-len(samples.time) // 30_000))  # more samples are not visible
     rows, column = np.empty(0, dtype=np.int64), 0
     if name in samples.joint_names:
@@ -44,11 +47,12 @@ def joint_samples(samples: FrictionSamples, name: str, joint: JointResult | None
         values = samples.velocity[::every, column] + samples.friction_torque[::every, column]
         rows = every * np.flatnonzero(samples.usable[::every, column] & np.isfinite(values))
     noisy = [] if joint is None else _noisy_modes(samples, rows, column, joint)
+    offset = 0.0 if joint is None else joint.values.get("offset", 0.0)
     rows = rows[~np.isin(samples.support[rows], noisy)]
     return JointSamples(
         time=samples.time[rows],
         velocity=samples.velocity[rows, column],
-        torque=samples.friction_torque[rows, column],
+        torque=samples.friction_torque[rows, column] - offset,
         rises=samples.acceleration[rows, column] > 0,
         period=samples.period * samples.stride * every,
         omitted=tuple(samples.support_names[mode] for mode in noisy),
@@ -62,7 +66,8 @@ def _noisy_modes(samples: FrictionSamples, rows: NDArray[np.int64], column: int,
     """
     if not joint.residual_rms or (joint.verdict != "no friction" and joint.band(np.zeros(1)) is None):
         return []
-    residual = np.abs(samples.friction_torque[rows, column] - joint.friction(samples.velocity[rows, column]))
+    law = joint.friction(samples.velocity[rows, column], offset=True)
+    residual = np.abs(samples.friction_torque[rows, column] - law)
     modes = np.unique(samples.support[rows]).tolist()
     medians = {mode: float(np.median(residual[samples.support[rows] == mode])) for mode in modes}
     usual = max(joint.residual_rms, min(medians.values(), default=0.0))
@@ -98,7 +103,7 @@ def joint_charts(name: str, joint: JointResult, evidence: Evidence, reference: R
     shown, units = joint_samples(evidence.samples, name, joint), joint.units(name in evidence.prismatic)
     if not len(shown.velocity):
         return []
-    over_velocity = friction_over_velocity(shown, joint, reference.curves.get(name), units)
+    over_velocity = friction_over_velocity(shown, joint, reference.without_offset(name), units)
     caption = "Friction torque versus velocity"
     if shown.omitted:
         caption += f"; without the much noisier samples of {', '.join(shown.omitted)}"
@@ -118,7 +123,7 @@ def joint_charts(name: str, joint: JointResult, evidence: Evidence, reference: R
     return [
         *figures,
         (
-            residual_over_velocity(shown, joint.friction(shown.velocity, offset=True), over_velocity),
+            residual_over_velocity(shown, joint.friction(shown.velocity), over_velocity),
             "Residual of the law, and its mean",
         ),
         (coverage, f"Velocity coverage{dashed}"),
@@ -150,7 +155,7 @@ def friction_over_time(near: JointSamples, joint: JointResult, unit: str) -> Cha
     rows = rows.clip(max=len(near.time) - 1)
     here = np.abs(near.time[rows] - (near.time[0] + step * np.arange(len(rows)))) < 3 * step
     velocity, torque = near.velocity[rows], np.where(here, near.torque[rows], np.nan)
-    law = np.where(here, joint.friction(velocity, offset=True), np.nan)
+    law = np.where(here, joint.friction(velocity), np.nan)
     limits = robust_limits(near.torque, share=0.0)
     return {
         "x": axis("time [s]", (0.0, step * len(rows))),
@@ -166,13 +171,12 @@ def friction_over_time(near: JointSamples, joint: JointResult, unit: str) -> Cha
 def friction_level(shown: JointSamples, joint: JointResult, bins: int = 30) -> Chart:
     """Draw the least-squares factor between measured friction and the law in parts of the log, and the fitted drift."""
     law, since = joint.friction(shown.velocity), shown.time - shown.time[0]
-    measured = shown.torque - joint.values.get("offset", 0.0)
     share = since / max(float(since[-1]), 1e-9)
     drifting = law + (share - 0.5) * drift(joint.values, shown.velocity)
     parts = np.minimum((bins * share).astype(int), bins - 1)
     size = np.bincount(parts, law**2, bins)
     known = size > 0.1 * size.mean()  # not in parts at rest
-    levels = [np.bincount(parts, law * each, bins)[known] / size[known] for each in (measured, drifting)]
+    levels = [np.bincount(parts, law * each, bins)[known] / size[known] for each in (shown.torque, drifting)]
     middles = ((np.arange(bins) + 0.5) / bins * since[-1])[known]
     low, high = np.min(levels), np.max(levels)
     return {

@@ -314,13 +314,15 @@ class JointResult:
         title = f"{self.verdict}: {self.reason}"
         return TextTable(title=title, left=["parameter"], right=numbers, last=["unit", "verdict"], rows=rows).html()
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw friction torque versus velocity, offset included: the fitted curve, its 95 % band and the samples.
+    def plot(self, ax: Axes | None = None, *, offset: bool = False) -> Axes:
+        """Draw friction torque versus velocity: the fitted curve, its 95 % band and the samples.
 
         Parameters
         ----------
         ax
             Matplotlib axes to draw on; new ones if None.
+        offset
+            Whether to include the torque offset.
 
         Examples
         --------
@@ -333,10 +335,10 @@ class JointResult:
         from stribeck.result.plot import draw_friction
 
         ax = ax or pyplot.subplots()[1]
-        draw_friction(ax, self)
+        draw_friction(ax, self, offset=offset)
         return ax
 
-    def band(self, velocity: Array, *, offset: bool = True) -> tuple[Array, Array | None] | None:
+    def band(self, velocity: Array, *, offset: bool = False) -> tuple[Array, Array | None] | None:
         """Compute the friction torque of the fitted law at the mean load, and its 95 % band.
 
         The band uses the delta method, `var R = J C J^T`, with the covariance C of the parameters. It contains a drift

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from stribeck.result.joint import JointResult
 
 
-def friction_figure(joints: Mapping[str, JointResult], columns: int = 4) -> Figure:
+def friction_figure(joints: Mapping[str, JointResult], columns: int = 4, *, offset: bool = False) -> Figure:
     """Draw the friction curve of every joint with its 95 % band, in a grid."""
     from matplotlib.figure import Figure
 
@@ -26,16 +26,16 @@ def friction_figure(joints: Mapping[str, JointResult], columns: int = 4) -> Figu
     grid = list(figure.subplots(rows, columns, squeeze=False).flat)
     for axes, (name, joint) in zip(grid, joints.items(), strict=False):
         axes.set_title(name, fontsize=9)
-        draw_friction(axes, joint)
+        draw_friction(axes, joint, offset=offset)
     for axes in grid[len(joints) :]:
         axes.set_visible(False)
     return figure
 
 
-def draw_friction(axes: Axes, joint: JointResult) -> None:
-    """Draw the fitted law versus velocity, offset included, with samples and 95 % band; the verdict without a law."""
+def draw_friction(axes: Axes, joint: JointResult, *, offset: bool = False) -> None:
+    """Draw the fitted law versus velocity, with samples and 95 % band; the verdict without a law."""
     velocity = velocity_grid(*joint.velocity_range)
-    fitted = joint.band(velocity)
+    fitted = joint.band(velocity, offset=offset)
     if fitted is None:
         axes.text(0.5, 0.5, joint.verdict, transform=axes.transAxes, ha="center", va="center", color="gray")
         axes.set_xticks([])
@@ -44,8 +44,10 @@ def draw_friction(axes: Axes, joint: JointResult) -> None:
     torque, band = fitted
     speed, unit = joint.units()
     if joint.measured is not None:
-        axes.plot(*joint.measured, ".", color="0.7", markersize=2, zorder=1, rasterized=True)
-        low, high = np.percentile(np.concatenate([np.percentile(joint.measured[1], [2, 98]), torque]), [0, 100])
+        speeds, samples = joint.measured
+        samples = samples - (0.0 if offset else joint.values.get("offset", 0.0))
+        axes.plot(speeds, samples, ".", color="0.7", markersize=2, zorder=1, rasterized=True)
+        low, high = np.percentile(np.concatenate([np.percentile(samples, [2, 98]), torque]), [0, 100])
         axes.set_ylim(low - 0.1 * (high - low), high + 0.1 * (high - low))
     if band is not None:
         axes.fill_between(velocity, *band, color="C1", alpha=0.25, linewidth=0)

@@ -151,8 +151,10 @@ class Result:
         columns = ("joint", "parameter", "value", "standard_error", "low", "high", "unit", "verdict", "joint_verdict")
         return data_frame("to_dataframe", parameter_rows(self), columns)
 
-    def plot(self) -> Figure:
+    def plot(self, *, offset: bool = False) -> Figure:
         """Draw the friction curve of every joint with its 95 % band, and return the Matplotlib figure.
+
+        `offset` includes the torque offsets.
 
         Examples
         --------
@@ -160,7 +162,7 @@ class Result:
         """
         from stribeck.result.plot import friction_figure
 
-        return friction_figure(self.all_friction)
+        return friction_figure(self.all_friction, offset=offset)
 
     def summary(self) -> str:
         """Format one line per joint: friction at middle speed, Coulomb and viscous friction, verdict and next step."""
