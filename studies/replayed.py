@@ -45,7 +45,7 @@ def exported(robot: str, source: str) -> tuple[Robot, Path]:
         halves(folder / "log.npz")
     machine, path = Robot.from_file(folder / "robot.toml"), folder / "exported.xml"
     path.unlink(missing_ok=True)
-    export(identify(folder / f"{source}.npz", machine), machine, path, "mjcf")
+    export(identify(folder / f"{source}.npz", machine), machine, path, "mjcf", inertia=True)
     return machine, path
 
 

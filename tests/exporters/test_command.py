@@ -11,7 +11,7 @@ import pytest
 from tests.arm import URDF, write_arm
 from tests.cli.test_cli import refused, run
 from tests.exporters.found import FRICTION, found_in, joint_result, robot_of
-from tests.exporters.test_models import read_again
+from tests.exporters.test_models import assert_same_dynamics, read_again
 from tests.whole_log.logs import TRUTH
 
 from stribeck import Robot, export
@@ -24,14 +24,19 @@ from stribeck_simulation.sensors.measure import with_noise
 
 def test_a_wrong_model_comes_out_nearer_to_the_truth(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     true, _ = robot_of("arm", tmp_path)
-    export(found_in(true)[0], true, tmp_path / "wrong.urdf", "urdf")
+    export(found_in(true)[0], true, tmp_path / "wrong.urdf", "urdf", inertia=True)
     wrong = read_again(true, tmp_path / "wrong.urdf")
     exact, _ = exact_log(true, get_law("stribeck"), dict.fromkeys(true.joint_names, TRUTH), duration=20.0, seed=1)
     write_log(with_noise(exact, position=1e-5, torque=0.05, seed=4), tmp_path / "log.npz")
     out = tmp_path / "out"
     assert run("identify", tmp_path / "log.npz", "-r", wrong.path, "-o", out, "--method", "whole-log") == 0
     capsys.readouterr()
-    assert run("export", out / "result.json", "-r", wrong.path, "--to", "urdf", "-o", out / "new.urdf") == 0
+    arguments = ("export", out, "-r", wrong.path, "--to", "urdf", "-o", out / "new.urdf", "--overwrite")
+    assert run(*arguments) == 0
+    assert "Kept the model's inertias" in capsys.readouterr().out
+    assert_same_dynamics(wrong, read_again(true, out / "new.urdf"), 1e-15)
+    assert "--with mass: expected inertia" in refused(capsys, *arguments, "--with", "mass")
+    assert run(*arguments, "--with", "inertia") == 0
     printed = capsys.readouterr().out
     assert "Changed inertias of the links" in printed
     assert printed.endswith(f"{out / 'new.urdf'}\n")
@@ -89,6 +94,6 @@ def test_a_result_with_nothing_to_say_of_the_model(tmp_path: Path) -> None:
     robot = Robot.from_file(write_arm(tmp_path))
     rotor = joint_result({"armature": (0.1, "kg m^2")})  # URDF has no place for it
     result = replace(found_in(robot)[0], corrections=None, joints=dict.fromkeys(robot.joint_names, rotor))
-    with pytest.raises(NothingIdentifiedError, match="neither corrected inertias nor"):
+    with pytest.raises(NothingIdentifiedError, match="no identified friction that URDF can store"):
         export(result, robot, tmp_path / "new.urdf", "urdf")
     assert not (tmp_path / "new.urdf").exists()

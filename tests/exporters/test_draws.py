@@ -87,7 +87,7 @@ def test_every_robot_that_is_drawn_could_exist(name: str, tmp_path: Path) -> Non
     robot, target = robot_of(name, tmp_path)
     result, _ = found_in(robot)
     masses = []
-    for path in export_samples(result, robot, tmp_path / "draws", target, 5):
+    for path in export_samples(result, robot, tmp_path / "draws", target, 5, inertia=True):
         model = read_again(robot, path).tree.model
         masses.append(sum(inertia.mass for inertia in model.inertias))
         for inertia in list(model.inertias)[1:]:

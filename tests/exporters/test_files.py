@@ -76,7 +76,7 @@ def test_mjcf_with_includes_classes_and_shapes(rule: str, place: str, tmp_path: 
     robot = robot_in(tmp_path / "robot", "reader.xml", MJCF.format(rule=rule), "floating")
     result, corrected = found_in(robot)
     path = tmp_path / place
-    export(result, robot, path, "mjcf")
+    export(result, robot, path, "mjcf", inertia=True)
     assert_same_dynamics(corrected, read_again(robot, path))
     old, new = (mujoco.MjModel.from_xml_path(str(file)) for file in (tmp_path / "robot/reader.xml", path))
     assert (new.nu, new.nsensor, new.nmesh, new.ngeom, new.nbody) == (1, 1, 1, old.ngeom, old.nbody)
@@ -93,7 +93,7 @@ def test_urdf_keeps_the_rest_and_links_that_are_fixed_to_each_other_share_in_pro
     robot = robot_in(tmp_path / "robot", "arm.urdf", URDF.format(compiler="", mesh="shapes/block.obj"), "fixed")
     result, corrected = found_in(robot)
     path = tmp_path / place
-    export(result, robot, path, "urdf")
+    export(result, robot, path, "urdf", inertia=True)
     assert_same_dynamics(corrected, read_again(robot, path))
     text = path.read_text()
     assert all(words in text for words in ("whose it is", "xmlns:xacro", "package://arm/tube.stl", 'other="kept"'))

@@ -32,7 +32,7 @@ def test_damping_is_the_nearest_and_rotors_stand_in_simple_transmissions(tmp_pat
     robot = Robot.from_file(robot_file)
     own = joint_result({**FRICTION, "armature": (ROTOR, "kg m^2")})
     result = replace(found_in(robot)[0], joints={"shoulder": own, "elbow": own}, corrections=None)
-    lines = export(result, robot, tmp_path / "new.urdf", "drake")
+    lines = export(result, robot, tmp_path / "new.urdf", "drake", inertia=True)
     root = ET.parse(tmp_path / "new.urdf").getroot()
     dynamics = root.find("joint[@name='shoulder']/dynamics")
     assert dynamics is not None
@@ -62,7 +62,7 @@ def test_drake_has_the_inertias_rotors_and_damping(name: str, tmp_path: Path) ->
     result, corrected = found_in(robot)
     own = joint_result({**FRICTION, "armature": (ROTOR, "kg m^2")})
     result = replace(result, joints=dict.fromkeys(robot.joint_names, own))
-    export(result, robot, tmp_path / "new.urdf", "drake")
+    export(result, robot, tmp_path / "new.urdf", "drake", inertia=True)
     damping = nearest(own, viscous()).numbers["viscous"]
     plant = MultibodyPlant(time_step=1e-3)
     (instance,) = Parser(plant).AddModels(str(tmp_path / "new.urdf"))

@@ -15,6 +15,7 @@ from stribeck import export
 from stribeck.errors import SettingsError
 from stribeck.exporters.forms import Form, nearest, plain, stribeck
 from stribeck.exporters.joints import joint_terms
+from stribeck.exporters.written import LEGEND
 from stribeck.result import CurvePoint
 
 PLAIN, STRIBECK = plain(), stribeck()
@@ -110,7 +111,9 @@ def test_friction_is_stated_in_the_formats_words_and_the_rest_is_told(tmp_path: 
     for name in names[1:]:
         assert ET.tostring(joints[name]) == ET.tostring(before[name])
     text = (tmp_path / "new.urdf").read_text()
-    assert all(line.replace("--", "- -") in text for line in lines)
+    at = lines.index(LEGEND)
+    assert all(line.replace("--", "- -") in text for line in [*lines[:at], *lines[at + 3 :]])
+    assert lines[at + 2].split() == f"{names[0]} 0 + 0 v 1.2 + 0.3 v 1.2 + 0.3 v none".split()
     assert (
         f"Joint {names[0]}: friction 1.2 N m, damping 0.3 N m s/rad. Cannot store: offset -0.4 N m, "
         "armature 0.05 kg m^2." in text

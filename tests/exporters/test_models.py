@@ -64,7 +64,7 @@ def test_what_is_read_again_is_the_corrected_robot_and_each_body_can_exist(
     robot, _ = robot_of(name, tmp_path)
     result, corrected = found_in(robot, seed=1)
     path = tmp_path / "new" / f"{name}.xml"
-    lines = export(result, robot, path, target)
+    lines = export(result, robot, path, target, inertia=True)
     again = read_again(robot, path)
     assert again.joint_names == robot.joint_names
     assert name == "icub" or len(again.warnings) == len(robot.warnings)
@@ -85,7 +85,7 @@ def test_a_urdf_that_becomes_an_mjcf_is_the_same_robot(name: str, tmp_path: Path
     robot, _ = robot_of(name, tmp_path)
     result, corrected = found_in(robot)
     path = tmp_path / f"{name}.xml"
-    export(result, robot, path, "mjcf")
+    export(result, robot, path, "mjcf", inertia=True)
     again = read_again(robot, path)  # which compares MuJoCo's inertia matrix with Pinocchio's
     assert again.joint_names == robot.joint_names
     assert_same_dynamics(corrected, again)
@@ -107,7 +107,7 @@ def test_mujoco_simulates_it_and_it_loses_what_friction_takes(name: str, tmp_pat
     robot, target = robot_of(name, tmp_path)
     result, corrected = found_in(robot)
     path = tmp_path / f"{name}.xml"
-    export(result, robot, path, target)
+    export(result, robot, path, target, inertia=True)
     model = compiled(path)
     joints = [model.joint(joint).dofadr[0] for joint in robot.joint_names]
     np.testing.assert_allclose(model.dof_frictionloss[joints], FRICTION["coulomb"][0])

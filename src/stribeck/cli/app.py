@@ -153,6 +153,7 @@ def export(
     include_weak: options.Weak = False,
     strict: options.Strict = False,
     friction: options.Form = None,
+    more: options.With = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
@@ -165,13 +166,16 @@ def export(
     found = read_result(result_file(result))
     machine = Robot.from_file(robot)
     chosen: dict[str, Any] = {"joints": split_names(joints), "include_weak": include_weak}
-    if ranges and (samples is not None or strict or friction is not None):
-        raise SettingsError("--ranges takes neither --samples, --strict nor --friction; leave them out")
+    if more not in (None, "inertia"):
+        raise SettingsError(f"--with {more}: expected inertia")
+    inertia = more == "inertia"
+    if ranges and (samples is not None or strict or inertia or friction is not None):
+        raise SettingsError("--ranges takes neither --samples, --strict, --friction nor --with; leave them out")
     if samples is not None:
         if output.is_dir() and any(output.iterdir()) and not overwrite:
             raise SettingsError(f"{output}: already exists", option="choose another -o, or pass --overwrite")
         with findings_kept([*machine.warnings, *found.warnings]):
-            paths = export_samples(found, machine, output, to, samples, friction=friction, **chosen)
+            paths = export_samples(found, machine, output, to, samples, friction=friction, inertia=inertia, **chosen)
         if not quiet:
             console.print_paths(paths)
         return
@@ -180,7 +184,7 @@ def export(
         if ranges:
             lines = export_ranges(found, machine, output, to, **chosen)
         else:
-            lines = write_model(found, machine, output, to, strict=strict, friction=friction, **chosen)
+            lines = write_model(found, machine, output, to, strict=strict, friction=friction, inertia=inertia, **chosen)
     if not quiet:
         typer.echo("\n".join(lines))
         console.print_paths([output])

@@ -26,10 +26,10 @@ def output(metavar: str, text: str) -> Any:
     return typer.Option("--output", "-o", metavar=metavar, help=text)
 
 
-def _choice(metavar: str, text: str, names: tuple[str, ...], default: str = "") -> Any:
+def _choice(metavar: str, text: str, names: tuple[str, ...], default: str = "", flags: tuple[str, ...] = ()) -> Any:
     """Build an option whose help and completion list its values; `default` applies without a robot file's entry."""
     text += f": {', '.join(names)}." + f"  [default: {default}, or as in the robot file]" * bool(default)
-    return typer.Option(metavar=metavar, help=text, autocompletion=lambda: names)
+    return typer.Option(*flags, metavar=metavar, help=text, autocompletion=lambda: names)
 
 
 Logs = Annotated[list[Path], typer.Argument(metavar="LOG", help=FORMATS_READ)]
@@ -69,6 +69,12 @@ Form = Annotated[
     typer.Option(
         metavar="FORM",
         help="Friction model. mjcf: plain or lugre  [default: the closer fit]; yaml: all or plain  [default: all].",
+    ),
+]
+With = Annotated[
+    str | None,
+    _choice(
+        "WHAT", "Also write corrected values of a robot model other than friction", ("inertia",), flags=("--with",)
     ),
 ]
 Planned = Annotated[

@@ -47,6 +47,8 @@ class JointTerms:
         Note on a joint without friction.
     beyond
         Friction beyond the log's speeds; None if the log covers them or no friction is stated.
+    plain
+        Stated Coulomb and viscous friction; None if no friction is stated, or all of the law.
     """
 
     stated: dict[str, Quantity]
@@ -58,6 +60,7 @@ class JointTerms:
     left_out: dict[str, Quantity] = field(default_factory=dict)
     note: str = ""
     beyond: Beyond | None = None
+    plain: tuple[float, float] | None = None
 
     def __str__(self) -> str:
         """Describe the stated quantities, the approximation error and the parameters left out."""
@@ -144,15 +147,12 @@ def _terms(joint: JointResult, form: Form | None, good: Collection[str], beyond:
     left_out = {name: own for name, own in quantities.items() if name in formless}
     if joint.verdict == "no friction" and joint.curve:
         zero = {words[name]: (0.0, units[name]) for name in words if name in units and name != "stribeck_velocity"}
-        return JointTerms(stated=zero | rotor, left_out=left_out, note=joint.reason)
+        return JointTerms(stated=zero | rotor, left_out=left_out, note=joint.reason, plain=(0.0, 0.0))
     if not _has_friction(joint, good):
         return JointTerms(stated=rotor, left_out=left_out)
     found, errors = nearest(joint, form, beyond), _errors(joint)
-    friction = {
-        words[name]: (_rounded(value, errors.get(name, 0.0)), units[name])
-        for name, value in found.numbers.items()
-        if name in words
-    }
+    rounded = {name: _rounded(value, errors.get(name, 0.0)) for name, value in found.numbers.items()}
+    friction = {words[name]: (value, units[name]) for name, value in rounded.items() if name in words}
     return JointTerms(
         stated=friction | rotor,
         projected={name: own for name, own in quantities.items() if name not in FORMLESS and name not in form.of_law},
@@ -161,6 +161,7 @@ def _terms(joint: JointResult, form: Form | None, good: Collection[str], beyond:
         largest=(found.largest[0], f"{unit} at {found.largest[1]:.2g} {joint.units()[0]}"),
         close=found.close,
         beyond=beyond and replace(beyond, friction=found.far),
+        plain=(rounded.get("coulomb", 0.0), rounded["viscous"]),
         left_out={name: own for name, own in left_out.items() if words.get(BRISTLES.get(name, name)) not in friction},
     )
 

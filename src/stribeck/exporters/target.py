@@ -80,7 +80,13 @@ class Target:
 
 
 def summary(
-    result: Result, robot: Robot, target: Target, joints: Mapping[str, JointTerms | JointRanges], impossible: list[str]
+    result: Result,
+    robot: Robot,
+    target: Target,
+    joints: Mapping[str, JointTerms | JointRanges],
+    impossible: list[str],
+    *,
+    inertia: bool = False,
 ) -> list[str]:
     """Summarize an export in lines for the console and the head of the file.
 
@@ -94,6 +100,8 @@ def summary(
         Terms or ranges that the target states, by joint.
     impossible
         Joints whose estimated body is physically impossible.
+    inertia
+        Whether a robot model gets the corrected inertias.
     """
     logs = ", ".join(Path(path).name for path in result.log.paths if path) or "a log"
     own = result.corrections
@@ -105,7 +113,10 @@ def summary(
     slow = ", ".join(name for name, terms in joints.items() if isinstance(terms, JointTerms) and terms.beyond)
     changed, unchanged = "Cannot store corrected inertias", "Not identified or not requested"
     if target.models:
-        changed = "Changed inertias of the links driven by"
+        changed = (
+            "Kept the model's inertias, which differ from the estimates (`--with inertia` writes these), of the links"
+        )
+        changed = "Changed inertias of the links driven by" if inertia else f"{changed} driven by"
         unchanged = "Not identified; the model's friction is kept for"
     nearest = "Physically impossible estimate; the nearest valid inertia was written for the links driven by"
     sentences = {

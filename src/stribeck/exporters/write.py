@@ -1,7 +1,7 @@
 """Export of a result to a simulator or a controller: a robot model or another file."""
 
 from collections.abc import Collection, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from stribeck.base.outputs import staged_folder, whole_or_not_at_all
@@ -11,6 +11,7 @@ from stribeck.exporters.links import corrected_links
 from stribeck.exporters.samples import drawn, joint_ranges
 from stribeck.exporters.target import Request, summary
 from stribeck.exporters.targets import TARGETS
+from stribeck.exporters.written import table_of_joints
 from stribeck.result import Result, read_result
 from stribeck.robot import Robot
 from stribeck.robot.model_file import kind_of
@@ -26,12 +27,13 @@ def export(
     include_weak: bool = False,
     strict: bool = False,
     friction: str | None = None,
+    inertia: bool = False,
 ) -> list[str]:
     """Write the identified friction in the format of a simulator or a controller.
 
-    Friction that the target cannot represent is approximated, and the error is reported. Robot models also get the
-    inertias corrected by the method `whole-log`. Everything else in the model is unchanged, including the friction of
-    joints that were not identified. The head of the file lists the changes.
+    Friction that the target cannot represent is approximated, and the error is reported. Everything else in a robot
+    model is unchanged, including inertias and the friction of joints that were not identified. The head of the file
+    lists the changes.
 
     Parameters
     ----------
@@ -53,11 +55,13 @@ def export(
     friction
         Friction model, for targets with several: "plain" or "lugre" for MJCF, "all" or "plain" for YAML. If None, each
         joint gets the first model in the inner half of the 95 % interval, or the one with the smallest error.
+    inertia
+        Whether robot models also get the inertias corrected by the method `whole-log`.
 
     Returns
     -------
     summary
-        Lines on changes, approximations and omissions.
+        Lines on changes, a table of the friction in the model, identified and written, approximations and omissions.
 
     Raises
     ------
@@ -71,15 +75,16 @@ def export(
 
     Examples
     --------
-    >>> for line in export("out/result.json", "robot.toml", "found.urdf", "urdf"):
+    >>> lines = export("out/result.json", "robot.toml", "found.urdf", "urdf")
+    >>> for line in lines[6:]:
     ...     print(line.partition(":")[0])
-    Written by stribeck from arm.urdf and the result of log.npz (method whole-log, law auto).
-    Changed inertias of the links driven by
+    Kept the model's inertias, which differ from the estimates (`--with inertia` writes these), of the links driven by
     Joint shoulder
     Joint elbow
     Joint slide
     """
-    request = _request(*_read(result, robot), Path(path), target, joints, include_weak, friction)
+    choice = Choice(joints=joints, include_weak=include_weak, friction=friction, inertia=inertia)
+    request = _request(*_read(result, robot), Path(path), target, choice)
     for name, own in request.joints.items():
         if strict and (lost := [*own.projected, *own.left_out]):
             raise SettingsError(
@@ -88,7 +93,8 @@ def export(
             )
     with whole_or_not_at_all(path) as temporary:
         temporary.write_text(TARGETS[target].text(request), encoding="utf-8")
-    return request.lines
+    first, *others = request.lines
+    return [first, *table_of_joints(request.result, request.robot, request.joints), *others]
 
 
 def export_samples(
@@ -101,6 +107,7 @@ def export_samples(
     joints: Collection[str] | None = None,
     include_weak: bool = False,
     friction: str | None = None,
+    inertia: bool = False,
     seed: int = 0,
 ) -> list[Path]:
     """Write several files as `export` does, with parameters drawn from the uncertainty of the result.
@@ -113,7 +120,7 @@ def export_samples(
         Output folder for files 000, 001, ... with the target's suffix; all are written, or none.
     count, seed
         Number of files, and seed of the draws.
-    result, robot, target, joints, include_weak, friction
+    result, robot, target, joints, include_weak, friction, inertia
         See `export`.
 
     Returns
@@ -134,12 +141,13 @@ def export_samples(
     result, robot = _read(result, robot)
     if not 1 <= count <= 100_000:  # in one folder
         raise SettingsError(f"export: {count} samples were requested; expected 1 to 100,000")
-    forms = _request(result, robot, Path(folder), target, joints, include_weak, friction).forms  # the same in all files
+    choice = Choice(joints=joints, include_weak=include_weak, friction=friction, inertia=inertia)
+    forms = _request(result, robot, Path(folder), target, choice).forms  # the same in all files
     own = TARGETS[target]
     paths = [Path(folder) / f"{k:03d}{own.suffix}" for k in range(count)]
     with staged_folder(folder) as staging:
         for path, each in zip(paths, drawn(result, count, seed), strict=True):
-            text = own.text(_request(each, robot, path, target, joints, include_weak, friction, forms))
+            text = own.text(_request(each, robot, path, target, choice, forms))
             (staging / path.name).write_text(text, encoding="utf-8")
     return paths
 
@@ -200,6 +208,16 @@ def export_ranges(
     return lines
 
 
+@dataclass(frozen=True, kw_only=True)
+class Choice:
+    """Arguments of `export` that select the content of a file."""
+
+    joints: Collection[str] | None
+    include_weak: bool
+    friction: str | None
+    inertia: bool
+
+
 def _read(result: Result | str | Path, robot: Robot | str | Path) -> tuple[Result, Robot]:
     result = result if isinstance(result, Result) else read_result(result)
     return result, robot if isinstance(robot, Robot) else Robot.from_file(robot)
@@ -210,9 +228,7 @@ def _request(
     robot: Robot,
     path: Path,
     target: str,
-    joints: Collection[str] | None,
-    include_weak: bool,
-    friction: str | None,
+    choice: Choice,
     forms: Mapping[str, str] | None = None,
 ) -> Request:
     """Collect the content of a file, with one friction model, one per joint, or the first that is close enough."""
@@ -221,18 +237,24 @@ def _request(
         raise SettingsError(f"export: the target is '{target}'; expected {_either(TARGETS)}{near}")
     own = TARGETS[target]
     _check(result, robot, path, own.models, target)
-    if friction is not None and friction not in own.forms:
-        raise SettingsError(f"export: the friction model is '{friction}'; expected {_either(own.forms)}")
-    names = [*own.forms] if friction is None else [friction]
-    tried = {name: joint_terms(result, own.forms[name], joints, include_weak, any_unit=own.any_unit) for name in names}
+    if choice.friction is not None and choice.friction not in own.forms:
+        raise SettingsError(f"export: the friction model is '{choice.friction}'; expected {_either(own.forms)}")
+    tried = {
+        name: joint_terms(result, form, choice.joints, choice.include_weak, any_unit=own.any_unit)
+        for name, form in own.forms.items()
+        if choice.friction in (None, name)
+    }
     forms = forms or _best(tried)
     found, corrections = {joint: tried[name][joint] for joint, name in forms.items()}, result.corrections
     links, impossible = corrected_links(robot, corrections) if own.models and corrections else ({}, [])
+    if not choice.inertia:  # read to check that the model is the one of the result
+        links, impossible = {}, []
     if not links and not found:
         raise NothingIdentifiedError(
-            f"export: the result has neither corrected inertias nor identified friction that {target.upper()} can store"
+            f"export: the result has no identified friction that {target.upper()} can store"
+            + " and no corrected inertias" * choice.inertia
         )
-    lines = summary(result, robot, own, found, impossible)
+    lines = summary(result, robot, own, found, impossible, inertia=choice.inertia)
     return Request(result=result, robot=robot, joints=found, forms=forms, links=links, lines=lines, folder=path.parent)
 
 

@@ -11,7 +11,7 @@ from pathlib import PurePath
 from statistics import median, stdev
 from typing import TYPE_CHECKING
 
-from stribeck.base.text_table import TextTable
+from stribeck.base.text_table import TextTable, aligned
 
 if TYPE_CHECKING:
     from stribeck.result import CurvePoint, JointResult, Result
@@ -62,9 +62,7 @@ def summary_text(result: Result) -> str:
         numbers = zip(("Coulomb", "viscous"), coulomb_and_viscous(own), strict=True)
         said = ", ".join(f"{word} {value} {unit}" for word, (value, unit) in numbers if value)
         rows.append((name, friction_text(own), said, own.verdict, advice(own)))
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-    return "\n".join([repr(result), *lines, *[text for text in [logs_text(result)] if text]])
+    return "\n".join([repr(result), *aligned(rows), *[text for text in [logs_text(result)] if text]])
 
 
 def logs_text(result: Result) -> str:

@@ -1,0 +1,60 @@
+"""Table of an export: Coulomb and viscous friction in the model, identified and written, by joint."""
+
+from collections.abc import Mapping
+
+from stribeck.base.text_table import aligned
+from stribeck.exporters.forms import ROUNDING
+from stribeck.exporters.joints import JointTerms
+from stribeck.result import JointResult, Result
+from stribeck.robot import Robot
+from stribeck.robot.model_file import load_model
+
+LEGEND = "Coulomb friction + viscous friction times the speed v, in N m and rad/s, or N and m/s:"
+HEAD = ("joint", "in the model", "identified", "written", "largest difference")
+
+
+def table_of_joints(result: Result, robot: Robot, joints: Mapping[str, JointTerms]) -> list[str]:
+    """Format one line per joint with Coulomb friction Fc and viscous friction Fv as "Fc + Fv v".
+
+    The difference between written and identified friction is the largest within the log's speeds. Empty for targets
+    that store all of the law.
+    """
+    model = _in_the_model(robot)
+    rows = [
+        (name, _sum(model.get(name)), _identified(result.joints[name], terms), _sum(terms.plain), _difference(terms))
+        for name, terms in joints.items()
+        if terms.plain is not None
+    ]
+    return [LEGEND, *aligned([HEAD, *rows])] if rows else []
+
+
+def _in_the_model(robot: Robot) -> dict[str, tuple[float, float]]:
+    """Read Coulomb and viscous friction of the joints of the model file; empty without a file."""
+    if not robot.model_path:
+        return {}
+    model, _ = load_model(robot.model_file, robot.base)
+    single = {str(model.names[k]): joint.idx_v for k, joint in enumerate(model.joints) if k and joint.nv == 1}
+    return {name: (float(model.upperDryFrictionLimit[k]), float(model.damping[k])) for name, k in single.items()}
+
+
+def _identified(joint: JointResult, terms: JointTerms) -> str:
+    """Format identified friction, mean of both directions; "..." stands for terms beyond Coulomb and viscous ones."""
+    if joint.verdict == "no friction":
+        return joint.reason.rpartition(", ")[2] or "none"
+    found = {
+        key: [joint.values[key + way] for way in ("", "_positive", "_negative") if key + way in joint.values]
+        for key in ("coulomb", "viscous")
+    }
+    means = [sum(own) / len(own) if own else 0.0 for own in found.values()]
+    others = terms.projected.keys() - {"slope", *(f"{key}_{way}" for key in found for way in ("positive", "negative"))}
+    return _sum((means[0], means[1])) + " + ..." * bool(others)
+
+
+def _sum(friction: tuple[float, float] | None) -> str:
+    return f"{friction[0]:.3g} + {friction[1]:.3g} v" if friction else "-"
+
+
+def _difference(terms: JointTerms) -> str:
+    if terms.largest is None or terms.largest[0] <= 10 * ROUNDING * terms.of:
+        return "none"
+    return f"{terms.largest[0]:.2g} {terms.largest[1]}"
