@@ -1,5 +1,6 @@
 """Trends of a fleet: spreads, robots that stand out, changes; with a store made of known numbers."""
 
+import html
 import re
 from pathlib import Path
 
@@ -87,7 +88,9 @@ def test_trends_name_what_changed_and_who_stands_out(tmp_path: Path) -> None:
     assert false <= 3
     write_trends(found, tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text()
-    assert "r0003" in page
+    assert found.summary().startswith(found.conclusion)
+    assert html.escape(found.conclusion, quote=False) in page
+    assert re.fullmatch(r"1 joint changed \(r0003 .*\), and 1 robot stands out \(r0007 .*\)\.", found.conclusion)
     assert "joint_01 at" in page
 
 

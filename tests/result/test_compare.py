@@ -138,5 +138,11 @@ def test_the_page_has_every_curve_and_says_what_changed(tmp_path: Path) -> None:
         write_comparison(found, tmp_path / "page.html")
         page = (tmp_path / "page.html").read_text()
         assert page.count("data-chart=") == len(found.joints)
-        assert ("left_knee coulomb +400" in page) == (found.a != "left")
+        assert found.conclusion.replace("<May>", "&lt;May&gt;") in page
         assert "<May>" not in page
+        assert json.loads(found.to_json())["conclusion"] == found.conclusion
+    assert found.conclusion == "No significant difference between left and right in 1 joint of each side."
+    changed = compare(leg(1.0), leg(5.0), ("May", "June")).conclusion
+    assert changed == (
+        "June differs significantly from May in 2 of 2 joints: left_knee (coulomb +400 %), right_knee (coulomb +400 %)."
+    )

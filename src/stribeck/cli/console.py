@@ -244,7 +244,8 @@ def _support_shares(found: Inspection) -> str:
 
 
 def print_comparison(found: Comparison) -> None:
-    """Print the differences of two results, one line per parameter."""
+    """Print the conclusion of a comparison, then one line per parameter."""
+    _say([found.conclusion])
     _print_table(found.table())
 
 

@@ -26,7 +26,7 @@ def write_trends(found: Trends, path: str | Path) -> None:
         ),
         Section(anchor="type", title="Friction of the type", body=render("trends_type.html.j2", found=found)),
     ]
-    write_page(path, found.title, sections)
+    write_page(path, found.title, sections, lead=render("trends_heading.html.j2", found=found))
 
 
 def _chart(found: Trends, joint: str, shown: dict[str, str]) -> tuple[Chart, str]:

@@ -96,20 +96,35 @@ class Trends:
         days = f"{fleet.start.min().astype('M8[D]')} to {fleet.start.max().astype('M8[D]')}"
         return f"{len(fleet.log)} logs of {len(np.unique(fleet.robots))} robots, {days}"
 
+    @property
+    def conclusion(self) -> str:
+        """State how many joints changed and how many robots stand out, with the clearest of each."""
+        joints, robots = (
+            {(each.robot, each.joint) for each in self.alarms},
+            {each.robot for each in self.odd},
+        )
+        changed = f"{len(joints)} joint{'s' * (len(joints) != 1)} changed" if joints else "No joint changed"
+        odd = f"{len(robots)} robot{'s' * (len(robots) != 1)} stand{'s' * (len(robots) == 1)} out" if robots else ""
+        clearest = [f" ({own[0].line})" if own else "" for own in (self.alarms, self.odd)]
+        return f"{changed}{clearest[0]}, and {odd or 'no robot stands out'}{clearest[1]}."
+
     def to_json(self) -> str:
         """Format all but the numbers behind as JSON."""
-        plain = {name: [asdict(each) for each in getattr(self, name)] for name in ("friction", "odd", "alarms")}
+        plain: dict[str, object] = {
+            name: [asdict(each) for each in getattr(self, name)] for name in ("friction", "odd", "alarms")
+        }
+        plain = {"conclusion": self.conclusion, **plain}
         return json.dumps(plain, indent=2, default=str) + "\n"
 
     def summary(self) -> str:
-        """Format tables of the type's friction, robots that stand out, and alarms."""
-        lines = [self.title]
+        """Format the conclusion, and tables of the type's friction, robots that stand out, and alarms."""
+        lines = [self.conclusion, self.title]
         for each in self.friction:
             friction = f"{each.friction:.3g} {each.unit} at {each.speed}"
             spreads = f"robots {each.robot_spread:.2g}, logs {each.log_spread:.2g}"
             lines.append(f"  {each.joint}  {friction}; standard deviations: {spreads}")
         lines += [f"stands out: {each.line}" for each in self.odd]
-        lines += [f"changed: {each.line}" for each in self.alarms] or ["no joint changed"]
+        lines += [f"changed: {each.line}" for each in self.alarms]
         return "\n".join(lines)
 
 

@@ -42,12 +42,20 @@ def comparison_section(found: Comparison, prismatic: AbstractSet[str]) -> Sectio
         if any(curves):
             charts[f"s{index}"] = _overlaid(curves, (found.a, found.b))
             figures.append((f"s{index}", name))
-    columns = list(dict.fromkeys(row.parameter for row in found.rows))
+    units: dict[str, set[str]] = {}
+    for row in found.rows:
+        units.setdefault(row.parameter, set()).add(row.unit)
+    columns = {name: min(own) if len(own) == 1 else "" for name, own in units.items()}  # mixed ones stand in the cells
     rows: dict[str, dict[str, object]] = {}
     for row in found.rows:
         rows.setdefault(row.joint, {})[row.parameter] = row
     body = render("comparison.html.j2", found=found, figures=figures, columns=columns, rows=rows)
-    return Section(anchor="sides", title=f"{found.a} against {found.b}".capitalize(), body=body, charts=charts)
+    return Section(
+        anchor="sides",
+        title="Left against right" if found.a == "left" else f"{found.a} against {found.b}",
+        body=body,
+        charts=charts,
+    )
 
 
 def _overlaid(curves: list[FrictionCurve | None], names: tuple[str, str]) -> Chart:

@@ -4,7 +4,7 @@ import json
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from pathlib import Path
+from pathlib import Path, PurePath
 
 from scipy.special import ndtr, ndtri  # of scipy.stats, which is slow to import
 
@@ -40,12 +40,18 @@ class Difference:
     percent: float | None
     significant: bool = False
 
+    @property
+    def change(self) -> str:
+        """The difference in percent as text; "" if a is close to zero."""
+        return "" if self.percent is None else f"{self.percent:+.{0 if abs(self.percent) > 10 else 1}f} %"
+
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Comparison:
     """All differences, the labels of a and b, and the joints that cannot be compared, with reasons.
 
-    `joints` contains the results in a and in b of each joint that both have. JSON has `a`, `b`, `rows`, `missing`.
+    `joints` contains the results in a and in b of each joint that both have. JSON has `conclusion`, `a`, `b`, `rows`,
+    `missing`.
     """
 
     a: str
@@ -60,6 +66,20 @@ class Comparison:
         significant = sum(row.significant for row in self.rows)
         return f"Comparison({self.a!r} and {self.b!r}: {significant} of {len(self.rows)} differences significant)"
 
+    @property
+    def conclusion(self) -> str:
+        """State which joints differ significantly, with the clearest parameter of each, or that none does."""
+        joints, clearest = {row.joint for row in self.rows}, dict[str, Difference]()
+        for row in sorted(self.rows, key=lambda row: (row.parameter not in ("coulomb", "viscous"), p_value(row))):
+            if row.significant:
+                clearest.setdefault(row.joint, row)
+        of = f"{len(joints)} joint{'s' * (len(joints) != 1)}" + " of each side" * (self.a == "left")
+        if not clearest:
+            return f"No significant difference between {self.a} and {self.b} in {of}."
+        said = [f"{joint} ({row.parameter} {row.change or 'from near zero'})" for joint, row in clearest.items()]
+        more = f" and {len(said) - 5} more" if len(said) > 5 else ""
+        return f"{self.b} differs significantly from {self.a} in {len(said)} of {of}: {', '.join(said[:5])}{more}."
+
     def table(self) -> TextTable:
         """Build a table with one row per parameter, and a sentence per joint that cannot be compared."""
         rows = [
@@ -68,7 +88,7 @@ class Comparison:
                 f"{row.parameter} [{row.unit}]",
                 *(number(value) for value in (row.a, row.b, row.difference)),
                 span(row.interval_95),
-                "" if row.percent is None else f"{row.percent:+.{0 if abs(row.percent) > 10 else 1}f} %",
+                row.change,
                 ("yes" if row.agrees else "no") + ", significant" * row.significant + " (weak)" * row.weak,
             ]
             for row in self.rows
@@ -89,7 +109,7 @@ class Comparison:
     def to_json(self) -> str:
         """Return the comparison as the text of a JSON document."""
         rows = [asdict(row) for row in self.rows]
-        document = {"a": self.a, "b": self.b, "rows": rows, "missing": self.missing}
+        document = {"conclusion": self.conclusion, "a": self.a, "b": self.b, "rows": rows, "missing": self.missing}
         return json.dumps(document, indent=2, allow_nan=False) + "\n"
 
 
@@ -101,7 +121,7 @@ def compare(a: Result | str | Path, b: Result | str | Path, names: tuple[str, st
     a, b
         Results, or the paths of their result.json.
     names
-        Labels of the results; the paths of their logs if None.
+        Labels of the results; the names of their logs if None, or the paths if the names are equal.
 
     Returns
     -------
@@ -132,7 +152,8 @@ def compare(a: Result | str | Path, b: Result | str | Path, names: tuple[str, st
     missing |= {joint: "only in the second result" for joint in b.joints if joint not in a.joints}
     for which, place in (("second", 1), ("first", 0)):
         missing |= {joint: reason for joint, pair in joints.items() if (reason := _unknown(pair[place], which))}
-    labels = names or (", ".join(a.log.paths), ", ".join(b.log.paths))
+    first, second = (", ".join(PurePath(path).name for path in one.log.paths) for one in (a, b))
+    labels = names or ((first, second) if first != second else (", ".join(a.log.paths), ", ".join(b.log.paths)))
     return _comparison(a, joints, missing, labels, other_log=a.log.paths != b.log.paths)
 
 
