@@ -16,7 +16,7 @@ from stribeck.judgement.curve import WIDEST, relative_width
 from stribeck.plan.advice import PERIOD, motions_of, of_pace, present_length, sweep
 from stribeck.plan.information import covariances, dynamics_of, expected_curve, read_noise
 from stribeck.plan.joint import PlannedJoint, PresentMotion, Reach
-from stribeck.plan.plan import gravity
+from stribeck.plan.selection import gravity
 from stribeck.result import JointResult, Result, read_result
 
 NOISE = 20.0

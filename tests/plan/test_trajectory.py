@@ -14,7 +14,7 @@ from stribeck.errors import SettingsError
 from stribeck.plan.collision import CLEARANCE, load_self_collision
 from stribeck.plan.information import dynamics_of
 from stribeck.plan.joint import PlannedJoint, Reach, guess
-from stribeck.plan.plan import gravity
+from stribeck.plan.selection import gravity
 from stribeck.plan.series import FREE, TORQUE_SHARE, Series, Task
 from stribeck.plan.trajectory import FINE, Promise, Trajectory, design, promise_of, within_limits
 from stribeck.result import JointResult
@@ -183,7 +183,5 @@ def test_a_model_without_geometry_says_so(task: Task) -> None:
 def test_a_posture_that_is_too_heavy_is_refused(tmp_path: Path) -> None:
     (tmp_path / "elbow.urdf").write_text(ELBOW.replace('effort="100"', 'effort="6"'))
     robot = Robot.from_model(tmp_path / "elbow.urdf", base="fixed")
-    with pytest.raises(
-        SettingsError, match=r"in the middle of the log shoulder carries 4\.91 N m, more than 80% of its"
-    ):
+    with pytest.raises(SettingsError, match=r"in the middle position shoulder carries 4\.91 N m, more than 80% of its"):
         design(task_of(robot, (1,), np.zeros(2)), 10.0, None)

@@ -228,8 +228,15 @@ def compare(
 
 @command()
 def plan(
-    result: options.ResultFile,
-    robot: options.RobotFile,
+    source: Annotated[
+        str,
+        typer.Argument(
+            metavar="RESULT", help="A result.json; before the first log, a robot file or a model (as for `init`)."
+        ),
+    ],
+    robot: Annotated[
+        Path | None, typer.Option("--robot", "-r", metavar="FILE", help="Robot file (robot.toml) of the result.")
+    ] = None,
     output: Annotated[Path | None, options.output("FOLDER", "Folder for plan.json and trajectory.csv.")] = None,
     joints: options.Planned = None,
     held: options.Held = None,
@@ -238,16 +245,20 @@ def plan(
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
-    """Plan the motion that weak joints need, with trajectory."""
-    from stribeck.plan.plan import plan as run
-    from stribeck.robot import Robot
+    """Plan the motion that weak joints need, with trajectory.
 
-    file = result_file(result)
+    Before the first log, plan a trajectory within the model's limits.
+    """
+    from stribeck.plan.plan import plan as run
+
+    file, machine = options.planned_robot(source, robot, held)
     outputs = [output / name for name in ("plan.json", "trajectory.csv")] if output else []
-    machine, asked = Robot.from_file(robot), split_names(joints)
-    check_outputs(outputs, [file, *files_of(machine)], overwrite)
+    asked = split_names(joints)
+    check_outputs(outputs, [*([file] if file else []), *files_of(machine)], overwrite)
     with console.progress_bar(quiet) as progress:
-        found = run(file, machine, joints=asked, held=held, duration=duration if output else None, progress=progress)
+        found = run(
+            file, machine, joints=asked, held=held, duration=duration if output or not file else None, progress=progress
+        )
     if output is not None:
         with staged_folder(output) as staging:
             (staging / "plan.json").write_text(found.to_json(), encoding="utf-8")

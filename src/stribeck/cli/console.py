@@ -251,18 +251,20 @@ def print_comparison(found: Comparison) -> None:
 
 def print_plan(found: Plan) -> None:
     """Print the compared motions of each joint, best first, then one sentence per joint."""
-    if not found.joints:
-        print("nothing to plan: no joint is weak or not excited")
-        return
     from stribeck.plan.plan import within
 
-    _print_table(found.table())
-    if found.trajectory:
-        widths = ", ".join(f"{name} {within(one.relative_width)}" for name, one in found.trajectory.promise.items())
-        shares = found.trajectory.used.items()
-        used = ", ".join(f"{100 * share:.0f} % of the {name} limits" for name, share in shares if share)
-        duration = f"{found.trajectory.duration:.0f} s"
-        _say([f"expected intervals after the trajectory ({duration}): {widths}", f"the trajectory uses {used}"])
+    if found.joints:
+        _print_table(found.table())
+    elif not found.trajectory:
+        print("nothing to plan: no joint is weak or not excited")
+    if own := found.trajectory:
+        widths = ", ".join(f"{name} {within(one.relative_width)}" for name, one in own.promise.items())
+        used = ", ".join(f"{100 * share:.0f} % of the {name} limits" for name, share in own.used.items() if share)
+        duration = f"{own.duration:.0f} s"
+        expected = [f"expected intervals after the trajectory ({duration}): {widths}"]
+        _say(expected if widths else [f"trajectory before the first log, {duration}:", *own.lines])
+        near = "" if own.clearance is None else f"; bodies keep {1000 * own.clearance:.0f} mm apart"
+        _say([f"the trajectory uses {used}{near}"])
     _say(f"note: {note}" for note in found.notes)
 
 

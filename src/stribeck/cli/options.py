@@ -166,12 +166,27 @@ def robot_of(path: Path, exclude: list[str], logs: list[Path]) -> Robot:
 
 def files_of(robot: Robot) -> list[Path]:
     """List the robot file and its model file."""
-    return [Path(robot.path), robot.model_file]
+    return [*([Path(robot.path)] if robot.path else []), robot.model_file]
 
 
 def result_file(path: Path) -> Path:
     """Return the path of a result, given the file or its folder."""
     return path / RESULT if path.is_dir() else path
+
+
+def planned_robot(source: str, robot: Path | None, held: str | None) -> tuple[Path | None, Robot]:
+    """Find the result to plan from, None before the first log, and the robot; a model stands still or is held."""
+    from stribeck.robot import Robot
+
+    if source.endswith(".json") or Path(source).is_dir():
+        if robot is None:
+            raise SettingsError(f"plan: {source} needs the robot file of its log; pass --robot FILE")
+        return result_file(Path(source)), Robot.from_file(robot)
+    if robot is not None:
+        raise SettingsError(f"plan: {source} is no result.json; expected one with --robot, or a robot without")
+    if source.endswith(".toml"):
+        return None, Robot.from_file(source)
+    return None, Robot.from_model(source, base="floating" if held else "fixed")
 
 
 class Command(TyperCommand):

@@ -1,4 +1,4 @@
-"""Distances between the bodies of a robot, from the collision geometry of its URDF."""
+"""Distances between the bodies of a robot, from the collision geometry of its URDF or MJCF."""
 
 import os
 from collections.abc import Iterable
@@ -11,6 +11,8 @@ import pinocchio as pin
 
 from stribeck.base.typing import Array
 from stribeck.robot import Robot, read_robot_file
+from stribeck.robot.model_file import kind_of
+from stribeck.robot.rooting import is_floating
 
 CLEARANCE = 0.02
 """Minimum distance of bodies [m]; calibration and compliance move them by some millimeters."""
@@ -20,7 +22,7 @@ CLEARANCE = 0.02
 class SelfCollision:
     """Pairs of bodies that may collide.
 
-    `columns` contains the robot's joint for each joint of the model, shape (m,); -1 for joints locked at `locked`.
+    `columns` contains the robot's joint for each velocity of the model, shape (m,); -1 for joints locked at `locked`.
     """
 
     model: pin.Model
@@ -57,14 +59,11 @@ def load_self_collision(robot: Robot, posture: Array) -> tuple[SelfCollision | N
     All pairs are checked except neighbors, and bodies that are near each other in the posture.
     """
     path = Path(robot.model_path)
-    if path.suffix != ".urdf":
-        return None, [f"self-collision is not checked: {path.name or 'the Pinocchio model'} is no URDF"]
-    model = pin.buildModelFromUrdf(str(path))
-    # folders that may contain the packages that a model names: those above it, and ROS's
-    packages = [str(folder) for folder in path.resolve().parents] + os.environ.get("ROS_PACKAGE_PATH", "").split(":")
+    if not robot.model_path:
+        return None, ["self-collision is not checked: the robot is a Pinocchio model without a file"]
     try:
-        geometry = pin.buildGeomFromUrdf(model, str(path), pin.GeometryType.COLLISION, package_dirs=packages)
-    except ValueError as error:
+        model, geometry = _read(path)
+    except (ValueError, RuntimeError) as error:
         missing = " ".join(str(error).split())[:160]
         return None, [f"self-collision is not checked: the geometry of {path.name} cannot be read ({missing})"]
     if len(geometry.geometryObjects) < 2:
@@ -77,9 +76,12 @@ def load_self_collision(robot: Robot, posture: Array) -> tuple[SelfCollision | N
             geometry.removeCollisionPair(pair)
     file = Path(robot.path)
     locked = read_robot_file(file).robot.locked if file.suffix == ".toml" and file.is_file() else {}
-    names = [str(name) for name in list(model.names)[1:]]
-    columns = np.array([robot.joint_names.index(name) if name in robot.joint_names else -1 for name in names])
-    found = SelfCollision(model, geometry, columns, np.array([locked.get(name, 0.0) for name in names]))
+    columns, rest = np.full(model.nv, -1), np.zeros(model.nv)
+    for name, joint in zip(model.names, model.joints, strict=True):
+        if joint.nv == 1:
+            columns[joint.idx_v] = robot.joint_names.index(name) if name in robot.joint_names else -1
+            rest[joint.idx_v] = locked.get(name, 0.0)
+    found = SelfCollision(model, geometry, columns, rest)
     near = np.flatnonzero(next(iter(found.distances(posture[None]))) < CLEARANCE)
     if len(near):
         together = "; ".join(dict.fromkeys(found.names(near.tolist())))
@@ -87,6 +89,20 @@ def load_self_collision(robot: Robot, posture: Array) -> tuple[SelfCollision | N
     for pair in [geometry.collisionPairs[k].copy() for k in near.tolist()]:
         geometry.removeCollisionPair(pair)
     return found, notes
+
+
+def _read(path: Path) -> tuple[pin.Model, pin.GeometryModel]:
+    """Read a model file and its collision geometry, without the world around a base that moves."""
+    if kind_of(path) == "mjcf":
+        model = pin.buildModelFromMJCF(str(path))
+        geometry = pin.buildGeomFromMJCF(model, str(path), pin.GeometryType.COLLISION)
+        for name in [each.name for each in geometry.geometryObjects if is_floating(model) and each.parentJoint == 0]:
+            geometry.removeGeometryObject(name)
+        return model, geometry
+    model = pin.buildModelFromUrdf(str(path))
+    # folders that may contain the packages that a model names: those above it, and ROS's
+    packages = [str(folder) for folder in path.resolve().parents] + os.environ.get("ROS_PACKAGE_PATH", "").split(":")
+    return model, pin.buildGeomFromUrdf(model, str(path), pin.GeometryType.COLLISION, package_dirs=packages)
 
 
 def _body(model: pin.Model, found: pin.GeometryObject) -> str:

@@ -74,6 +74,19 @@ class Trajectory:
         """Compute positions, velocities and accelerations of all joints at some times [s], shape (T, n)."""
         return self.motion(np.asarray(time, dtype=np.float64))
 
+    @property
+    def lines(self) -> list[str]:
+        """One line per moving joint: range, top speed and number of reversals."""
+        state = self.at(np.arange(0, self.duration, FINE))
+        lines = []
+        for k, name in enumerate(self.joint_names):
+            speed, turns = state.velocity[:, k], int(np.count_nonzero(np.diff(np.sign(state.velocity[:, k]))))
+            low, high = state.position[:, k].min(), state.position[:, k].max()
+            if turns:
+                span = f"{low:.2f} to {high:.2f}, up to {np.abs(speed).max():.2g} per second"
+                lines.append(f"{name}: {span}, {turns} reversals")
+        return lines
+
     def write_csv(self, path: Path) -> None:
         """Write one row per 10 ms: time [s], then position, velocity and acceleration of each joint, in SI units."""
         time = np.linspace(0.0, self.duration, round(self.duration / FINE) + 1)
@@ -85,8 +98,10 @@ class Trajectory:
         csv.write_csv(pa.table(columns), path, csv.WriteOptions(quoting_style="needed"))
 
 
-def design(task: Task, duration: float, bodies: SelfCollision | None) -> tuple[Trajectory, list[str]]:
-    """Design the trajectory, with notes on its limits.
+def design(
+    task: Task, duration: float, bodies: SelfCollision | None, *, predict: bool = True
+) -> tuple[Trajectory, list[str]]:
+    """Design the trajectory, with notes on its limits, and without a promise unless friction and noise are known.
 
     Raises
     ------
@@ -101,8 +116,8 @@ def design(task: Task, duration: float, bodies: SelfCollision | None) -> tuple[T
     repeats = max(1, round(duration / PERIOD))
     names = task.dynamics.robot.joint_names
     state = task.motion(series, np.arange(0, PERIOD, FINE))
-    promise = promise_of(task, state, repeats)
-    short = [names[k] for k in task.columns if not promise[names[k]].enough]
+    promise = promise_of(task, state, repeats) if predict else {}
+    short = [name for name, own in promise.items() if not own.enough]
     if short:
         notes.append(f"the trajectory is too short, or its limits too narrow, for {', '.join(short)}")
     return Trajectory(
@@ -123,7 +138,7 @@ def _check_posture(task: Task) -> None:
     worst = int(np.argmax(share))
     if share[worst] > 1:
         raise SettingsError(
-            f"plan: in the middle of the log {robot.joint_names[worst]} carries {abs(load[worst]):.3g} N m, more "
+            f"plan: in the middle position {robot.joint_names[worst]} carries {abs(load[worst]):.3g} N m, more "
             f"than {TORQUE_SHARE:.0%} of its limit of {robot.effort_limits[worst]:.3g}; expected a base that is held "
             "another way, or the right limits in the model"
         )
@@ -148,8 +163,8 @@ def within_limits(task: Task, series: Series, bodies: SelfCollision | None) -> t
         why = why or (worst if used[worst] > 1 else f"the distance of {pair}")
         size *= 0.95
     raise SettingsError(
-        f"plan: no trajectory about the middle of the log is within the limits, as {why} would exceed what it may be; "
-        "expected a log about another posture"
+        f"plan: no trajectory about the middle position is within the limits, as {why} would exceed what it may be; "
+        "expected a log about another posture, or wider limits"
     )
 
 

@@ -1,0 +1,74 @@
+"""Trajectory before the first log: for Coulomb and viscous friction, with torque noise relative to the limits."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from stribeck.base.version import __version__
+from stribeck.errors import SettingsError
+from stribeck.plan.collision import load_self_collision
+from stribeck.plan.information import dynamics_of
+from stribeck.plan.selection import chosen_joints, gravity, planned_joint, reach_of
+from stribeck.plan.series import Task
+from stribeck.plan.trajectory import Trajectory, design
+from stribeck.result import JointResult, LogSummary, Result
+from stribeck.robot import Robot
+
+NOISE = 0.01
+"""Assumed torque noise before the first log, relative to the torque limit [1]; white at 1 kHz."""
+
+
+def first_trajectory(
+    robot: Robot, joints: Sequence[str] | None, held: str | None, duration: float
+) -> tuple[Trajectory, list[str]]:
+    """Design a trajectory within the limits of the model, and notes on it.
+
+    Raises
+    ------
+    SettingsError
+        If the base moves, or an option cannot be used.
+    """
+    if robot.base == "floating" and held is None:
+        raise SettingsError("plan: the base moves; hold it and name its axis that points up (`--held z`)")
+    found = _before_the_first_log(robot)
+    limits = np.where(np.isfinite(robot.effort_limits), robot.effort_limits, 100.0)
+    dynamics = dynamics_of(robot, gravity(robot, held or "z"), robot.settings.priors)
+    middle = [reach_of(robot, k, own, 0.0).middle for k, own in enumerate(found.joints.values())]
+    posture = np.clip(middle, *robot.position_limits)
+    planned = [
+        replace(planned_joint(name, found.joints, robot, posture), noise=(NOISE * limits[k]) ** 2 * 1e-3)
+        for k, name in enumerate(robot.joint_names)
+        if name in chosen_joints(found, robot, joints)
+    ]
+    bodies, notes = load_self_collision(robot, posture)
+    least = {False: "1 rad/s", True: "0.1 m/s"}
+    notes += [
+        f"{robot.joint_names[joint.column]}: the model has no speed limit; at most {least[joint.prismatic]}"
+        for joint in planned
+        if not np.isfinite(robot.speed_limits[joint.column])
+    ]
+    if not np.isfinite(robot.effort_limits).all():
+        notes.append("the model does not limit all torques; check them before you run the trajectory")
+    trajectory, more = design(Task(dynamics, planned, posture), duration, bodies, predict=False)
+    return trajectory, [*notes, *more]
+
+
+def _before_the_first_log(robot: Robot) -> Result:
+    """Make a result in which no joint has moved; a trajectory may use half of the model's speed limits."""
+    speeds = np.where(np.isfinite(robot.speed_limits), robot.speed_limits / 4, 0.0).tolist()
+    joints = {
+        name: JointResult(
+            parameters={},
+            verdict="not excited",
+            reason="no log",
+            samples=0,
+            velocity_range=(-speed, speed),
+            reversals=0,
+        )
+        for name, speed in zip(robot.joint_names, speeds, strict=True)
+    }
+    log = LogSummary(path="", sha256="", duration=0.0, rate=0.0, samples_used=0)
+    return Result(
+        robot=robot.name, log=log, law="coulomb-viscous", method="", joints=joints, warnings=[], stribeck=__version__
+    )
