@@ -37,7 +37,7 @@ def truth_reference(result: Result, law: FrictionLaw, parameters: Parameters) ->
     """
     curves = {}
     for joint, values in parameters.items():
-        if joint in result.joints:
+        if joint in result.joints and any(result.joints[joint].velocity_range):
             velocity = _velocities(*result.joints[joint].velocity_range)
             ordered = np.array([values[parameter.name] for parameter in law.parameters])
             curves[joint] = (velocity, law.torque(velocity, ordered))

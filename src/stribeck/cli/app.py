@@ -16,7 +16,7 @@ from stribeck.base.outputs import check_name, check_outputs, staged_folder
 from stribeck.cli import console, options
 from stribeck.cli.fleet import fleet, trends
 from stribeck.cli.options import REPORT, RESULT, TABLE, files_of, part_of, result_file, robot_of, split_names
-from stribeck.cli.simulation import demo, simulate
+from stribeck.cli.simulation import demo, rehearse, simulate
 from stribeck.errors import SettingsError, StribeckError, findings_kept
 
 app = typer.Typer(
@@ -335,6 +335,7 @@ def convert(
 
 command()(fleet)
 command()(trends)
+command()(rehearse)
 command()(simulate)
 command()(demo)
 

@@ -219,6 +219,41 @@ def print_truth(result: Result, truth: Mapping[str, Mapping[str, float]]) -> Non
     _print_table(table)
 
 
+def print_expectation(result: Result, truth: Mapping[str, Mapping[str, float]], notes: Iterable[str]) -> None:
+    """Print what an identification can be expected to find: a conclusion, then one line per joint."""
+    from stribeck.result.tables import advice, point_text
+
+    rows, covered, widths = [], 0, []
+    for name, joint in result.joints.items():
+        if name not in truth or not joint.curve:
+            rows.append([name, "", "", "", joint.verdict, advice(joint)])
+            continue
+        point = joint.curve[len(joint.curve) // 2]
+        known = truth[name]["coulomb"] + truth[name]["viscous"] * point.velocity
+        covered += point.interval_95[0] <= known <= point.interval_95[1]
+        widths += [point.half_width / known] * (joint.verdict == "identified")
+        error = f"{100 * (point.value / known - 1):+.1f} %"
+        found = f"{point_text(point)} {point.unit} at {point.velocity:.2g}"
+        rows.append([name, f"{number(known)} {point.unit}", found, error, joint.verdict, advice(joint)])
+    ends = [f"{100 * each:.2g}" for each in (min(widths), max(widths))] if widths else []
+    within = f" within ± {' to '.join(dict.fromkeys(ends))} %" if ends else ""
+    _say([f"{len(widths)} of {len(rows)} joints would be identified{within} of their friction at middle speed"])
+    _print_table(
+        TextTable(
+            title=f"Rehearsal of {result.robot}",
+            left=["joint"],
+            right=["assumed friction", "identified", "error"],
+            last=["verdict", "next step"],
+            rows=rows,
+            notes=[
+                f"{covered} of {sum(bool(row[1]) for row in rows)} intervals contain the assumed friction",
+                *notes,
+                "best case: the model is exact, and the sensors have only white noise",
+            ],
+        )
+    )
+
+
 def print_inspection(found: Inspection) -> None:
     """Print the sampling of a log, one line per joint, and the findings."""
     lines = [

@@ -11,7 +11,7 @@ import typer
 from stribeck.base.outputs import check_outputs, staged_folder
 from stribeck.cli import console, options
 from stribeck.cli.options import REPORT, RESULT, TABLE
-from stribeck.errors import SettingsError, require_extra
+from stribeck.errors import SettingsError, StribeckError, require_extra
 
 if TYPE_CHECKING:
     from stribeck.result import Result
@@ -68,6 +68,52 @@ def demo(
     if not quiet:
         console.print_truth(result, example.parameters)
         console.print_paths([output / name for name in (example.log.name, RESULT, TABLE, REPORT)])
+
+
+def rehearse(
+    robot: Annotated[Path, typer.Argument(metavar="ROBOT", help="Robot file (robot.toml).")],
+    log: Annotated[Path | None, typer.Argument(metavar="LOG", help="A log with the motion to expect.")] = None,
+    output: Annotated[Path, options.output("FOLDER", "Folder for the simulated log and its result.")] = Path(
+        "rehearsal"
+    ),
+    duration: Annotated[float, typer.Option(metavar="SECONDS", help="Duration of the motion without LOG.")] = 60.0,
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
+) -> None:
+    """Simulate and identify your robot, to see what to expect.
+
+    Simulates motion, rate, noise and friction of LOG and its result, or the trajectory of `plan`.
+    """
+    require_extra("simulation", "mujoco", "daqp")
+    from stribeck.log.writers import write_log
+    from stribeck.pipeline import identify as run
+    from stribeck.plan.present import first_motion, measured_robot, motion_of_log
+    from stribeck.report import write_report
+    from stribeck.robot import Robot
+    from stribeck_simulation.demo import truth_reference
+    from stribeck_simulation.rehearsal import rehearse as simulated
+
+    machine = Robot.from_file(robot)
+    outputs = [output / name for name in ("log.npz", RESULT, REPORT, TABLE)]
+    check_outputs(outputs, [*([log] if log else []), *options.files_of(machine)], overwrite)
+    with staged_folder(output) as staging, console.progress_bar(quiet) as progress:
+        progress("reading the motion" if log else "planning the motion", 0.05)
+        try:
+            before = run(log, machine, progress=progress) if log else None
+        except StribeckError:
+            before = None  # a log of which nothing is found still has motion and noise
+        motion = motion_of_log(machine, log, before) if log else first_motion(machine, duration)
+        machine = measured_robot(machine)
+        noise = motion.position_noise, motion.torque_noise
+        found = simulated(machine, motion.time, motion.position, noise, motion.friction)
+        write_log(found.log, staging / "log.npz")
+        result = run(found.log, machine, table=staging / TABLE, progress=progress)
+        progress("writing the report", 0.9)
+        (staging / RESULT).write_text(result.to_json(), encoding="utf-8")
+        write_report(result, staging / REPORT, reference=truth_reference(result, found.law, found.parameters))
+    if not quiet:
+        console.print_expectation(result, found.parameters, motion.notes)
+        console.print_paths(outputs)
 
 
 def _moved(result: Result, staging: str, output: str) -> Result:

@@ -6,8 +6,9 @@ import numpy as np
 
 from stribeck.base.typing import Array
 from stribeck.errors import SettingsError, did_you_mean
+from stribeck.friction import get_law
 from stribeck.plan.joint import PlannedJoint, Reach, guess
-from stribeck.result import JointResult, Result
+from stribeck.result import JointResult, Result, law_values
 from stribeck.robot import Robot
 
 
@@ -31,7 +32,7 @@ def planned_joint(name: str, joints: Mapping[str, JointResult], robot: Robot, po
     """Describe a joint; without an estimate, its friction is the median of the other joints of its kind."""
     column, joint = robot.joint_names.index(name), joints[name]
     prismatic = robot.prismatic[column]
-    if guessed := not joint.curve:
+    if guessed := not joint.curve or law_values(get_law(joint.law), joint.values) is None:
         same = (other for other in joints if robot.prismatic[robot.joint_names.index(other)] == prismatic)
         joint = guess(joint, [found for other in same if (found := joints[other]).curve and found.torque_unit is None])
     return PlannedJoint(

@@ -138,7 +138,7 @@ def measure(log: RobotLog, sensors: Sensors) -> RobotLog:
     )
 
 
-def with_noise(log: RobotLog, *, position: float, torque: float, seed: int = 0) -> RobotLog:
+def with_noise(log: RobotLog, *, position: float | Array, torque: float | Array, seed: int = 0) -> RobotLog:
     """Add only white noise to a log, and remove velocity and acceleration.
 
     Parameters
@@ -146,7 +146,7 @@ def with_noise(log: RobotLog, *, position: float, torque: float, seed: int = 0) 
     log
         Exact log of any duration and rate.
     position, torque
-        Standard deviation of white noise on positions [rad or m] and torques [N m or N].
+        Standard deviation of white noise on positions [rad or m] and torques [N m or N], of all joints or shape (n,).
     seed
         Seed of the noise.
     """

@@ -1,0 +1,120 @@
+"""Motion and sensor noise of a log, or of the first trajectory, to rehearse an identification with."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stribeck.base.typing import Array
+from stribeck.differentiation.filters import make_filter, resolve_auto
+from stribeck.friction_torque.auto_filter import cutoff_from_log
+from stribeck.friction_torque.preparation import prepare
+from stribeck.log import LogLike
+from stribeck.plan.first import NOISE, first_trajectory
+from stribeck.plan.information import noise_of, present_motions
+from stribeck.plan.selection import planned_joint, posture_of
+from stribeck.result import Result
+from stribeck.robot import Robot
+from stribeck.settings import FilterSettings, LogTable
+from stribeck.whole_log.equations.noise import white_noise
+
+RATE, ENCODER = 1000.0, 1e-5
+"""Rate [Hz] and noise of the encoders [rad], [m] before the first log."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Rehearsed:
+    """Motion to rehearse, and standard deviations of its white noise.
+
+    Attributes
+    ----------
+    time, position
+        Time [s], shape (T,), and positions [rad], [m], shape (T, n).
+    position_noise, torque_noise
+        Noise of positions [rad], [m] and torques [N m], [N], shape (n,).
+    friction
+        Coulomb and viscous friction of the joints for which they are known.
+    notes
+        Sentences on where motion and noise come from.
+    """
+
+    time: Array
+    position: Array
+    position_noise: Array
+    torque_noise: Array
+    friction: dict[str, tuple[float, float]]
+    notes: list[str]
+
+
+def measured_robot(robot: Robot) -> Robot:
+    """Replace the source of the robot's torques by sensors, without settings for logs."""
+    settings = robot.settings
+    if settings.filter.kind == "log":  # a rehearsal has no velocities
+        settings = settings.model_copy(update={"filter": FilterSettings()})
+    return replace(
+        robot,
+        torque_source="link_side_sensor",
+        settings=settings,
+        log_table=LogTable(),
+        motors={},
+        command_gains=None,
+        command_delay=None,
+        payloads=(),
+    )
+
+
+def first_motion(robot: Robot, duration: float) -> Rehearsed:
+    """Take the motion of `stribeck plan` without a log, and torque noise of a share of the limits."""
+    trajectory, notes = first_trajectory(robot, None, None, duration)
+    time = np.arange(round(trajectory.duration * RATE)) / RATE
+    limits = np.where(np.isfinite(robot.effort_limits), robot.effort_limits, 100.0)
+    said = f"the motion is the trajectory of `stribeck plan`, {trajectory.duration:.0f} s at {RATE:.0f} Hz"
+    assumed = f"assumed: torque noise of {NOISE:.0%} of the limits, encoder noise of {ENCODER:g} rad"
+    noise = np.full(len(limits), ENCODER), NOISE * limits
+    return Rehearsed(
+        time=time,
+        position=trajectory.at(time).position,
+        position_noise=noise[0],
+        torque_noise=noise[1],
+        friction={},
+        notes=[said, assumed, *notes],
+    )
+
+
+def motion_of_log(robot: Robot, log: LogLike, result: Result | None) -> Rehearsed:
+    """Take the smoothed motion of the longest unbroken part of a log, and friction and noise of its result.
+
+    The torque noise explains the intervals of the result; without one it is the white noise of the log.
+
+    Raises
+    ------
+    LogError, SettingsError
+        If the log cannot be used.
+    """
+    prepared = prepare(log, robot, robot.settings)
+    period, segments = prepared.sampling.period, prepared.sampling.segments
+    settings = robot.settings.filter
+    if settings.kind == "auto":
+        settings = resolve_auto(settings, cutoff_from_log(prepared, robot, robot.settings))
+    rows = max(segments, key=lambda part: part.stop - part.start)
+    position = prepared.log.position[rows]
+    smooth = position if settings.kind == "log" else make_filter(settings, period).smooth(position)
+    length = f"{len(smooth) * period:.1f} s at {1 / period:.0f} Hz"
+    torque_noise, friction = white_noise(prepared.log.torque, segments), dict[str, tuple[float, float]]()
+    if result:
+        planned = {name: planned_joint(name, result.joints, robot, posture_of(robot, result)) for name in result.joints}
+        for name, density in noise_of(planned, present_motions(result, planned)).items():
+            torque_noise[planned[name].column] = np.sqrt(density / period)
+    for name, joint in result.joints.items() if result else ():
+        top = joint.curve[-1] if joint.curve and joint.verdict != "no friction" else None
+        if top and top.value > 0:
+            coulomb = min(joint.values.get("coulomb", top.value), top.value)
+            friction[name] = coulomb, (top.value - coulomb) / top.velocity
+    said = "friction and torque noise are those of its result" if result else "torques have its white noise"
+    return Rehearsed(
+        time=period * np.arange(len(smooth), dtype=np.float64),
+        position=smooth,
+        position_noise=white_noise(prepared.log.position, segments),
+        torque_noise=torque_noise,
+        friction=friction,
+        notes=[f"the motion is that of the log, {length}; {said}"],
+    )
