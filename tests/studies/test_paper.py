@@ -1,6 +1,7 @@
 """The studies of the paper run (`make paper`), docs/paper.md contains their numbers, and their tools are correct."""
 
 import json
+import pkgutil
 import re
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from studies.paper.identified import JOINTS, PARAMETERS, mean_and_worst, read_pa
 from studies.paper.laws import SLOPE, curve
 from studies.paper.study import NUMBERS, ROOT, find_studies, plain
 
+from stribeck.cli.app import app
 from stribeck_simulation.run import run_scenario
 from stribeck_simulation.scenario import by_joint
 
@@ -51,6 +53,23 @@ def test_the_page_has_the_statements_and_docs_show_all_figures() -> None:
         assert bool(statement.get("finding")) == (statement["outcome"] != "open"), statement["claim"]
         assert statement["outcome"] in {"confirmed", "sharpened", "contradicted", "open"}
         assert statement["outcome"] == "open" or statement["study"] in STUDIES
+
+
+def test_the_map_has_every_equation_figure_and_table_and_its_names_exist() -> None:
+    table = pages.PAGE.read_text().partition("## Where to find each")[2].partition("\n## ")[0]
+    rows = [line.split(" | ") for line in table.splitlines() if line.startswith("| ")][1:]
+    items = {item.strip("| ") for place, *_ in rows for item in place.split(",")}
+    equations = {3: 5, 4: 5, 5: 13, 6: 4, 7: 9}
+    expected = {f"({chapter}.{k})" for chapter, last in equations.items() for k in range(1, last + 1)}
+    expected |= {
+        f"Fig. {place}" for place in ("4.1", *(f"6.{k}" for k in range(1, 6)), *(f"7.{k}" for k in range(1, 9)))
+    }
+    assert items == expected | {"Table 4.1", "Table 6.1", "Table 6.2"}
+    for name in re.findall(r"`([^`]+)`", "".join(here for *_, here in rows)):
+        if name.startswith("stribeck "):
+            assert name.split()[1] in {command.name or command.callback.__name__ for command in app.registered_commands}
+        else:
+            assert pkgutil.resolve_name(name) is not None
 
 
 def test_a_kept_walk_is_the_walk_that_was_simulated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
