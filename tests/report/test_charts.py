@@ -1,6 +1,7 @@
 """Charts as data: what they hold is what the samples, the law and the phases say."""
 
 import base64
+import re
 import struct
 import zlib
 from dataclasses import replace
@@ -13,6 +14,7 @@ from tests.report.conftest import ARRAYS, make_walk, truth_of
 from stribeck.report.charts import density, image
 from stribeck.report.joints import friction_over_time, joint_charts, joint_samples
 from stribeck.report.timeline import one_clock, share_held
+from stribeck.report.torques import POINTS, replayed_torques
 from stribeck.result import ParameterEstimate, Result
 from stribeck_simulation.pictures import section
 
@@ -118,3 +120,29 @@ def test_a_foot_that_comes_back_leaves_one_print() -> None:
     assert len(prints) == 4
     assert np.all(np.diff([each["opacity"] for each in prints]) > 0)  # later ones are stronger
     assert [each["colour"] for each in prints] == ["data", "right"] * 2
+
+
+def test_torques_over_the_log_show_what_friction_explains(result: Result) -> None:
+    """Of two logs, one after the other; lines break where a foot stands, and the errors are those of the lines."""
+    assert result.evidence is not None
+    samples = result.evidence.samples
+    assert replayed_torques(result, samples) is None  # without the measured torque
+    load = 5.0 * np.sin(samples.time)[:, None]
+    both = {name: np.concatenate(2 * [getattr(samples, name)]) for name in ARRAYS}
+    samples = replace(samples, torque=np.tile(samples.friction_torque + load, (2, 1)), **both)
+    found = replayed_torques(result, samples)
+    assert found is not None
+    name, joint = "left_hip_roll", result.joints["left_hip_roll"]
+    chart = found.charts[f"o{samples.joint_names.index(name)}"]
+    lines = {line["name"]: np.array([np.nan if y is None else y for y in line["y"]]) for line in chart["lines"]}
+    measured, without, predicted = lines.values()
+    assert list(lines) == ["measured", "without friction", "with friction"]
+    assert sum(len(each["lines"][0]["y"]) for each in found.charts.values()) <= POINTS
+    assert chart["x"]["range"][1] == pytest.approx(2 * samples.time[-1], rel=0.01)
+    assert 0.1 < np.isnan(measured).mean() < 0.9
+    errors = [np.sqrt(np.nanmean((measured - line) ** 2)) for line in (without, predicted)]
+    said = re.search(rf"{name}: error ([\d.]+) → ([\d.]+) N m", str(found.body))
+    assert said is not None
+    assert [float(said[1]), float(said[2])] == pytest.approx(errors, rel=0.05)
+    assert errors[1] == pytest.approx(joint.residual_rms, rel=0.1)
+    assert errors[1] < 0.3 * errors[0]

@@ -14,6 +14,7 @@ from stribeck.report.overview import first_screen, heading
 from stribeck.report.page import Section, write_page
 from stribeck.report.reference import NO_REFERENCE, Reference
 from stribeck.report.timeline import timeline
+from stribeck.report.torques import replayed_torques
 from stribeck.result import Result, read_result
 from stribeck.result.saved import saved_evidence
 
@@ -55,6 +56,7 @@ def write_report(
     with np.errstate(all="ignore"):
         on_demand = [
             joint_panels(shown, evidence, law, reference),
+            replayed_torques(shown, evidence.samples),
             details.verdict_table(shown, evidence, law, reference),
             details.terms(shown),
             *further,

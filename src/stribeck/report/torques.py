@@ -1,0 +1,68 @@
+"""Measured and predicted torque over the whole log, without and with the identified friction."""
+
+import numpy as np
+
+from stribeck.base.typing import Array
+from stribeck.friction_torque.samples import FrictionSamples
+from stribeck.report.charts import Chart, axis, line, robust_limits
+from stribeck.report.page import Section, render
+from stribeck.report.text import number
+from stribeck.result import JointResult, Result
+
+POINTS = 24_000
+"""Largest number of points of a line, summed over the joints."""
+
+
+def replayed_torques(result: Result, samples: FrictionSamples) -> Section | None:
+    """Render one chart per joint with friction; None if the measured torque is unknown."""
+    charts: dict[str, Chart] = {}
+    figures = []
+    fitted = [name for name, joint in result.joints.items() if joint.parameters and name in samples.joint_names]
+    points = POINTS // max(len(fitted), 1)
+    for name in fitted if samples.torque is not None else []:
+        column = samples.joint_names.index(name)
+        if column < samples.torque.shape[1] and len(samples.time) > 1:  # type: ignore[union-attr]  # not a coupling
+            charts[f"o{column}"], caption = _chart(name, result.joints[name], samples, column, points)
+            figures.append((f"o{column}", caption))
+    if not figures:
+        return None
+    body = render("torques.html.j2", figures=figures)
+    return Section(anchor="torques", title="Torque over the log, without and with friction", body=body, charts=charts)
+
+
+def _chart(name: str, joint: JointResult, samples: FrictionSamples, column: int, points: int) -> tuple[Chart, str]:
+    """Draw the torques of a joint, with the RMS errors in the caption; lines break where the friction is unknown."""
+    assert samples.torque is not None
+    measured, velocity = samples.torque[:, column], samples.velocity[:, column]
+    expected = measured - samples.friction_torque[:, column]
+    friction = joint.friction(velocity, load=expected, offset=True)
+    offset = joint.values.get("offset", 0.0)
+    shown = samples.usable[:, column] & np.isfinite(expected + friction)
+    errors = [_rms((measured - own)[shown]) for own in (expected + offset, expected + friction)]
+    time = _elapsed(samples)
+    step = max(float(np.median(np.diff(time))), float(time[-1]) / points)
+    even = np.arange(0.0, float(time[-1]), step)
+    rows = np.searchsorted(time, even).clip(max=len(time) - 1)
+    here = shown[rows] & (np.abs(time[rows] - even) < 3 * step)
+    lines = [
+        line([0.0], np.where(here, own[rows], np.nan), colour, label, width=width, step=step)
+        for own, colour, label, width in (
+            (measured, "data", "measured", 1.6),
+            (expected + offset, "muted", "without friction", 1.1),
+            (expected + friction, "law", "with friction", 1.1),
+        )
+    ]
+    unit = joint.units(bool(samples.prismatic) and samples.prismatic[column])[1]
+    limits = robust_limits(measured[shown], share=0.0)
+    chart = {"x": axis("time [s]", (0.0, float(time[-1]))), "y": axis(f"torque [{unit}]", limits), "lines": lines}
+    return chart | {"sync": "torques"}, f"{name}: error {number(errors[0], 2)} → {number(errors[1], 2)} {unit} (RMS)"
+
+
+def _elapsed(samples: FrictionSamples) -> Array:
+    """Compute the time since the first sample [s], shape (N,); the logs follow each other."""
+    step = samples.period * samples.stride
+    return np.concatenate([[0.0], np.cumsum(np.where(np.diff(samples.time) > 0, np.diff(samples.time), step))])
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else float("nan")
