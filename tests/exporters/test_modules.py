@@ -1,5 +1,6 @@
 """Modules and recipes for simulators: run in Pinocchio, else against the names of the simulator's own source."""
 
+import json
 import re
 import sys
 from collections import defaultdict
@@ -12,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from tests.arm import write_arm
-from tests.exporters.found import FRICTION, found_in, joint_result, module
+from tests.exporters.found import FRICTION, found_in, joint, joint_result, module, of_joints
 
 from stribeck import Robot, export
 
@@ -177,3 +178,21 @@ def test_names_cannot_break_a_module(target: str, tmp_path: Path) -> None:
         assert own.ACTUATORS[0]["joint_names_expr"] == ['a"""\'b\\.c\\{x\\}\\\\']
     else:
         assert list(own.JOINTS) == [name]
+
+
+def test_bam_has_the_friction_that_depends_on_load(tmp_path: Path) -> None:
+    """The equation of BAM's model M4, with motor and external torque opposite; a joint without load has none."""
+    found = {"coulomb": 1.0, "viscous": 0.2, "stribeck_gain": 0.5, "stribeck_velocity": 0.1, "offset": 0.3}
+    own = replace(joint(**found, load=0.04), mean_load=6.0, load_deviation=3.0)
+    plain = joint("coulomb-viscous", coulomb=0.7, viscous=0.1, offset=0.0)
+    result, robot = of_joints(tmp_path, own, plain)
+    export(replace(result, law="auto"), robot, tmp_path / "found.json", "bam")
+    numbers = [*json.loads((tmp_path / "found.json").read_text())["joints"].values()]
+    for each, p in zip((own, plain), numbers, strict=True):
+        assert (p["model"], p["load_friction_stribeck"]) == ("m4", 0.0)
+        for v in (0.02, 0.1, 0.5, 1.0):
+            for tau in (3.0, 8.0):
+                fading = np.exp(-((v / p["dtheta_stribeck"]) ** p["alpha"]))
+                level = p["friction_base"] + fading * p["friction_stribeck"] + p["load_friction_base"] * abs(-tau - tau)
+                expected = float(replace(each, law="auto").friction([v], load=tau)[0])
+                assert level + p["friction_viscous"] * v == pytest.approx(expected, rel=0.03)

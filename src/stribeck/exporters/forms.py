@@ -38,7 +38,8 @@ class Form:
     Attributes
     ----------
     numbers
-        Names of the coefficients: "viscous" of v, "coulomb" of sign(v), "stribeck" of exp(-(v / vs)^2) sign(v).
+        Names of the coefficients: "viscous" of v, "coulomb" of sign(v), "stribeck" of exp(-(v / vs)^2) sign(v),
+        "gear_load" of 2 |load| sign(v), because motor and load act on both sides of a gear.
     words
         Name in the target format, by number: coefficients, "static" (holding torque at rest), "stribeck_velocity",
         "bristle_stiffness", "bristle_damping" and "armature".
@@ -51,12 +52,14 @@ class Form:
     def of_law(self) -> set[str]:
         """Parameters of friction laws that the form contains; all others are approximated."""
         height = {"stribeck_gain", "stribeck_velocity"} if "stribeck" in self.numbers else set()
-        return {*self.numbers} - {"stribeck"} | height
+        return {*self.numbers, "load" if "gear_load" in self.numbers else ""} - {"stribeck"} | height
 
-    def columns(self, velocity: Array, found: Mapping[str, float]) -> Array:
-        """Compute the functions, shape (N, k), for velocities, shape (N,), and the identified parameters by name."""
+    def columns(self, velocity: Array, load: Array, found: Mapping[str, float]) -> Array:
+        """Compute the functions, shape (N, k), for velocities and loads, shape (N,), and the identified parameters."""
         rise = np.exp(-((velocity / found.get("stribeck_velocity", 1.0)) ** 2)) * ("stribeck_velocity" in found)
-        columns = {"viscous": velocity, "coulomb": np.sign(velocity), "stribeck": np.sign(velocity) * rise}
+        sign = np.sign(velocity)
+        columns = {"viscous": velocity, "coulomb": sign, "stribeck": sign * rise}
+        columns["gear_load"] = 2 * np.abs(load) * sign * ("load" in found)
         return np.column_stack([columns[name] for name in self.numbers])
 
 
@@ -73,6 +76,11 @@ def plain(**words: str) -> Form:
 def stribeck(**words: str) -> Form:
     """Make the form Fc sign(v) + Fv v + Fs exp(-(v / vs)^2) sign(v), with Fs = Fc S."""
     return Form(("coulomb", "viscous", "stribeck"), words)
+
+
+def gear(**words: str) -> Form:
+    """Make the Stribeck form with friction proportional to the torques on both sides of a gear."""
+    return Form(("coulomb", "viscous", "stribeck", "gear_load"), words)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,14 +123,14 @@ def nearest(joint: JointResult, form: Form, beyond: Beyond | None = None) -> Nea
     """
     with np.errstate(all="ignore"):  # overflows are refused below
         found = joint.values
-        velocity, friction = _resistance(joint, found, np.arange(1, SPEEDS + 1) / SPEEDS)
-        columns = form.columns(velocity, found)
+        velocity, load, friction = _resistance(joint, found, np.arange(1, SPEEDS + 1) / SPEEDS)
+        columns = form.columns(velocity, load, found)
         if not np.isfinite(np.append(np.linalg.norm(columns, axis=0), np.linalg.norm(friction))).all():
             raise SettingsError(f"export: the friction of the result is {friction.max():g}; expected a finite value")
         coefficients = _coefficients(columns, friction)
         room = _room(joint, velocity, friction) - abs(_mean(friction - columns @ coefficients))
         if beyond:
-            far = form.columns(np.array([beyond.speed]), found)
+            far = form.columns(np.array([beyond.speed]), np.array([joint.mean_load or 0.0]), found)
             coefficients = _guided(columns, friction, far, beyond.friction, room if "coulomb" in form.numbers else None)
         residual = abs(_mean(friction - columns @ coefficients))
         numbers = dict(zip(form.numbers, coefficients.tolist(), strict=True))
@@ -183,14 +191,14 @@ def _bristles(joint: JointResult, found: Mapping[str, float]) -> dict[str, float
 def _stiction(joint: JointResult, found: Mapping[str, float], numbers: Mapping[str, float]) -> float:
     """Compute the excess of the torque that resists slow motion over Coulomb friction, mean of both directions."""
     slow = np.geomspace(1e-3, 1.0, 100)
-    velocity, friction = _resistance(joint, found, slow)
+    velocity, _, friction = _resistance(joint, found, slow)
     resisting = np.sign(velocity) * (friction - numbers["viscous"] * velocity)
     levels = resisting.reshape(2, len(slow), -1).mean(axis=2)  # decreasing speeds, then increasing
     return max(float((levels[0, ::-1] + levels[1]).max() / 2) - numbers.get("coulomb", 0.0), 0.0)
 
 
-def _resistance(joint: JointResult, found: Mapping[str, float], shares: Array) -> tuple[Array, Array]:
-    """Compute velocities, at shares of the top speed in both directions, and the friction there, shape (N,) each.
+def _resistance(joint: JointResult, found: Mapping[str, float], shares: Array) -> tuple[Array, Array, Array]:
+    """Compute velocities, at shares of the top speed in both directions, loads, and the friction, shape (N,) each.
 
     The velocities repeat at loads and positions of the log. Positions are fractional parts of multiples of the golden
     ratio, which fill a range evenly whatever the period of a ripple (Weyl 1916).
@@ -204,4 +212,4 @@ def _resistance(joint: JointResult, found: Mapping[str, float], shares: Array) -
         positions = (low + (high - low) * (0.5 * (5**0.5 - 1) * np.arange(64) % 1)).tolist()
     grid = np.meshgrid(np.concatenate([-positive[::-1], positive]), loads, positions, indexing="ij")
     velocity, load, position = (axis.ravel() for axis in grid)
-    return velocity, joint.friction(velocity, load, position=position)
+    return velocity, load, joint.friction(velocity, load, position=position)

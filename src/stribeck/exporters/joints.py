@@ -48,7 +48,7 @@ class JointTerms:
     beyond
         Friction beyond the log's speeds; None if the log covers them or no friction is stated.
     plain
-        Stated Coulomb and viscous friction; None if no friction is stated, or all of the law.
+        Stated Coulomb and viscous friction, and whether there is more; None if no friction is stated, or all of it.
     """
 
     stated: dict[str, Quantity]
@@ -60,7 +60,7 @@ class JointTerms:
     left_out: dict[str, Quantity] = field(default_factory=dict)
     note: str = ""
     beyond: Beyond | None = None
-    plain: tuple[float, float] | None = None
+    plain: tuple[float, float, bool] | None = None
 
     def __str__(self) -> str:
         """Describe the stated quantities, the approximation error and the parameters left out."""
@@ -147,7 +147,7 @@ def _terms(joint: JointResult, form: Form | None, good: Collection[str], beyond:
     left_out = {name: own for name, own in quantities.items() if name in formless}
     if joint.verdict == "no friction" and joint.curve:
         zero = {words[name]: (0.0, units[name]) for name in words if name in units and name != "stribeck_velocity"}
-        return JointTerms(stated=zero | rotor, left_out=left_out, note=joint.reason, plain=(0.0, 0.0))
+        return JointTerms(stated=zero | rotor, left_out=left_out, note=joint.reason, plain=(0.0, 0.0, False))
     if not _has_friction(joint, good):
         return JointTerms(stated=rotor, left_out=left_out)
     found, errors = nearest(joint, form, beyond), _errors(joint)
@@ -161,7 +161,7 @@ def _terms(joint: JointResult, form: Form | None, good: Collection[str], beyond:
         largest=(found.largest[0], f"{unit} at {found.largest[1]:.2g} {joint.units()[0]}"),
         close=found.close,
         beyond=beyond and replace(beyond, friction=found.far),
-        plain=(rounded.get("coulomb", 0.0), rounded["viscous"]),
+        plain=(rounded.get("coulomb", 0.0), rounded["viscous"], any(map(rounded.get, ("stribeck", "gear_load")))),
         left_out={name: own for name, own in left_out.items() if words.get(BRISTLES.get(name, name)) not in friction},
     )
 
@@ -177,8 +177,9 @@ def _units(joint: JointResult) -> tuple[str, dict[str, str]]:
     """Find the unit of a joint's friction, and the units of a friction model's numbers."""
     speed, unit = joint.units()
     length = speed.removesuffix("/s")
-    units = {"coulomb": unit, "static": unit, "viscous": f"{unit} s/{length}", "stribeck_velocity": speed}
-    return unit, units | {"bristle_stiffness": f"{unit}/{length}", "bristle_damping": f"{unit} s/{length}"}
+    units = dict.fromkeys(("coulomb", "static", "stribeck"), unit) | {"gear_load": "1", "stribeck_velocity": speed}
+    units |= dict.fromkeys(("viscous", "bristle_damping"), f"{unit} s/{length}")
+    return unit, units | {"bristle_stiffness": f"{unit}/{length}"}
 
 
 def _errors(joint: JointResult) -> dict[str, float]:

@@ -1,7 +1,7 @@
 """Targets of `stribeck export --to`, with their friction models and the functions that format their files."""
 
 from stribeck.exporters import model_files, text_files
-from stribeck.exporters.forms import plain, stribeck, viscous
+from stribeck.exporters.forms import gear, plain, stribeck, viscous
 from stribeck.exporters.target import Target
 
 TARGETS: dict[str, Target] = {
@@ -59,6 +59,20 @@ TARGETS: dict[str, Target] = {
         forms={"plain": plain(coulomb="frictionloss", viscous="viscous_damping", armature="armature")},
         suffix=".py",
         text=text_files.mjlab_text,
+    ),
+    "bam": Target(
+        forms={
+            "m4": gear(
+                coulomb="friction_base",
+                viscous="friction_viscous",
+                stribeck="friction_stribeck",
+                stribeck_velocity="dtheta_stribeck",
+                gear_load="load_friction_base",
+                armature="armature",
+            )
+        },
+        suffix=".json",
+        text=text_files.bam_text,
     ),
     "pinocchio": Target(
         forms={"plain": plain(coulomb="friction", viscous="damping", armature="armature")},

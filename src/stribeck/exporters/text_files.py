@@ -150,6 +150,21 @@ def mujoco_ranges(lines: list[str], joints: Mapping[str, JointRanges]) -> str:
     return _module("mujoco_ranges", lines, ranges=fields)
 
 
+def bam_text(request: Request) -> str:
+    """Format parameters of BAM's model M4 as JSON, by joint.
+
+    Its friction is (friction_base + friction_stribeck exp(-(|v| / dtheta_stribeck)^alpha) + load_friction_base |tau_e -
+    tau_m|) sign(v) + friction_viscous v; external and motor torque are opposite without acceleration.
+    """
+    none = dict.fromkeys(("friction_base", "friction_viscous", "friction_stribeck", "load_friction_base"), 0.0)
+    fixed = {"model": "m4", "alpha": 2.0, "load_friction_stribeck": 0.0, "dtheta_stribeck": 1.0}
+    joints = {
+        name: fixed | none | {word: value for word, (value, _) in terms.stated.items()}
+        for name, terms in request.joints.items()
+    }
+    return json.dumps({"written": request.lines, "joints": joints}, indent=2) + "\n"
+
+
 def yaml_text(request: Request) -> str:
     """Format the values of each joint as YAML: of the function above, or of the form "plain"."""
     lines = [f"robot: {_quoted(request.result.robot)}", "joints:"]

@@ -28,13 +28,13 @@ def table_of_joints(result: Result, robot: Robot, joints: Mapping[str, JointTerm
     return [LEGEND, *aligned([HEAD, *rows])] if rows else []
 
 
-def _in_the_model(robot: Robot) -> dict[str, tuple[float, float]]:
+def _in_the_model(robot: Robot) -> dict[str, tuple[float, float, bool]]:
     """Read Coulomb and viscous friction of the joints of the model file; empty without a file."""
     if not robot.model_path:
         return {}
     model, _ = load_model(robot.model_file, robot.base)
     single = {str(model.names[k]): joint.idx_v for k, joint in enumerate(model.joints) if k and joint.nv == 1}
-    return {name: (float(model.upperDryFrictionLimit[k]), float(model.damping[k])) for name, k in single.items()}
+    return {name: (float(model.upperDryFrictionLimit[k]), float(model.damping[k]), False) for name, k in single.items()}
 
 
 def _identified(joint: JointResult, terms: JointTerms) -> str:
@@ -47,11 +47,11 @@ def _identified(joint: JointResult, terms: JointTerms) -> str:
     }
     means = [sum(own) / len(own) if own else 0.0 for own in found.values()]
     others = terms.projected.keys() - {"slope", *(f"{key}_{way}" for key in found for way in ("positive", "negative"))}
-    return _sum((means[0], means[1])) + " + ..." * bool(others)
+    return _sum((means[0], means[1], bool(others)))
 
 
-def _sum(friction: tuple[float, float] | None) -> str:
-    return f"{friction[0]:.3g} + {friction[1]:.3g} v" if friction else "-"
+def _sum(friction: tuple[float, float, bool] | None) -> str:
+    return f"{friction[0]:.3g} + {friction[1]:.3g} v" + " + ..." * friction[2] if friction else "-"
 
 
 def _difference(terms: JointTerms) -> str:
