@@ -40,7 +40,7 @@ class RobotFileError(StribeckError):
 
     Examples
     --------
-    >>> Robot.from_urdf("arm.urdf", position_controlled=["knee"])
+    >>> Robot.from_urdf("arm.urdf", base="fixed", position_controlled=["knee"])
     Traceback (most recent call last):
     stribeck.errors.RobotFileError: arm.urdf: [robot] position_controlled names joint 'knee'; expected ...
     """

@@ -350,6 +350,14 @@ def test_an_interrupted_run_leaves_nothing(stop: signal.Signals, arm: Path, long
     assert os.listdir(tmp_path) == []
 
 
+def test_the_help_states_each_default_once(capsys: pytest.CaptureFixture[str]) -> None:
+    for each in app.registered_commands:
+        command = each.name or each.callback.__name__
+        assert run(command, "--help") == 0
+        shown = re.sub(r"\s+", " ", capsys.readouterr().out)
+        assert not re.search(r"\[default: [^\]]*\] *\[default", shown), command
+
+
 def test_the_help_names_every_law_method_and_format() -> None:
     assert set(LAW_NAMES) == {*LAWS, *LAWS_WITH_STATE, AUTO}
     assert set(METHOD_NAMES) == set(METHODS)

@@ -190,7 +190,9 @@ def test_a_base_that_moves_gets_no_trajectory_unless_it_is_held(out: Path) -> No
 
 
 def test_a_held_robot_feels_gravity_along_the_axis_that_points_down() -> None:
-    robot = Robot.from_model(Path(__file__).parents[2] / "src/stribeck_simulation/robots/models/quadruped.urdf")
+    robot = Robot.from_model(
+        Path(__file__).parents[2] / "src/stribeck_simulation/robots/models/quadruped.urdf", base="floating"
+    )
     assert gravity(robot, "-x") == pytest.approx([9.81, 0, 0])
 
 

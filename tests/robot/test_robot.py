@@ -333,6 +333,12 @@ def test_a_model_gets_feet_and_roles_without_a_robot_file(tmp_path):
     assert re.fullmatch(r"Robot\('.*', floating base, 2 joints, .* kg, contacts left, right\)", repr(robot))
 
 
+def test_a_model_without_feet_asks_for_the_base(tmp_path):
+    path = write_robot(tmp_path).parent / "arm.urdf"
+    with pytest.raises(RobotFileError, match=r'pass base="fixed" for an arm on a table, or base="floating"'):
+        Robot.from_model(path)
+
+
 def test_a_pinocchio_model_is_a_robot_without_a_file(tmp_path):
     """Friction is identified on it, and exports that write its model file are refused."""
     write_arm(tmp_path)

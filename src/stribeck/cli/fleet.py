@@ -24,8 +24,10 @@ def fleet(
     manifest: Annotated[
         Path | None, typer.Option(metavar="FILE", help="CSV with log, robot_file, robot, and start and note, if known.")
     ] = None,
-    workers: Annotated[int, typer.Option("--jobs", metavar="N", help="Logs at a time.  [default: one per core]")] = -1,
-    backend: Annotated[str, typer.Option(metavar="NAME", help="loky, ray or dask.  [default: loky]")] = "loky",
+    workers: Annotated[
+        int, typer.Option("--jobs", metavar="N", help="Logs at a time.", show_default="one per core")
+    ] = -1,
+    backend: Annotated[str, typer.Option(metavar="NAME", help="loky, ray or dask.")] = "loky",
     timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Longest time for one log.")] = None,
     memory: Annotated[float | None, typer.Option(metavar="GB", help="Most memory for one log.")] = None,
     again: Annotated[bool, typer.Option("--retry-failed", help="Try logs again that failed.")] = False,

@@ -166,8 +166,8 @@ class Robot:
             Path of the model file, `package:NAME` for a model of an installed package, or a `pinocchio.Model`, which is
             copied. Exports and replays that need a model file refuse a robot made from a Pinocchio model.
         base
-            Whether the base moves freely ("floating") or not ("fixed"). If None, the base of a model file is floating,
-            and that of a Pinocchio model is floating if its first joint is a free flyer.
+            Whether the base moves freely ("floating") or not ("fixed"). None is floating with `contacts`, and that
+            of a Pinocchio model; otherwise it is an error.
         contacts
             Feet of a floating base: name -> frame in the model, for a surface contact, or name -> a mapping
             `{"frame": ..., "kind": "point"}`.
@@ -199,6 +199,11 @@ class Robot:
             base = "floating" if is_floating(loaded[0]) else "fixed"
         else:
             path = model_path(str(model), Path())
+            if base is None and not contacts:
+                raise RobotFileError(
+                    f'{path}: a model does not state whether its base moves; pass base="fixed" for an arm on a table, '
+                    'or base="floating" for a robot that walks'
+                )
         feet = {
             name: {"frame": foot} if isinstance(foot, str) else dict(foot) for name, foot in (contacts or {}).items()
         }
