@@ -29,7 +29,7 @@ def test_a_rehearsal_tells_noisy_and_still_joints_from_good_ones(
     assert run(*arguments) == 0
     printed = capsys.readouterr().out
     assert printed.startswith("1 of 3 joints would be identified within ± ")
-    assert re.search(r"the motion is that of the log, 1[45]\.\d s at 250 Hz; friction and torque noise", printed)
+    assert re.search(r"motion of the log, 1[45]\.\d s at 250 Hz; friction and torque noise", printed)
     found = read_result(tmp_path / "out/result.json").joints
     assert {name: own.verdict for name, own in found.items()} == {
         "shoulder": "identified",

@@ -18,6 +18,7 @@ from tests.robot.test_robot import MJCF, URDF, write_robot
 from tests.samples import make_samples
 
 from stribeck.cli import console
+from stribeck.cli.truth import print_truth
 from stribeck.errors import SettingsError, StribeckError
 from stribeck.exporters import export
 from stribeck.friction import AUTO, LAWS, get_law
@@ -210,7 +211,7 @@ def test_any_result_is_read_as_it_was_written(tmp_path: Path, result: Result) ->
 def test_any_result_is_printed(result: Result) -> None:
     assert printed(console.print_result, result)
     truth = {name: dict.fromkeys(joint.parameters, 1.0) for name, joint in result.joints.items()}
-    assert printed(lambda found: console.print_truth(found, truth), result)
+    assert printed(lambda found: print_truth(found, truth), result)
 
 
 @QUICK
@@ -276,7 +277,7 @@ def test_names_are_printed_as_they_are(name: str) -> None:
     assert f"{name}\\" not in printed(console.print_result, result)
     assert printed(console.print_comparison, compare(result, result)).count(name) == 1
     quiet = replace(result, joints={name: silent})
-    assert printed(lambda found: console.print_truth(found, {}), quiet).count(name) == 3
+    assert printed(lambda found: print_truth(found, {}), quiet).count(name) == 3
 
 
 @pytest.mark.parametrize("name", ["walk---1.npz", "walk\x01.npz", "walk\n-->.npz"])

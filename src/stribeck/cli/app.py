@@ -4,20 +4,20 @@ Slow imports stand inside the commands, so that `--help` and `--version` respond
 """
 
 import sys
-from collections.abc import Callable
 from functools import partial
 from io import TextIOWrapper
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from stribeck.base.outputs import check_name, check_outputs, staged_folder
 from stribeck.cli import console, options
 from stribeck.cli.fleet import fleet, trends
-from stribeck.cli.options import REPORT, RESULT, TABLE, files_of, part_of, result_file, robot_of, split_names
+from stribeck.cli.options import REPORT, RESULT, TABLE, files_of, part_of, robot_of
+from stribeck.cli.results import compare, export, plan, replay
 from stribeck.cli.simulation import demo, rehearse, simulate
-from stribeck.errors import SettingsError, StribeckError, findings_kept
+from stribeck.errors import StribeckError
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -101,7 +101,7 @@ def inspect(
         found = inspect_log(part_of(log, machine, start, stop), machine, chosen)
     if output is not None:
         write_inspection(found, output)
-    _show(found, console.print_inspection, [output] if output else [], json=json, quiet=quiet)
+    console.show(found, console.print_inspection, [output] if output else [], json=json, quiet=quiet)
 
 
 @command()
@@ -138,169 +138,13 @@ def identify(
         progress("writing the report", 0.9)
         (staging / RESULT).write_text(result.to_json(), encoding="utf-8")
         write_report(result, staging / REPORT)
-    _show(result, console.print_result, outputs, json=json, quiet=quiet)
+    console.show(result, console.print_result, outputs, json=json, quiet=quiet)
 
 
-@command()
-def export(
-    result: options.ResultFile,
-    robot: options.RobotFile,
-    to: options.Format,
-    output: Annotated[Path, options.output("PATH", "File to write, or folder for --samples.")],
-    samples: options.Samples = None,
-    ranges: options.Ranges = False,
-    joints: options.Exported = None,
-    include_weak: options.Weak = False,
-    strict: options.Strict = False,
-    friction: options.Form = None,
-    more: options.With = None,
-    overwrite: options.Overwrite = False,
-    quiet: options.Quiet = False,
-) -> None:
-    """Export a result to a simulator, a model file or code."""
-    from stribeck.exporters import export as write_model
-    from stribeck.exporters import export_ranges, export_samples
-    from stribeck.result import read_result
-    from stribeck.robot import Robot
-
-    found = read_result(result_file(result))
-    machine = Robot.from_file(robot)
-    chosen: dict[str, Any] = {"joints": split_names(joints), "include_weak": include_weak}
-    if more not in (None, "inertia"):
-        raise SettingsError(f"--with {more}: expected inertia")
-    inertia = more == "inertia"
-    if ranges and (samples is not None or strict or inertia or friction is not None):
-        raise SettingsError("--ranges takes neither --samples, --strict, --friction nor --with; leave them out")
-    if samples is not None:
-        if output.is_dir() and any(output.iterdir()) and not overwrite:
-            raise SettingsError(f"{output}: already exists", option="choose another -o, or pass --overwrite")
-        with findings_kept([*machine.warnings, *found.warnings]):
-            paths = export_samples(found, machine, output, to, samples, friction=friction, inertia=inertia, **chosen)
-        if not quiet:
-            console.print_paths(paths)
-        return
-    check_outputs([output], [result_file(result), *files_of(machine)], overwrite)
-    with findings_kept([*machine.warnings, *found.warnings]):
-        if ranges:
-            lines = export_ranges(found, machine, output, to, **chosen)
-        else:
-            lines = write_model(found, machine, output, to, strict=strict, friction=friction, inertia=inertia, **chosen)
-    if not quiet:
-        typer.echo("\n".join(lines))
-        console.print_paths([output])
-
-
-@command()
-def compare(
-    results: Annotated[
-        list[Path],
-        typer.Argument(metavar="RESULT", help="Two results, older first; or one, to compare left and right."),
-    ],
-    names: options.Labels = None,
-    output: options.Page = None,
-    json: options.Json = False,
-    overwrite: options.Overwrite = False,
-    quiet: options.Quiet = False,
-) -> None:
-    """Compare two results, or left and right joints of one."""
-    from stribeck.report.comparison import write_comparison
-    from stribeck.result import read_result
-    from stribeck.result.compare import compare as compare_two
-    from stribeck.result.compare import compare_sides
-
-    files = [result_file(path) for path in results]
-    check_outputs([output] if output else [], files, overwrite)
-    labels = split_names(names)
-    if len(files) > 2:
-        raise SettingsError(f"compare: {len(files)} results were given; expected two, or one to compare left and right")
-    if labels and len(files) == 1:
-        raise SettingsError("--names applies to two results; omit it to compare left and right of one")
-    if labels and len(set(labels)) != 2:
-        raise SettingsError(f"--names: found {', '.join(labels)}; expected 2 different names")
-    if len(files) == 1:
-        found = compare_sides(read_result(files[0]))
-    else:
-        found = compare_two(files[0], files[1], names=(labels[0], labels[1]) if labels else None)
-    if output is not None:
-        write_comparison(found, output)
-    _show(found, console.print_comparison, [output] if output else [], json=json, quiet=quiet)
-
-
-@command()
-def plan(
-    source: Annotated[
-        str,
-        typer.Argument(
-            metavar="RESULT", help="A result.json; before the first log, a robot file or a model (as for `init`)."
-        ),
-    ],
-    robot: Annotated[
-        Path | None, typer.Option("--robot", "-r", metavar="FILE", help="Robot file (robot.toml) of the result.")
-    ] = None,
-    output: Annotated[Path | None, options.output("FOLDER", "Folder for plan.json and trajectory.csv.")] = None,
-    joints: options.Planned = None,
-    held: options.Held = None,
-    duration: Annotated[float, typer.Option(metavar="SECONDS", help="Duration of the trajectory.")] = 60.0,
-    json: options.Json = False,
-    overwrite: options.Overwrite = False,
-    quiet: options.Quiet = False,
-) -> None:
-    """Plan the motion that weak joints need, with trajectory.
-
-    Before the first log, plan a trajectory within the model's limits.
-    """
-    from stribeck.plan.plan import plan as run
-
-    file, machine = options.planned_robot(source, robot, held)
-    outputs = [output / name for name in ("plan.json", "trajectory.csv")] if output else []
-    asked = split_names(joints)
-    check_outputs(outputs, [*([file] if file else []), *files_of(machine)], overwrite)
-    with console.progress_bar(quiet) as progress:
-        found = run(
-            file, machine, joints=asked, held=held, duration=duration if output or not file else None, progress=progress
-        )
-    if output is not None:
-        with staged_folder(output) as staging:
-            (staging / "plan.json").write_text(found.to_json(), encoding="utf-8")
-            if found.trajectory:
-                found.trajectory.write_csv(staging / "trajectory.csv")
-    _show(found, console.print_plan, outputs if found.trajectory else outputs[:1], json=json, quiet=quiet)
-
-
-@command()
-def replay(
-    log: options.LogFile,
-    robot: options.RobotFile,
-    model: Annotated[Path, typer.Option("--model", "-m", metavar="FILE", help="URDF or MJCF with friction to test.")],
-    output: Annotated[Path | None, options.output("FOLDER", "Folder for replay.json and replay.html.")] = None,
-    settings: options.Set = [],  # noqa: B006
-    start: options.From = None,
-    stop: options.To = None,
-    exclude: options.Exclude = [],  # noqa: B006
-    force: options.Force = False,
-    json: options.Json = False,
-    overwrite: options.Overwrite = False,
-    quiet: options.Quiet = False,
-) -> None:
-    """Test a model on a log: torques and short simulations.
-
-    Compares the model of the robot file with another model, without and with the friction of the latter.
-    """
-    from stribeck.replay.replay import replay as run
-    from stribeck.report.replay import write_replay
-
-    machine = robot_of(robot, exclude, [log])
-    chosen = options.with_settings(machine.settings, {}, settings)
-    outputs = [output / name for name in ("replay.json", "replay.html")] if output else []
-    check_outputs(outputs, [log, model, *files_of(machine)], overwrite)
-    with console.progress_bar(quiet) as progress:
-        part = part_of(log, machine, start, stop)
-        found = run(part, machine, model, chosen, force=force, progress=progress)
-    if output is not None:
-        with staged_folder(output) as staging:
-            (staging / "replay.json").write_text(found.to_json(), encoding="utf-8")
-            write_replay(found, staging / "replay.html")
-    _show(found, console.print_replay, outputs, json=json, quiet=quiet)
+command()(export)
+command()(compare)
+command()(plan)
+command()(replay)
 
 
 @command()
@@ -350,15 +194,6 @@ def explain(
     from stribeck.cli.explain import explanation, explanation_names
 
     typer.echo("\n".join(explanation_names()) if name is None else explanation(name))
-
-
-def _show(found: Any, show: Callable[[Any], None], paths: list[Path], *, json: bool, quiet: bool) -> None:
-    """Print a result as JSON, or as tables followed by the paths of the written files."""
-    if json:
-        typer.echo(found.to_json(), nl=False)
-    elif not quiet:
-        show(found)
-        console.print_paths(paths)
 
 
 def run() -> None:

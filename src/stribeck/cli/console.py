@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +13,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 from rich.text import Text
 
-from stribeck.base.text_table import TextTable, number, span
+from stribeck.base.text_table import TextTable, number
 
 if TYPE_CHECKING:
     from stribeck.audit.inspection import Inspection
@@ -42,7 +42,7 @@ def _console() -> Console:
     return console if console.is_terminal else Console(highlight=False, emoji=False, width=PLAIN_WIDTH)
 
 
-def _say(lines: Iterable[str]) -> None:
+def say(lines: Iterable[str]) -> None:
     """Print lines without interpreting markup."""
     console = _console()
     for line in lines:
@@ -70,7 +70,7 @@ def progress_bar(quiet: bool) -> Iterator[Any]:
         yield lambda stage, share: progress.update(task, description=stage, completed=share)
 
 
-def _print_table(table: TextTable) -> None:
+def print_table(table: TextTable) -> None:
     """Print a table and its notes; long cells are folded, never cut, and rows of one name form a section.
 
     Names in the first column stay on one line unless they need half of the width.
@@ -88,7 +88,7 @@ def _print_table(table: TextTable) -> None:
     if longest <= console.width // 2:
         drawn.columns[0].no_wrap, drawn.columns[0].min_width = True, longest
     console.print(drawn)
-    _say(table.notes)
+    say(table.notes)
 
 
 def _style(cell: str) -> str:
@@ -102,13 +102,13 @@ def print_result(result: Result) -> None:
     from stribeck.result.joint import verdict_place
     from stribeck.result.tables import advice, main_reason
 
-    _print_table(_lines_of_joints(result, all_speeds=_console().width >= WIDE))
+    print_table(_lines_of_joints(result, all_speeds=_console().width >= WIDE))
     without = {name: joint for name, joint in result.all_friction.items() if joint.verdict == "no friction"}
     if without:
         bounds = ", ".join(f"{name} ({joint.reason.rpartition(', ')[2]})" for name, joint in without.items())
-        _say([f"friction below the resolution of the log: {bounds} ({verdict_place('no friction')})"])
+        say([f"friction below the resolution of the log: {bounds} ({verdict_place('no friction')})"])
     if result.law != AUTO:
-        _print_table(_columns_of_parameters(result))
+        print_table(_columns_of_parameters(result))
     for log in result.held_out:
         print(f"validation log {log.path}, {number(log.duration)} s:")
         rows = [
@@ -116,14 +116,14 @@ def print_result(result: Result) -> None:
             for joint, error in log.joints.items()
         ]
         numbers = ["RMS\nwith friction", "RMS\nwithout friction", "R²"]
-        _print_table(TextTable(title="torque error [N m]", left=["joint"], right=numbers, rows=rows))
+        print_table(TextTable(title="torque error [N m]", left=["joint"], right=numbers, rows=rows))
     poor = {name: joint for name, joint in result.all_friction.items() if joint.verdict in ("weak", "not excited")}
-    _say([result.log.usage])
+    say([result.log.usage])
     for name, own in poor.items():
         step = advice(own)
         step = f"{step[0].upper()}{step[1:]} ({verdict_place(own.verdict)})."
-        _say([f"{name} {own.verdict}: {main_reason(own)}. {step}"])
-    _say(f"warning: {warning}" for warning in result.warning_lines)
+        say([f"{name} {own.verdict}: {main_reason(own)}. {step}"])
+    say(f"warning: {warning}" for warning in result.warning_lines)
 
 
 def _lines_of_joints(result: Result, *, all_speeds: bool) -> TextTable:
@@ -192,68 +192,6 @@ def _with_error(found: ParameterEstimate) -> str:
     return f"{number(found.value)} ± {found.half_width:.2g}" + "?" * (found.verdict == "weak")
 
 
-def print_truth(result: Result, truth: Mapping[str, Mapping[str, float]]) -> None:
-    """Print the true and estimated parameters of each joint, then how many intervals contain the truth."""
-    rows, identified, covered = [], 0, 0
-    for joint, found in result.joints.items():
-        true = truth.get(joint, {})
-        compared = {name: value for name, value in found.parameters.items() if name in true}
-        if not compared:
-            verdict = found.verdict if found.parameters else f"{found.verdict}: {found.reason}"
-            rows.append([joint, "", "" if true else "none", "", "", verdict])
-        for name, value in compared.items():
-            low, high = value.interval_95
-            identified += value.verdict == "identified"
-            covered += low <= true[name] <= high
-            numbers = [number(true[name]), number(value.value), span(value.interval_95)]
-            rows.append([joint, f"{name} [{value.unit}]", *numbers, value.verdict])
-    parameters = sum(bool(row[1]) for row in rows)
-    table = TextTable(
-        title=f"True and estimated friction of {result.robot} (law {result.law})",
-        left=["joint", "parameter"],
-        right=["truth", "estimate", "95 % interval"],
-        last=["verdict"],
-        rows=rows,
-        notes=[f"{parameters} parameters: {identified} identified; {covered} of the 95 % intervals contain the truth"],
-    )
-    _print_table(table)
-
-
-def print_expectation(result: Result, truth: Mapping[str, Mapping[str, float]], notes: Iterable[str]) -> None:
-    """Print what an identification can be expected to find: a conclusion, then one line per joint."""
-    from stribeck.result.tables import advice, point_text
-
-    rows, covered, widths = [], 0, []
-    for name, joint in result.joints.items():
-        if name not in truth or not joint.curve:
-            rows.append([name, "", "", "", joint.verdict, advice(joint)])
-            continue
-        point = joint.curve[len(joint.curve) // 2]
-        known = truth[name]["coulomb"] + truth[name]["viscous"] * point.velocity
-        covered += point.interval_95[0] <= known <= point.interval_95[1]
-        widths += [point.half_width / known] * (joint.verdict == "identified")
-        error = f"{100 * (point.value / known - 1):+.1f} %"
-        found = f"{point_text(point)} {point.unit} at {point.velocity:.2g}"
-        rows.append([name, f"{number(known)} {point.unit}", found, error, joint.verdict, advice(joint)])
-    ends = [f"{100 * each:.2g}" for each in (min(widths), max(widths))] if widths else []
-    within = f" within ± {' to '.join(dict.fromkeys(ends))} %" if ends else ""
-    _say([f"{len(widths)} of {len(rows)} joints would be identified{within} of their friction at middle speed"])
-    _print_table(
-        TextTable(
-            title=f"Rehearsal of {result.robot}",
-            left=["joint"],
-            right=["assumed friction", "identified", "error"],
-            last=["verdict", "next step"],
-            rows=rows,
-            notes=[
-                f"{covered} of {sum(bool(row[1]) for row in rows)} intervals contain the assumed friction",
-                *notes,
-                "best case: the model is exact, and the sensors have only white noise",
-            ],
-        )
-    )
-
-
 def print_inspection(found: Inspection) -> None:
     """Print the sampling of a log, one line per joint, and the findings."""
     lines = [
@@ -265,8 +203,8 @@ def print_inspection(found: Inspection) -> None:
         *([] if found.support_source == "fixed" else [f"support: {_support_shares(found)}"]),
         f"filter: {found.filter}",
     ]
-    _say(lines)
-    _print_table(found.table())
+    say(lines)
+    print_table(found.table())
 
 
 def _support_shares(found: Inspection) -> str:
@@ -280,8 +218,8 @@ def _support_shares(found: Inspection) -> str:
 
 def print_comparison(found: Comparison) -> None:
     """Print the conclusion of a comparison, then one line per parameter."""
-    _say([found.conclusion])
-    _print_table(found.table())
+    say([found.conclusion])
+    print_table(found.table())
 
 
 def print_plan(found: Plan) -> None:
@@ -289,7 +227,7 @@ def print_plan(found: Plan) -> None:
     from stribeck.plan.plan import within
 
     if found.joints:
-        _print_table(found.table())
+        print_table(found.table())
     elif not found.trajectory:
         print("nothing to plan: no joint is weak or not excited")
     if own := found.trajectory:
@@ -297,10 +235,10 @@ def print_plan(found: Plan) -> None:
         used = ", ".join(f"{100 * share:.0f} % of the {name} limits" for name, share in own.used.items() if share)
         duration = f"{own.duration:.0f} s"
         expected = [f"expected intervals after the trajectory ({duration}): {widths}"]
-        _say(expected if widths else [f"trajectory before the first log, {duration}:", *own.lines])
+        say(expected if widths else [f"trajectory before the first log, {duration}:", *own.lines])
         near = "" if own.clearance is None else f"; bodies keep {1000 * own.clearance:.0f} mm apart"
-        _say([f"the trajectory uses {used}{near}"])
-    _say(f"note: {note}" for note in found.notes)
+        say([f"the trajectory uses {used}{near}"])
+    say(f"note: {note}" for note in found.notes)
 
 
 def print_replay(found: Replay) -> None:
@@ -317,12 +255,12 @@ def print_replay(found: Replay) -> None:
     torque.append(["median", *("" if (r2 := model.median_r2()) is None else f"{r2:.3f}" for model in found.models)])
     rollouts.append(["median", *(_relative(model.median_relative(k)) for model in found.models for k in horizons)])
     own, *others = dict.fromkeys(model.model for model in found.models)
-    _say([f"model: {own}", *(f"new model: {other}" for other in others)])
+    say([f"model: {own}", *(f"new model: {other}" for other in others)])
     title = f"Torques of {found.robot}: R² (RMS error [N m])"
-    _print_table(TextTable(title=title, left=["joint"], right=names, rows=torque))
+    print_table(TextTable(title=title, left=["joint"], right=names, rows=torque))
     title = "Velocity error of simulations divided by the change of velocity (RMS)"
     notes = ["Values above 1 are worse than a constant velocity.", *(f"note: {note}" for note in found.notes)]
-    _print_table(TextTable(title=title, left=["joint"], right=headings, rows=rollouts, notes=notes))
+    print_table(TextTable(title=title, left=["joint"], right=headings, rows=rollouts, notes=notes))
 
 
 def _model_names(found: Replay) -> list[str]:
@@ -339,3 +277,12 @@ def _relative(value: float | None) -> str:
     if value is None:
         return "-"
     return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"
+
+
+def show(found: Any, printer: Callable[[Any], None], paths: list[Path], *, json: bool, quiet: bool) -> None:
+    """Print a result as JSON, or as tables followed by the paths of the written files."""
+    if json:
+        print(found.to_json(), end="")
+    elif not quiet:
+        printer(found)
+        print_paths(paths)

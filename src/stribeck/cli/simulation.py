@@ -11,6 +11,7 @@ import typer
 from stribeck.base.outputs import check_outputs, staged_folder
 from stribeck.cli import console, options
 from stribeck.cli.options import REPORT, RESULT, TABLE
+from stribeck.cli.truth import print_expectation, print_truth
 from stribeck.errors import SettingsError, StribeckError, require_extra
 
 if TYPE_CHECKING:
@@ -66,7 +67,7 @@ def demo(
         truth = truth_reference(result, example.law, example.parameters)
         write_report(result, staging / REPORT, reference=truth, further=[walk_section(example.walk)])
     if not quiet:
-        console.print_truth(result, example.parameters)
+        print_truth(result, example.parameters)
         console.print_paths([output / name for name in (example.log.name, RESULT, TABLE, REPORT)])
 
 
@@ -112,7 +113,7 @@ def rehearse(
         (staging / RESULT).write_text(result.to_json(), encoding="utf-8")
         write_report(result, staging / REPORT, reference=truth_reference(result, found.law, found.parameters))
     if not quiet:
-        console.print_expectation(result, found.parameters, motion.notes)
+        print_expectation(result, found.parameters, motion.notes)
         console.print_paths(outputs)
 
 

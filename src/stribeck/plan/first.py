@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.base.version import __version__
 from stribeck.errors import SettingsError
 from stribeck.plan.collision import load_self_collision
@@ -15,8 +16,8 @@ from stribeck.plan.trajectory import Trajectory, design
 from stribeck.result import JointResult, LogSummary, Result
 from stribeck.robot import Robot
 
-NOISE = 0.01
-"""Assumed torque noise before the first log, relative to the torque limit [1]; white at 1 kHz."""
+NOISE, RATE = 0.01, 1000.0
+"""Assumed white torque noise before the first log, relative to the torque limit [1], and rate of that log [Hz]."""
 
 
 def first_trajectory(
@@ -32,12 +33,11 @@ def first_trajectory(
     if robot.base == "floating" and held is None:
         raise SettingsError("plan: the base moves; hold it and name its axis that points up (`--held z`)")
     found = _before_the_first_log(robot)
-    limits = np.where(np.isfinite(robot.effort_limits), robot.effort_limits, 100.0)
     dynamics = dynamics_of(robot, gravity(robot, held or "z"), robot.settings.priors)
     middle = [reach_of(robot, k, own, 0.0).middle for k, own in enumerate(found.joints.values())]
     posture = np.clip(middle, *robot.position_limits)
     planned = [
-        replace(planned_joint(name, found.joints, robot, posture), noise=(NOISE * limits[k]) ** 2 * 1e-3)
+        replace(planned_joint(name, found.joints, robot, posture), noise=assumed_noise(robot)[k] ** 2 / RATE)
         for k, name in enumerate(robot.joint_names)
         if name in chosen_joints(found, robot, joints)
     ]
@@ -52,6 +52,11 @@ def first_trajectory(
         notes.append("the model does not limit all torques; check them before you run the trajectory")
     trajectory, more = design(Task(dynamics, planned, posture), duration, bodies, predict=False)
     return trajectory, [*notes, *more]
+
+
+def assumed_noise(robot: Robot) -> Array:
+    """Compute the assumed standard deviation of the torques [N m], [N], shape (n,); of 100 N m without a limit."""
+    return np.asarray(NOISE * np.where(np.isfinite(robot.effort_limits), robot.effort_limits, 100.0))
 
 
 def _before_the_first_log(robot: Robot) -> Result:

@@ -9,7 +9,7 @@ from stribeck.differentiation.filters import make_filter, resolve_auto
 from stribeck.friction_torque.auto_filter import cutoff_from_log
 from stribeck.friction_torque.preparation import prepare
 from stribeck.log import LogLike
-from stribeck.plan.first import NOISE, first_trajectory
+from stribeck.plan.first import NOISE, RATE, assumed_noise, first_trajectory
 from stribeck.plan.information import noise_of, present_motions
 from stribeck.plan.selection import planned_joint, posture_of
 from stribeck.result import Result
@@ -17,8 +17,8 @@ from stribeck.robot import Robot
 from stribeck.settings import FilterSettings, LogTable
 from stribeck.whole_log.equations.noise import white_noise
 
-RATE, ENCODER = 1000.0, 1e-5
-"""Rate [Hz] and noise of the encoders [rad], [m] before the first log."""
+ENCODER = 1e-5
+"""Noise of the encoders before the first log [rad], [m]."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -66,15 +66,13 @@ def first_motion(robot: Robot, duration: float) -> Rehearsed:
     """Take the motion of `stribeck plan` without a log, and torque noise of a share of the limits."""
     trajectory, notes = first_trajectory(robot, None, None, duration)
     time = np.arange(round(trajectory.duration * RATE)) / RATE
-    limits = np.where(np.isfinite(robot.effort_limits), robot.effort_limits, 100.0)
-    said = f"the motion is the trajectory of `stribeck plan`, {trajectory.duration:.0f} s at {RATE:.0f} Hz"
+    said = f"motion planned by `stribeck plan`, {trajectory.duration:.0f} s at {RATE:.0f} Hz"
     assumed = f"assumed: torque noise of {NOISE:.0%} of the limits, encoder noise of {ENCODER:g} rad"
-    noise = np.full(len(limits), ENCODER), NOISE * limits
     return Rehearsed(
         time=time,
         position=trajectory.at(time).position,
-        position_noise=noise[0],
-        torque_noise=noise[1],
+        position_noise=np.full(len(robot.joint_names), ENCODER),
+        torque_noise=assumed_noise(robot),
         friction={},
         notes=[said, assumed, *notes],
     )
@@ -109,12 +107,12 @@ def motion_of_log(robot: Robot, log: LogLike, result: Result | None) -> Rehearse
         if top and top.value > 0:
             coulomb = min(joint.values.get("coulomb", top.value), top.value)
             friction[name] = coulomb, (top.value - coulomb) / top.velocity
-    said = "friction and torque noise are those of its result" if result else "torques have its white noise"
+    said = "friction and torque noise from its result" if result else "its white noise"
     return Rehearsed(
         time=period * np.arange(len(smooth), dtype=np.float64),
         position=smooth,
         position_noise=white_noise(prepared.log.position, segments),
         torque_noise=torque_noise,
         friction=friction,
-        notes=[f"the motion is that of the log, {length}; {said}"],
+        notes=[f"motion of the log, {length}; {said}"],
     )

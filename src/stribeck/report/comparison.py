@@ -45,7 +45,7 @@ def comparison_section(found: Comparison, prismatic: AbstractSet[str]) -> Sectio
     units: dict[str, set[str]] = {}
     for row in found.rows:
         units.setdefault(row.parameter, set()).add(row.unit)
-    columns = {name: min(own) if len(own) == 1 else "" for name, own in units.items()}  # mixed ones stand in the cells
+    columns = {name: min(own) if len(own) == 1 else "" for name, own in units.items()}  # cells contain mixed units
     rows: dict[str, dict[str, object]] = {}
     for row in found.rows:
         rows.setdefault(row.joint, {})[row.parameter] = row
