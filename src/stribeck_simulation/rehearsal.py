@@ -41,7 +41,7 @@ def rehearse(
     """Simulate the log of a robot with Coulomb and viscous friction that follows a motion exactly.
 
     Where `friction` has no joint, friction at top speed is twice the Coulomb friction. A floating robot walks at random
-    instead, as in `exact_log`, for the same time and at the same rate.
+    about its median posture instead, as in `exact_log`, for the same time and at the same rate.
 
     Parameters
     ----------
@@ -59,7 +59,8 @@ def rehearse(
     law, names = get_law("coulomb-viscous"), robot.joint_names
     if robot.base == "floating":
         rate = 1 / float(np.diff(time).mean())
-        bare, _ = exact_log(robot, law, {}, duration=float(time[-1] - time[0]), rate=rate)
+        posture = dict(zip(names, np.median(position, axis=0).tolist(), strict=True))
+        bare, _ = exact_log(robot, law, {}, duration=float(time[-1] - time[0]), rate=rate, posture=posture)
     else:
         spline = make_interp_spline(time, position, k=5)
         motion = np.array([spline(time, order) for order in range(3)])

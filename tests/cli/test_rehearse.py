@@ -52,7 +52,9 @@ def test_a_walking_robot_rehearses_a_walk_of_the_same_length(
     log, _ = exact_log(robot, get_law("coulomb-viscous"), friction, duration=12.0, rate=500.0)
     write_log(with_noise(log, position=1e-5, torque=0.1), tmp_path / "log.npz")
     assert run("rehearse", robot.path, tmp_path / "log.npz", "-o", tmp_path / "out") == 0
-    assert capsys.readouterr().out.startswith("12 of 12 joints would be identified within ± ")
+    printed = capsys.readouterr().out
+    assert printed.startswith("12 of 12 joints would be identified within ± ")
+    assert "random walk, 1" in printed
     found = read_result(tmp_path / "out/result.json")
     assert found.log.duration == pytest.approx(12.0, abs=0.5)
     for joint in found.joints.values():

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from stribeck.base.text_table import aligned
 from stribeck.exporters.forms import ROUNDING
-from stribeck.exporters.joints import JointTerms
+from stribeck.exporters.joints import FORMLESS, JointTerms
 from stribeck.result import JointResult, Result
 from stribeck.robot import Robot
 from stribeck.robot.model_file import load_model
@@ -21,7 +21,7 @@ def table_of_joints(result: Result, robot: Robot, joints: Mapping[str, JointTerm
     """
     model = _in_the_model(robot)
     rows = [
-        (name, _sum(model.get(name)), _identified(result.joints[name], terms), _sum(terms.plain), _difference(terms))
+        (name, _sum(model.get(name)), _identified(result.joints[name]), _sum(terms.plain), _difference(terms))
         for name, terms in joints.items()
         if terms.plain is not None
     ]
@@ -37,7 +37,7 @@ def _in_the_model(robot: Robot) -> dict[str, tuple[float, float, bool]]:
     return {name: (float(model.upperDryFrictionLimit[k]), float(model.damping[k]), False) for name, k in single.items()}
 
 
-def _identified(joint: JointResult, terms: JointTerms) -> str:
+def _identified(joint: JointResult) -> str:
     """Format identified friction, mean of both directions; "..." stands for terms beyond Coulomb and viscous ones."""
     if joint.verdict == "no friction":
         return joint.reason.rpartition(", ")[2] or "none"
@@ -46,7 +46,8 @@ def _identified(joint: JointResult, terms: JointTerms) -> str:
         for key in ("coulomb", "viscous")
     }
     means = [sum(own) / len(own) if own else 0.0 for own in found.values()]
-    others = terms.projected.keys() - {"slope", *(f"{key}_{way}" for key in found for way in ("positive", "negative"))}
+    ways = {f"{key}{way}" for key in found for way in ("", "_positive", "_negative")}
+    others = joint.values.keys() - {"slope", *FORMLESS, *ways}
     return _sum((means[0], means[1], bool(others)))
 
 

@@ -103,10 +103,10 @@ def motion_of_log(robot: Robot, log: LogLike, result: Result | None) -> Rehearse
         for name, density in noise_of(planned, present_motions(result, planned)).items():
             torque_noise[planned[name].column] = np.sqrt(density / period)
     for name, joint in result.joints.items() if result else ():
-        top = joint.curve[-1] if joint.curve and joint.verdict != "no friction" else None
-        if top and top.value > 0:
-            coulomb = min(joint.values.get("coulomb", top.value), top.value)
-            friction[name] = coulomb, (top.value - coulomb) / top.velocity
+        if joint.curve and (top := joint.curve[-1]).interval_95[1] > 0:
+            level = top.interval_95[1] if joint.verdict == "no friction" else top.value  # the upper bound
+            coulomb = min(joint.values.get("coulomb", level), level)
+            friction[name] = coulomb, (level - coulomb) / top.velocity
     said = "friction and torque noise from its result" if result else "its white noise"
     return Rehearsed(
         time=period * np.arange(len(smooth), dtype=np.float64),
@@ -114,5 +114,5 @@ def motion_of_log(robot: Robot, log: LogLike, result: Result | None) -> Rehearse
         position_noise=white_noise(prepared.log.position, segments),
         torque_noise=torque_noise,
         friction=friction,
-        notes=[f"motion of the log, {length}; {said}"],
+        notes=[f"{'random walk' if robot.base == 'floating' else 'motion of the log'}, {length}; {said}"],
     )
