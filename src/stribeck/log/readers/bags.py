@@ -30,7 +30,7 @@ from stribeck.errors import LogError
 from stribeck.log.readers.fields import asked_fields, list_numbers, parts_of_fields
 from stribeck.log.readers.join import NANO, Stream, join
 from stribeck.log.readers.messages import DEFINITIONS, JOINT_TYPES, READ, Part
-from stribeck.log.readers.recording import Recording, foreign
+from stribeck.log.readers.recording import Loaded, Recording, foreign
 from stribeck.log.storage import IN_MEMORY_LIMIT, check_size
 from stribeck.settings import LogTable
 
@@ -93,6 +93,42 @@ def open_bag(path: Path, table: LogTable) -> Recording:
     with foreign(str(path), what):
         streams = collect(read(path, topics), str(path), topics)
     return join(str(path), streams, tuple(topics.others), table, JOINT_TYPES)
+
+
+def open_parts(path: Path, table: LogTable, seconds: float) -> Iterator[Recording]:
+    """Open parts of some seconds of an MCAP file, or of standard input for "-"; stamps count from the first one.
+
+    Raises
+    ------
+    LogError
+        If it is damaged, or has no joint states.
+    """
+    topics, part, first = Topics(asked_fields(table)), list[tuple[str, str, int, Any]](), list[int]()
+    name, source = ("standard input", Path("/dev/stdin")) if str(path) == "-" else (str(path), path)
+
+    def recording() -> Recording:
+        streams = collect(iter(part), name, topics)
+        found = join(name, streams, tuple(topics.others), table, JOINT_TYPES)
+        return replace(found, load=lambda wanted: _count_from(first, found.load(wanted)))
+
+    with foreign(name, "MCAP"):
+        for message in _read_mcap(source, topics):
+            if part and message[2] - part[0][2] >= seconds * NANO:
+                yield recording()
+                part.clear()
+            part.append(message)
+        if part:
+            yield recording()
+
+
+def _count_from(first: list[int], loaded: Loaded) -> Loaded:
+    """Subtract the first stamp of a stream, which the first part adds to the list, from loaded stamps."""
+    columns, notes = loaded
+    if "time" in columns:
+        stamps = columns["time"].astype(np.int64)
+        first += [] if first else [int(stamps.flat[0])]
+        columns = {**columns, "time": stamps - first[0]}
+    return columns, notes
 
 
 def _read_folder(path: Path, topics: Topics) -> Messages:
@@ -257,7 +293,8 @@ def _find_decoder(schema: Schema | None, name: str, encoding: str) -> Callable[[
 def _read_records(path: Path) -> Iterator[McapRecord]:
     """Read the records of an MCAP file in order, checking all checksums; the index is not needed."""
     with path.open("rb") as file:
-        reader = StreamReader(file, emit_chunks=True, validate_crcs=True, record_size_limit=path.stat().st_size)
+        size = path.stat().st_size if path.is_file() else IN_MEMORY_LIMIT
+        reader = StreamReader(file, emit_chunks=True, validate_crcs=True, record_size_limit=size)
         for record in reader.records:
             if isinstance(record, Chunk):
                 yield from breakup_chunk(_unpack_chunk(record, path), validate_crc=True)

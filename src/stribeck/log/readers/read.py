@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
@@ -89,6 +89,21 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     opener = _choose_opener(path)
     table, where = _check_settings(robot, csv=opener is open_csv)
     return _read(opener(path, table), robot, table, where, str(path))
+
+
+def read_stream(path: Path, robot: Robot, seconds: float) -> Iterator[RobotLog]:
+    """Read an MCAP file as it grows, or standard input for "-", in parts of some seconds; time continues.
+
+    Raises
+    ------
+    LogError, SettingsError
+        As for `read_log`.
+    """
+    from stribeck.log.readers import bags
+
+    table, where = _check_settings(robot, csv=False)
+    for source in bags.open_parts(path, table, seconds):
+        yield _read(source, robot, table, where, source.path)
 
 
 @np.errstate(over="ignore", invalid="ignore")
