@@ -20,6 +20,7 @@ ERRORS = {"LogError", "NothingIdentifiedError", "RobotFileError", "SettingsError
 PUBLIC = ERRORS | {
     "FrictionLaw",
     "MomentumObserver",
+    "OnlineFriction",
     "Result",
     "Robot",
     "RobotLog",

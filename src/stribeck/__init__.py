@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from stribeck.log import RobotLog as RobotLog
     from stribeck.log.readers import read_log as read_log
     from stribeck.log.writers import write_log as write_log
+    from stribeck.online import OnlineFriction as OnlineFriction
     from stribeck.pipeline import identify as identify
     from stribeck.plan.plan import plan as plan
     from stribeck.report import write_report as write_report
@@ -37,6 +38,7 @@ _EXPORTS = {
     "LogError": "stribeck.errors",
     "MomentumObserver": "stribeck.friction_torque.observer",
     "NothingIdentifiedError": "stribeck.errors",
+    "OnlineFriction": "stribeck.online",
     "Result": "stribeck.result",
     "Robot": "stribeck.robot",
     "RobotFileError": "stribeck.errors",

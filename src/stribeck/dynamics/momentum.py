@@ -20,7 +20,7 @@ STEP = 1e-5
 
 
 @cache
-def _remove_gravity(rooted: RootedModel) -> RootedModel:
+def without_gravity(rooted: RootedModel) -> RootedModel:
     """Copy a tree without gravity; its inverse dynamics at rest with acceleration v is M v."""
     model = pin.Model(rooted.model)
     model.gravity.linear = np.zeros(3)
@@ -59,7 +59,7 @@ def momentum_balance(
         moving = RootMotion(root.gravity, root.velocity)
 
     def momentum(at: Array) -> Array:
-        return rooted_inverse_dynamics(_remove_gravity(rooted), at, rest, velocity, weightless)[1]
+        return rooted_inverse_dynamics(without_gravity(rooted), at, rest, velocity, weightless)[1]
 
     drift = (momentum(position + STEP * velocity) - momentum(position - STEP * velocity)) / (2 * STEP)
     return momentum(position), drift - rooted_inverse_dynamics(rooted, position, velocity, rest, moving)[1]

@@ -40,10 +40,10 @@ def corrected_links(robot: Robot, corrections: Corrections) -> tuple[dict[str, p
     found: dict[str, pin.Inertia] = {}
     impossible = []
     for joint, body in corrections.bodies.items():
-        _require_same_body(tree, joint, body, robot.model_path)
+        require_same_body(tree, joint, body, robot.model_path)
         links = poses[int(tree.getJointId(joint))]
         before = np.stack([pose @ inertias[name] @ pose.T for name, pose in links.items()])
-        wanted = _of_body(body, 1)
+        wanted = of_body(body, 1)
         after = share(before, wanted)
         if not _agree(after.sum(axis=0), wanted):
             impossible.append(joint)
@@ -77,7 +77,7 @@ def _inertias_of_links(file: pin.Model) -> dict[str, Array]:
     return inertias | {name: back @ rest[joint] @ back.T for joint, (name, back) in own.items()}
 
 
-def _require_same_body(tree: pin.Model, joint: str, body: BodyCorrection, where: str) -> None:
+def require_same_body(tree: pin.Model, joint: str, body: BodyCorrection, where: str) -> None:
     """Check that a body belongs to the model and that its values are plausible."""
     numbers = np.concatenate([body.mass, *body.centre_of_mass, *body.inertia])
     if min(body.mass) < 1 / LARGEST or np.abs(numbers).max() > LARGEST:
@@ -89,7 +89,7 @@ def _require_same_body(tree: pin.Model, joint: str, body: BodyCorrection, where:
     if not tree.existJointName(joint):
         raise SettingsError(f"{where}: the result corrects the body of joint '{joint}', which is missing; {expected}")
     own = tree.inertias[tree.getJointId(joint)]
-    if not _agree(_pseudo(own), _of_body(body, 0)):
+    if not _agree(_pseudo(own), of_body(body, 0)):
         raise SettingsError(
             f"{where}: the inertia of the body of joint '{joint}' differs from the model of the result "
             f"({own.mass:.6g} kg instead of {body.mass[0]:.6g} kg); {expected}, unchanged"
@@ -105,7 +105,7 @@ def _pseudo(inertia: pin.Inertia) -> Array:
     return np.asarray(inertia.toPseudoInertia().toMatrix())
 
 
-def _of_body(body: BodyCorrection, which: int) -> Array:
+def of_body(body: BodyCorrection, which: int) -> Array:
     """Compute the pseudo-inertia of a body before (0) or after (1) the correction, shape (4, 4)."""
     point = np.append(body.centre_of_mass[which], 1.0)
     about_centre = pseudo_inertia(np.array([0.0, 0.0, 0.0, 0.0, *body.inertia[which]]))

@@ -87,13 +87,13 @@ def contact_root(robot: Robot, mode: StandingFeet, state: State) -> tuple[Rooted
         return robot.tree, hung_root(robot, state)
     if not mode.feet:
         return robot.tree, flying_root(robot.tree, state)
-    surface = _select_root_foot(robot, mode)
+    surface = root_foot(robot, mode)
     if surface is None:
         return robot.tree, base_root(robot, mode.feet, state)
     return robot.rooted_at(surface), standing_root(robot, surface, state)
 
 
-def _select_root_foot(robot: Robot, mode: StandingFeet) -> str | None:
+def root_foot(robot: Robot, mode: StandingFeet) -> str | None:
     """Select the standing surface that has stood longest; None if only points stand."""
     by_rest = sorted(mode.feet, key=lambda foot: foot != mode.rested)
     return next((foot for foot in by_rest if robot.contacts[foot].kind == "surface"), None)
@@ -158,7 +158,7 @@ def _explain(
         return without_loop_forces(robot, state.position, friction), usable, np.nan
     if measured and mode.feet:
         standing_on = {foot: measured[foot] for foot in mode.feet}
-        friction += effect_on_joints(robot, state.position, standing_on, _select_root_foot(robot, mode), wrench)
+        friction += effect_on_joints(robot, state.position, standing_on, root_foot(robot, mode), wrench)
     friction = without_loop_forces(robot, state.position, friction)
     if not leaves_open(robot, mode.feet):
         return friction, usable, wrench

@@ -1,0 +1,143 @@
+"""Identified friction of all joints at once, as the baseline of a robot in service."""
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from stribeck.base.typing import Array
+from stribeck.errors import SettingsError
+from stribeck.exporters.links import of_body, require_same_body
+from stribeck.friction import LawWithState, Stribeck, get_law
+from stribeck.friction.auto import JUMP, beyond_velocity
+from stribeck.friction.terms import BEYOND_VELOCITY
+from stribeck.result import JointResult, Result
+from stribeck.result.joint import law_values
+from stribeck.robot import Robot
+
+UNEVEN = {"slope": JUMP}
+"""Values of parameters beyond velocity that a joint lacks; all others are zero."""
+LEAST_SPREAD, MOST_SPREAD = 0.02, 0.5
+"""Bounds of the standard deviation of friction from log to log, relative to its value [1]."""
+
+
+class Baseline:
+    """Friction of a result, for the joints of a robot that have some.
+
+    Attributes
+    ----------
+    columns
+        Robot columns of the n tracked joints, shape (n,).
+    sure
+        Joints whose friction is identified, not weak, shape (n,); only these raise alarms.
+    names
+        Names of the tracked joints.
+    level, speed
+        Friction at middle speed [N m], [N], and this speed [rad/s], [m/s], shape (n,).
+    speeds
+        Slow, middle and top speed, shape (3, n).
+    spread
+        Standard deviation of friction from log to log relative to `level`, shape (n,).
+    own_error
+        Standard error of the friction at `speeds` relative to its value, shape (3, n).
+    viscous_share
+        Share of viscous friction at middle speed [1], shape (n,).
+
+    Raises
+    ------
+    SettingsError
+        If the robot does not have the result's joints, or no joint has friction in N m or N.
+    """
+
+    def __init__(self, result: Result, robot: Robot) -> None:
+        if strange := [name for name in result.joints if name not in robot.joint_names]:
+            raise SettingsError(
+                f"{result.path or 'result'}: joint '{strange[0]}' is none of {robot.name}; expected a result of this "
+                "robot"
+            )
+        coupled = set().union(*(coupling.joints for coupling in result.couplings.values()))
+        found = {name: own for name, own in result.joints.items() if _is_tracked(own) and name not in coupled}
+        if not found:
+            raise SettingsError(
+                f"{result.path or 'result'}: no joint has friction in N m or N; expected an identified joint"
+            )
+        self.names = tuple(found)
+        self.columns: NDArray[np.int64] = np.array([robot.joint_names.index(name) for name in found])
+        joints = list(found.values())
+        self.sure = np.array([joint.verdict == "identified" for joint in joints])
+        curve = np.array([[(p.velocity, p.value, p.standard_error) for p in joint.curve] for joint in joints])
+        self.speeds, values, errors = np.maximum(curve.transpose(2, 1, 0), 1e-9)
+        self.level, self.speed, self.own_error = values[1], self.speeds[1], errors / values
+        spreads = [max(point.between_logs for point in joint.curve) for joint in joints]
+        self.spread = np.clip(np.hypot(spreads, self.own_error[1]), LEAST_SPREAD, MOST_SPREAD)
+        viscous = np.array([joint.values.get("viscous", 0.0) for joint in joints])
+        self.viscous_share = np.clip(viscous * self.speed / self.level, 0.0, 1.0)
+        self.offset = np.array([joint.values.get("offset", 0.0) for joint in joints])
+        self.residual = np.array([_residual(joint) for joint in joints]) / self.level
+        self.mean_temperature = np.array([np.nan_to_num(joint.mean_temperature or 0.0) for joint in joints])
+        self._law = get_law(result.law)
+        parts = [law_values(self._law, {**joint.values, "offset": 0.0}) for joint in joints]
+        self._values = np.column_stack([part for part in parts if part is not None])
+        names = set[str]().union(*(joint.values for joint in joints))
+        self._beyond = {
+            name: np.array([joint.values.get(name, UNEVEN.get(name, 0.0)) for joint in joints]) for name in names
+        }
+        self._turns = np.array([joint.ripple_per_turn or 0.0 for joint in joints])
+        self._direction = np.array([joint.mean_direction or (np.nan, np.nan) for joint in joints]).T
+        self._range = np.array([joint.position_range or (-np.inf, np.inf) for joint in joints]).T
+
+    def friction(self, velocity: Array, position: Array, torque: Array, warmer: Array | float = 0.0) -> Array:
+        """Compute the friction torque without offset, shape (T, n), from signals of the same shape.
+
+        `warmer` is the temperature minus the mean temperature of the joint's log [K].
+        """
+        if isinstance(self._law, Stribeck) and not isinstance(self._law, LawWithState):
+            own = self._law.torque(velocity, self._values[:, None])
+        else:  # other laws may not broadcast over joints
+            pairs = zip(velocity.T, self._values.T, strict=True)
+            own = np.column_stack([self._law.torque(v, values) for v, values in pairs])
+        if self._beyond.keys().isdisjoint(parameter.name for parameter in BEYOND_VELOCITY):
+            return np.asarray(own)
+        near = np.clip(position, *self._range)
+        cosine, sine = (
+            np.nan_to_num(wave(near) - mean) for wave, mean in zip((np.cos, np.sin), self._direction, strict=True)
+        )
+        load = torque - own if "load" in self._beyond else 0.0
+        angle = self._turns * position
+        more = beyond_velocity(self._beyond, velocity, load, warmer, cosine, sine, angle)  # type: ignore[arg-type]
+        return np.asarray(own + more)
+
+
+def _is_tracked(joint: JointResult) -> bool:
+    """Return whether a joint has friction in N m or N whose change can be observed."""
+    enough = joint.verdict in ("identified", "weak") and len(joint.curve) == 3 and joint.torque_unit is None
+    return enough and min(point.value for point in joint.curve) > 0
+
+
+def _residual(joint: JointResult) -> float:
+    """Return the torque that the joint's friction does not explain [N m], [N]."""
+    known = joint.residual_rms or (joint.validation.rms if joint.validation else None)
+    return known or joint.curve[1].value
+
+
+def corrected_robot(robot: Robot, result: Result) -> Robot:
+    """Replace inertias and armatures of a robot by the estimates of a result.
+
+    Raises
+    ------
+    SettingsError
+        If the corrections belong to another model.
+    """
+    model = pin.Model(robot.tree.model)
+    for name, body in (result.corrections.bodies if result.corrections else {}).items():
+        require_same_body(model, name, body, robot.model_path)
+        model.inertias[model.getJointId(name)] = pin.Inertia.FromPseudoInertia(
+            pin.PseudoInertia.FromMatrix(of_body(body, 1))
+        )
+    armature = np.array(model.armature)
+    for name, joint in result.joints.items():
+        if "armature" in joint.parameters:
+            armature[model.joints[model.getJointId(name)].idx_v] = joint.parameters["armature"].value
+    model.armature = armature
+    return replace(robot, tree=replace(robot.tree, model=model))

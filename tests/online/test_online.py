@@ -1,0 +1,215 @@
+"""Friction of a robot in service: estimates, alarms, hostile streams, restarts."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.arm import TRUTH, arm_log
+from tests.models import example_robot
+from tests.online.service import RATE, elbow, feed, same, stream
+
+from stribeck import Result, Robot
+from stribeck.base.typing import Array
+from stribeck.errors import LogError, SettingsError
+from stribeck.friction import get_law
+from stribeck.online import Alarm, OnlineFriction
+from stribeck.online.alarms import Watchdog
+from stribeck.online.kalman import JointFilters
+
+
+def numbers(online: OnlineFriction) -> Array:
+    rows = [[own.scale, own.offset, own.viscous, *own.interval_95] for own in online.state().values()]
+    return np.array(rows, dtype=np.float64)
+
+
+def test_a_step_is_reported_for_the_right_joint_and_cleared_when_it_returns(robot: Robot, result: Result) -> None:
+    online = OnlineFriction(result, robot, RATE)
+    log = stream(robot, 180.0, elbow(lambda time: 0.3 * ((time > 70) & (time < 100))))
+    raised, cleared = feed(online, log)
+    assert (raised.name, raised.kind, raised.raised, cleared.raised) == ("elbow", "joint", True, False)
+    assert 70 < raised.time < 90
+    assert 65 < raised.since < raised.time
+    assert raised.sureness > 0.999
+    assert 0.15 < raised.change < 0.4
+    assert cleared.time > 100
+    assert not online.alarms
+
+
+def test_a_drift_is_reported_before_friction_has_grown_by_a_quarter(robot: Robot, result: Result) -> None:
+    online = OnlineFriction(result, robot, RATE)
+    log = stream(robot, 200.0, elbow(lambda time: 0.25 * np.clip((time - 60) / 140, 0.0, 1.0)))
+    alarms = feed(online, log)
+    assert [alarm.name for alarm in alarms] == ["elbow"]
+
+
+def test_the_friction_now_is_the_simulated_friction(robot: Robot, result: Result) -> None:
+    online = OnlineFriction(result, robot, RATE)
+    assert not feed(online, stream(robot, 60.0, lambda _: np.full((1, 1), 0.8)))
+    for k, own in enumerate(online.state().values()):
+        law = get_law("stribeck")
+        values = np.array([(TRUTH | {"offset": 0.0})[parameter.name] for parameter in law.parameters])
+        truth = 0.8 * float(law.torque(online.baseline.speed[k : k + 1], values)[0])
+        assert own.interval_95[0] < truth < own.interval_95[1]
+        assert own.friction == pytest.approx(truth, rel=0.08)
+        assert own.motion > 15
+
+
+def test_the_state_does_not_depend_on_how_the_stream_is_cut(robot: Robot, result: Result) -> None:
+    log = stream(robot, 10.0, same)
+    found = []
+    for length in (1, 7, 100_000):
+        online = OnlineFriction(result, robot, RATE)
+        feed(online, log, length)
+        found.append(numbers(online))
+    assert np.array_equal(found[0], found[1])
+    assert np.array_equal(found[0], found[2])
+
+
+def test_gaps_jumps_and_missing_samples_do_not_disturb(robot: Robot, result: Result) -> None:
+    log = stream(robot, 60.0, same)
+    time, torque = log.time.copy(), log.torque.copy()
+    time[1200:] += 500.0  # a pause
+    time[2400:] -= 5000.0  # the clock is set back
+    time[3600:] += 1e9  # and far ahead
+    time[2800] = time[2799]  # a stamp twice
+    torque[3200:3250] = np.nan
+    time[3400] = np.nan
+    torque[3800:3810] += 200.0  # a push
+    online, calm = OnlineFriction(result, robot, RATE), OnlineFriction(result, robot, RATE)
+    assert not feed(online, replace(log, time=time, torque=torque))
+    feed(calm, log)
+    assert online.counts["missing"] == 51
+    assert online.counts["repeated"] == 1
+    assert online.counts["breaks"] >= 4
+    change = numbers(online)[:, 0] - numbers(calm)[:, 0]
+    assert np.abs(change).max() < 0.1
+
+
+def test_a_joint_at_rest_is_not_judged(robot: Robot, result: Result) -> None:
+    online = OnlineFriction(result, robot, RATE)
+    log = arm_log(robot, duration=30.0, rate=RATE, still="elbow")
+    feed(online, log)
+    assert online.state()["elbow"].motion == 0.0
+    assert online.state()["elbow"].scale == 1.0
+
+
+def test_a_restart_continues(robot: Robot, result: Result, tmp_path: Path) -> None:
+    log = stream(robot, 60.0, elbow(lambda time: 0.6 * (time > 40)))
+    whole, first = OnlineFriction(result, robot, RATE), OnlineFriction(result, robot, RATE)
+    alarms = feed(whole, log)
+    path = tmp_path / "state.json"
+    feed(first, log, rows=slice(0, 4_000))
+    first.save(path)
+    second = OnlineFriction(result, robot, RATE)
+    second.load(path)
+    assert np.array_equal(numbers(first), numbers(second))
+    later = feed(second, log, rows=slice(4_000, None))
+    assert [alarm.name for alarm in later] == [alarm.name for alarm in alarms] == ["elbow"]
+    assert numbers(second) == pytest.approx(numbers(whole), abs=0.1)
+    second.save(path)
+    third = OnlineFriction(result, robot, RATE)
+    third.load(path)
+    assert third.alarms == second.alarms
+
+
+def test_a_wrong_state_file_is_refused(robot: Robot, result: Result, tmp_path: Path) -> None:
+    path = tmp_path / "state.json"
+    online = OnlineFriction(result, robot, RATE)
+    online.save(path)
+    other = replace(result, robot="another")
+    with pytest.raises(SettingsError, match="belongs to another result"):
+        OnlineFriction(other, robot, RATE).load(path)
+    path.write_text(path.read_text()[:200])
+    before = numbers(online)
+    with pytest.raises(SettingsError, match="is damaged"):
+        online.load(path)
+    assert np.array_equal(before, numbers(online))
+
+
+@pytest.mark.parametrize("factor", [0.6, 1.0, 2.5])
+def test_compensation_stays_below_the_friction(robot: Robot, result: Result, factor: float) -> None:
+    online = OnlineFriction(result, robot, RATE)
+    assert all(0.5 < gain < 0.9 for gain in online.compensation_gains().values())
+    feed(online, stream(robot, 40.0, lambda _: np.full((1, 1), factor)))
+    for gain in online.compensation_gains().values():
+        assert 0.8 * min(factor, 1.5) < gain < factor
+
+
+def test_covariances_stay_sound_for_days() -> None:
+    filters = JointFilters(np.full((4, 4), 0.3), np.full((4, 4), 0.02), 3600.0, np.ones(4))
+    generator = np.random.default_rng(0)
+    for k in range(4_000):
+        regressor = generator.normal(size=(4, 4)) * [1.0, 0.0, 1e-6, 1e3]
+        filters.predict(0.05 if k % 100 else 86_400.0)
+        filters.update(regressor, generator.normal(size=4), generator.random(4) < 0.5, generator.random(4) < 0.5)
+    P = filters.covariance
+    assert np.array_equal(P, P.transpose(0, 2, 1))
+    assert np.linalg.eigvalsh(P).min() > 0
+    assert np.abs(filters.state).max() < 10
+
+
+def of(viscous_share: Array) -> Any:
+    """Describe joints to a watchdog."""
+    names = tuple(map(str, range(len(viscous_share))))
+    return SimpleNamespace(names=names, spread=np.full(len(names), 0.13), viscous_share=viscous_share)
+
+
+def synthetic_alarms(hours: float, robots: int, walk: float, seed: int) -> int:
+    """Count alarms of robots whose friction is a normal random walk around what logs of a robot differ by."""
+    generator, joints, alarms = np.random.default_rng(seed), 12, 0
+    for _ in range(robots):
+        dog = Watchdog(of(np.full(joints, 0.3)), 50.0, 100.0)
+        offset = 0.13 * generator.normal(size=joints)
+        error = np.zeros(joints)
+        for second in range(int(hours * 3600)):
+            error = 0.9 * error + np.sqrt(1 - 0.81) * walk * generator.normal(size=joints)
+            changes = np.stack([offset + error, 0 * error], axis=1)
+            covariance = np.tile(np.diag([walk**2, 1e-8]), (joints, 1, 1))
+            found = dog.check(float(second), changes, covariance, np.ones(joints, bool), (0.0, 0.01))
+            alarms += sum(alarm.raised for alarm in found)
+    return alarms
+
+
+def test_unchanged_robots_raise_no_alarm() -> None:
+    assert synthetic_alarms(0.25, 2, 0.02, 0) == 0
+
+
+@pytest.mark.long
+def test_false_alarms_are_as_rare_as_stated() -> None:
+    """One in 100 hours is stated; more than five in 200 hours have a probability below 2 %."""
+    assert synthetic_alarms(10.0, 20, 0.03, 1) <= 5
+
+
+def all_joints(change: float, viscous: float) -> Iterator[list[Alarm]]:
+    """Yield the alarms of a robot whose joints all change after 70 s."""
+    joints = 8
+    share = np.linspace(0.1, 0.8, joints)
+    dog = Watchdog(of(share), 50.0, 100.0)
+    for second in range(140):
+        later = second > 70
+        changes = later * np.stack([np.full(joints, change), viscous * share], axis=1)
+        covariance = np.tile(np.diag([4e-4, 4e-4]), (joints, 1, 1))
+        yield dog.check(float(second), changes, covariance, np.ones(joints, bool), (0.06 * later, 0.005))
+
+
+@pytest.mark.parametrize(("change", "viscous"), [(0.35, 0.0), (0.0, 0.4)])
+def test_a_change_of_all_joints_is_named_as_one(change: float, viscous: float) -> None:
+    alarms = [alarm for found in all_joints(change, viscous) for alarm in found]
+    assert {alarm.kind for alarm in alarms} == {"all joints", "payload"}
+    sizes = {alarm.kind: alarm.change for alarm in alarms}
+    assert sizes["all joints"] == pytest.approx(max(change, viscous), abs=0.1)
+    assert sizes["payload"] == pytest.approx(3.0, abs=0.3)  # 6 % of 50 kg
+
+
+def test_wrong_calls_are_refused(robot: Robot, result: Result) -> None:
+    with pytest.raises(SettingsError, match="rate is 0"):
+        OnlineFriction(result, robot, 0.0)
+    with pytest.raises(SettingsError, match="none of G1"):
+        OnlineFriction(result, replace(example_robot("g1"), name="G1"), RATE)
+    online = OnlineFriction(result, robot, RATE)
+    with pytest.raises(LogError, match=r"torque: found shape \(2,\)"):
+        online.update(0.0, np.zeros(3), np.zeros(3), np.zeros(2))
