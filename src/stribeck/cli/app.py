@@ -17,6 +17,7 @@ from stribeck.cli.fleet import fleet, trends
 from stribeck.cli.options import REPORT, RESULT, TABLE, files_of, part_of, robot_of
 from stribeck.cli.results import compare, export, plan, replay
 from stribeck.cli.simulation import demo, rehearse, simulate
+from stribeck.cli.watch import watch
 from stribeck.errors import StribeckError
 
 app = typer.Typer(
@@ -180,6 +181,7 @@ def convert(
 command()(fleet)
 command()(trends)
 command()(rehearse)
+command()(watch)
 command()(simulate)
 command()(demo)
 

@@ -30,6 +30,7 @@ STYLES = {
     "not excited": "dim",
     "opposite": "red",
     "no": "red",
+    "ALARM": "red",
 }
 WIDE = 165
 """Minimum width of a terminal [columns] for friction at three speeds; narrower tables show the middle speed."""
@@ -37,14 +38,15 @@ PLAIN_WIDTH = 185
 """Width of tables that are not printed to a terminal [columns]."""
 
 
-def _console() -> Console:
+def terminal() -> Console:
+    """Open the terminal, or a wide output without colors."""
     console = Console(highlight=False, emoji=False)
     return console if console.is_terminal else Console(highlight=False, emoji=False, width=PLAIN_WIDTH)
 
 
 def say(lines: Iterable[str]) -> None:
     """Print lines without interpreting markup."""
-    console = _console()
+    console = terminal()
     for line in lines:
         console.print(line, markup=False)
 
@@ -75,7 +77,14 @@ def print_table(table: TextTable) -> None:
 
     Names in the first column stay on one line unless they need half of the width.
     """
-    console, drawn = _console(), Table(title=Text(table.title, style="table.title"))
+    console = terminal()
+    console.print(drawn(table, console.width))
+    say(table.notes)
+
+
+def drawn(table: TextTable, width: int = WIDE) -> Table:
+    """Draw a table for a console of this width."""
+    drawn = Table(title=Text(table.title, style="table.title"))
     for headings, justify in ((table.left, "left"), (table.right, "right"), (table.last, "left")):
         for heading in headings:
             drawn.add_column(Text(heading), justify=justify, overflow="fold")  # type: ignore[arg-type]
@@ -85,10 +94,9 @@ def print_table(table: TextTable) -> None:
         ends = len(set(names)) < len(names) and names[k + 1 : k + 2] != [names[k]]
         drawn.add_row(Text(first), *(Text(cell, style=_style(cell)) for cell in row[1:]), end_section=ends)
     longest = max(map(cell_len, names), default=0)
-    if longest <= console.width // 2:
+    if longest <= width // 2:
         drawn.columns[0].no_wrap, drawn.columns[0].min_width = True, longest
-    console.print(drawn)
-    say(table.notes)
+    return drawn
 
 
 def _style(cell: str) -> str:
@@ -102,7 +110,7 @@ def print_result(result: Result) -> None:
     from stribeck.result.joint import verdict_place
     from stribeck.result.tables import advice, main_reason
 
-    print_table(_lines_of_joints(result, all_speeds=_console().width >= WIDE))
+    print_table(_lines_of_joints(result, all_speeds=terminal().width >= WIDE))
     without = {name: joint for name, joint in result.all_friction.items() if joint.verdict == "no friction"}
     if without:
         bounds = ", ".join(f"{name} ({joint.reason.rpartition(', ')[2]})" for name, joint in without.items())

@@ -1,0 +1,142 @@
+"""`stribeck watch` as a user types it, and the ROS 2 node with a recorded bag."""
+
+import json
+import runpy
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
+from tests.arm import save_npz, write_arm
+from tests.log.readers.formats import write_mcap, write_rosbag2
+from tests.online.service import elbow, same, stream
+from typer.testing import CliRunner
+
+from stribeck import Result, Robot
+from stribeck.cli.app import app
+from stribeck.errors import SettingsError
+
+NODE = Path(__file__).parents[2] / "examples" / "ros2" / "friction_watch.py"
+
+
+@pytest.fixture(scope="module")
+def folder(robot: Robot, result: Result, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the robot, its result, and logs of a sound and a worn arm."""
+    place = tmp_path_factory.mktemp("service")
+    write_arm(place)
+    result.save(place / "result.json")
+    sound = stream(robot, 20.0, same)
+    save_npz(sound, place / "sound.npz")
+    write_mcap(place, sound)
+    save_npz(stream(robot, 100.0, elbow(lambda time: 0.8 * (time > 70))), place / "worn.npz")
+    return place
+
+
+@pytest.fixture(scope="module")
+def worn(folder: Path) -> list[dict[str, Any]]:
+    """Lines printed for the worn arm, whose state is saved, too."""
+    printed = watch(folder, "--log", folder / "worn.npz", "--json", "--state", folder / "state.json")
+    return [json.loads(line) for line in printed.splitlines()]
+
+
+def words(folder: Path, *arguments: object) -> list[str]:
+    return [str(word) for word in ("watch", folder / "result.json", "--robot", folder / "robot.toml", *arguments)]
+
+
+def watch(folder: Path, *arguments: object) -> str:
+    found = CliRunner().invoke(app, words(folder, *arguments), catch_exceptions=False)
+    assert found.exit_code == 0
+    return found.output
+
+
+def test_a_sound_arm_has_a_table_without_alarm(folder: Path) -> None:
+    printed = watch(folder, "--log", folder / "sound.npz")
+    assert "elbow" in printed
+    assert "ALARM" not in printed
+    assert watch(folder, "--log", folder / "sound.npz", "--quiet") == ""
+
+
+def test_a_worn_elbow_is_reported_once_and_its_state_once_per_second(worn: list[dict[str, Any]]) -> None:
+    alarms = [line["alarm"] for line in worn if "alarm" in line]
+    states = [line for line in worn if "joints" in line]
+    assert [alarm["name"] for alarm in alarms] == ["elbow"]
+    assert 70 < alarms[0]["time"] < 90
+    assert len(states) == pytest.approx(100, abs=3)
+    elbow_now = states[-1]["joints"]["elbow"]
+    assert elbow_now["alarm"]
+    assert elbow_now["friction"] > 1.2 * elbow_now["baseline"]
+
+
+def test_a_stream_from_standard_input_has_the_state_of_the_log(folder: Path) -> None:
+    program = [sys.executable, "-m", "stribeck", *words(folder, "--mcap", "-", "--json")]
+    with (folder / "log.mcap").open("rb") as file:
+        found = subprocess.run(program, stdin=file, capture_output=True, text=True, check=True)
+    last = json.loads(found.stdout.splitlines()[-1])
+    log = json.loads(watch(folder, "--log", folder / "sound.npz", "--json").splitlines()[-1])
+    assert last["time"] == pytest.approx(20.0, abs=1.5)
+    for name, own in last["joints"].items():
+        assert own["friction"] == pytest.approx(log["joints"][name]["friction"], rel=0.1)
+
+
+@pytest.mark.usefixtures("worn")
+def test_killed_and_started_again_it_continues_within_a_second(folder: Path) -> None:
+    state = folder / "state.json"
+    before = json.loads(state.read_text())
+    arguments = words(folder, "--log", folder / "sound.npz", "--speed", "1", "--json", "--state", state)
+    program = [sys.executable, "-m", "stribeck", *arguments]
+    with subprocess.Popen(program, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        first = json.loads(process.stdout.readline())
+        process.send_signal(signal.SIGKILL)
+    assert process.returncode == -signal.SIGKILL
+    assert first["time"] < 1.0
+    assert first["joints"]["elbow"]["alarm"]
+    assert json.loads(state.read_text()) == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ((), "expected a source, either --log LOG or --mcap FILE"),
+        (("--log", "a.npz", "--mcap", "-"), "expected a source"),
+        (("--mcap", "-", "--speed", "1"), "expected a positive number, and --log"),
+        (("--log", "a.npz", "--rerun"), "rerun needs rerun"),
+    ],
+)
+def test_wrong_options_are_refused(folder: Path, arguments: tuple[str, ...], sentence: str) -> None:
+    with pytest.raises(SettingsError, match=sentence):
+        watch(folder, *arguments)
+
+
+def messages_in(bag: Path) -> Any:
+    with AnyReader([bag], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+        for connection, _, data in reader.messages():
+            yield connection.topic, reader.deserialize(data, connection.msgtype)
+
+
+def test_the_ros_node_publishes_the_alarm_of_a_recorded_bag(robot: Robot, folder: Path, tmp_path: Path) -> None:
+    bag = write_rosbag2(tmp_path, stream(robot, 100.0, elbow(lambda time: 0.8 * (time > 70))))
+    node = runpy.run_path(str(NODE))
+    monitor = node["FrictionMonitor"](folder / "result.json", folder / "robot.toml", 100.0)
+    alarms = [
+        line for topic, message in messages_in(bag) if topic == "/joint_states" for line in monitor.joint_state(message)
+    ]
+    assert len(alarms) == 1
+    assert alarms[0].startswith("elbow: friction +")
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    names = ("DiagnosticArray", "DiagnosticStatus", "KeyValue")
+    types = SimpleNamespace(PLAIN_LEVEL=True, **{name: store.types[f"diagnostic_msgs/msg/{name}"] for name in names})
+    header = store.types["std_msgs/msg/Header"](store.types["builtin_interfaces/msg/Time"](0, 0), "")
+    array = monitor.diagnostics(types, header)
+    sent = store.serialize_cdr(array, "diagnostic_msgs/msg/DiagnosticArray")
+    read: Any = store.deserialize_cdr(sent, "diagnostic_msgs/msg/DiagnosticArray")
+    assert [status.level for status in read.status] == [0, 1, 0]
+    assert read.status[1].message == alarms[0]
+    assert {own.key for own in read.status[0].values} >= {"friction", "low", "high", "identified"}
+    assert np.isfinite([float(own.value) for own in read.status[1].values]).all()
