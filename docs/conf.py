@@ -40,6 +40,7 @@ NAVIGATION = {
             "replay",
             "compare",
             "fleet",
+            "watch",
             "test-bed",
             "observer",
             "extending",

@@ -1,0 +1,278 @@
+"""Test online estimation on simulated walks: unchanged robot, worn knee, cold robot, payload, restart.
+
+    python -m studies.online --save studies/online.json
+
+A humanoid walks in the contact simulator; its friction is identified from the first walk. The second walk, with other
+steps, is repeated with new noise of the sensors; their biases are those of the first walk. More friction is added to
+the measured torques of the same motion, which a controller would hold; a payload is simulated. Runs of two hours have
+every tenth sample.
+"""
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import cache
+from itertools import chain, repeat
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from stribeck import Result, RobotLog, identify, read_result
+from stribeck.base.typing import Array
+from stribeck.friction import Stribeck
+from stribeck.online import Alarm, OnlineFriction
+from stribeck.online.samples import estimator_for, feed, samples_of
+from stribeck_simulation.robots import MODELS
+from stribeck_simulation.run import POSTURES, Simulated
+from stribeck_simulation.scenario import Scenario, read_scenario
+from stribeck_simulation.sensors.measure import measure, sensors_for
+from stribeck_simulation.sensors.profiles import REALISTIC
+from studies.command import ROOT, Row, command, rounded
+from studies.kept_walks import kept_walk
+from studies.markdown import markdown_table
+
+SCENARIO = ROOT / "examples/scenarios/straight-and-sideways-realistic.toml"
+KNEE = "left_knee"
+START = 120.0
+"""Time at which friction changes [s]."""
+BACKPACK = '<body name="backpack" pos="-0.1 0 0.2"><inertial pos="0 0 0" mass="5" diaginertia="0.05 0.05 0.05"/></body>'
+NOISE = replace(
+    REALISTIC,
+    position_bias=0.0,
+    torque_offset=0.0,
+    torque_drift=0.0,
+    orientation_bias=0.0,
+    gyroscope_bias=0.0,
+    accelerometer_bias=0.0,
+)
+"""Errors of sensors that are drawn anew in each repetition."""
+HOURS = 100.0
+"""Mean time between false alarms [h]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Machine:
+    """Identified robot: first and second simulated walk, and result of the first."""
+
+    first: Simulated
+    second: Simulated
+    result: Result
+
+
+def scenario(name: str = "second") -> Scenario:
+    """Describe a walk: straight and sideways, or the held-out walk with other steps."""
+    found = read_scenario(SCENARIO).model_copy(update={"sensors": "ideal"})
+    if name == "first":
+        return found
+    walk = read_scenario(MODELS / "demo.toml").walk[:3]
+    return found.model_copy(update={"seed": 7, "walk": [w.model_copy(update={"single_support": 0.8}) for w in walk]})
+
+
+@cache
+def machine() -> Machine:
+    """Simulate both walks and identify the first one."""
+    first, second = kept_walk("online-1", scenario("first")), kept_walk("online-2", scenario())
+    path = ROOT / "build" / "online" / "result.json"
+    if not path.exists():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        identify(measured(first, 0), first.robot).save(path)
+    return Machine(first, second, read_result(path))
+
+
+@cache
+def loaded() -> Simulated:
+    """Simulate the second walk with a backpack of 5 kg, which the controller knows and the estimator does not."""
+    folder = ROOT / "build" / "online"
+    folder.mkdir(parents=True, exist_ok=True)
+    place = '<body name="right_shoulder_1_link"'
+    text = (MODELS / "toro.xml").read_text(encoding="utf-8").replace(place, BACKPACK + place)
+    (folder / "loaded.xml").write_text(text, encoding="utf-8")
+    robot = (MODELS / "toro.toml").read_text(encoding="utf-8").replace("toro.xml", "loaded.xml")
+    (folder / "loaded.toml").write_text(robot, encoding="utf-8")
+    posture = POSTURES["toro"]
+    chosen = scenario().model_copy(update={"robot": "loaded.toml", "posture": posture})
+    return kept_walk("online-loaded", chosen, folder)
+
+
+def measured(walk: Simulated, seed: int, added: Array | float = 0.0) -> RobotLog:
+    """Measure a walk with new noise and the biases of this robot's sensors; `added` torques shape (T, n) [N m]."""
+    log = walk.log
+    bias = np.random.default_rng(1)
+    joints = len(log.joint_names)
+    found = measure(replace(log, torque=log.torque + added), sensors_for(log, NOISE, seed))
+    tilt = Rotation.from_rotvec(REALISTIC.orientation_bias * bias.standard_normal(3))
+    return replace(
+        found,
+        position=found.position + REALISTIC.position_bias * bias.standard_normal(joints),
+        torque=found.torque + REALISTIC.torque_offset * bias.standard_normal(joints),
+        base_orientation=(Rotation.from_quat(np.asarray(found.base_orientation)) * tilt).as_quat(),
+    )
+
+
+Change = Callable[[Simulated, Array], Array]
+"""Additional friction torque of a walk [N m], shape (T, n), at times of the stream [s], shape (T,)."""
+
+
+def _friction(walk: Simulated) -> Array:
+    """Compute the simulated friction without offsets [N m], shape (T, n)."""
+    offsets = [walk.truth.parameters.get(name, {}).get("offset", 0.0) for name in walk.log.joint_names]
+    return np.asarray(walk.truth.friction_torque - np.array(offsets))
+
+
+def knee(share: Callable[[Array], Array]) -> Change:
+    """Increase the friction of one knee by a share that depends on time."""
+
+    def added(walk: Simulated, time: Array) -> Array:
+        column = np.array([name == KNEE for name in walk.log.joint_names])
+        return np.asarray(_friction(walk) * column * share(time)[:, None])
+
+    return added
+
+
+def cold(walk: Simulated, time: Array) -> Array:
+    """Increase all viscous friction by 40 %."""
+    viscous = np.array([walk.truth.parameters.get(name, {}).get("viscous", 0.0) for name in walk.log.joint_names])
+    velocity = np.gradient(walk.log.position, walk.log.time, axis=0)
+    return np.asarray(0.4 * viscous * velocity * (time >= START)[:, None])
+
+
+def stream(walks: Iterable[Simulated], change: Change | None = None, seed: int = 0) -> Iterator[tuple[RobotLog, float]]:
+    """Repeat walks with new noise, one second apart; yields segments and their rate [Hz]."""
+    start = 0.0
+    for number, walk in enumerate(walks):
+        time = walk.log.time - walk.log.time[0] + start
+        log = measured(walk, 10_000 * seed + number, change(walk, time) if change else 0.0)
+        log = replace(log, time=log.time - walk.log.time[0] + start, start=start)
+        yield from samples_of(log, machine().first.robot, machine().result)
+        start = float(time[-1]) + 1.0
+
+
+def watch(
+    stream: Iterator[tuple[RobotLog, float]], until: float, enough: Callable[[list[Alarm]], bool] = lambda _: False
+) -> tuple[OnlineFriction, list[Alarm]]:
+    """Feed a stream until a time [s] or enough alarms; returns the estimator and all alarms."""
+    online, alarms = None, list[Alarm]()
+    for part, rate in stream:
+        online = online or estimator_for(machine().result, machine().first.robot, rate, HOURS)
+        for start in range(0, len(part.time), 1000):
+            alarms += feed(online, part.take(slice(start, start + 1000)))
+            if online.time >= until or enough(alarms):
+                return online, alarms
+    assert online is not None
+    return online, alarms
+
+
+def unchanged(seed: int) -> Row:
+    """Compare friction after the second walk with the simulated and the identified friction."""
+    walk, result = machine().second, machine().result
+    online, alarms = watch(stream([walk], seed=seed), np.inf)
+    law, inside, near, joints = Stribeck(), 0, 0, 0
+    for k, (name, own) in enumerate(online.state().items()):
+        if name not in walk.truth.parameters or result.joints[name].verdict != "identified":
+            continue
+        values = walk.truth.parameters[name] | {"offset": 0.0}
+        speed = online.baseline.speed[k : k + 1]
+        truth = float(law.torque(speed, np.array([values[each.name] for each in law.parameters]))[0])
+        joints += 1
+        inside += own.interval_95[0] <= truth <= own.interval_95[1]
+        near += own.interval_next_log[0] <= own.friction <= own.interval_next_log[1]
+    return {"joints": joints, "inside": inside, "near": near, "alarms": [alarm.name for alarm in alarms]}
+
+
+def two_hours(seed: int) -> Row:
+    """Count alarms in two hours without change."""
+    walk = machine().second
+    rare = replace(walk, log=walk.log.take(slice(None, None, 10)))
+    _, alarms = watch(stream(repeat(rare), seed=seed), 7200.0)
+    return {"alarms": [f"{alarm.time:.0f} s {alarm.line}" for alarm in alarms if alarm.raised]}
+
+
+def changed(kind: str, seed: int) -> Row:
+    """Watch until some time after an alarm; the change at its time is that of the knee's friction."""
+    slow = kind == "drift"
+
+    def share(time: Array) -> Array:
+        return np.asarray(np.clip((time - START) / 2400, 0.0, 0.5) if slow else 0.3 * (time >= START))
+
+    walks: Iterable[Simulated] = repeat(machine().second)
+    change = {"step": knee(share), "drift": knee(share), "cold": cold}.get(kind)
+    if kind == "payload":
+        walks = chain(repeat(machine().second, int(START / (walk_time() + 1.0))), repeat(loaded()))
+    _, alarms = watch(stream(walks, change, seed), START + (1200 if slow else 120), lambda a: slow and bool(a))
+    raised = [alarm for alarm in alarms if alarm.raised]
+    start = START if kind != "payload" else int(START / (walk_time() + 1.0)) * (walk_time() + 1.0)
+    first = raised[0].time if raised else np.inf
+    return {
+        "alarms": [alarm.name for alarm in raised],
+        "text": raised[0].line if raised else "",
+        "delay": rounded(first - start),
+        "change": rounded(float(share(np.array([first]))[0])),
+    }
+
+
+def walk_time() -> float:
+    """Return the duration of the second walk [s]."""
+    time = machine().second.log.time
+    return float(time[-1] - time[0])
+
+
+def restarted(seed: int) -> Row:
+    """Stop after two walks and continue from the state file; compare with an estimator that was not stopped."""
+    walks = list(stream(repeat(machine().second, 3), seed=seed))
+    online, _ = watch(iter(walks), np.inf)
+    first, _ = watch(iter(walks[:2]), np.inf)
+    after = estimator_for(machine().result, machine().first.robot, walks[2][1], HOURS)
+    with TemporaryDirectory() as folder:
+        first.save(Path(folder) / "state.json")
+        after.load(Path(folder) / "state.json")
+    part = walks[2][0]
+    delays = []
+    for start in range(len(part.time)):
+        before = after.time
+        feed(after, part.take(slice(start, start + 1)))
+        if after.time != before:
+            delays.append(start / walks[2][1])
+    one, other = (np.array([own.friction / own.baseline for own in each.state().values()]) for each in (online, after))
+    return {"delay": rounded(delays[0]), "difference": rounded(float(np.abs(one - other).max()))}
+
+
+def run(case: str, seed: int) -> Row:
+    """Run a case."""
+    if case in RUNS:
+        return RUNS[case](seed)
+    return changed(case, seed)
+
+
+RUNS: dict[str, Callable[[int], Row]] = {"unchanged": unchanged, "2 hours": two_hours, "restart": restarted}
+SEEDS = {"unchanged": 5, "2 hours": 5, "step": 5, "drift": 1, "cold": 2, "payload": 2, "restart": 1}
+"""Number of runs by case."""
+
+
+def tables(rows: list[Row]) -> list[str]:
+    """Format the table of docs/watch.md."""
+    own = {case: [row for row in rows if row["case"] == case] for case in SEEDS}
+    cells: list[tuple[str, str]] = []
+    if some := own["unchanged"]:
+        joints, inside, near = (sum(row[name] for row in some) for name in ("joints", "inside", "near"))
+        alarms = sum(len(row["alarms"]) for row in some)
+        cells.append(("true friction within the 95 % interval now", f"{inside} of {joints} joints"))
+        cells.append(
+            ("friction now within the interval of the next log", f"{near} of {joints} joints, {alarms} alarms")
+        )
+    if some := own["2 hours"]:
+        cells.append((f"unchanged for {len(some)} times 2 h", f"{sum(len(row['alarms']) for row in some)} alarms"))
+    titles = {"step": "left knee +30 %", "drift": "left knee +50 % in 20 min", "cold": "viscous friction +40 %"}
+    for case, title in {**titles, "payload": "payload of 5 kg"}.items():
+        if some := own[case]:
+            named = ", ".join(dict.fromkeys(name for row in some for name in row["alarms"] or ["none"]))
+            delays = ", ".join(f"{row['delay']:.0f}" for row in some)
+            size = f", at +{100 * max(row['change'] for row in some):.0f} %" * (case == "drift")
+            cells.append((title, f"{named}; after {delays} s{size}"))
+    for row in own["restart"]:
+        cells.append(("restart", f"continues after {row['delay']:.2g} s; friction differs by {row['difference']:.1g}"))
+    return [markdown_table(("case", "result"), cells)]
+
+
+if __name__ == "__main__":
+    command(__doc__, [{"case": case, "seed": k} for case, runs in SEEDS.items() for k in range(runs)], run, tables)
