@@ -1,5 +1,7 @@
 """Friction of a robot in service: estimates, alarms, hostile streams, restarts."""
 
+import ctypes
+import subprocess
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +14,7 @@ from tests.arm import TRUTH, arm_log
 from tests.models import example_robot
 from tests.online.service import RATE, elbow, feed, same, stream
 
-from stribeck import Result, Robot
+from stribeck import Result, Robot, export
 from stribeck.base.typing import Array
 from stribeck.errors import LogError, SettingsError
 from stribeck.friction import get_law
@@ -130,13 +132,40 @@ def test_a_wrong_state_file_is_refused(robot: Robot, result: Result, tmp_path: P
     assert np.array_equal(before, numbers(online))
 
 
+HEADER = """#include "friction.h"
+double compensation(int joint, double gain, double v) {
+    const friction_settings own = {gain, 0.05, 0.02, 0.01, 0.02, 100.0};
+    friction_state state = {1, 1.0};
+    return friction_compensation(joint, v, v, 0, 0, 0.001, &own, &state);
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def header(robot: Robot, result: Result, tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
+    """Compensation of the exported C header."""
+    folder = tmp_path_factory.mktemp("header")
+    export(result, robot, folder / "friction.h", "c")
+    (folder / "own.c").write_text(HEADER)
+    subprocess.run(["cc", "-shared", "-fPIC", folder / "own.c", "-o", folder / "own.so", "-lm"], check=True)
+    found = ctypes.CDLL(str(folder / "own.so"))
+    found.compensation.argtypes, found.compensation.restype = [ctypes.c_int, *[ctypes.c_double] * 2], ctypes.c_double
+    return found
+
+
 @pytest.mark.parametrize("factor", [0.6, 1.0, 2.5])
-def test_compensation_stays_below_the_friction(robot: Robot, result: Result, factor: float) -> None:
+def test_compensation_stays_below_the_friction(
+    robot: Robot, result: Result, header: ctypes.CDLL, factor: float
+) -> None:
     online = OnlineFriction(result, robot, RATE)
     assert all(0.5 < gain < 0.9 for gain in online.compensation_gains().values())
     feed(online, stream(robot, 40.0, lambda _: np.full((1, 1), factor)))
-    for gain in online.compensation_gains().values():
+    law, truth = get_law("stribeck"), TRUTH | {"offset": 0.0}
+    values = np.array([truth[parameter.name] for parameter in law.parameters])
+    for k, gain in enumerate(online.compensation_gains().values()):
         assert 0.8 * min(factor, 1.5) < gain < factor
+        for speed in online.baseline.speeds[:, k]:
+            assert 0 < header.compensation(k, gain, speed) < factor * float(law.torque(speed[None], values)[0])
 
 
 def test_covariances_stay_sound_for_days() -> None:
