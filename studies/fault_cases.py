@@ -1,4 +1,4 @@
-"""Semantic faults of a log: the change of the log and its robot, and the checks that should report it."""
+"""Faults of a log or of the real robot, and the checks or the causes in a list that should name them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -22,19 +22,45 @@ from stribeck.robot.rooting import BASE_FRAME
 Change = Callable[[RobotLog, Robot], tuple[RobotLog, Robot]]
 
 
+def _same_robot(robot: Robot) -> Robot:
+    return robot
+
+
 @dataclass(frozen=True)
 class Fault:
-    """Change of a log and its robot, the checks that report it, and words of the error if the log is refused."""
+    """Change of a log and of its robot's description, and what should report it.
 
-    apply: Change
-    checks: tuple[str, ...]
-    words: str = ""
-    of: tuple[str, ...] = ("arm", "humanoid")
+    Attributes
+    ----------
+    apply
+        Changes the log and its robot's description.
+    checks
+        Checks that name the fault.
+    words
+        Words that name it in a refusal or in a list of causes.
+    of
+        Logs that it is put into: `arm`, `walk` and `G1` in the study, `panda` and `talos` in the tests of the audit.
+    column
+        Joint that the findings should name.
+    of_robot
+        Changes the real robot.
+    """
+
+    apply: Change = lambda log, robot: (log, robot)
+    checks: tuple[str, ...] = ()
+    words: tuple[str, ...] = ()
+    of: str = "arm walk"
+    column: int | None = None
+    of_robot: Callable[[Robot], Robot] = _same_robot
+
+    def joints(self, robot: Robot) -> tuple[str, ...]:
+        """List the joints that a finding should name; empty if any."""
+        return () if self.column is None else (robot.joint_names[self.column],)
 
 
 def _column(robot: Robot, nth: int = 0) -> int:
-    """Choose a joint with a high load: the second joint of an arm, the knee of a leg."""
-    knees = [k for k, name in enumerate(robot.joint_names) if "knee" in name or name in TALOS_KNEES]
+    """Choose a joint with a high load: the second joint of an arm or of a quadruped, the knee of a humanoid."""
+    knees = [k for k, name in enumerate(robot.joint_names) if name.startswith(KNEES)]
     return (knees or [1, 2])[nth]
 
 
@@ -52,11 +78,12 @@ def torques(change: Callable[[Array], Array]) -> Change:
     return with_channel("torque", lambda torque, _: change(torque))
 
 
-def _one(change: Callable[[Array], Array], channel: str = "torque") -> Change:
-    """Change a channel of one joint."""
+def _one(change: Callable[[Array], Array], channel: str = "torque", column: int | None = None) -> Change:
+    """Change a channel of one joint, the one with a high load if no column is given."""
 
     def of_joint(values: Array, robot: Robot) -> Array:
-        values[:, _column(robot)] = change(values[:, _column(robot)])
+        own = _column(robot) if column is None else column
+        values[:, own] = change(values[:, own])
         return values
 
     return with_channel(channel, of_joint)
@@ -85,6 +112,12 @@ def late(seconds: float, channel: str = "torque") -> Change:
         return replace(log, **changed), robot
 
     return apply
+
+
+def _one_late(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
+    """Delay the torque of one joint by 10 ms."""
+    count = round(0.01 / float(np.median(np.diff(log.time))))
+    return _one(lambda x: np.append(np.full(count, x[0]), x[:-count]))(log, robot)
 
 
 def _clock(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
@@ -232,113 +265,162 @@ def _stuck(value: bool) -> Change:
     return with_channel("contact", first)
 
 
-TALOS_KNEES = ("leg_left_4_joint", "leg_right_4_joint")
+def _with_body(place: int, mass: float, factor: float = 1.0) -> Callable[[Robot], Robot]:
+    """Add a mass [kg] 5 cm off the center of a body, or make it heavier by a factor."""
+
+    def of_robot(robot: Robot) -> Robot:
+        model = pin.Model(robot.tree.model)
+        joint = range(model.njoints)[place]
+        own = model.inertias[joint]
+        added = pin.Inertia(mass, own.lever + 0.05 * np.eye(3)[2], 1e-3 * mass * np.eye(3))
+        model.inertias[joint] = pin.Inertia(factor * own.mass, own.lever, factor * own.inertia) + added
+        return replace(robot, tree=replace(robot.tree, model=model))
+
+    return of_robot
+
+
+def _tilted(degrees: float) -> Callable[[Robot], Robot]:
+    def of_robot(robot: Robot) -> Robot:
+        model = pin.Model(robot.tree.model)
+        gravity = Rotation.from_euler("x", degrees, degrees=True).apply(robot.gravity)
+        model.gravity.linear = gravity
+        return replace(robot, gravity=gravity, tree=replace(robot.tree, model=model))
+
+    return of_robot
+
+
+def _one_way(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
+    """Negate a torque while its joint moves backwards."""
+    torque = log.torque.copy()
+    torque[:, 1] *= np.where(np.gradient(log.position[:, 1]) < 0, -1.0, 1.0)
+    return replace(log, torque=torque), robot
+
+
+KNEES = ("left_knee", "right_knee", "leg_left_4_joint", "leg_right_4_joint")
 LEFT_LEG = ("leg_left", "left_hip", "left_knee", "left_ankle")
-YAW = Rotation.from_euler("z", 90, degrees=True)
-WALK = ("humanoid",)
+SCALE, GAIN, BODY = ("torque-scale",), ("torque-gain",), ("payload", "bodies-differ")
+DELAY, DEAD, ZERO = ("torque-delay", "friction-delay"), ("channel-dead",), ("encoder-zero",)
+FILTERED, UNSIGNED, SWAPPED = ("torque-filtered",), ("torque-unsigned",), ("joints-swapped",)
+SIGN, STUCK, AXES, CLOCK = ("torque-sign",), ("contact-stuck",), ("imu-axes",), ("[log.time]",)
+ONE_GAIN, GAINS, BODIES = (
+    ("one gain of all torques", "by one factor"),
+    ("gains of torques", "torque-gain:"),
+    ("a body: ",),
+)
+MISREAD = ("position-limits", "torque-sign", "encoder-zero")
+ALL, KNOWN, EVERY = "arm walk G1", "arm walk panda", "arm walk G1 panda"
 FAULTS = {
-    "one torque inverted": Fault(_one(np.negative), ("torque-sign",)),
-    "all torques inverted": Fault(torques(np.negative), ("torque-sign",)),
-    "torques in mN m": Fault(
-        torques(lambda x: 1e3 * x), ("torque-scale",), of=("arm", "humanoid", "turntable", "standing")
-    ),
-    "torques in kgf m": Fault(torques(lambda x: x / 9.81), ("torque-scale",), of=("arm", "humanoid", "standing")),
+    "none": Fault(of=ALL),
+    # Gains and units of torques
+    "all torques x 1.3": Fault(torques(lambda x: 1.3 * x), SCALE, ONE_GAIN, ALL),
+    "all torques x 0.8": Fault(torques(lambda x: 0.8 * x), SCALE, ONE_GAIN, ALL),
+    "all torques x 1.12": Fault(torques(lambda x: 1.12 * x), SCALE, ONE_GAIN),
+    "one torque x 1.3": Fault(_one(lambda x: 1.3 * x), GAIN, GAINS, ALL, column=1),
+    "one torque x 1.1": Fault(_one(lambda x: 1.1 * x), GAIN, GAINS, ALL, column=1),
+    "last torque x 1.25": Fault(_one(lambda x: 1.25 * x, column=-1), GAIN, GAINS, column=-1),
+    "last torque x 0.7": Fault(_one(lambda x: 0.7 * x, column=-1), GAIN, GAINS, column=-1),
+    "two torques x 1.4": Fault(torques(lambda x: x * np.where(np.arange(x.shape[1]) // 2 == 1, 1.4, 1)), GAIN, GAINS),
+    "one leg x 1.2": Fault(with_channel("torque", _side), GAIN, of="G1"),
+    "one torque off by two": Fault(_one(lambda x: 2 * x), GAIN, of="panda"),
+    "one torque half": Fault(_one(lambda x: x / 2), GAIN, of="panda"),
+    "a gear ratio left out": Fault(_one(lambda x: x / 100, column=2), GAIN, column=2),
+    "the gear ratio of a loaded joint left out": Fault(_one(lambda x: x / 100), GAIN, of="G1 panda"),
+    "torques in mN m": Fault(torques(lambda x: 1e3 * x), SCALE, of=KNOWN),
+    "torques in kgf m": Fault(torques(lambda x: x / 9.80665), SCALE, ("kgf m",), EVERY),
+    "torques in N cm": Fault(torques(lambda x: 100 * x), SCALE),
     "amperes read as N m": Fault(
-        torques(lambda x: x * np.random.default_rng(4).uniform(0.03, 0.15, x.shape[1])), ("torque-scale",)
+        torques(lambda x: x / np.resize([11.0, 8.0, 14.0, 5.0], x.shape[1])), (), ("currents",)
     ),
-    "one torque off by two": Fault(_one(lambda x: 2 * x), ("torque-gain",)),
-    "one torque half": Fault(_one(lambda x: x / 2), ("torque-gain",)),
-    "a gear ratio left out": Fault(_one(lambda x: x / 100), ("torque-gain",)),
-    "torques without a sign": Fault(torques(np.abs), ("torque-unsigned",)),
-    "one torque without a sign": Fault(_one(np.abs), ("torque-unsigned",)),
-    "torques 8 ms late": Fault(late(0.008), ("torque-delay",)),
-    "two torques swapped": Fault(with_channel("torque", _swapped), ("joints-swapped",)),
-    "left and right torques swapped": Fault(with_channel("torque", _mirrored), ("joints-swapped",), of=WALK),
-    "a position jumps by a turn": Fault(_one(_wrapped, "position"), ("position-jump",)),
-    "positions in degrees": Fault(with_channel("position", lambda x, _: np.rad2deg(x)), ("position-degrees",)),
-    "a position outside its limits": Fault(with_channel("position", _outside), ("position-limits",)),
-    "a position frozen halfway": Fault(_one(_frozen_moving, "position"), ("channel-frozen",)),
-    "a torque frozen halfway": Fault(_one(_frozen), ("channel-frozen",)),
-    "a dead torque": Fault(_one(np.zeros_like), ("channel-dead",)),
-    "a clipped torque": Fault(_one(_clipped), ("channel-clipped",)),
-    "a torque held for 10 samples": Fault(_one(_held), ("channel-held",)),
-    "a clock twice too fast": Fault(with_channel("time", lambda x, _: 2.0 * x), ("clock",)),
-    "a clock twice too slow": Fault(with_channel("time", lambda x, _: 0.5 * x), ("clock",)),
-    "gravity upside down": Fault(_gravity, ("gravity",), "[robot] gravity"),
-    "many samples lost": Fault(_lost, ("samples-lost",)),
+    # Signs
+    "all torques inverted": Fault(torques(np.negative), SIGN, of=KNOWN),
+    "one torque inverted": Fault(_one(np.negative), SIGN, of=EVERY, column=1),
+    "one position inverted": Fault(_one(np.negative, "position"), MISREAD, of=ALL),
+    "torques without a sign": Fault(torques(np.abs), UNSIGNED, of="G1 panda"),
+    "one torque without a sign": Fault(_one(np.abs), UNSIGNED, of="panda"),
+    "a torque without a sign": Fault(_one(np.abs, column=-1), UNSIGNED, column=-1),
+    "a torque negated one way": Fault(_one_way, UNSIGNED, column=1),
+    # Joints
+    "two torques swapped": Fault(with_channel("torque", _swapped), SWAPPED, of=EVERY),
+    "left and right torques swapped": Fault(with_channel("torque", _mirrored), SWAPPED, of="G1 talos"),
+    # Time
+    "torques 8 ms late": Fault(late(0.008), DELAY, of=KNOWN),
+    "torques 2 ms late": Fault(late(0.002), DELAY, of="G1"),
+    "one torque 10 ms late": Fault(_one_late, DELAY, ("delay",), ALL, column=1),
+    "torque clock 1 % off": Fault(_clock, ("torque-clock",), of="G1 talos"),
+    "torques low-passed at 3 Hz": Fault(_low_pass(3.0, slice(None)), FILTERED, of="G1 talos"),
+    "torques low-passed at 10 Hz": Fault(_low_pass(10.0, slice(None)), FILTERED + DELAY, of="G1"),
+    "one torque low-passed at 3 Hz": Fault(_low_pass(3.0), FILTERED + DELAY, of="G1"),
+    "a clock twice too fast": Fault(with_channel("time", lambda x, _: 2.0 * x), ("clock",), CLOCK, KNOWN),
+    "a clock twice too slow": Fault(with_channel("time", lambda x, _: 0.5 * x), ("clock",), CLOCK, KNOWN),
+    # Channels
+    "a dead torque": Fault(_one(np.zeros_like, column=2), DEAD, column=2),
+    "a torque of zero": Fault(_one(np.zeros_like), DEAD, of="G1 panda"),
+    "a constant torque": Fault(_one(lambda x: np.full_like(x, 5.0)), DEAD, of="G1"),
+    "a torque of noise": Fault(
+        _one(lambda x: 0.1 * np.random.default_rng(7).standard_normal(len(x))), DEAD, of="G1 talos"
+    ),
+    "a torque frozen halfway": Fault(_one(_frozen), ("channel-frozen",), of="G1 panda"),
+    "a torque held for 10 samples": Fault(_one(_held), ("channel-held",), of="G1 panda"),
+    "a clipped torque": Fault(_one(_clipped), ("channel-clipped",), of="panda"),
+    "torques clipped": Fault(
+        torques(lambda x: np.clip(x, -0.6 * x.max(), 0.6 * x.max())), ("channel-clipped",), of="G1"
+    ),
+    "torques quantized to 2 N m": Fault(torques(lambda x: 2 * np.round(x / 2)), ("channel-coarse",), of="G1 talos"),
+    "many samples lost": Fault(_lost, ("samples-lost",), of="panda"),
+    "spikes in torques": Fault(with_channel("torque", _spikes), of="G1"),
+    "one torque off by 10 N m": Fault(_one(lambda x: x + 10), of="G1"),
+    "a torque that leaks": Fault(with_channel("torque", _leaking), of="G1"),
+    "friction compensated": Fault(_compensated, of="G1"),
+    # Positions and velocities
+    "positions in degrees": Fault(
+        with_channel("position", lambda x, _: np.rad2deg(x)), ("position-degrees",), ('unit = "deg"',), KNOWN
+    ),
+    "positions in turns": Fault(with_channel("position", lambda x, _: x / (2 * np.pi)), (), ('unit = "turn"',)),
+    "velocities in degrees": Fault(with_channel("velocity", lambda x, _: np.rad2deg(x)), (), ('unit = "deg/s"',)),
+    "velocities in rpm": Fault(with_channel("velocity", lambda x, _: 30 / np.pi * x), (), ('unit = "rpm"',)),
+    "degrees, one joint beyond its limit": Fault(
+        with_channel("position", _degrees), ("position-degrees",), of="G1 talos"
+    ),
+    "a position jumps by a turn": Fault(_one(_wrapped, "position"), ("position-jump",), of="panda"),
+    "a position outside its limits": Fault(with_channel("position", _outside), ("position-limits",), of="panda"),
+    "a position frozen halfway": Fault(_one(_frozen_moving, "position"), ("channel-frozen",), of="G1 panda"),
+    "encoder off by 5°": Fault(_one(lambda x: x + np.deg2rad(5), "position", 2), ZERO, ZERO),
+    "knee encoder off by 5°": Fault(_one(lambda x: x + np.deg2rad(5), "position"), ZERO, of="G1"),
+    "knee encoder off by 1°": Fault(_one(lambda x: x + np.deg2rad(1), "position"), ZERO, of="G1"),
+    "one position with a wrong scale": Fault(_one(lambda x: 1.1 * x, "position"), ZERO, of="G1"),
+    # The model
+    "2 kg at the last body": Fault(of_robot=_with_body(-1, 2.0), checks=BODY, words=BODIES, of="arm"),
+    "2 kg on the base": Fault(of_robot=_with_body(1, 2.0), checks=BODY + SCALE, words=BODIES, of="walk"),
+    "a body twice as heavy": Fault(of_robot=_with_body(3, 0.0, 2.0), checks=BODY, words=BODIES),
+    "5 kg not in the model": Fault(_without_payload, ("bodies-differ", "torque-scale"), of="G1"),
+    "rotors missing in the model": Fault(_rotors, ("rotor-missing",), of="G1"),
+    "gravity upside down": Fault(_gravity, ("gravity",), ("[robot] gravity",), "G1 panda"),
+    "base tilted by 10°": Fault(of_robot=_tilted(10), checks=("gravity",), words=("tilted",), of="arm"),
+    # The base and its IMU
+    "IMU rolled by 3°": Fault(turned("x", 3), ("imu-tilt",), of="G1"),
+    "IMU pitched by 3°": Fault(turned("y", 3), ("imu-tilt",), of="G1"),
+    "IMU pitched by 10°": Fault(turned("y", 10), ("imu-tilt", "base-orientation"), ("imu-tilt",), "walk G1"),
+    "IMU turned by 90 degrees": Fault(turned("z", 90), AXES, of="talos"),
+    "gyroscope axes exchanged": Fault(with_channel("angular_velocity", lambda w, _: w[:, [1, 0, 2]]), AXES, of="talos"),
+    "accelerometer inverted": Fault(with_channel("linear_acceleration", lambda a, _: -a), AXES, of="talos"),
     "quaternion wxyz": Fault(
-        with_channel("base_orientation", lambda q, _: q[:, [3, 0, 1, 2]]), ("base-orientation",), 'order = "wxyz"', WALK
+        with_channel("base_orientation", lambda q, _: q[:, [3, 0, 1, 2]]), ("base-orientation",), ("wxyz",), "talos"
     ),
     "quaternion inverted": Fault(
-        with_channel("base_orientation", lambda q, _: q * [-1, -1, -1, 1]), ("quaternion-inverse",), of=WALK
+        with_channel("base_orientation", lambda q, _: q * [-1, -1, -1, 1]), ("quaternion-inverse",), of="G1 talos"
     ),
-    "IMU turned by 90 degrees": Fault(
-        with_channel("base_orientation", lambda q, _: (Rotation.from_quat(q) * YAW).as_quat()), ("imu-axes",), of=WALK
+    "base orientation 30 ms late": Fault(late(0.03, "base_orientation"), ("base-orientation-delay",), of="G1"),
+    "ground that drives": Fault(_driving, ("base-moves",), of="G1"),
+    "the robot falls": Fault(_falls, ("base-falls",), of="talos"),
+    # Contacts
+    "contacts swapped": Fault(
+        with_channel("contact", lambda c, _: c[:, np.arange(c.shape[1]) ^ 1]),
+        ("contacts-swapped",),
+        (),
+        "walk G1 talos",
     ),
-    "gyroscope axes exchanged": Fault(
-        with_channel("angular_velocity", lambda w, _: w[:, [1, 0, 2]]), ("imu-axes",), of=WALK
-    ),
-    "accelerometer inverted": Fault(with_channel("linear_acceleration", lambda a, _: -a), ("imu-axes",), of=WALK),
-    "contacts swapped": Fault(with_channel("contact", lambda c, _: c[:, ::-1]), ("contacts-swapped",), of=WALK),
-    "a contact stuck on": Fault(_stuck(True), ("contact-stuck",), of=WALK),
-    "a contact stuck off": Fault(_stuck(False), ("contact-stuck",), of=WALK),
-    "the robot falls": Fault(_falls, ("base-falls",), of=WALK),
+    "contacts 60 ms late": Fault(late(0.06, "contact"), ("contact-stuck", "contact-delay"), of="G1"),
+    "a contact stuck on": Fault(_stuck(True), STUCK, of="talos"),
+    "a contact stuck off": Fault(_stuck(False), STUCK, of="talos"),
 }
-"""Faults by name; every log with one of them can still be read."""
-
-SCALE, DELAY = ("torque-scale",), ("torque-delay", "friction-delay")
-WALK_FAULTS = {
-    "all torques x 1.3": Fault(torques(lambda x: 1.3 * x), SCALE),
-    "all torques x 0.8": Fault(torques(lambda x: 0.8 * x), SCALE),
-    "one leg x 1.2": Fault(with_channel("torque", _side), ("torque-gain",)),
-    "one torque x 1.3": Fault(_one(lambda x: 1.3 * x), ("torque-gain",)),
-    "one torque x 1.1": Fault(_one(lambda x: 1.1 * x), ("torque-gain",)),
-    "torques clipped": Fault(torques(lambda x: np.clip(x, -0.6 * x.max(), 0.6 * x.max())), ("channel-clipped",)),
-    "torques quantized to 2 N m": Fault(torques(lambda x: 2 * np.round(x / 2)), ("channel-coarse",)),
-    "torques low-passed at 3 Hz": Fault(_low_pass(3.0, slice(None)), ("torque-filtered",)),
-    "torques low-passed at 10 Hz": Fault(_low_pass(10.0, slice(None)), ("torque-filtered", *DELAY)),
-    "one torque low-passed at 3 Hz": Fault(_low_pass(3.0), ("torque-filtered", *DELAY)),
-    "torques 2 ms late": Fault(late(0.002), DELAY),
-    "one torque 10 ms late": Fault(_one(lambda x: np.append(np.full(10, x[0]), x[:-10])), DELAY),
-    "torque clock 1 % off": Fault(_clock, ("torque-clock",)),
-    "friction compensated": Fault(_compensated, ()),
-    "a torque of zero": Fault(_one(np.zeros_like), ("channel-dead",)),
-    "a constant torque": Fault(_one(lambda x: np.full_like(x, 5.0)), ("channel-dead",)),
-    "a torque of noise": Fault(
-        _one(lambda x: 0.1 * np.random.default_rng(7).standard_normal(len(x))), ("channel-dead",)
-    ),
-    "rotors missing in the model": Fault(_rotors, ("rotor-missing",)),
-    "knee encoder off by 5°": Fault(_one(lambda x: x + np.deg2rad(5), "position"), ("encoder-zero",)),
-    "knee encoder off by 1°": Fault(_one(lambda x: x + np.deg2rad(1), "position"), ("encoder-zero",)),
-    "one position with a wrong scale": Fault(_one(lambda x: 1.1 * x, "position"), ("encoder-zero",)),
-    "one position inverted": Fault(_one(np.negative, "position"), ("encoder-zero", "position-limits", "torque-sign")),
-    "IMU rolled by 3°": Fault(turned("x", 3), ("imu-tilt",)),
-    "IMU pitched by 10°": Fault(turned("y", 10), ("imu-tilt",)),
-    "IMU pitched by 3°": Fault(turned("y", 3), ("imu-tilt",)),
-    "base orientation 30 ms late": Fault(late(0.03, "base_orientation"), ("base-orientation-delay",)),
-    "ground that drives": Fault(_driving, ("base-moves",)),
-    "contacts 60 ms late": Fault(late(0.06, "contact"), ("contact-stuck", "contact-delay")),
-    "degrees, one joint beyond its limit": Fault(with_channel("position", _degrees), ("position-degrees",)),
-    "5 kg not in the model": Fault(_without_payload, ("bodies-differ", "torque-scale")),
-    "one torque off by 10 N m": Fault(_one(lambda x: x + 10), ()),
-    "spikes in torques": Fault(with_channel("torque", _spikes), ()),
-    "a torque that leaks": Fault(with_channel("torque", _leaking), ()),
-    **{
-        name: FAULTS[name]
-        for name in (
-            "one torque inverted",
-            "torques in kgf m",
-            "two torques swapped",
-            "left and right torques swapped",
-            "torques without a sign",
-            "a torque frozen halfway",
-            "a torque held for 10 samples",
-            "a position frozen halfway",
-            "a gear ratio left out",
-            "contacts swapped",
-            "quaternion inverted",
-            "gravity upside down",
-        )
-    },
-}
-"""Faults that are put into a walk with sensor noise, which is then identified with default settings."""
+"""Faults by name."""

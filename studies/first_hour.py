@@ -4,7 +4,8 @@
 
 `case`: logs as users bring them, in the folder $STRIBECK_CASES; each question of `init` is answered as the README of
 the case says. `fault`: a UR5 and a quadruped, with a wrong model and sensor noise, and one fault each. A remedy is
-applied as it is printed, until the next run prints no new one.
+applied as it is printed, until the next run prints no new one. `walk`: a humanoid's walk on which no threshold was
+chosen, with one fault each, and no remedy.
 """
 
 import json
@@ -12,20 +13,16 @@ import os
 import re
 import sys
 from collections.abc import Mapping
-from contextlib import redirect_stderr, redirect_stdout
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
-from io import StringIO
 from pathlib import Path
 from shutil import rmtree
 from typing import Any
-from unittest.mock import patch
 
 import numpy as np
 
 import stribeck
-from stribeck import Robot, read_result
-from stribeck.cli import main
+from stribeck import Robot
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck.log.writers import write_log
@@ -34,20 +31,14 @@ from stribeck_simulation.robots import MODELS
 from stribeck_simulation.sensors.measure import with_noise
 from studies.accuracy_cases import wrong_model
 from studies.command import ROOT, Row, command, rounded
+from studies.fault_cases import FAULTS
 from studies.markdown import markdown_table
-from studies.remedies import answer, apply
-from studies.single_faults import SINGLE_FAULTS
+from studies.remedies import Run, Truth, answer, follow, typed
+from studies.turning_walk import VAGUE, run_walk
 from studies.walking_cases import EXAMPLES
 
-ROUNDS = 3
-"""Largest number of remedies that are followed [1]."""
-WRONG = 0.15
-"""Relative error [1] from which an identified point outside its interval counts as wrong."""
 WORSE = 0.05
 """Increase of a joint's largest relative error [1] from which a remedy counts as harmful."""
-VAGUE = {"bodies-implausible", "chi-square", "friction-unclear", "heterogeneity", "passivity", "robot-model"}
-VAGUE |= {"set-aside", "samples-lost", "not-excited", "weak", "position-stop", "position-limits"}
-"""Checks whose findings name no cause."""
 CASES = (
     "bags/custom_msg",
     "bags/float_arrays",
@@ -91,72 +82,9 @@ ARM3 = {"shoulder": (1.2, 0.8), "elbow": (0.7, 0.4), "wrist": (0.25, 0.10)}
 """Coulomb [N m] and viscous friction [N m s/rad] of the cases with arm3.urdf."""
 
 
-def typed(*words: object) -> tuple[int, str]:
-    """Run the command line in this process; return its exit code and its last error."""
-    errors, code = StringIO(), 0
-    with (
-        patch.object(sys, "argv", ["stribeck", *map(str, words)]),
-        redirect_stderr(errors),
-        redirect_stdout(StringIO()),
-    ):
-        try:
-            main()
-        except SystemExit as stop:
-            code = int(stop.code or 0)
-    return code, errors.getvalue().rpartition("stribeck: ")[2].strip()
-
-
-Truth = Mapping[str, Any]
-"""Friction torque at positive velocities by joint: a function of velocity."""
-
-
-@dataclass(frozen=True)
-class Run:
-    """Findings by check with their joints and words, largest relative error [1] by joint, joints that are wrong."""
-
-    findings: dict[str, tuple[tuple[str, ...], str]]
-    error: dict[str, float]
-    wrong: list[str]
-    refused: str = ""
-
-
-def identify(log: Path, robot: Path, truth: Truth, options: list[str]) -> Run:
-    """Identify a log, and compare the friction curves with the truth."""
-    out = robot.parent / "out"
-    code, words = typed("identify", log, "-r", robot, "-o", out, "--overwrite", *options)
-    if code:
-        check = re.search(r"stribeck explain ([\w-]+)", words)
-        return Run({check[1] if check else "refused": ((), words)}, {}, [], words)
-    result = read_result(out / "result.json")
-    error, wrong = dict[str, float](), list[str]()
-    for name, joint in result.joints.items():
-        if name not in truth:
-            continue
-        far = [(abs(point.value - truth[name](point.velocity)), point) for point in joint.curve]
-        error[name] = max((off / truth[name](point.velocity) for off, point in far), default=0.0)
-        beyond = any(off > max(point.half_width, WRONG * truth[name](point.velocity)) for off, point in far)
-        wrong += [name] * (joint.verdict == "identified" and beyond)
-    return Run({each.check: (each.joints, str(each)) for each in result.findings}, error, wrong)
-
-
-def follow(log: Path, robot: Path, truth: Truth) -> tuple[Run, Run]:
-    """Identify, and follow the remedies; return the first and the last run."""
-    options: list[str] = []
-    first = last = identify(log, robot, truth, options)
-    for _ in range(ROUNDS):
-        before, given = robot.read_text(), list(options)
-        for _, words in last.findings.values():
-            if "before you" not in words:  # a question
-                options += [option for option in apply(words, robot) if option not in options or option == "--exclude"]
-        if robot.read_text() == before and options == given:
-            break
-        last = identify(log, robot, truth, options)
-    return first, last
-
-
 def run(kind: str, log: str, fault: str) -> Row:
-    """Follow a case or a fault."""
-    return run_case(log) if kind == "case" else run_fault(log, fault)
+    """Follow a case or a fault, or put a fault into a walk."""
+    return run_case(log) if kind == "case" else run_fault(log, fault) if kind == "fault" else run_walk(log, fault)
 
 
 def run_case(name: str) -> Row:
@@ -199,7 +127,7 @@ def _curve(own: Mapping[str, float]) -> Any:
 @cache
 def made(log: str, fault: str) -> tuple[RobotLog, Robot, str, Truth]:
     """Make a log with a fault, its robot and robot file, and its true friction by joint."""
-    change = SINGLE_FAULTS[fault]
+    change = FAULTS[fault]
     if log == "arm":
         text = f'[robot]\nmodel = "{EXAMPLES}/ur_description/urdf/ur5_robot.urdf"\nbase = "fixed"\n'
     else:
@@ -230,7 +158,7 @@ def made(log: str, fault: str) -> tuple[RobotLog, Robot, str, Truth]:
         joint: lambda v, own=own: float(law.torque(np.array([v]), np.array([own[p.name] for p in law.parameters]))[0])
         for joint, own in friction.items()
     }
-    return change.of_log(noisy, robot), robot, text, truth
+    return change.apply(noisy, robot)[0], robot, text, truth
 
 
 def run_fault(log: str, fault: str) -> Row:
@@ -254,7 +182,7 @@ def _without_fault(log: str) -> frozenset[str]:
 
 def _cause(found: Run, log: str, fault: str, robot: Robot) -> str:
     """Judge what the findings of a log with a fault name."""
-    made = SINGLE_FAULTS[fault]
+    made = FAULTS[fault]
     named = [
         not (joints and made.joints(robot)) or bool(set(joints) & set(made.joints(robot)))
         for check, (joints, words) in found.findings.items()
@@ -264,7 +192,7 @@ def _cause(found: Run, log: str, fault: str, robot: Robot) -> str:
         return "named"
     if any(word in words for _, words in found.findings.values() for word in made.words):
         return "listed"
-    others = found.findings.keys() - VAGUE - {"several-causes", "torque-scale"} - _without_fault(log)
+    others = found.findings.keys() - VAGUE - {"torque-scale"} - _without_fault(log)
     return "wrong" if others else "not named"
 
 
@@ -283,8 +211,8 @@ def _judged(first: Run, last: Run) -> Row:
 
 
 def tables(rows: list[Row]) -> list[str]:
-    """Format the tables of cases and of faults."""
-    cases, faults = ([row for row in rows if row["kind"] == kind] for kind in ("case", "fault"))
+    """Format the tables of cases, of faults and of a walk with faults."""
+    cases, faults, walks = ([row for row in rows if row["kind"] == kind] for kind in ("case", "fault", "walk"))
     head = ("log", "questions", "error before [%]", "after [%]", "wrong", "findings at first")
     lines = [(row["log"], row.get("asked", "no draft"), *_cells(row)) for row in cases]
     of_faults = [(row["fault"], row["log"], row["cause"], *_cells(row)) for row in faults]
@@ -293,11 +221,16 @@ def tables(rows: list[Row]) -> list[str]:
         own = [row for row in faults if row["log"] == log and row["fault"] != "none"]
         causes = [sum(row["cause"] == cause for row in own) for cause in CAUSES]
         counts.append((log, len(own), *causes, *(sum(bool(row[key]) for row in own) for key in ("worse", "wrong"))))
+    walked = [
+        (row["fault"], row["log"], row["identified"], len(row["wrong"]), _list(row["found"]), row["cause"])
+        for row in walks
+    ]
     bad = ("made worse by a remedy", "wrong in the end")
     return [
         markdown_table(head, lines),
         markdown_table(("fault", "log", "cause", *head[2:]), of_faults, 3),
         markdown_table(("log", "faults", *CAUSES, *bad), counts),
+        markdown_table(("fault", "robot", "identified", "wrong", "findings", "cause"), walked, 2),
     ]
 
 
@@ -308,11 +241,20 @@ def _cells(row: Row) -> tuple[object, ...]:
     if "before" not in row:
         return ("-", "-", "-", row["init"])
     after = "refused" if row["refused"] else f"{100 * row['after']:.0f}"
-    found = ", ".join(f"`{check}`" for check in row["found"]) or "-"
-    return f"{100 * row['before']:.0f}", after, len(row["wrong"]), found
+    return f"{100 * row['before']:.0f}", after, len(row["wrong"]), _list(row["found"])
+
+
+def _list(checks: list[str]) -> str:
+    return ", ".join(f"`{check}`" for check in checks) or "-"
 
 
 if __name__ == "__main__":
     keys = [{"kind": "case", "log": name, "fault": ""} for name in CASES]
-    keys += [{"kind": "fault", "log": log, "fault": fault} for fault, own in SINGLE_FAULTS.items() for log in own.of]
+    of = (("fault", "arm"), ("fault", "walk"), ("walk", "G1"))
+    keys += [
+        {"kind": kind, "log": log, "fault": fault}
+        for fault, own in FAULTS.items()
+        for kind, log in of
+        if log in own.of.split()
+    ]
     command(__doc__, keys, run, tables)

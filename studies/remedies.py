@@ -1,13 +1,26 @@
-"""Remedies of messages: their settings and options, applied to a robot file as they are printed."""
+"""Remedies of messages, applied to a robot file as they are printed, and identification before and after."""
 
 import re
+import sys
 import tomllib
 from collections.abc import Iterator, Mapping
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import dataclass
+from io import StringIO
 from itertools import islice
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import tomlkit
+
+from stribeck import read_result
+from stribeck.cli import main
+
+ROUNDS = 3
+"""Largest number of remedies that are followed [1]."""
+WRONG = 0.15
+"""Relative error [1] from which an identified point outside its interval counts as wrong."""
 
 
 def parsed(text: str) -> Any:
@@ -51,3 +64,66 @@ def answer(robot: Path, values: Mapping[str, Any]) -> None:
             place = place.setdefault(part, {})
         place[last] = value
     robot.write_text(tomlkit.dumps(document))
+
+
+def typed(*words: object) -> tuple[int, str]:
+    """Run the command line in this process; return its exit code and its last error."""
+    errors, code = StringIO(), 0
+    with (
+        patch.object(sys, "argv", ["stribeck", *map(str, words)]),
+        redirect_stderr(errors),
+        redirect_stdout(StringIO()),
+    ):
+        try:
+            main()
+        except SystemExit as stop:
+            code = int(stop.code or 0)
+    return code, errors.getvalue().rpartition("stribeck: ")[2].strip()
+
+
+Truth = Mapping[str, Any]
+"""Friction torque at positive velocities by joint: a function of velocity."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """Findings by check with their joints and words, largest relative error [1] by joint, joints that are wrong."""
+
+    findings: dict[str, tuple[tuple[str, ...], str]]
+    error: dict[str, float]
+    wrong: list[str]
+    refused: str = ""
+
+
+def identify(log: Path, robot: Path, truth: Truth, options: list[str]) -> Run:
+    """Identify a log, and compare the friction curves with the truth."""
+    out = robot.parent / "out"
+    code, words = typed("identify", log, "-r", robot, "-o", out, "--overwrite", *options)
+    if code:
+        check = re.search(r"stribeck explain ([\w-]+)", words)
+        return Run({check[1] if check else "refused": ((), words)}, {}, [], words)
+    result = read_result(out / "result.json")
+    error, wrong = dict[str, float](), list[str]()
+    for name, joint in result.joints.items():
+        if name not in truth:
+            continue
+        far = [(abs(point.value - truth[name](point.velocity)), point) for point in joint.curve]
+        error[name] = max((off / truth[name](point.velocity) for off, point in far), default=0.0)
+        beyond = any(off > max(point.half_width, WRONG * truth[name](point.velocity)) for off, point in far)
+        wrong += [name] * (joint.verdict == "identified" and beyond)
+    return Run({each.check: (each.joints, str(each)) for each in result.findings}, error, wrong)
+
+
+def follow(log: Path, robot: Path, truth: Truth) -> tuple[Run, Run]:
+    """Identify, and follow the remedies; return the first and the last run."""
+    options: list[str] = []
+    first = last = identify(log, robot, truth, options)
+    for _ in range(ROUNDS):
+        before, given = robot.read_text(), list(options)
+        for _, words in last.findings.values():
+            if "before you" not in words:  # a question
+                options += [option for option in apply(words, robot) if option not in options or option == "--exclude"]
+        if robot.read_text() == before and options == given:
+            break
+        last = identify(log, robot, truth, options)
+    return first, last

@@ -17,11 +17,10 @@ a separate page.
 
 Of 32 faults in the log of a UR5 with a wrong model, the findings name the cause of 24 and list it among others for 4.
 Of 33 faults in the walk of a quadruped, they name the cause of 20; three causes are wrong, and four faults of torques
-leave a joint that is called identified although it is wrong. No remedy, applied as printed, makes a joint worse
-(`python -m studies.first_hour --save studies/first_hour.json`).
+leave a joint that is called identified although it is wrong. No remedy, applied as printed, makes a joint worse.
 Of 45 faults in a simulated walk of the G1, on which no threshold was chosen, the findings name the cause of 38, and the
-cause of one is wrong. Logs without a fault have no findings (`python -m studies.faults --save studies/faults.json`).
-Friction that drives compensate is not detected.
+cause of one is wrong. Without a fault, both walks have no finding, and that of the UR5 is its wrong model
+(`python -m studies.first_hour --save studies/first_hour.json`). Friction that drives compensate is not detected.
 
 *Generated from `src/stribeck/base/findings.toml`.*
 

@@ -5,21 +5,43 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from studies.faults import CleanLog, checks_of, standing, turntable
-from tests.arm import arm_log, write_arm
+from studies.accuracy_cases import wrong_model
+from tests.arm import TRUTH, arm_log, write_arm
+from tests.audit.clean import CleanLog, checks_of
 from tests.models import example_robot
 
 from stribeck import Robot, identify
 from stribeck.audit import audit
 from stribeck.base.finding import Finding
+from stribeck.friction import get_law
 from stribeck.friction_torque.preparation import prepare
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.robots import MODELS
+from stribeck_simulation.sensors.measure import with_noise
+
+TURNTABLE = """<robot name="turntable"><link name="base"/><link name="table"><inertial><mass value="4"/>
+<inertia ixx="0.05" ixy="0" ixz="0" iyy="0.05" iyz="0" izz="0.05"/></inertial></link>
+<joint name="axis" type="revolute"><parent link="base"/><child link="table"/><axis xyz="0 0 1"/>
+<limit lower="-3" upper="3" effort="30" velocity="4"/></joint></robot>"""
+FRICTION = dict(zip(TRUTH, (1.0, 3.0, 0.2, 0.2, 0.0, 40.0), strict=True))
+
+
+def _clean(robot: Robot, seed: int) -> CleanLog:
+    truth = dict.fromkeys(robot.joint_names, FRICTION)
+    log, _ = exact_log(robot, get_law("stribeck"), truth, duration=20.0, rate=500.0, seed=seed, gait="stand")
+    log = replace(with_noise(log, position=2e-5, torque=0.1, seed=seed), velocity=None, acceleration=None)
+    return CleanLog(wrong_model(robot, seed), log)
 
 
 @pytest.fixture(scope="module")
 def honest(tmp_path_factory: pytest.TempPathFactory) -> dict[str, CleanLog]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(tmp_path_factory.mktemp("models"))
-        return {"turntable": turntable(), "standing": standing()}
+    """A vertical axis whose friction is far larger than its inertial torque, and a quadruped on all feet."""
+    path = tmp_path_factory.mktemp("models") / "turntable.urdf"
+    path.write_text(TURNTABLE)
+    return {
+        "turntable": _clean(Robot.from_model(str(path), base="fixed"), 31),
+        "standing": _clean(Robot.from_file(MODELS / "quadruped.toml"), 32),
+    }
 
 
 def _said(honest: CleanLog, factor: float) -> list[Finding]:
