@@ -1,5 +1,6 @@
 """Faults in a humanoid's turning walk, on which no threshold was chosen, and whether the findings lead to the cause."""
 
+import re
 from collections.abc import Mapping
 from functools import cache
 
@@ -39,8 +40,8 @@ def run_walk(name: str, fault: str) -> Row:
         result = identify(*made.apply(given, robot))
         joints, checks = result.joints, dict.fromkeys(finding.check for finding in result.findings)
     except (LogError, NothingIdentifiedError) as error:
-        named = [word for word in made.words if word in str(error)]
-        checks = dict.fromkeys(named or [str(error).rpartition("explain ")[2].strip(")")])
+        explained = re.search(r"stribeck explain ([\w-]+)", str(error))
+        checks = dict.fromkeys([explained[1]] if explained else [word for word in made.words if word in str(error)])
     wrong = [joint for joint, own in joints.items() if _is_wrong(own, truth[joint])]
     if checks.keys() & {*made.checks, *made.words}:
         cause = "named"

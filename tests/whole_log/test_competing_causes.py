@@ -8,7 +8,8 @@ from tests.whole_log.logs import walk
 
 from stribeck.friction import get_law
 from stribeck.friction_torque.preparation import prepare
-from stribeck.methods.whole_log import WholeLog, identify_whole_log
+from stribeck.methods.whole_log import identify_whole_log
+from stribeck.methods.whole_log_fitted import WholeLog
 from stribeck.whole_log.fit_checks.competing_causes import Cause, find_causes
 
 KNEE = 3

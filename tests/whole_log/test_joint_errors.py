@@ -9,7 +9,7 @@ from stribeck import Robot, Settings, identify
 from stribeck.exporters.samples import drawn
 from stribeck.judgement.curve_fit.problem import to_external
 from stribeck.methods import whole_log
-from stribeck.methods.whole_log import WholeLog
+from stribeck.methods.whole_log_fitted import WholeLog
 from stribeck.result import Result
 from stribeck.robot.inertial_parameters import SIZE, pseudo_inertia, shape_coordinates
 from stribeck.whole_log.uncertainty.intervals import joint_coordinates

@@ -12,7 +12,9 @@ from stribeck import Robot, Settings, identify
 from stribeck.friction import get_law
 from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
-from stribeck.methods.whole_log import WholeLog, identify_whole_log
+from stribeck.methods.whole_log import identify_whole_log
+from stribeck.methods.whole_log_findings import find_problems
+from stribeck.methods.whole_log_fitted import WholeLog
 from stribeck.whole_log import reading
 from stribeck.whole_log.constants import WIDEST_PRIOR
 from stribeck_simulation.sensors.measure import with_noise
@@ -74,7 +76,7 @@ def covered(found: WholeLog, tolerance: float) -> None:
 def test_of_a_log_without_outliers_nothing_is_set_aside(clean: WholeLog) -> None:
     assert clean.fit.set_aside == 0
     assert clean.fit.segments == clean.fit.of_segments
-    assert (clean.notes, clean.findings) == ([], [])
+    assert (clean.notes, find_problems(clean)) == ([], [])
     assert clean.fit.chi_square == pytest.approx(1.0, abs=0.25)
     covered(clean, 0.01)
 
@@ -98,7 +100,7 @@ def test_a_payload_that_is_held_for_a_part_of_the_log_is_set_aside(
 ) -> None:
     found = whole_log(carrying(arm, exact), arm)
     assert 0.3 < found.fit.set_aside < 0.6
-    assert {finding.check for finding in found.findings} == {"payload"}  # says when, where and how much
+    assert {finding.check for finding in find_problems(found)} == {"payload"}  # says when, where and how much
     swinging = found.fit.components.model[0]  # of an arm, no joint stands
     np.testing.assert_allclose(swinging, clean.fit.components.model[0], rtol=0.5)
     covered(found, 0.02)
@@ -154,7 +156,7 @@ def test_a_delay_is_found_beside_the_friction(arm: Robot, exact: RobotLog, delay
     value, error = found.corrections.torque_delay
     assert error < 5e-5
     assert value == pytest.approx(1e-3 * delay, abs=4 * error)
-    assert [finding.check for finding in found.findings] == ["torque-delay"]
+    assert [finding.check for finding in find_problems(found)] == ["torque-delay"]
     covered(found, 0.015)
     shifted = found.corrected(late(exact, delay))
     ahead = round(len(exact.time) / 2)

@@ -13,7 +13,9 @@ from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import get_law
 from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
-from stribeck.methods.whole_log import WholeLog, identify_whole_log
+from stribeck.methods.whole_log import identify_whole_log
+from stribeck.methods.whole_log_findings import find_problems
+from stribeck.methods.whole_log_fitted import WholeLog
 from stribeck.result import Result
 from stribeck.settings import Settings
 from stribeck_simulation.prescribed.exact import exact_log
@@ -162,7 +164,7 @@ def test_wrenches_on_the_feet_make_offsets_clearer() -> None:
         column = [parameter.name for parameter in law.parameters].index("offset")
         error[name] = np.array([fit.values[column] - TRUTH["offset"] for fit in found.fits.values()])
         deviation[name] = np.array([fit.standard_errors[column] for fit in found.fits.values()])
-        flagged[name] = any("wrench sensors" in text for text in map(str, found.findings))
+        flagged[name] = any("wrench sensors" in text for text in map(str, find_problems(found)))
     assert np.mean(deviation["right"]) < 0.75 * np.mean(deviation["none"])
     assert np.mean(np.abs(error["right"])) < 0.75 * np.mean(np.abs(error["none"]))
     for name in error:
@@ -180,13 +182,13 @@ def test_a_body_far_from_the_model_is_named_and_friction_that_lags_is_no_body(
     lighter = replace(arm, tree=replace(arm.tree, model=model))
     log = with_noise(exact_arm_log, position=1e-5, torque=0.05, seed=5).take(slice(0, 10_000))
     settings = Settings(law="stribeck", corrections="inertia")
-    said = {finding.check: finding for finding in whole_log(log, lighter, settings).findings}
+    said = {finding.check: finding for finding in find_problems(whole_log(log, lighter, settings))}
     assert arm.joint_names[-1] in said["bodies-differ"].joints
     assert "kg heavier" in said["bodies-differ"].text
     assert "corrections" not in said["bodies-differ"].cure
     lagging = lfilter([0.05], [1.0, -0.95], np.sign(exact_arm_log.velocity), axis=0)
     late = replace(log, torque=log.torque + (lagging - np.sign(exact_arm_log.velocity))[:10_000])
-    assert "bodies-differ" not in {finding.check for finding in whole_log(late, arm, settings).findings}
+    assert "bodies-differ" not in {finding.check for finding in find_problems(whole_log(late, arm, settings))}
 
 
 def test_gains_and_zeros_are_found_beside_the_friction(arm: Robot, exact_arm_log: RobotLog) -> None:

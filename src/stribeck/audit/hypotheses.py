@@ -30,8 +30,6 @@ UNEXPLAINED = 0.5
 """Share of a torque without friction [1] that no cause explains, from which a joint is left out."""
 EXPLAINED = 0.5
 """Share of the squares that usual errors of bodies leave [1] which a cause must explain, unless it explains all."""
-SPREADS = (1.0, 2.0, 4.0)
-"""Errors of bodies relative to their priors [1]; each cause has the most likely of them."""
 GAIN, GRAVITY = 0.5, 3.0
 """Prior standard deviations of causes: gains [1] and gravity [m/s^2]."""
 MASS, REACH = 0.2, 0.2
@@ -118,7 +116,7 @@ def _ranked(evidence: Evidence, joints: Sequence[int]) -> list[Hypothesis]:
     first = 1 + len(joints) + 3
     scales = MASS * parameters[:, 0].sum() * REACH ** np.array([0, *3 * [1], *6 * [2]])
     found: dict[tuple[str, tuple[int, ...]], Hypothesis] = {}
-    for spread in SPREADS:
+    for spread in (1.0, 2.0, 4.0):  # errors of bodies relative to their priors; each cause has the most likely of them
         of_bodies = gram[first:, first:] + np.eye(len(gram) - first) / spread**2
         left = gram - gram[:, first:] @ np.linalg.solve(of_bodies, gram[first:])
         volume = np.linalg.slogdet(spread**2 * of_bodies)[1]

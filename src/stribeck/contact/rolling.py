@@ -19,12 +19,6 @@ RADII = (0.008, 0.06)
 """Smallest and largest plausible radius [m]; smaller feet count as points."""
 SLIP = 0.02
 """Largest median speed of standing feet relative to each other [m/s] that shows a radius; faster feet slip."""
-SLIPPING = (
-    "Standing feet move relative to each other at a median of {:.0f} mm/s: they slip, roll on an unknown radius, or "
-    "contacts are wrong. The error of the legs' friction can exceed its intervals. For ball feet, set radius in "
-    "[contacts]; otherwise log a walk on firmer ground"
-)
-"""Note on feet that slip."""
 
 
 def with_rolling_feet(
@@ -59,7 +53,12 @@ def with_rolling_feet(
         trust = (1 + (error / max(float(np.median(error)), 1e-6)) ** 2) ** -2.0
         radius = float(trust @ product / max(trust @ weight, 1e-12))
     if (slip := float(np.median(error))) > SLIP:
-        return robot, [SLIPPING.format(1e3 * slip)]
+        note = (
+            f"Standing feet move relative to each other at a median of {1e3 * slip:.0f} mm/s: they slip, roll on an "
+            "unknown radius, or contacts are wrong. The error of the legs' friction can exceed its intervals. For ball "
+            "feet, set radius in [contacts]; otherwise log a walk on firmer ground"
+        )
+        return robot, [note]
     if not RADII[0] <= radius <= RADII[1]:
         return robot, []
     rolling = {name: replace(contact, radius=radius, given=False) for name, contact in points.items()}

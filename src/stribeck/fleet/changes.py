@@ -16,10 +16,11 @@ from scipy.optimize import brentq
 
 from stribeck.base.typing import Array
 
-SLACK = 1.0
-"""Slack k of the charts [standard deviations]: changes of twice this size are found soonest."""
-CLIP = 4.0
-"""Largest z that counts [standard deviations], so that a single odd log is no change."""
+SLACK, CLIP = 1.0, 4.0
+"""Slack k of the charts, and largest z that counts [standard deviations].
+
+Changes of twice the slack are found soonest. A single odd log is no change.
+"""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,10 +7,10 @@ import numpy as np
 from stribeck.base.typing import Array
 from stribeck.errors import LogError
 from stribeck.log import RobotLog
+from stribeck.log.readers.channels import WRENCH
 from stribeck.robot import Robot
 from stribeck.robot.kinematics import joint_torque_of_wrench
 
-AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 REMEDY = "map the sensors in [log.foot_wrench], or choose the method whole-log or curve-fit, which needs no wrenches"
 
 
@@ -37,10 +37,10 @@ def require_wrenches(log: RobotLog, robot: Robot) -> None:
     for foot, contact in robot.contacts.items():
         felt = np.any(log.foot_wrench[:, log.foot_names.index(foot)], axis=0)
         if not felt[: contact.size].all():
-            axes = ", ".join(axis for axis, used in zip(AXES, felt, strict=True) if used) or "no axis"
+            axes = ", ".join(axis for axis, used in zip(WRENCH, felt, strict=True) if used) or "no axis"
             raise LogError(
                 f"{name}: the wrench on '{foot}' has only {axes}, other axes are always zero; expected "
-                f"{', '.join(AXES[: contact.size])}; {REMEDY}"
+                f"{', '.join(WRENCH[: contact.size])}; {REMEDY}"
             )
 
 

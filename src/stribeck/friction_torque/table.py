@@ -10,8 +10,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from stribeck.friction_torque.foot_wrenches import AXES
 from stribeck.friction_torque.inverse_dynamics import Chunk
+from stribeck.log.readers.channels import WRENCH
 
 
 @contextmanager
@@ -54,7 +54,7 @@ def _make_table(log: int, chunk: Chunk, gains: list[float]) -> pa.Table:
         columns[f"velocity.{joint}"] = _wrap_array(velocity[k])
         columns[f"usable.{joint}"] = _wrap_array(samples.usable[:, k])
     if chunk.wrench.size:
-        for axis, values in zip(AXES, chunk.wrench.T.astype(np.float32), strict=True):
+        for axis, values in zip(WRENCH, chunk.wrench.T.astype(np.float32), strict=True):
             columns[f"ground_reaction.{axis}"] = _wrap_array(values)
     return pa.table(columns)
 

@@ -4,161 +4,37 @@ docs/estimator.md explains the mathematics.
 """
 
 from collections import ChainMap
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
-from itertools import chain
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.base.finding import Finding
-from stribeck.base.spans import Span, listed_spans
+from stribeck.base.spans import Span
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import AUTO, LAWS, FrictionLaw
 from stribeck.friction.auto import AutoLaw
 from stribeck.friction_torque.preparation import PreparedLog, Progress
 from stribeck.judgement.excitation import NOISE_FACTOR
-from stribeck.judgement.joint_fit import JointFit
 from stribeck.judgement.weakness import Criteria
 from stribeck.log import RobotLog
-from stribeck.methods.causes_of_spans import Carried, find_causes_of_spans
+from stribeck.methods.causes_of_spans import find_causes_of_spans
 from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method, Unseen, cut
-from stribeck.methods.corrected import corrected_log, corrected_robot
+from stribeck.methods.corrected import corrected_robot
 from stribeck.methods.moving import joints_that_move
-from stribeck.methods.whole_log_findings import FEW, find_problems
-from stribeck.result import Corrections, Validation
+from stribeck.methods.whole_log_findings import find_problems
+from stribeck.methods.whole_log_fitted import FEW, WholeLog
 from stribeck.robot import Robot
 from stribeck.settings import Priors, Settings
-from stribeck.whole_log.describe import describe_corrections
 from stribeck.whole_log.equations.build import WeakForm, weak_form
 from stribeck.whole_log.equations.equation_sequence import equation_sequence
 from stribeck.whole_log.equations.noise import POSITION_FLOOR, TORQUE_FLOOR, without_spikes
 from stribeck.whole_log.estimate import WholeLogFit, fit_whole_log
-from stribeck.whole_log.fit_checks.competing_causes import Causes, find_causes
-from stribeck.whole_log.terms.selection import JointTerms
-from stribeck.whole_log.uncertainty.intervals import joint_fits
 
 CRITERIA = Criteria(assumes_exact_law=False, shares_shapes=True)
 """Intervals know how little a Stribeck velocity that is not cleared lets them say; shapes have a group prior."""
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class WholeLog:
-    """The fit to whole logs, as the method needs it.
-
-    Attributes
-    ----------
-    fit, columns, couplings
-        The fit, the columns of its joints, and the couplings behind them.
-    robot
-        Robot with the estimated corrections.
-    held_out
-        Rows of each log that `fit.training` has not seen.
-    set_aside, used
-        Spans of each log that are set aside, and used.
-    carried
-        Payloads that explain spans set aside.
-    disturbances
-        Words on the cause of other spans set aside, if it is clear.
-    """
-
-    fit: WholeLogFit
-    columns: NDArray[np.int64]
-    couplings: tuple[str, ...]
-    robot: Robot
-    held_out: Sequence[Sequence[slice]]
-    set_aside: Sequence[Sequence[Span]]
-    used: Sequence[Sequence[Span]]
-    carried: Sequence[Carried] = ()
-    disturbances: Mapping[Span, str] = field(default_factory=dict)
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        """Names of the fitted joints and couplings."""
-        return *(self.robot.joint_names[column] for column in self.columns), *self.couplings
-
-    def corrected(self, log: RobotLog, number: int | None = None) -> RobotLog:
-        """Remove the estimated sensor errors from a log; `number` is its index if it was fitted."""
-        corrections, values = self.fit.fit.model.corrections, self.fit.corrections
-        return corrected_log(log, number, self.robot, self.columns, corrections, values, self.fit.delay)
-
-    @property
-    def fits(self) -> dict[str, JointFit]:
-        """Fits of each joint's friction."""
-        return joint_fits(self.fit, self.joints)
-
-    @property
-    def validations(self) -> dict[str, Validation | None]:
-        """Validation of each joint on held-out segments."""
-        return dict(zip(self.joints, self.fit.validation, strict=True))
-
-    @property
-    def terms(self) -> dict[str, JointTerms]:
-        """Terms of the law "auto", by joint; empty for other laws."""
-        fit = self.fit
-        if not fit.terms:
-            return {}
-        beside, known = fit.beside, fit.statistics
-        numbers = (
-            known.mean_load,
-            known.load_deviation,
-            beside.per_turn,
-            beside.travel,
-            beside.direction,
-            beside.mean_temperature,
-        )
-        columns = [own.tolist() for own in numbers]
-        return {
-            joint: JointTerms(
-                verdicts=verdicts,
-                mean_load=load,
-                load_deviation=deviation,
-                mean_direction=tuple(direction) if np.isfinite(direction).all() else None,
-                per_turn=per_turn,
-                travel=travel,
-                mean_temperature=temperature if np.isfinite(temperature) else None,
-            )
-            for joint, verdicts, load, deviation, per_turn, travel, direction, temperature in zip(
-                self.joints, fit.terms, *columns, strict=True
-            )
-        }
-
-    @cached_property
-    def corrections(self) -> Corrections:
-        """Corrections of model and calibration."""
-        return describe_corrections(self.fit, self.joints, self.robot.joint_names, self.fit.delay)
-
-    @cached_property
-    def causes(self) -> Causes:
-        """Single errors of sensors or model that compete for what the priors do not allow."""
-        fit, names = self.fit, self.robot.joint_names
-        columns = [names.index(joint) if joint in names else -1 for joint in self.joints]
-        limbs = {foot: np.append(self.robot.standing((foot,)), False)[columns] for foot in self.robot.contacts}
-        return find_causes(fit.fit, fit.statistics, limbs, max(1.0, fit.chi_square, fit.heterogeneity))
-
-    @property
-    def notes(self) -> list[str]:
-        """Notes on segments that were skipped, outliers, and compensation by the drives."""
-        read, whole = self.fit.segments, self.fit.of_segments
-        found = [f"{read} of {whole} segments of the log are read, evenly spread."] if read < whole else []
-        if 0 < self.fit.set_aside <= FEW:
-            found.append(f"Outliers are set aside: {listed_spans(list(chain(*self.set_aside)))}.")
-        if self.robot.torque_source == "command":
-            found.append("The commanded torques are assumed to include any friction compensation of the drives.")
-        return found
-
-    @property
-    def disturbed(self) -> str:
-        """Phrase on the spans in which something else acts; "" without any."""
-        return f"from {listed_spans(list(chain(*self.set_aside)))}" if self.fit.set_aside > FEW else ""
-
-    @property
-    def findings(self) -> list[Finding]:
-        """Problems that a user should act on."""
-        return find_problems(self)
 
 
 def identify_whole_log(
@@ -269,7 +145,7 @@ def find(
         couplings=tuple(robot.couplings),
         set_aside=found.set_aside,
         disturbed=found.disturbed,
-        findings=found.findings,
+        findings=find_problems(found),
         notes=[*(note for _, note in cleaned if note), *found.notes],
     )
 

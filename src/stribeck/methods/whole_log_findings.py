@@ -1,9 +1,6 @@
 """Findings on a whole-log fit: errors beyond their covariance, a model far off, delays, and misfits of the law."""
 
-from __future__ import annotations
-
 from itertools import chain
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,14 +9,9 @@ from stribeck.base.spans import exclude_options, listed_spans
 from stribeck.friction.auto import drift
 from stribeck.judgement.curve import BETWEEN_LOGS
 from stribeck.methods.causes import body_text, cause_findings
+from stribeck.methods.whole_log_fitted import FEW, WholeLog
 from stribeck.whole_log.constants import LEAST_FRICTION
 from stribeck.whole_log.fit_checks.misfits import misfit_findings
-
-if TYPE_CHECKING:
-    from stribeck.methods.whole_log import WholeLog
-
-FEW = 0.01
-"""Share of windows that are set aside [1] from which a warning is given."""
 
 FAR = 10.0
 """Corrections [1], in prior standard deviations, from which a warning is given: no real model has such errors."""

@@ -16,7 +16,6 @@ from stribeck.errors import RobotFileError
 
 BASE_FRAME = "stribeck_base"
 """Name of the frame at the robot's own root link, present in every rooted tree."""
-FREE_FLYER = "JointModelFreeFlyer"
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +80,7 @@ class RootedModel:
 
 def is_floating(model: pin.Model) -> bool:
     """Return whether the model's first joint is a free flyer."""
-    return model.njoints > 1 and str(model.joints[1].shortname()) == FREE_FLYER
+    return model.njoints > 1 and str(model.joints[1].shortname()) == "JointModelFreeFlyer"
 
 
 def joint_axis(model: pin.Model, joint: int) -> Axis:

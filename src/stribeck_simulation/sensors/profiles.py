@@ -19,9 +19,8 @@ import numpy as np
 
 from stribeck.errors import SettingsError
 
-DEGREE = np.pi / 180
-MILLI_G = 9.81e-3
-"""One thousandth of standard gravity [m/s^2]."""
+DEGREE, MILLI_G = np.pi / 180, 9.81e-3
+"""One degree [rad] and one thousandth of standard gravity [m/s^2]."""
 
 
 @dataclass(frozen=True, kw_only=True)

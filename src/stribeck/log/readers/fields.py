@@ -11,17 +11,17 @@ from stribeck.log.readers.channels import COMMAND, JOINT_CHANNELS
 from stribeck.log.readers.messages import Part
 from stribeck.settings import LogTable
 
-ROLES = COMMAND | {"external_torque": "torque"}
-"""Channels that a stream contains under the name of another channel until it is known whose they are."""
-
 
 def asked_fields(table: LogTable) -> dict[str, dict[str, list[str]]]:
     """Collect {topic: {name in `[log]`: channels}}."""
     found: dict[str, dict[str, list[str]]] = {}
+    roles = COMMAND | {
+        "external_torque": "torque"
+    }  # under the name of another channel until it is known whose they are
     for channel in JOINT_CHANNELS:
         asked = getattr(table, channel).name or []
         for name in [asked] if isinstance(asked, str) else asked:
-            found.setdefault(name.partition(".")[0], {}).setdefault(name, []).append(ROLES.get(channel, channel))
+            found.setdefault(name.partition(".")[0], {}).setdefault(name, []).append(roles.get(channel, channel))
     return found
 
 

@@ -18,7 +18,6 @@ from stribeck.log.readers.recording import Channel, Recording, foreign, listed
 from stribeck.log.readers.tables import csv_table, find_layout, is_data, parquet_table
 from stribeck.settings import LogTable
 
-SUFFIXES = (".csv", ".parquet")
 USUAL = {*CHANNELS, *(name for names in ALIASES.values() for name in names)}
 """Names that identify a channel."""
 KINDS = dict.fromkeys(JOINT_CHANNELS, "joints") | dict.fromkeys(VECTOR_CHANNELS, "imu")
@@ -44,7 +43,7 @@ class _File:
 
 def tables_in(path: Path) -> list[Path]:
     """List the tables of a folder."""
-    return sorted(file for file in path.iterdir() if file.suffix.lower() in SUFFIXES and file.is_file())
+    return sorted(file for file in path.iterdir() if file.suffix.lower() in (".csv", ".parquet") and file.is_file())
 
 
 def open_folder(path: Path, table: LogTable) -> Recording:

@@ -20,9 +20,6 @@ FEET = ("FR", "FL", "RR", "RL")
 ORDERS: dict[str, dict[str, list[str]]] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
 """Message type -> robot -> joints in the order of the motors; a motor without a joint has no name."""
 
-SYNONYMS = {"torso": "waist_yaw", "elbow_pitch": "elbow", "elbow_roll": "wrist_roll"}
-"""Names of the same joints in some models."""
-
 
 def name_motors(source: Recording, table: LogTable, joints: Sequence[str]) -> tuple[Recording, list[str]]:
     """Name the numbered motors of a source like the robot's joints, and note the assumed order.
@@ -68,7 +65,7 @@ def _normalize(joint: str) -> frozenset[str]:
     abbreviations = {"l": "left", "r": "right"}
     words = [abbreviations.get(word, word) for word in joint.lower().split("_")]
     text = "_".join(word for word in words if word not in ("joint", "leg", ""))
-    for other, name in SYNONYMS.items():
+    for other, name in (("torso", "waist_yaw"), ("elbow_pitch", "elbow"), ("elbow_roll", "wrist_roll")):
         text = text.replace(other, name)
     return frozenset(text.split("_"))
 

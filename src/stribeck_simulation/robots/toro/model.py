@@ -10,8 +10,7 @@ import numpy as np
 from stribeck_simulation.robots import MODELS
 from stribeck_simulation.robots.toro.table import FOOT_SIZE, PELVIS, SIDES, SOLE, Solid, toro_links
 
-MODEL_FILE = MODELS / "toro.xml"
-ROBOT_FILE = MODELS / "toro.toml"
+MODEL_FILE, ROBOT_FILE = MODELS / "toro.xml", MODELS / "toro.toml"
 FOOT_THICKNESS = 0.03
 """Size of the sole's box [m]."""
 

@@ -1,0 +1,136 @@
+"""The fit to whole logs, with its results in the form that the method needs."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import chain
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.base.spans import Span, listed_spans
+from stribeck.judgement.joint_fit import JointFit
+from stribeck.log import RobotLog
+from stribeck.methods.causes_of_spans import Carried
+from stribeck.methods.corrected import corrected_log
+from stribeck.result import Corrections, Validation
+from stribeck.robot import Robot
+from stribeck.whole_log.describe import describe_corrections
+from stribeck.whole_log.estimate import WholeLogFit
+from stribeck.whole_log.fit_checks.competing_causes import Causes, find_causes
+from stribeck.whole_log.terms.selection import JointTerms
+from stribeck.whole_log.uncertainty.intervals import joint_fits
+
+FEW = 0.01
+"""Share of windows that are set aside [1] from which a warning is given."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class WholeLog:
+    """The fit to whole logs, as the method needs it.
+
+    Attributes
+    ----------
+    fit, columns, couplings
+        The fit, the columns of its joints, and the couplings behind them.
+    robot
+        Robot with the estimated corrections.
+    held_out
+        Rows of each log that `fit.training` has not seen.
+    set_aside, used
+        Spans of each log that are set aside, and used.
+    carried
+        Payloads that explain spans set aside.
+    disturbances
+        Words on the cause of other spans set aside, if it is clear.
+    """
+
+    fit: WholeLogFit
+    columns: NDArray[np.int64]
+    couplings: tuple[str, ...]
+    robot: Robot
+    held_out: Sequence[Sequence[slice]]
+    set_aside: Sequence[Sequence[Span]]
+    used: Sequence[Sequence[Span]]
+    carried: Sequence[Carried] = ()
+    disturbances: Mapping[Span, str] = field(default_factory=dict)
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the fitted joints and couplings."""
+        return *(self.robot.joint_names[column] for column in self.columns), *self.couplings
+
+    def corrected(self, log: RobotLog, number: int | None = None) -> RobotLog:
+        """Remove the estimated sensor errors from a log; `number` is its index if it was fitted."""
+        corrections, values = self.fit.fit.model.corrections, self.fit.corrections
+        return corrected_log(log, number, self.robot, self.columns, corrections, values, self.fit.delay)
+
+    @property
+    def fits(self) -> dict[str, JointFit]:
+        """Fits of each joint's friction."""
+        return joint_fits(self.fit, self.joints)
+
+    @property
+    def validations(self) -> dict[str, Validation | None]:
+        """Validation of each joint on held-out segments."""
+        return dict(zip(self.joints, self.fit.validation, strict=True))
+
+    @property
+    def terms(self) -> dict[str, JointTerms]:
+        """Terms of the law "auto", by joint; empty for other laws."""
+        fit = self.fit
+        if not fit.terms:
+            return {}
+        beside, known = fit.beside, fit.statistics
+        numbers = (
+            known.mean_load,
+            known.load_deviation,
+            beside.per_turn,
+            beside.travel,
+            beside.direction,
+            beside.mean_temperature,
+        )
+        columns = [own.tolist() for own in numbers]
+        return {
+            joint: JointTerms(
+                verdicts=verdicts,
+                mean_load=load,
+                load_deviation=deviation,
+                mean_direction=tuple(direction) if np.isfinite(direction).all() else None,
+                per_turn=per_turn,
+                travel=travel,
+                mean_temperature=temperature if np.isfinite(temperature) else None,
+            )
+            for joint, verdicts, load, deviation, per_turn, travel, direction, temperature in zip(
+                self.joints, fit.terms, *columns, strict=True
+            )
+        }
+
+    @cached_property
+    def corrections(self) -> Corrections:
+        """Corrections of model and calibration."""
+        return describe_corrections(self.fit, self.joints, self.robot.joint_names, self.fit.delay)
+
+    @cached_property
+    def causes(self) -> Causes:
+        """Single errors of sensors or model that compete for what the priors do not allow."""
+        fit, names = self.fit, self.robot.joint_names
+        columns = [names.index(joint) if joint in names else -1 for joint in self.joints]
+        limbs = {foot: np.append(self.robot.standing((foot,)), False)[columns] for foot in self.robot.contacts}
+        return find_causes(fit.fit, fit.statistics, limbs, max(1.0, fit.chi_square, fit.heterogeneity))
+
+    @property
+    def notes(self) -> list[str]:
+        """Notes on segments that were skipped, outliers, and compensation by the drives."""
+        read, whole = self.fit.segments, self.fit.of_segments
+        found = [f"{read} of {whole} segments of the log are read, evenly spread."] if read < whole else []
+        if 0 < self.fit.set_aside <= FEW:
+            found.append(f"Outliers are set aside: {listed_spans(list(chain(*self.set_aside)))}.")
+        if self.robot.torque_source == "command":
+            found.append("The commanded torques are assumed to include any friction compensation of the drives.")
+        return found
+
+    @property
+    def disturbed(self) -> str:
+        """Phrase on the spans in which something else acts; "" without any."""
+        return f"from {listed_spans(list(chain(*self.set_aside)))}" if self.fit.set_aside > FEW else ""
