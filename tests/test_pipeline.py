@@ -33,14 +33,6 @@ def test_all_parameters_come_back(arm: Robot, kind: str, tolerance: float) -> No
             assert joint.parameters[name].value == pytest.approx(truth, rel=tolerance)
 
 
-def test_a_still_joint_gets_no_numbers(arm: Robot) -> None:
-    result = identify(arm_log(arm, still="elbow"), arm, method="curve-fit")
-    assert result.joints["elbow"].verdict == "not excited"
-    assert result.joints["elbow"].parameters == {}
-    assert result.joints["elbow"].reason
-    assert result.joints["slide"].verdict == "identified"
-
-
 def test_nothing_moves_nothing_is_identified(arm: Robot) -> None:
     log = arm_log(arm, duration=5)
     rest = replace(log, position=np.zeros_like(log.position), velocity=None, acceleration=None)

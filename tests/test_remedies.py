@@ -67,6 +67,11 @@ def late(log: Log) -> None:
     log["torque"] = np.roll(log["torque"], 3, axis=0)
 
 
+def in_degrees(log: Log) -> None:
+    for channel in ("position", "velocity"):
+        log[channel] *= np.rad2deg(1)
+
+
 def dead(log: Log) -> None:
     log["torque"][:, 2] = 0.01
 
@@ -100,6 +105,7 @@ CASES: dict[str, tuple[str, Callable[[Log], None], str]] = {
     "one gain": ("torque-gain", scaled(0.01, joint=0), ""),
     "clock": ("error", scaled(2.0, "time"), ""),
     "degrees": ("error", scaled(np.rad2deg(1), "position"), ""),
+    "all in degrees": ("error", in_degrees, ""),
     "velocity in degrees": ("error", scaled(np.rad2deg(1), "velocity"), ""),
     "touched": ("set-aside", touched, ""),
     "frozen": ("channel-frozen", frozen, ""),

@@ -52,13 +52,6 @@ class Motion(NamedTuple):
     measured: Array  # acceleration [rad/s^2]
     model: Array  # acceleration [rad/s^2]
 
-    def last_swing(self) -> Motion:
-        """Select the last swing; its time starts at 0."""
-        breaks = np.flatnonzero(np.diff(self.time) > 1.5 * np.min(np.diff(self.time))) + 1
-        first = breaks[-1] if len(breaks) else 0
-        time, *others = (each[first:] for each in self)
-        return Motion(time - time[0], *others)
-
 
 def motions(walk: Simulated, settings: Settings) -> dict[str, Motion]:
     """Compute the motion of each joint of the right leg over all its swings."""
