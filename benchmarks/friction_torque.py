@@ -1,9 +1,8 @@
-"""Time the friction torque of a long log, against a lower bound and against loops that users might write instead.
+"""Time the friction torque of a long log, against a lower bound.
 
     python -m benchmarks.friction_torque
 
-The lower bound is one `rneaInParallel` over the same samples. Per-sample loops are timed on fewer samples. All times
-are per sample, from one run on one machine.
+The lower bound is one `rneaInParallel` over the same samples. All times are per sample, from one run on one machine.
 """
 
 import tempfile
@@ -13,12 +12,9 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
-from studies.dense import dense_friction_torque
 
 from benchmarks.humanoid import FEET, stepping_log, talos
 from benchmarks.report import arguments, report
-from stribeck.base.threads import one_blas_thread
-from stribeck.base.typing import Array
 from stribeck.dynamics.root_motion import standing_root
 from stribeck.dynamics.rooted import THREADS, rooted_inverse_dynamics
 from stribeck.dynamics.state import State
@@ -28,7 +24,6 @@ from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.settings import FilterSettings, Settings
 
-LOOP_SAMPLES = 2000
 REPETITIONS = 5
 
 
@@ -47,14 +42,10 @@ def main() -> None:
         "friction torque from positions, chunk by chunk [us]": best(
             lambda: from_positions(robot, log), 2, options.samples
         ),
-        "per-sample Pinocchio loop [us]": best(lambda: pinocchio_loop(robot, log), 2, LOOP_SAMPLES),
-        "per-sample dense equations (5.10)-(5.13) [us]": best(lambda: dense_loop(robot, log), 2, LOOP_SAMPLES),
     }
     figures["friction torque over the floor"] = own / floor
-    for name in ("friction torque from positions, chunk by chunk", "per-sample Pinocchio loop"):
-        figures[f"{name}, over the floor"] = figures[f"{name} [us]"] / floor
-    figures["dense equations over friction torque"] = figures["per-sample dense equations (5.10)-(5.13) [us]"] / own
-    figures["Pinocchio loop over friction torque"] = figures["per-sample Pinocchio loop [us]"] / own
+    name = "friction torque from positions, chunk by chunk"
+    figures[f"{name}, over the floor"] = figures[f"{name} [us]"] / floor
     report(figures, options.save, options.compare)
 
 
@@ -109,28 +100,6 @@ def from_positions(robot: Robot, log: RobotLog) -> None:
     settings = Settings(filter=FilterSettings(kind="savitzky-golay", window=31))
     for _ in torque_chunks(prepare(log, robot, settings), robot, settings):
         pass
-
-
-def pinocchio_loop(robot: Robot, log: RobotLog) -> None:
-    """Compute the friction torque by a Python loop over `pin.rnea` on the re-rooted model."""
-    rooted = robot.rooted_at(FEET[0])
-    model, data = rooted.model, rooted.model.createData()
-    configuration, velocity, acceleration = pin.neutral(model), np.zeros(model.nv), np.zeros(model.nv)
-    friction: Array = np.empty((LOOP_SAMPLES, len(robot.joint_names)))
-    for k in range(LOOP_SAMPLES):
-        configuration[7:] = log.position[k, rooted.columns]
-        velocity[6:] = log.position[k, rooted.columns]
-        acceleration[6:] = log.position[k, rooted.columns]
-        needed = pin.rnea(model, data, configuration, velocity, acceleration)
-        friction[k, rooted.columns] = log.torque[k, rooted.columns] - needed[6:]
-
-
-def dense_loop(robot: Robot, log: RobotLog) -> None:
-    """Solve the paper's dense equations sample by sample."""
-    rows = slice(0, LOOP_SAMPLES)
-    state = State(log.position[rows], log.position[rows], log.position[rows])
-    with one_blas_thread():
-        dense_friction_torque(robot, (FEET[0],), state, log.torque[rows])
 
 
 if __name__ == "__main__":

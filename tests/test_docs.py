@@ -139,10 +139,11 @@ def test_robot_files_are_valid(block: Block) -> None:
 
 
 def commands() -> list[list[str]]:
-    """Return the stribeck commands of all code, fenced or indented, each once; what two spaces set off is a remark."""
+    """Return the stribeck commands of code and of last columns, each once; what two spaces set off is a remark."""
     found = {}
     for text in PAGES.values():
-        for line in re.findall(r"^(?: {4,})?(?:\$ )?(stribeck .*)$", text, re.MULTILINE):
+        in_tables = re.findall(r"\| `(stribeck .*)` \|$", text, re.MULTILINE)
+        for line in re.findall(r"^(?: {4,})?(?:\$ )?(stribeck .*)$", text, re.MULTILINE) + in_tables:
             words = shlex.split(re.split(r" {2,}", line)[0], comments=True)
             found[" ".join(words)] = words[1:]
     return list(found.values())

@@ -1,8 +1,7 @@
-"""Inspection reports joints with opposite signs, the delay of the torque, and the sampling."""
+"""Inspection reports joints with opposite signs, and the delay of the torque."""
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 from tests.arm import arm_log, write_arm
@@ -52,16 +51,3 @@ def test_a_walking_robot_has_no_delay_and_no_finding() -> None:
     assert {phase[2] for phase in found.phases} == {"left", "right", "left+right"}
     assert found.joints["leg_left_4_joint"].sign == "agrees"
     assert abs(found.joints["leg_left_4_joint"].delay) < 1e-3
-
-
-def test_ranges_and_sampling_are_the_logs(arm: Robot) -> None:
-    log = arm_log(arm)
-    keep = np.ones(len(log.time), dtype=bool)
-    keep[3000:3300] = False
-    found = inspect_log(log.take(keep), arm)
-    assert found.rate == pytest.approx(1000)
-    assert found.jitter == 0
-    assert found.gaps == [(pytest.approx(2.999), pytest.approx(3.3))]
-    for k, joint in enumerate(found.joints.values()):
-        assert joint.position_range == (log.position[keep, k].min(), log.position[keep, k].max())
-        assert joint.torque_range == (log.torque[keep, k].min(), log.torque[keep, k].max())

@@ -148,16 +148,6 @@ def late(found, truth):
 
 
 class TestFlags:
-    def test_biped_walk(self):
-        gait = biped()
-        log = gait.log(BIPED, contact=gait.standing)
-        found = find_support_phases(log, Walker(BIPED), whole(log), AUTO)
-        assert found.source == "flags"
-        assert [phase.kind for phase in found.phases] == ["double", *(["single", "double"] * 8)]
-        assert [phase.feet for phase in found.phases[1::4]] == [("right_foot",)] * 4
-        assert [phase.feet for phase in found.phases[3::4]] == [("left_foot",)] * 4
-        np.testing.assert_array_equal(standing_of(found, BIPED, len(log.time)), gait.standing)
-
     def test_trimming(self):
         gait = biped()
         log = gait.log(BIPED, contact=gait.standing)
