@@ -1,8 +1,6 @@
 """Logs of position commands in folders, as users have them; each function returns the ground truth."""
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 from tests.commanded import ARM, LEGS, QUADRUPED, arm_drives, arm_log, clamped_log, leg_drives, write_robot
 from tests.log.readers.test_lerobot import dataset
 from tests.trotting import trot
@@ -61,17 +59,4 @@ def trotting_quadruped(folder, keys=GAINS, flags=True, **settings):
     path = folder / "robot.toml"
     feet = "".join(f'{foot} = {{ frame = "{foot}", kind = "point" }}\n' for foot in LEGS)
     path.write_text(path.read_text().replace('base = "fixed"\n', "") + f"\n[contacts]\n{feet}")
-    return drives
-
-
-def two_clocks(folder, seed=21, latency=0.012, seconds=40.0, policy=50.0, rate=200.0):
-    """Write the hobby arm's log as a folder of tables, `run`, whose commands have slower stamps."""
-    drives = arm_drives(seed, latency)
-    log = arm_log(drives, seed, seconds, policy, rate)
-    (folder / "run").mkdir()
-    for channel in ("position", "velocity", "desired_position"):
-        rows = slice(None, None, round(rate / policy) if channel == "desired_position" else 1)
-        columns = {"time": log["time"][rows]} | dict(zip(drives, log[channel][rows].T, strict=True))
-        pq.write_table(pa.table(columns), folder / "run" / f"{channel}.parquet")
-    write_robot(folder, ARM, drives)
     return drives

@@ -8,6 +8,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
 from hypothesis import settings
+from tests.arm import write_arm
+
+from stribeck import Robot
 
 # The same examples in every run: a change is judged by what it changed; `make fuzz` looks for new ones.
 settings.register_profile("repeatable", derandomize=True)
@@ -22,3 +25,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Start with the longest tests, and exclude existing objects from garbage collection."""
     items.sort(key=lambda item: (*LONGEST, item.path.name).index(item.path.name))
     gc.freeze()
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> Robot:
+    """The arm of `tests.arm`, from a folder of its own."""
+    return Robot.from_file(write_arm(tmp_path_factory.mktemp("arm")))

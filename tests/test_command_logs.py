@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from tests.command_logs import clamped_quadruped, hobby_arm, lerobot_arm, trotting_quadruped, two_clocks
 from tests.commanded import ARM, QUADRUPED, STEP, acting, arm_drives, leg_drives, logged, multisine
 
-from stribeck import Robot, read_log
+from stribeck import Robot
 from stribeck.dynamics.rooted import rooted_inverse_dynamics
 
 POLICY = 50.0  # [Hz]
@@ -30,16 +29,3 @@ def test_torques_of_late_commands_move_links_and_rotors_and_overcome_friction(pa
     left = torque - rigid - viscous * v - coulomb * np.sign(v)
     for k, joint in enumerate(drives):
         assert np.sqrt(np.mean(left[moving[:, k], k] ** 2)) < 0.05 * coulomb[k], joint
-
-
-@pytest.mark.parametrize("write", [hobby_arm, lerobot_arm, clamped_quadruped, trotting_quadruped, two_clocks])
-def test_logs_are_read_with_their_robot_files(write, tmp_path):
-    drives = write(tmp_path, seconds=2.0)
-    text = (tmp_path / "robot.toml").read_text()
-    if "kd" not in text:  # a log without velocities
-        (tmp_path / "robot.toml").write_text(text.replace("kp =", "kd = 0.0\nkp ="))
-    path = next(path for name in ("log.npz", "dataset", "run") if (path := tmp_path / name).exists())
-    log = read_log(path, Robot.from_file(tmp_path / "robot.toml"))
-    assert log.joint_names == tuple(drives)
-    assert np.ptp(log.time) > 1.5
-    assert np.abs(log.torque).max() < 60

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 from scipy.interpolate import CubicSpline
-from tests.arm import arm_log, write_arm
+from tests.arm import arm_log
 from tests.models import POSTURES, example_robot
 
 from stribeck import Robot
@@ -12,11 +12,6 @@ from stribeck.audit.inspection import inspect_log
 from stribeck.friction import get_law
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.sensors.measure import with_noise
-
-
-@pytest.fixture(scope="module")
-def arm(tmp_path_factory: pytest.TempPathFactory) -> Robot:
-    return Robot.from_file(write_arm(tmp_path_factory.mktemp("arm")))
 
 
 @pytest.mark.parametrize("inverted", [(), (1,), (0, 2)])

@@ -17,11 +17,6 @@ from stribeck.replay.replay import replay
 from stribeck.settings import FilterSettings, LogTable
 
 
-@pytest.fixture(scope="module")
-def arm(tmp_path_factory: pytest.TempPathFactory) -> Robot:
-    return Robot.from_file(write_arm(tmp_path_factory.mktemp("arm")))
-
-
 @pytest.mark.parametrize(("kind", "tolerance"), [("log", 1e-6), ("auto", 0.01), ("savitzky-golay", 0.01)])
 def test_all_parameters_come_back(arm: Robot, kind: str, tolerance: float) -> None:
     window = 15 if kind == "savitzky-golay" else None

@@ -5,7 +5,7 @@ import math
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.arm import arm_log, write_arm
+from tests.arm import arm_log
 
 from stribeck import identify
 from stribeck.cli.options import with_settings
@@ -64,11 +64,6 @@ def test_every_number_has_a_range(key: str, value: float) -> None:
 def test_text_without_quotes_is_text() -> None:
     chosen = with_settings(Settings(), {}, ["law=asymmetric", "filter.kind=butterworth", "fit_armature=['elbow']"])
     assert (chosen.law, chosen.filter.kind, chosen.fit_armature) == ("asymmetric", "butterworth", ["elbow"])
-
-
-@pytest.fixture(scope="module")
-def arm(tmp_path_factory: pytest.TempPathFactory) -> Robot:
-    return Robot.from_file(write_arm(tmp_path_factory.mktemp("arm")))
 
 
 @pytest.mark.parametrize("assignment", ["block=1e-9", "holdout=100000", "rest=0", "filter.order=12", "loss=cauchy"])

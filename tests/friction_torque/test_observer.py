@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from scipy.signal import lfilter
-from tests.arm import TRUTH, arm_log, write_arm
+from tests.arm import TRUTH, arm_log
 from tests.models import POSTURES, STRIBECK, example_robot
 
 from stribeck import LogError, MomentumObserver, Robot, Settings, SettingsError, identify
@@ -25,11 +25,6 @@ from stribeck_simulation.sensors.measure import with_noise
 
 PERIOD = 1e-3
 EXACT = FilterSettings(kind="log")
-
-
-@pytest.fixture(scope="module")
-def arm(tmp_path_factory: pytest.TempPathFactory) -> Robot:
-    return Robot.from_file(write_arm(tmp_path_factory.mktemp("arm")))
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,6 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from studies.held_out import predicted_torque
-from tests.arm import write_arm
 from tests.models import POSTURES, example_robot
 from tests.result.made import of_one_log
 
@@ -39,11 +38,6 @@ def wrong(robot: Robot, seed: int = 0) -> Robot:
 
 def settings(**own: object) -> Settings:
     return Settings.model_validate({"method": "direct", "law": LAW, **own})
-
-
-@pytest.fixture(scope="module")
-def arm(tmp_path_factory: pytest.TempPathFactory) -> Robot:
-    return Robot.from_file(write_arm(tmp_path_factory.mktemp("arm")))
 
 
 @pytest.fixture(scope="module")

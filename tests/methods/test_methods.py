@@ -12,7 +12,7 @@ from unittest import mock
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from tests.arm import TRUTH, arm_log, save_npz, write_arm
+from tests.arm import TRUTH, arm_log, save_npz
 from tests.cli.test_cli import run
 
 from stribeck import Robot, Settings, identify
@@ -45,11 +45,6 @@ ON_AN_ARM = {
 }
 ON_AN_ARM |= {"holdout": 4, "corrections": "none", "observer_bandwidth": 5.0, "regression": "robust"}
 OTHER |= ON_AN_ARM
-
-
-@pytest.fixture(scope="module")
-def arm(tmp_path_factory: pytest.TempPathFactory) -> Robot:
-    return Robot.from_file(write_arm(tmp_path_factory.mktemp("arm")))
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.arm import arm_log, write_arm
+from tests.arm import arm_log
 
 from stribeck import Robot, Settings, identify
 from stribeck.friction import get_law
@@ -10,13 +10,6 @@ from stribeck.friction_torque.preparation import prepare, quiet
 from stribeck.friction_torque.stage import FrictionTorqueStage
 from stribeck.log import RobotLog
 from stribeck.methods import METHODS, Fitted
-
-
-@pytest.fixture(scope="module")
-def arm(tmp_path_factory: pytest.TempPathFactory) -> Robot:
-    place = tmp_path_factory.mktemp("arm")
-    write_arm(place)
-    return Robot.from_file(place / "robot.toml")
 
 
 @pytest.fixture(scope="module")

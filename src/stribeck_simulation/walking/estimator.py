@@ -38,15 +38,11 @@ class AttitudeFilter:
         Initial headings of the feet [rad].
     period
         Sampling period [s].
-    gains
-        Correction rates.
     """
 
-    def __init__(
-        self, rotation: Array, headings: Sequence[float], period: float, gains: AttitudeGains | None = None
-    ) -> None:
+    def __init__(self, rotation: Array, headings: Sequence[float], period: float) -> None:
         self.rotation, self.headings, self.period = rotation, list(headings), period
-        self.gains = gains or AttitudeGains()
+        self.gains = AttitudeGains()
 
     def turn(self, spin: Array) -> Array:
         """Integrate the gyroscope over one period; return the rotation from the base to the world, shape (3, 3).
@@ -128,10 +124,8 @@ class StateEstimator:
     height.
     """
 
-    def __init__(
-        self, dynamics: Dynamics, configuration: Array, period: float, gains: EstimatorGains | None = None
-    ) -> None:
-        self.dynamics, self.period, self.gains = dynamics, period, gains or EstimatorGains()
+    def __init__(self, dynamics: Dynamics, configuration: Array, period: float) -> None:
+        self.dynamics, self.period, self.gains = dynamics, period, EstimatorGains()
         self.configuration = configuration.copy()
         self.velocity = np.zeros(dynamics.model.nv)
         self._data = dynamics.model.createData()
