@@ -19,7 +19,7 @@ Of 32 faults in the log of a UR5 with a wrong model, the findings name the cause
 Of 33 faults in the walk of a quadruped, they name the cause of 20; three causes are wrong, and four faults of torques
 leave a joint that is called identified although it is wrong. No remedy, applied as printed, makes a joint worse.
 Of 45 faults in a simulated walk of the G1, on which no threshold was chosen, the findings name the cause of 38, and the
-cause of one is wrong. Without a fault, both walks have no finding, and that of the UR5 is its wrong model
+cause of one is wrong. Without a fault, the walks have no finding, and the UR5 has one: its model is wrong
 (`python -m studies.first_hour --save studies/first_hour.json`). Friction that drives compensate is not detected.
 
 *Generated from `src/stribeck/base/findings.toml`.*

@@ -23,18 +23,14 @@ from stribeck.log.robot_log import RobotLog
 from stribeck.robot import Robot
 from stribeck.robot.rooting import RootedModel
 
-CLOSED = 1e-12
-"""Gap [m], [rad], or step [rad], [m], below which Gauss-Newton ends."""
-OPEN = 1e-3
-"""Largest gap [m], [rad] that is explained by the digits of a model."""
+CLOSED, OPEN = 1e-12, 1e-3
+"""Gap [m], [rad], or step, below which Gauss-Newton ends, and largest gap that the digits of a model explain."""
 MOST_STEPS = 30
 """Largest number of Gauss-Newton steps per sample; three are usual."""
 STRIDE = 0.05
 """Largest step of independent joints [rad], [m] between two solutions; larger ones may reach another branch."""
-RANK = 1e-6
-"""Relative tolerance of singular values [1]; smaller ones belong to redundant constraints or to a dead center."""
-ROUNDED = 1e-3
-"""Relative tolerance of singular values [1] in models with rounded axes; smaller ones are no constraint."""
+RANK, ROUNDED = 1e-6, 1e-3
+"""Relative tolerances of singular values [1]: of redundant constraints or a dead center, and of rounded axes."""
 
 
 @dataclass(frozen=True, eq=False)
