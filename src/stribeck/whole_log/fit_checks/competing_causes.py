@@ -154,10 +154,28 @@ def find_causes(fit: Fit, statistics: Statistics, limbs: Mapping[str, NDArray[np
     tests.sort(key=lambda cause: -cause.evidence)
     leading = tests[0].kind if tests else ""
     rivals = [cause for cause in tests if cause.evidence > RIVAL * tests[0].evidence]
+    if leading == "gain" and len(rivals) == 1:
+        rivals += _second_gains(score, causes, rivals[0], discount, noise)
     if not tests or tests[0].evidence < max(LEAST, SHARE * strain):
         rivals = []
     scale = min((float(score.test(each)[2][0]) for kind, _, each, _ in causes if kind == "scale"), default=0.0)
     return Causes(rivals, leading, scale, fit.corrections[model.layout.part("bodies")].reshape(-1, SIZE))
+
+
+def _second_gains(score: _Score, causes: list[Columns], first: Cause, discount: float, noise: float) -> list[Cause]:
+    """Find other gains that are wrong, too: one remedy at a time would move the error of one torque to others."""
+    (along,) = (columns for kind, places, columns, _ in causes if (kind, places) == (first.kind, first.places))
+    found = []
+    for kind, places, columns, least in causes:
+        if kind != "gain" or len(places) > 1 or set(places) & set(first.places):
+            continue
+        _, values, errors = score.test(np.hstack([along, columns]))
+        if not errors.all():
+            continue
+        evidence, values, errors = _without_noise(values[1:], errors[1:], noise)
+        if evidence > LEAST * discount and abs(values[0]) > least:
+            found.append(Cause(kind=kind, places=places, evidence=evidence / discount, values=values, errors=errors))
+    return found
 
 
 def _without_noise(values: Array, errors: Array, noise: float) -> tuple[float, Array, Array]:
