@@ -179,9 +179,9 @@ def position_and_velocity_units(log: RobotLog, robot: Robot) -> list[tuple[str, 
 
 
 def normalized_ranges(log: RobotLog, robot: Robot) -> dict[str, tuple[float, float]]:
-    """Compute the range of each joint of -100 to 100 [rad] if positions may be shares of it, as LeRobot writes them.
+    """Compute the positions [rad] that -100 and 100 mean by joint, if the log may have LeRobot's shares of a range.
 
-    Grippers are written as 0 to 100.
+    A gripper has shares from 0 to 100.
     """
     low, high = robot.position_limits
     lowest, highest = np.nanmin(log.position, axis=0), np.nanmax(log.position, axis=0)

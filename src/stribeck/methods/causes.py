@@ -8,19 +8,18 @@ from stribeck.audit.scale import scale_line
 from stribeck.base.finding import Finding
 from stribeck.base.typing import Array
 from stribeck.robot import Robot
-from stribeck.whole_log.fit_checks.competing_causes import Cause
+from stribeck.whole_log.fit_checks.competing_causes import Cause, Causes
 from stribeck.whole_log.weak_equations import CorrectionLayout
 
 
-def cause_findings(
-    rivals: Sequence[Cause], robot: Robot, joints: Sequence[str], model: CorrectionLayout
-) -> list[Finding]:
-    """Report the cause, or the list of causes that explain the residual about equally well."""
-    findings = [_finding(cause, robot, joints, model) for cause in rivals]
+def cause_findings(causes: Causes, robot: Robot, joints: Sequence[str], model: CorrectionLayout) -> list[Finding]:
+    """Report the cause, the causes that explain the residual about equally well, or all wrong gains."""
+    findings = [_finding(cause, robot, joints, model) for cause in (*causes.rivals, *causes.more_gains)]
     if len(findings) < 2:
         return findings
+    check = "several-causes.gains" if causes.more_gains else "several-causes"
     named = tuple(dict.fromkeys(joint for finding in findings for joint in finding.joints))
-    return [Finding.of("several-causes", named, causes="; ".join(f"{each.check}: {each.text}" for each in findings))]
+    return [Finding.of(check, named, causes="; ".join(f"{each.check}: {each.text}" for each in findings))]
 
 
 def _finding(cause: Cause, robot: Robot, joints: Sequence[str], model: CorrectionLayout) -> Finding:

@@ -80,7 +80,7 @@ def _of_causes(found: WholeLog) -> list[Finding]:
     fit = found.fit
     if fit.chi_square > UNEXPLAINED:
         return []
-    problems = cause_findings(found.causes.rivals, found.robot, found.joints, fit.fit.model.corrections)
+    problems = cause_findings(found.causes, found.robot, found.joints, fit.fit.model.corrections)
     moved = float(np.max(fit.components.root[:3], initial=0.0))
     return problems or [Finding.of("base-moves", acceleration=moved)] * (moved > MOVING)
 

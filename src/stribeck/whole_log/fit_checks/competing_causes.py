@@ -39,7 +39,7 @@ FAR = 5.0
 """Smallest size of a cause in prior standard deviations of the same error [1]."""
 
 SURE = 4.0
-"""Smallest size of a wrong gain in standard errors [1]: a remedy needs the gain to within a half."""
+"""Smallest size of the first wrong gain in standard errors [1], so that its interval is half as wide as its size."""
 
 HEAVIEST = 5.0
 """Largest factor between the mass of a body and its mass in the model [1]."""
@@ -77,6 +77,8 @@ class Causes:
     ----------
     rivals
         The cause, or several that explain the residual about equally well.
+    more_gains
+        Other wrong gains, if the cause is a gain.
     leading
         Kind of the cause with the largest evidence, also if that is too small; "" without any.
     scale_error
@@ -86,6 +88,7 @@ class Causes:
     """
 
     rivals: list[Cause]
+    more_gains: list[Cause]
     leading: str
     scale_error: float
     bodies: Array
@@ -154,16 +157,18 @@ def find_causes(fit: Fit, statistics: Statistics, limbs: Mapping[str, NDArray[np
     tests.sort(key=lambda cause: -cause.evidence)
     leading = tests[0].kind if tests else ""
     rivals = [cause for cause in tests if cause.evidence > RIVAL * tests[0].evidence]
-    if leading == "gain" and len(rivals) == 1:
-        rivals += _second_gains(score, causes, rivals[0], discount, noise)
     if not tests or tests[0].evidence < max(LEAST, SHARE * strain):
         rivals = []
+    more = _more_gains(score, causes, rivals[0], discount, noise) if len(rivals) == 1 and leading == "gain" else []
     scale = min((float(score.test(each)[2][0]) for kind, _, each, _ in causes if kind == "scale"), default=0.0)
-    return Causes(rivals, leading, scale, fit.corrections[model.layout.part("bodies")].reshape(-1, SIZE))
+    return Causes(rivals, more, leading, scale, fit.corrections[model.layout.part("bodies")].reshape(-1, SIZE))
 
 
-def _second_gains(score: _Score, causes: list[Columns], first: Cause, discount: float, noise: float) -> list[Cause]:
-    """Find other gains that are wrong, too: one remedy at a time would move the error of one torque to others."""
+def _more_gains(score: _Score, causes: list[Columns], first: Cause, discount: float, noise: float) -> list[Cause]:
+    """Test every other gain together with the first one.
+
+    A correction of the first alone would move the errors of other gains to more joints.
+    """
     (along,) = (columns for kind, places, columns, _ in causes if (kind, places) == (first.kind, first.places))
     found = []
     for kind, places, columns, least in causes:
