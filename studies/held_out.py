@@ -18,7 +18,6 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
@@ -26,11 +25,12 @@ from stribeck import Robot, identify, read_log
 from stribeck.audit.command_delay import command_delays
 from stribeck.base.typing import Array
 from stribeck.dynamics.rooted import rooted_inverse_dynamics
+from stribeck.exporters.links import with_bodies
 from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
 from stribeck.log.interpolation import linear, with_command_delay
 from stribeck.log.sampling import regularise
-from stribeck.result import BodyCorrection, JointResult, Result
+from stribeck.result import JointResult, Result
 from studies.command import Row, command, real_robot, rounded
 from studies.markdown import markdown_table
 
@@ -73,21 +73,6 @@ def with_torques(logs: Sequence[RobotLog], unseen: RobotLog, robot: Robot) -> tu
     return found, last
 
 
-def corrected(robot: Robot, result: Result) -> Robot:
-    """Replace a robot's inertias by the inertias of a result."""
-    model = pin.Model(robot.tree.model)
-    for name, body in (result.corrections.bodies if result.corrections else {}).items():
-        model.inertias[model.getJointId(name)] = _inertia(body)
-    return replace(robot, tree=replace(robot.tree, model=model))
-
-
-def _inertia(body: BodyCorrection) -> pin.Inertia:
-    mass, (x, y, z) = body.mass[1], body.centre_of_mass[1]
-    about_joint = np.array(body.inertia[1])
-    about_joint += mass * np.array([y * y + z * z, -x * y, x * x + z * z, -x * z, -y * z, x * x + y * y])
-    return pin.Inertia.FromDynamicParameters(np.array([mass, mass * x, mass * y, mass * z, *about_joint]))
-
-
 def missing_rotor(robot: Robot, joint: JointResult, column: int) -> float:
     """Return the estimated rotor inertia minus the model's [kg m^2]."""
     found = joint.parameters.get("armature")
@@ -108,7 +93,7 @@ def predicted_torque(
     Without a result, the model determines the torques. A lowpass, given as second-order sections, filters the load that
     friction depends on. With a sampling period [s], friction builds up after reversals.
     """
-    believed = corrected(robot, result) if result else robot
+    believed = with_bodies(robot, result.corrections) if result else robot
     needed = rooted_inverse_dynamics(believed.tree, position, velocity, acceleration, None)[1]
     load = needed if lowpass is None else sosfiltfilt(lowpass, needed, axis=0)
     found, said = needed.copy(), np.ones(needed.shape[1], dtype=bool)

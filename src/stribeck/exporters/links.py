@@ -1,4 +1,4 @@
-"""New inertias of a model file's links, from the corrected bodies.
+"""New inertias of a robot, and of a model file's links, from the corrected bodies.
 
 Pinocchio merges links that are fixed to each other, or whose joints the robot file locks, into one body. A log cannot
 distinguish them, so they share the correction. Let P be the pseudo-inertia of the body, P' its estimate, and A the
@@ -7,6 +7,7 @@ physically possible. Light links keep their inertia, and the heaviest link gets 
 """
 
 from collections import defaultdict
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
@@ -40,10 +41,10 @@ def corrected_links(robot: Robot, corrections: Corrections) -> tuple[dict[str, p
     found: dict[str, pin.Inertia] = {}
     impossible = []
     for joint, body in corrections.bodies.items():
-        require_same_body(tree, joint, body, robot.model_path)
+        _require_same_body(tree, joint, body, robot.model_path)
         links = poses[int(tree.getJointId(joint))]
         before = np.stack([pose @ inertias[name] @ pose.T for name, pose in links.items()])
-        wanted = of_body(body, 1)
+        wanted = _of_body(body, 1)
         after = share(before, wanted)
         if not _agree(after.sum(axis=0), wanted):
             impossible.append(joint)
@@ -52,6 +53,22 @@ def corrected_links(robot: Robot, corrections: Corrections) -> tuple[dict[str, p
                 back = np.linalg.inv(pose)
                 found[name] = pin.Inertia.FromPseudoInertia(pin.PseudoInertia.FromMatrix(back @ new @ back.T))
     return found, impossible
+
+
+def with_bodies(robot: Robot, corrections: Corrections | None) -> Robot:
+    """Replace the bodies of a robot by the estimates of a result.
+
+    Raises
+    ------
+    SettingsError
+        If the corrections belong to another model.
+    """
+    model = pin.Model(robot.tree.model)
+    for name, body in (corrections.bodies if corrections else {}).items():
+        _require_same_body(model, name, body, robot.model_path)
+        estimate = pin.PseudoInertia.FromMatrix(_of_body(body, 1))
+        model.inertias[model.getJointId(name)] = pin.Inertia.FromPseudoInertia(estimate)
+    return replace(robot, tree=replace(robot.tree, model=model))
 
 
 def _inertias_of_links(file: pin.Model) -> dict[str, Array]:
@@ -77,7 +94,7 @@ def _inertias_of_links(file: pin.Model) -> dict[str, Array]:
     return inertias | {name: back @ rest[joint] @ back.T for joint, (name, back) in own.items()}
 
 
-def require_same_body(tree: pin.Model, joint: str, body: BodyCorrection, where: str) -> None:
+def _require_same_body(tree: pin.Model, joint: str, body: BodyCorrection, where: str) -> None:
     """Check that a body belongs to the model and that its values are plausible."""
     numbers = np.concatenate([body.mass, *body.centre_of_mass, *body.inertia])
     if min(body.mass) < 1 / LARGEST or np.abs(numbers).max() > LARGEST:
@@ -89,7 +106,7 @@ def require_same_body(tree: pin.Model, joint: str, body: BodyCorrection, where: 
     if not tree.existJointName(joint):
         raise SettingsError(f"{where}: the result corrects the body of joint '{joint}', which is missing; {expected}")
     own = tree.inertias[tree.getJointId(joint)]
-    if not _agree(_pseudo(own), of_body(body, 0)):
+    if not _agree(_pseudo(own), _of_body(body, 0)):
         raise SettingsError(
             f"{where}: the inertia of the body of joint '{joint}' differs from the model of the result "
             f"({own.mass:.6g} kg instead of {body.mass[0]:.6g} kg); {expected}, unchanged"
@@ -105,7 +122,7 @@ def _pseudo(inertia: pin.Inertia) -> Array:
     return np.asarray(inertia.toPseudoInertia().toMatrix())
 
 
-def of_body(body: BodyCorrection, which: int) -> Array:
+def _of_body(body: BodyCorrection, which: int) -> Array:
     """Compute the pseudo-inertia of a body before (0) or after (1) the correction, shape (4, 4)."""
     point = np.append(body.centre_of_mass[which], 1.0)
     about_centre = pseudo_inertia(np.array([0.0, 0.0, 0.0, 0.0, *body.inertia[which]]))

@@ -1,14 +1,11 @@
 """Identified friction of all joints at once, as the baseline of a robot in service."""
 
-from dataclasses import replace
-
 import numpy as np
-import pinocchio as pin
 from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
-from stribeck.exporters.links import of_body, require_same_body
+from stribeck.exporters.links import with_bodies
 from stribeck.friction import LawWithState, Stribeck, get_law
 from stribeck.friction.auto import JUMP, beyond_velocity
 from stribeck.friction.terms import BEYOND_VELOCITY
@@ -121,23 +118,19 @@ def _residual(joint: JointResult) -> float:
     return known or joint.curve[1].value
 
 
-def corrected_robot(robot: Robot, result: Result) -> Robot:
-    """Replace inertias and armatures of a robot by the estimates of a result.
+def with_estimates(robot: Robot, result: Result) -> Robot:
+    """Replace bodies and armatures of a robot by the estimates of a result.
 
     Raises
     ------
     SettingsError
         If the corrections belong to another model.
     """
-    model = pin.Model(robot.tree.model)
-    for name, body in (result.corrections.bodies if result.corrections else {}).items():
-        require_same_body(model, name, body, robot.model_path)
-        model.inertias[model.getJointId(name)] = pin.Inertia.FromPseudoInertia(
-            pin.PseudoInertia.FromMatrix(of_body(body, 1))
-        )
+    robot = with_bodies(robot, result.corrections)
+    model = robot.tree.model
     armature = np.array(model.armature)
     for name, joint in result.joints.items():
         if "armature" in joint.parameters:
             armature[model.joints[model.getJointId(name)].idx_v] = joint.parameters["armature"].value
     model.armature = armature
-    return replace(robot, tree=replace(robot.tree, model=model))
+    return robot

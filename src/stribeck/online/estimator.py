@@ -24,7 +24,7 @@ from stribeck.errors import LogError, SettingsError
 from stribeck.friction_torque.contact_modes import StandingFeet, next_mode
 from stribeck.friction_torque.log_observer import GAP
 from stribeck.online.alarms import Alarm, Watchdog
-from stribeck.online.baseline import Baseline, corrected_robot
+from stribeck.online.baseline import Baseline, with_estimates
 from stribeck.online.kalman import JointFilters
 from stribeck.online.motion import Base, Tree
 from stribeck.online.state import load_state, save_state
@@ -123,7 +123,7 @@ class OnlineFriction:
             raise SettingsError(f"hours_per_false_alarm is {hours_per_false_alarm!r}; expected 1 to 1,000,000 h")
         if robot.loops:
             raise SettingsError(f"{robot.path or robot.name}: online estimation does not support closed loops")
-        self.robot, self.baseline = corrected_robot(robot, result), Baseline(result, robot)
+        self.robot, self.baseline = with_estimates(robot, result), Baseline(result, robot)
         self.result, self._period, self._joints = result, 1 / rate, len(robot.joint_names)
         known, names = result.corrections or Corrections(chi_square=1.0), robot.joint_names
         self._gain = np.array([1 - known.torque_gain.get(name, (0.0,))[0] for name in names])
