@@ -237,7 +237,7 @@ def test_a_change_of_all_joints_is_named_as_one(change: float, viscous: float) -
 def test_wrong_calls_are_refused(robot: Robot, result: Result) -> None:
     with pytest.raises(SettingsError, match="rate is 0"):
         OnlineFriction(result, robot, 0.0)
-    with pytest.raises(SettingsError, match="none of G1"):
+    with pytest.raises(SettingsError, match="no joint of G1"):
         OnlineFriction(result, replace(example_robot("g1"), name="G1"), RATE)
     online = OnlineFriction(result, robot, RATE)
     with pytest.raises(LogError, match=r"torque: found shape \(2,\)"):

@@ -102,7 +102,7 @@ def rehearse(
         try:
             before = run(log, machine, progress=progress) if log else None
         except StribeckError:
-            before = None  # a log of which nothing is found still has motion and noise
+            before = None  # motion and noise of the log are known without a result
         motion = motion_of_log(machine, log, before) if log else first_motion(machine, duration)
         machine = measured_robot(machine)
         noise = motion.position_noise, motion.torque_noise

@@ -99,7 +99,7 @@ class Watchdog:
         self.reference, self.learned = np.zeros((joints, 2)), np.zeros(joints)
         self.payload = np.zeros(2)  # relative mass, and the duration that it averages
         self.active = np.zeros(joints + 2, dtype=bool)
-        self.beyond, self.within, self.calm = np.zeros((3, joints + 2))
+        self.large, self.small, self.normal_until = np.zeros((3, joints + 2))
 
     def check(
         self, time: float, changes: Array, covariance: Array, moved: NDArray[np.bool_], payload: tuple[float, float]
@@ -173,10 +173,10 @@ class Watchdog:
         """Raise and clear alarms with hysteresis."""
         a, b = self._quantiles
         limit, size = np.sqrt(a**2 * normal + b**2 * random), np.abs(change)
-        self.calm = np.where(seen & (size < limit / 2), time, self.calm)
-        self.beyond = np.where(seen, (self.beyond + 1) * (size > limit), self.beyond)
-        self.within = np.where(seen, (self.within + 1) * (size < limit / 2), self.within)
-        raised, cleared = ~self.active & (self.beyond > RAISED), self.active & (self.within > CLEARED)
+        self.normal_until = np.where(seen & (size < limit / 2), time, self.normal_until)
+        self.large = np.where(seen, (self.large + 1) * (size > limit), self.large)
+        self.small = np.where(seen, (self.small + 1) * (size < limit / 2), self.small)
+        raised, cleared = ~self.active & (self.large > RAISED), self.active & (self.small > CLEARED)
         self.active = (self.active | raised) & ~cleared
         sureness = 2 * ndtr(size / np.sqrt(normal + random)) - 1
         kinds: list[Kind] = [*["joint"] * len(self._names), "all joints", "payload"]  # type: ignore[list-item]
@@ -186,7 +186,7 @@ class Watchdog:
                 name=(*self._names, *kinds[-2:])[k],
                 raised=bool(raised[k]),
                 time=time,
-                since=float(self.calm[k]),
+                since=float(self.normal_until[k]),
                 change=float(change[k] * (self._mass if k == len(change) - 1 else 1.0)),
                 sureness=float(sureness[k]),
             )

@@ -50,8 +50,8 @@ class Baseline:
     def __init__(self, result: Result, robot: Robot) -> None:
         if strange := [name for name in result.joints if name not in robot.joint_names]:
             raise SettingsError(
-                f"{result.path or 'result'}: joint '{strange[0]}' is none of {robot.name}; expected a result of this "
-                "robot"
+                f"{result.path or 'result'}: joint '{strange[0]}' is no joint of {robot.name}; expected a result "
+                "of this robot"
             )
         coupled = set().union(*(coupling.joints for coupling in result.couplings.values()))
         found = {name: own for name, own in result.joints.items() if _is_tracked(own) and name not in coupled}
@@ -107,13 +107,13 @@ class Baseline:
 
 
 def _is_tracked(joint: JointResult) -> bool:
-    """Return whether a joint has friction in N m or N whose change can be observed."""
+    """Check whether a joint has friction in N m or N whose change can be observed."""
     enough = joint.verdict in ("identified", "weak") and len(joint.curve) == 3 and joint.torque_unit is None
     return enough and min(point.value for point in joint.curve) > 0
 
 
 def _residual(joint: JointResult) -> float:
-    """Return the torque that the joint's friction does not explain [N m], [N]."""
+    """Find the torque that the joint's friction does not explain [N m], [N]."""
     known = joint.residual_rms or (joint.validation.rms if joint.validation else None)
     return known or joint.curve[1].value
 

@@ -10,8 +10,6 @@ All work on windows starts and ends with samples of the stream, so the result do
 
 from __future__ import annotations
 
-from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
@@ -19,12 +17,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stribeck.base.typing import Array
-from stribeck.contact.phases import HUNG
-from stribeck.errors import LogError, SettingsError
+from stribeck.errors import SettingsError
 from stribeck.friction_torque.contact_modes import StandingFeet, next_mode
 from stribeck.friction_torque.log_observer import GAP
 from stribeck.online.alarms import Alarm, Watchdog
+from stribeck.online.arguments import joined, rows_of, standing_contacts
 from stribeck.online.baseline import Baseline, with_estimates
+from stribeck.online.friction_state import FrictionState
 from stribeck.online.kalman import JointFilters
 from stribeck.online.motion import Base, Tree
 from stribeck.online.state import load_state, save_state
@@ -38,47 +37,14 @@ TURNED = 5
 """Number of samples that share the tilt of a standing sole, which is at rest."""
 FEWEST = 8
 """Smallest number of samples in a window."""
-LONGEST = 3600.0
-"""Longest pause that counts as elapsed time [s]: friction settles within."""
 SLOW = 0.25
 """Speed relative to the slow point of the friction curve below which a joint is near standstill [1]."""
 WALK = 300.0
 """Motion in which friction may change as much as it differs from log to log [s]."""
 RETURN = 3600.0
-"""Time constant with which the estimate returns to the identified friction without motion [s]."""
+"""Time constant with which the estimate returns to the identified friction without motion, and longest pause [s]."""
 OFFSET, PAYLOAD = 1.0, 0.05
 """Standard deviations of offset relative to friction and offset, and of payload relative to the robot's mass [1]."""
-
-
-@dataclass(frozen=True)
-class FrictionState:
-    """Current friction of a joint.
-
-    R(v) = scale (R_0(v) - offset_0) + offset_0 + offset + viscous v, with the identified law R_0.
-
-    Attributes
-    ----------
-    scale, offset, viscous
-        Correction of the identified friction [1], [N m], [N m s/rad]; 1, 0, 0 at the start.
-    friction, baseline
-        Friction at middle speed now, and as identified [N m], [N].
-    motion
-        Duration of the motion that was observed [s].
-    interval_95, interval_next_log
-        Interval of `friction`, and interval in which the friction of another log is expected.
-    alarm
-        Whether an alarm is raised for this joint.
-    """
-
-    scale: float
-    offset: float
-    viscous: float
-    friction: float
-    baseline: float
-    motion: float
-    interval_95: tuple[float, float]
-    interval_next_log: tuple[float, float]
-    alarm: bool
 
 
 class OnlineFriction:
@@ -192,41 +158,23 @@ class OnlineFriction:
         """
         stamps = np.atleast_1d(np.asarray(time, dtype=np.float64))
         samples = len(stamps)
-        signals = self._join(samples, position=position, velocity=velocity, torque=torque)
+        signals = joined((samples, self._joints), position=position, velocity=velocity, torque=torque)
         signals[0] -= self._zero
         signals[2] *= self._gain
         signals[2, :, self._untracked] = 0.0
-        warm = None if temperature is None else self._join(samples, temperature=temperature)[0]
-        turn = None if base is None else _rows("base orientation", base[0], (samples, 4))
-        spin = None if base is None or base[1] is None else _rows("angular velocity", base[1], (samples, 3))
+        warm = None if temperature is None else joined((samples, self._joints), temperature=temperature)[0]
+        turn = None if base is None else rows_of("base orientation", base[0], (samples, 4))
+        spin = None if base is None or base[1] is None else rows_of("angular velocity", base[1], (samples, 3))
         sums = signals.sum(axis=(0, 2))
         known = np.isfinite(sums if turn is None else sums + turn.sum(axis=1)).tolist()
         found: list[Alarm] = []
-        for k, (stamp, feet) in enumerate(zip(stamps.tolist(), self._feet(contact, samples), strict=True)):
+        for k, (stamp, feet) in enumerate(
+            zip(stamps.tolist(), standing_contacts(self.robot, contact, samples), strict=True)
+        ):
             if self._follow(stamp, feet, known[k]):
                 base_now = None if turn is None else turn[k], None if spin is None else spin[k]
                 found += self._add(stamp, base_now, signals[:, k], None if warm is None else warm[k])
         return found
-
-    def _join(self, samples: int, **channels: ArrayLike) -> Array:
-        """Join channels of the joints, shape (c, T, n), after a check of their shapes."""
-        with suppress(ValueError):  # channels of different shapes
-            found = np.array(list(channels.values()), dtype=np.float64)
-            if found.shape[1:] in ((samples, self._joints), (self._joints,)[: samples == 1]):
-                return found.reshape(len(channels), samples, self._joints)
-        return np.array([_rows(name, values, (samples, self._joints)) for name, values in channels.items()])
-
-    def _feet(self, contact: ArrayLike | Literal["hung"] | None, samples: int) -> list[tuple[str, ...]]:
-        """Name the standing contacts of each sample."""
-        robot = self.robot
-        if robot.base == "fixed":
-            return [()] * samples
-        if contact is None:
-            raise LogError("contact: none was given, and the base floats; expected the standing contacts")
-        if isinstance(contact, str):
-            return [(HUNG,)] * samples
-        flags = _rows("contact", contact, (samples, len(robot.contacts))).tolist()
-        return [tuple(name for name, stands in zip(robot.contacts, row, strict=True) if stands > 0.5) for row in flags]
 
     def _follow(self, stamp: float, feet: tuple[str, ...], known: bool) -> bool:
         """Follow the clock and the contacts; return whether the sample can be used."""
@@ -290,8 +238,8 @@ class OnlineFriction:
     def _commit(self, stamp: float, regressor: Array, value: Array, used: Flags, stands: Flags) -> None:
         """Let the filters use a window that no contact change has followed."""
         if stamp < self.time:  # the clock was set back
-            self.checked, self.watchdog.calm = -np.inf, self.watchdog.calm + (stamp - self.time)
-        self.filters.predict(min(max(stamp - self.time, 0.0), LONGEST))
+            self.checked, self.watchdog.normal_until = -np.inf, self.watchdog.normal_until + (stamp - self.time)
+        self.filters.predict(min(max(stamp - self.time, 0.0), RETURN))
         self.filters.update(regressor, value, used, stands)
         self.time = stamp
         self.motion += used * self._span
@@ -300,7 +248,7 @@ class OnlineFriction:
     def _check(self) -> list[Alarm]:
         """Check for alarms."""
         self.checked = self.time
-        state, covariance, payload = self._fuse()
+        state, covariance, payload = self.filters.with_shared_payload()
         moved, self._moved = self._moved & self.baseline.sure, np.zeros_like(self._moved)
         found = self.watchdog.check(self.time, state[:, ::2], covariance[:, ::2, ::2], moved, payload)
         for alarm in found:
@@ -309,34 +257,9 @@ class OnlineFriction:
                 self.alarms[alarm.name] = alarm
         return found
 
-    def _fuse(self) -> tuple[Array, Array, tuple[float, float]]:
-        """Combine the joints' estimates of the payload, and give it to all of them.
-
-        Robust mean, weighted by information beyond the prior; its error includes the scatter of the joints. Returns
-        states (n, 4), covariances (n, 4, 4), and mass relative to the robot's with its standard error.
-        """
-        x, P = self.filters.state, self.filters.covariance
-        prior = PAYLOAD**2 * RETURN / (2 * WALK)
-        information = np.maximum(1 / P[:, 3, 3] - 1 / prior, 0.0)
-        estimate = np.divide(x[:, 3] / P[:, 3, 3], information, out=np.zeros(len(x)), where=information > 0)
-        weight, mass, total = np.ones(len(x)), 0.0, 1 / PAYLOAD**2
-        for _ in range(3):
-            total = 1 / PAYLOAD**2 + float(weight @ information)
-            mass = float(weight @ (information * estimate)) / total
-            size = np.abs(estimate - mass) * np.sqrt(information)
-            weight = np.minimum(1.0, 2.0 / np.maximum(size, 1e-9))
-        joints = int(np.sum(information * PAYLOAD**2 > 1))
-        scatter = max(1.0, float(weight @ size**2) / max(joints - 1, 1))
-        variance = scatter / total
-        gain = P[:, :, 3] / P[:, 3, 3, None]
-        state = x + gain * (mass - x[:, 3])[:, None]
-        left = np.maximum(P[:, 3, 3] - variance, 0.0)
-        covariance = P - gain[:, :, None] * gain[:, None, :] * left[:, None, None]
-        return state, covariance, (mass, float(np.sqrt(variance)) if joints >= 2 else np.inf)
-
     def state(self) -> dict[str, FrictionState]:
         """Return the current friction by joint."""
-        state, covariance, _ = self._fuse()
+        state, covariance, _ = self.filters.with_shared_payload()
         of, level = self.baseline, self.baseline.level
         now = 1 + state[:, 0] + state[:, 2]
         half = 1.96 * np.sqrt(covariance[:, 0, 0] + 2 * covariance[:, 0, 2] + covariance[:, 2, 2])
@@ -358,7 +281,7 @@ class OnlineFriction:
         to 0 to `most`. It is the smallest over slow, middle and top speed, so that the compensation exceeds the
         friction at none of them, with 97.5 % confidence each. Multiply it by your own gain.
         """
-        state, covariance, _ = self._fuse()
+        state, covariance, _ = self.filters.with_shared_payload()
         of = self.baseline
         law = np.abs(of.friction(of.speeds, np.zeros_like(of.speeds), np.zeros_like(of.speeds)))
         ratio = of.speeds / of.speed * of.level / np.maximum(law, 1e-9)
@@ -380,11 +303,3 @@ class OnlineFriction:
             If the file is damaged or belongs to another result.
         """
         load_state(self, Path(path))
-
-
-def _rows(name: str, values: object, shape: tuple[int, int]) -> Array:
-    """Convert an argument of `update` to one row per sample."""
-    found = np.asarray(values, dtype=np.float64)
-    if found.shape != shape and (found.shape != shape[1:] or shape[0] != 1):
-        raise LogError(f"{name}: found shape {found.shape}, expected {shape[1:]} or {shape}")
-    return found.reshape(shape)

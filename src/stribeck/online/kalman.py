@@ -51,6 +51,7 @@ class JointFilters:
     def __init__(self, start: Array, walk: Array, returning: float, noise: Array) -> None:
         joints = len(noise)
         self._walk, self._returning = walk**2, returning
+        self._payload = float(start[0, 3]) ** 2
         self.state = np.zeros((joints, STATES))
         self.covariance = np.zeros((joints, STATES, STATES))
         self.covariance[:, range(STATES), range(STATES)] = start**2
@@ -90,6 +91,30 @@ class JointFilters:
         """Compute the factor by which correlation in time increases the variance of a mean, shape (2, n)."""
         correlation = np.clip(self.lagged / self.noise, 0.0, MOST_CORRELATED)
         return np.asarray((1 + correlation) / (1 - correlation))
+
+    def with_shared_payload(self) -> tuple[Array, Array, tuple[float, float]]:
+        """Combine the joints' estimates of the payload, and give it to all of them.
+
+        Robust mean, weighted by information beyond the prior; its error includes the scatter of the joints. Returns
+        states (n, 4), covariances (n, 4, 4), and mass relative to the robot's with its standard error.
+        """
+        x, P = self.state, self.covariance
+        information = np.maximum(1 / P[:, 3, 3] - 2 / (self._walk[:, 3] * self._returning), 0.0)
+        estimate = np.divide(x[:, 3] / P[:, 3, 3], information, out=np.zeros(len(x)), where=information > 0)
+        weight, mass, total = np.ones(len(x)), 0.0, 1 / self._payload
+        for _ in range(3):
+            total = 1 / self._payload + float(weight @ information)
+            mass = float(weight @ (information * estimate)) / total
+            size = np.abs(estimate - mass) * np.sqrt(information)
+            weight = np.minimum(1.0, 2.0 / np.maximum(size, 1e-9))
+        joints = int(np.sum(information * self._payload > 1))
+        scatter = max(1.0, float(weight @ size**2) / max(joints - 1, 1))
+        variance = scatter / total
+        gain = P[:, :, 3] / P[:, 3, 3, None]
+        state = x + gain * (mass - x[:, 3])[:, None]
+        left = np.maximum(P[:, 3, 3] - variance, 0.0)
+        covariance = P - gain[:, :, None] * gain[:, None, :] * left[:, None, None]
+        return state, covariance, (mass, float(np.sqrt(variance)) if joints >= 2 else np.inf)
 
     def _learn_noise(self, error: Array, variance: Array, used: NDArray[np.bool_]) -> None:
         """Average the squares and products of innovations, signed by the direction of motion, for kinds in `used`."""

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 KEPT = (
     *(f"filters.{name}" for name in ("state", "covariance", "noise", "lagged", "last", "count")),
-    *(f"watchdog.{name}" for name in ("reference", "learned", "payload", "active", "beyond", "within", "calm")),
+    *(f"watchdog.{name}" for name in ("reference", "learned", "payload", "active", "large", "small", "normal_until")),
     *("time", "checked", "motion"),
 )
 """Attributes of an estimator that are its state: arrays and numbers."""

@@ -128,10 +128,8 @@ class Terms:
             late -= self.delay * np.gradient(part.torque, part.time, axis=0)
         turned = np.moveaxis(around * rise[:, :, None], 2, 0)
         own = [self.load(part, windows) * rise, slow * rise, slow * speed, *turned, *np.moveaxis(ripple, 2, 0), lag]
-        return np.stack(
-            list(compress([*own, *_blows(part, self.unexplained), acceleration, part.torque, late], self._possible)),
-            axis=2,
-        )
+        errors = [*_blows(part, self.unexplained), acceleration, part.torque, late]
+        return np.stack(list(compress([*own, *errors], self._possible)), axis=2)
 
     def load(self, part: WeakEquations, windows: Array) -> Array:
         """Compute the size of the torque that joints carry [N m], shape (K, n); zero for a coupling.

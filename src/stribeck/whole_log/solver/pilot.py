@@ -167,8 +167,7 @@ def fit_pilot(
         prediction, _ = predict(groups, components, model, precision)
         return Pilot(groups, model, components, prediction, delay, torque, precision)
 
-    rounds = ROUNDS
-    tried: list[tuple[float, float]] = []
+    rounds, tried = ROUNDS, list[tuple[float, float]]()
     for _ in range(MOST_ROUNDS if corrections.delays else 0):  # on few windows, to save time
         late, error = fit(delay, OPERATIONS / 4, rounds, True).late
         if abs(late) < max(LINEAR, 3 * error):
