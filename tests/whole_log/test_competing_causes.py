@@ -58,13 +58,17 @@ def test_a_single_error_is_named_with_its_size(
     assert np.abs(cause.values).max() == pytest.approx(size, rel=0.2)
 
 
-def test_the_gain_of_one_torque_is_named_where_gains_are_not_corrected() -> None:
+@pytest.mark.parametrize("wrong", [(KNEE,), (0, 5)], ids=["one", "two"])
+def test_wrong_gains_are_named_where_gains_are_not_corrected(wrong: tuple[int, ...]) -> None:
     robot, log = walk("quadruped", 8.0)
-    torque = log.torque * np.where(np.arange(log.torque.shape[1]) == KNEE, 1.25, 1.0)
-    prepared = prepare(replace(log, torque=torque), robot, robot.settings)
-    (cause,) = identify_whole_log([prepared], robot, get_law("stribeck"), robot.settings).causes.rivals
-    assert (cause.kind, cause.places) == ("gain", (KNEE,))
-    assert cause.values[0] == pytest.approx(0.2, abs=3 * cause.errors[0])  # of the logged torque
+    gains = np.ones(log.torque.shape[1])
+    gains[list(wrong)] = 1.25
+    prepared = prepare(replace(log, torque=log.torque * gains), robot, robot.settings)
+    causes = identify_whole_log([prepared], robot, get_law("stribeck"), robot.settings).causes
+    found = [*causes.rivals, *causes.more_gains]
+    assert {(cause.kind, *cause.places) for cause in found} == {("gain", place) for place in wrong}
+    for cause in found:
+        assert cause.values[0] == pytest.approx(0.2, abs=3 * cause.errors[0])  # of the logged torque
 
 
 def test_all_masses_together_are_the_scale_of_the_torques(sound: WholeLog) -> None:

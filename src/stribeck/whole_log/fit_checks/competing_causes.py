@@ -8,7 +8,8 @@ the fit, and a direction D of u, chi^2 and the prior's share decrease by Rao's s
 
 For columns A_E of the normal equations that the fit does not contain, with the residual r of the equations and the
 derivatives J by all coordinates, w = r_E and N = A_EE - A_E^T J C J^T A_E. The largest decrease names the cause, unless
-others explain nearly as much. Large errors are not linear, so that no second cause is sought in the rest.
+others explain nearly as much. Large errors are not linear, so that no second cause is sought in the rest, except
+other gains.
 """
 
 from collections.abc import Iterator, Mapping
@@ -45,7 +46,7 @@ HEAVIEST = 5.0
 """Largest factor between the mass of a body and its mass in the model [1]."""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
 class Cause:
     """A single error of sensors or model.
 
@@ -165,22 +166,28 @@ def find_causes(fit: Fit, statistics: Statistics, limbs: Mapping[str, NDArray[np
 
 
 def _more_gains(score: _Score, causes: list[Columns], first: Cause, discount: float, noise: float) -> list[Cause]:
-    """Test every other gain together with the first one.
+    """Add the most evident gain to the first one, and then to both, until the next one is not clear.
 
-    A correction of the first alone would move the errors of other gains to more joints.
+    A correction of only the first would move the errors of other gains to more joints.
     """
-    (along,) = (columns for kind, places, columns, _ in causes if (kind, places) == (first.kind, first.places))
-    found = []
-    for kind, places, columns, least in causes:
-        if kind != "gain" or len(places) > 1 or set(places) & set(first.places):
-            continue
-        _, values, errors = score.test(np.hstack([along, columns]))
-        if not errors.all():
-            continue
-        evidence, values, errors = _without_noise(values[1:], errors[1:], noise)
-        if evidence > LEAST * discount and abs(values[0]) > least:
-            found.append(Cause(kind=kind, places=places, evidence=evidence / discount, values=values, errors=errors))
-    return found
+    gains = {places: columns for kind, places, columns, _ in causes if kind == "gain"}
+    along, found = gains[first.places], list[Cause]()
+    taken = set(first.places)
+    while True:
+        tests = []
+        for places, columns in gains.items():
+            if len(places) > 1 or taken & set(places):
+                continue
+            _, values, errors = score.test(np.hstack([along, columns]))
+            if errors.all():
+                size = _without_noise(values[-1:], errors[-1:], noise)
+                tests.append(Cause("gain", places, size[0] / discount, *size[1:]))
+        best = max(tests, key=lambda cause: cause.evidence, default=first)
+        if not tests or best.evidence < LEAST:
+            return found
+        found.append(best)
+        taken |= set(best.places)
+        along = np.hstack([along, gains[best.places]])
 
 
 def _without_noise(values: Array, errors: Array, noise: float) -> tuple[float, Array, Array]:
