@@ -307,7 +307,7 @@ ONE_GAIN, GAINS, BODIES = (
     ("gains of torques", "torque-gain:"),
     ("a body: ",),
 )
-MISREAD = ("position-limits", "torque-sign", "encoder-zero")
+MISREAD = ("position-sign", "position-limits")
 ALL, KNOWN, EVERY = "arm walk G1", "arm walk panda", "arm walk G1 panda"
 FAULTS = {
     "none": Fault(of=ALL),
@@ -334,7 +334,7 @@ FAULTS = {
     # Signs
     "all torques inverted": Fault(torques(np.negative), SIGN, of=KNOWN),
     "one torque inverted": Fault(_one(np.negative), SIGN, of=EVERY, column=1),
-    "one position inverted": Fault(_one(np.negative, "position"), MISREAD, of=ALL),
+    "one position inverted": Fault(_one(np.negative, "position"), MISREAD, of="arm walk G1 panda talos"),
     "torques without a sign": Fault(torques(np.abs), UNSIGNED, of="G1 panda"),
     "one torque without a sign": Fault(_one(np.abs), UNSIGNED, of="panda"),
     "a torque without a sign": Fault(_one(np.abs, column=-1), UNSIGNED, column=-1),

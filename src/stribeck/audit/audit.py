@@ -8,6 +8,7 @@ from stribeck.audit.channels import check_channels
 from stribeck.audit.delay import Lag, check_delay, delays
 from stribeck.audit.disturbed import disturbed_spans, explained, rest_of, unexplained_joints
 from stribeck.audit.evidence import Evidence, gather
+from stribeck.audit.inverted import check_inverted
 from stribeck.audit.motion import check_motion
 from stribeck.audit.positions import check_positions
 from stribeck.audit.scale import check_external
@@ -39,7 +40,7 @@ def audit(prepared: PreparedLog, robot: Robot, settings: Settings) -> list[Findi
         If the log lacks a channel that the settings require, or the settings do not suit it.
     """
     evidence = gather(prepared, robot, settings)
-    return findings(evidence, delays(evidence))
+    return findings(evidence, delays(evidence), settings)
 
 
 def audit_or_stop(prepared: Sequence[PreparedLog], robot: Robot, settings: Settings, force: bool) -> list[Finding]:
@@ -88,7 +89,7 @@ def model_findings(robot: Robot) -> list[Finding]:
     return [Finding.of("robot-model", text=text) for text in robot.warnings]
 
 
-def findings(evidence: Evidence, late: dict[str, Lag]) -> list[Finding]:
+def findings(evidence: Evidence, late: dict[str, Lag], settings: Settings) -> list[Finding]:
     """Run all checks on a log, given the lag of each joint's torque.
 
     A cause on which the model's torque depends suppresses the checks after it: with frozen positions, exchanged feet
@@ -104,9 +105,11 @@ def findings(evidence: Evidence, late: dict[str, Lag]) -> list[Finding]:
         channels = [finding for finding in channels if finding not in coarse]
     left_out |= {name for finding in (*unsigned, *coarse) for name in finding.joints}
     lost = any(f.check == "channel-frozen" and f.channel == "position" for f in channels)
-    lost = lost or any(f.check in ("position-degrees", "position-jump", "position-limits") for f in positions)
+    lost = lost or any(f.check in ("position-degrees", "position-jump") for f in positions)
+    inverted = [] if lost else check_inverted(evidence, settings)
+    lost = lost or bool(inverted) or any(f.check == "position-limits" for f in positions)
     base = [] if lost else check_base(evidence)
-    found = [*channels, *positions, *base, *samples, *unsigned]
+    found = [*channels, *positions, *inverted, *base, *samples, *unsigned]
     if not lost and not any(f.stops for f in found):
         found += [*_without_disturbances(evidence, late, left_out), *check_slow(evidence)]
     return sorted(found, key=lambda finding: not finding.stops)

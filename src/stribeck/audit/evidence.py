@@ -100,8 +100,8 @@ class Evidence:
         return standing if len(standing) < len(self.joints) else set()
 
 
-def gather(prepared: PreparedLog, robot: Robot, settings: Settings) -> Evidence:
-    """Compute the evidence for all checks from at most `MOST_SAMPLES` samples.
+def gather(prepared: PreparedLog, robot: Robot, settings: Settings, most: int = MOST_SAMPLES) -> Evidence:
+    """Compute the evidence for all checks from at most `most` samples.
 
     The checks compare means over bins of 40 ms, because encoder noise, which large inertias multiply, averages out. The
     model's torque needs only 8 samples per bin, after a filter over 50 ms.
@@ -126,7 +126,7 @@ def gather(prepared: PreparedLog, robot: Robot, settings: Settings) -> Evidence:
     empty = dict.fromkeys(channels, np.empty((0, len(known))))
     parts: list[dict[str, Any]] = [empty | dict.fromkeys(("rows", "support", "run"), np.empty(0, dtype=np.int64))]
     names: tuple[str, ...] = ()
-    examined = _parts(prepared, make_filter(settings.filter, period).half_width)
+    examined = _parts(prepared, make_filter(settings.filter, period).half_width, most)
     for chunk in torque_chunks(examined, robot, settings, stride=stride):
         samples, names = chunk.samples, chunk.samples.support_names
         for part in chunk.runs():
@@ -158,12 +158,12 @@ def _means(values: Array, count: int, size: int) -> Array:
     return np.asarray(values[: count * size].reshape(count, size, -1).mean(axis=1))
 
 
-def _parts(prepared: PreparedLog, margin: int) -> PreparedLog:
+def _parts(prepared: PreparedLog, margin: int, most: int) -> PreparedLog:
     """Cut the segments of a long log to the examined parts."""
     rows = len(prepared.log.time)
-    if rows <= MOST_SAMPLES:
+    if rows <= most:
         return prepared
-    length = MOST_SAMPLES // PARTS + 2 * margin
+    length = most // PARTS + 2 * margin
     starts = np.linspace(0, rows - length, PARTS).astype(int)
     segments = tuple(
         slice(max(segment.start, start), min(segment.stop, start + length))

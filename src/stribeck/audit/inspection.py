@@ -188,7 +188,7 @@ def _inspect(
     with_its_filter, choices = chosen
     evidence = gather(prepared, robot, settings)
     late = delays(evidence)
-    found = [*findings(evidence, late), *of_currents, *model_findings(robot)]
+    found = [*findings(evidence, late, settings), *of_currents, *model_findings(robot)]
     opposite = {joint for each in found if each.check == "torque-sign" for joint in each.joints}
     joints = {
         name: _inspect_joint(

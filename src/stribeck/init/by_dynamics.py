@@ -54,7 +54,7 @@ def answer_by_dynamics(draft: Draft, log: Path, unsure: Sequence[str]) -> None:
         except (LogError, SettingsError) as error:
             draft.ask("robot", f"the log cannot be used with these settings: {error}.")
             return
-        left = findings(evidence, delays(evidence))
+        left = findings(evidence, delays(evidence), robot.settings)
         unit = robot.log_table.position.unit or any(finding.check in UNEXPLAINED for finding in left)
         if unit is True and (unit := unit_by_dynamics(read, robot)):
             _write_unit(draft, unit, read)
@@ -71,7 +71,7 @@ def answer_by_dynamics(draft: Draft, log: Path, unsure: Sequence[str]) -> None:
     if robot.torque_source == "link_side_sensor" and any(finding.check in QUESTIONS for finding in left):
         # The source is a guess, and rotors, whose inertia a torque before the gear contains, look like a gain.
         evidence = gather(prepared, replace(robot, torque_source="motor_side_sensor"), robot.settings)
-        left = findings(evidence, delays(evidence))
+        left = findings(evidence, delays(evidence), robot.settings)
     unknown = prepared.log.unscaled.keys()
     for finding in (*left, *(each for each in of_gains if unknown & set(each.joints))):
         asked = finding.stops or finding not in left or finding.check in QUESTIONS
@@ -90,7 +90,7 @@ def _apply_setting(draft: Draft, finding: Finding) -> bool:
 
     Signs and order are found by another search, and the user is asked about gears and zeros.
     """
-    if finding.check in ("torque-sign", "joints-swapped", "torque-gain", "position-limits"):
+    if finding.check in ("torque-sign", "joints-swapped", "torque-gain", "position-limits", "position-sign"):
         return False
     found = re.match(r"Set (\w+ = (?:\{[^}]*\}|\[[^\]]*\]|\S+)) in \[([a-z._]+)\]", finding.cure)
     if found is None or "..." in found[1]:
