@@ -10,6 +10,7 @@ import pyarrow as pa
 import pyarrow.csv
 import pytest
 from tests.arm import URDF
+from tests.commanded import QUADRUPED
 from tests.models import CASSIE, EXAMPLES, POSTURES, STRIBECK, example_robot
 
 from stribeck import Robot, Settings, identify, read_log
@@ -309,6 +310,7 @@ def test_joints_by_the_alphabet_are_a_known_order() -> None:
         ("anymal_c_simple_description/anymal", {f"{leg}_FOOT": "point" for leg in ("LF", "LH", "RF", "RH")}),
         ("icub", {"l_sole": "surface", "r_sole": "surface"}),
         (CASSIE, {"left-foot": "surface", "right-foot": "surface"}),
+        (QUADRUPED, {leg: "point" for leg in ("FL", "FR", "RL", "RR")}),
         ("bolt", {"FL_FOOT": "point", "FR_FOOT": "point"}),
         ("panda", {}),
         ("so101", {}),
@@ -321,9 +323,10 @@ def test_feet_are_found_by_name_and_shape(model: str | Path, feet: dict[str, str
     assert facts.base == ("floating" if {"surface", "point"} & set(feet.values()) else "fixed")
 
 
-@pytest.mark.parametrize(("model", "radius"), [("a1", 0.02), ("b1", 0.04), ("icub", 0.0)])
-def test_the_radius_of_ball_feet_is_that_of_a_collision_sphere_at_the_foot(model: str, radius: float) -> None:
-    assert {foot.radius for foot in read_model(model_path(f"package:{model}", Path())).feet} == {radius}
+@pytest.mark.parametrize(("model", "radius"), [("a1", 0.02), ("b1", 0.04), ("icub", 0.0), (QUADRUPED, 0.022)])
+def test_the_radius_of_ball_feet_is_that_of_a_collision_sphere_at_the_foot(model: str | Path, radius: float) -> None:
+    facts = read_model(model if isinstance(model, Path) else model_path(f"package:{model}", Path()))
+    assert {foot.radius for foot in facts.feet} == {radius}
 
 
 @pytest.mark.parametrize("base", ["fixed", "floating"])

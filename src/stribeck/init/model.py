@@ -60,11 +60,11 @@ def read_model(path: Path) -> ModelFacts:
     """
     kind, root = kind_of(path), read_xml(path).root
     model, _ = load_model(path, "floating")
-    feet, tilted, wheels = _find_feet(model, root)
     limits = {name: position_range(model, model.getJointId(name)) for name in joint_names(model)}
     free = kind == "mjcf" and any(
         joint.tag == "freejoint" or joint.get("type") == "free" for body in root.iter("body") for joint in body
     )
+    feet, tilted, wheels = _find_feet(model, root, free)
     base: Literal["floating", "fixed"] = "fixed"
     links = [link.get("name", "") for link in root.iter("link")]
     children = {child.get("link", "") for child in root.iter("child")}
@@ -110,9 +110,17 @@ def _place(element: Element) -> Array:
     return np.array([float(each) for each in (element.get("pos") or element.get("xyz") or "0 0 0").split()])
 
 
-def _find_feet(model: pin.Model, root: Element) -> tuple[tuple[Contact, ...], tuple[str, ...], tuple[str, ...]]:
-    """Find the contact frame of each leg, named after the leg's side; tilted contacts, and joints of base wheels."""
+def _find_feet(
+    model: pin.Model, root: Element, free: bool
+) -> tuple[tuple[Contact, ...], tuple[str, ...], tuple[str, ...]]:
+    """Find the contact frame of each leg, named after the leg's side; tilted contacts, and joints of base wheels.
+
+    In a model with a free joint, a site within a ball at the end of a leg is a foot by any name.
+    """
     balls = {link.get("name", "") for link in root.iter("link") if _is_ball(link)}
+    ends = [body for body in root.iter("body") if body.find("body") is None] if free else []
+    sites = [site.get("name", "") for body in ends for site in body.findall("site")]
+    balls |= {name for name in sites if _radius(root, name, "point")}
     beside = {"imu", "sensor", "ft", "force", "rotor", "cover", "fixed", "lower", "mount", "camera"}
     data = model.createData()
     pin.framesForwardKinematics(model, data, pin.neutral(model))
@@ -122,6 +130,7 @@ def _find_feet(model: pin.Model, root: Element) -> tuple[tuple[Contact, ...], tu
     for index, frame in enumerate(model.frames):
         joint = int(frame.parentJoint)
         named = [FOOT[word] for word in words(str(frame.name)) if word in FOOT]
+        named += [1.0] * (frame.type == pin.FrameType.OP_FRAME and str(frame.name) in balls)
         if frame.type == pin.FrameType.JOINT or not named or joint in parents or joint < 2:
             continue
         up = abs(float(data.oMf[index].rotation[2, 2]))
