@@ -310,7 +310,7 @@ def test_joints_by_the_alphabet_are_a_known_order() -> None:
         ("anymal_c_simple_description/anymal", {f"{leg}_FOOT": "point" for leg in ("LF", "LH", "RF", "RH")}),
         ("icub", {"l_sole": "surface", "r_sole": "surface"}),
         (CASSIE, {"left-foot": "surface", "right-foot": "surface"}),
-        (QUADRUPED, {leg: "point" for leg in ("FL", "FR", "RL", "RR")}),
+        (QUADRUPED, dict.fromkeys(("FL", "FR", "RL", "RR"), "point")),
         ("bolt", {"FL_FOOT": "point", "FR_FOOT": "point"}),
         ("panda", {}),
         ("so101", {}),
