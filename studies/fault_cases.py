@@ -205,6 +205,17 @@ def _leaking(torque: Array, robot: Robot) -> Array:
     return torque
 
 
+def _exchanged(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
+    """Count the legs in the order right, left, rear right, rear left."""
+    left, right = ([k for k, name in enumerate(robot.joint_names) if f"_{side}_" in name] for side in ("left", "right"))
+    order = np.arange(len(robot.joint_names))
+    order[left], order[right] = right, left
+    channels = ("position", "velocity", "acceleration", "torque")
+    other: dict[str, Any] = {name: values[:, order] for name in channels if (values := getattr(log, name)) is not None}
+    assert log.contact is not None
+    return replace(log, **other, contact=log.contact[:, np.arange(log.contact.shape[1]) ^ 1]), robot
+
+
 def _outside(position: Array, robot: Robot) -> Array:
     _, high = robot.position_limits
     limited = [k for k in (_column(robot), _column(robot, 1)) if np.isfinite(high[k])]
@@ -419,6 +430,7 @@ FAULTS = {
         (),
         "walk G1 talos",
     ),
+    "legs exchanged": Fault(_exchanged, ("legs-exchanged",), of="walk"),
     "contacts 60 ms late": Fault(late(0.06, "contact"), ("contact-stuck", "contact-delay"), of="G1"),
     "a contact stuck on": Fault(_stuck(True), STUCK, of="talos"),
     "a contact stuck off": Fault(_stuck(False), STUCK, of="talos"),

@@ -16,7 +16,7 @@ Each section quotes an example with its remedy and explains the check. [Findings
 a separate page.
 
 Of 32 faults in the log of a UR5 with a wrong model, the findings name the cause of 25 and list it among others for 4.
-Of 33 faults in the walk of a quadruped, they name the cause of 25; two causes are wrong, and three faults of torques
+Of 34 faults in the walk of a quadruped, they name the cause of 27; one cause is wrong, and three faults of torques
 leave a joint that is called identified although it is wrong. No remedy, applied as printed, makes a joint worse.
 Of 45 faults in a simulated walk of the G1, on which no threshold was chosen, the findings name the cause of 38, and the
 cause of one is wrong. Without a fault, the walks have no finding, and the UR5 has one: its model is wrong

@@ -1,4 +1,4 @@
-"""Positions with an inverted sign, found by trial: with which sign standing feet rest, or a fixed arm's torques fit."""
+"""Inverted positions and exchanged legs, by trial: with which standing feet rest, or the torques of an arm fit."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -19,12 +19,13 @@ BETTER = 0.8
 """What the other sign must leave of the cost, also relative to other signs of the next best joint [1]."""
 FEW_SAMPLES = 6000
 """Number of samples with which signs are tried [1]."""
+CONTACTS = "contacts of "
 POOR = 0.2
 """Share of an arm's torques that the given signs must leave unexplained, and the other signs must not [1]."""
 
 
 def check_inverted(evidence: Evidence, settings: Settings) -> list[Finding]:
-    """Report joints whose position fits the model far better with the other sign."""
+    """Report joints that fit the model far better with the other sign, or legs that do so if they are exchanged."""
     fixed = evidence.robot.base == "fixed"
     cost_of: Callable[[Evidence], float] = _unexplained if fixed else _motion_of_feet
     given = cost = cost_of(evidence)
@@ -33,12 +34,21 @@ def check_inverted(evidence: Evidence, settings: Settings) -> list[Finding]:
     names: list[str] = []
     shown = np.flatnonzero(evidence.robot.standing(tuple(evidence.robot.contacts)) | fixed)
     examined = {evidence.robot.joint_names[column] for column in shown} & set(evidence.joints)
-    while left := examined - set(names):
-        trials = {name: _inverted(evidence, name, settings if fixed else None) for name in left}
+    exchanges = {} if fixed else _exchanges(evidence)
+    while len(names) < len(examined):
+        trials = {name: _inverted(evidence, name, settings if fixed else None) for name in examined - set(names)}
         costs = {name: cost_of(trial) for name, trial in trials.items()}
+        if not names:
+            costs |= {legs: min(map(cost_of, own)) for legs, own in exchanges.items()}
         best, *others = sorted(costs, key=costs.__getitem__)
         if costs[best] > BETTER * min([cost, *(costs[name] for name in others)]):
             break
+        if best.startswith(CONTACTS):
+            flags = evidence.prepared.support.source == "flags"
+            setting = "foot_names" if flags else "foot_names or foot_order"
+            return [Finding.of("contacts-swapped", pairs=best.removeprefix(CONTACTS), setting=setting)]
+        if best in exchanges:
+            return [Finding.of("legs-exchanged", legs=best, left=100 * costs[best] / given)]
         names.append(best)
         evidence, cost = trials[best], costs[best]
     if not names or (fixed and cost > POOR):
@@ -60,6 +70,28 @@ def _inverted(evidence: Evidence, joint: str, settings: Settings | None) -> Evid
     }
     prepared = replace(evidence.prepared, log=replace(log, **other))
     return gather(prepared, evidence.robot, settings, FEW_SAMPLES) if settings else replace(evidence, prepared=prepared)
+
+
+def _exchanges(evidence: Evidence) -> dict[str, tuple[Evidence, ...]]:
+    """Exchange the positions of two legs or of two pairs of legs, also with their contacts, or only contacts."""
+    robot, log = evidence.robot, evidence.prepared.log
+    legs = {foot: np.flatnonzero(robot.standing((foot,))) for foot in robot.contacts}
+    pairs = [(a, b) for a, b in combinations(legs, 2) if len(legs[a]) == len(legs[b]) and not {*legs[a]} & {*legs[b]}]
+    found = dict[str, tuple[Evidence, ...]]()
+    for some in (*((pair,) for pair in pairs), *combinations(pairs, 2)):
+        order, other = np.arange(log.position.shape[1]), dict[str, str]()
+        for a, b in some:
+            order[legs[a]], order[legs[b]] = legs[b], legs[a]
+            other |= {a: b, b: a}
+        if len(other) < 2 * len(some):
+            continue
+        names = tuple("+".join(other.get(foot, foot) for foot in name.split("+")) for name in evidence.support_names)
+        position = log.position[:, order]
+        trial = replace(evidence, prepared=replace(evidence.prepared, log=replace(log, position=position)))
+        words = ", ".join(f"{a} and {b}" for a, b in some)
+        found[words] = (trial, replace(trial, support_names=names))
+        found[CONTACTS + ", ".join(f"{a} as {b}" for a, b in other.items())] = (replace(evidence, support_names=names),)
+    return found
 
 
 def _unexplained(evidence: Evidence) -> float:
