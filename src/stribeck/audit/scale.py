@@ -130,7 +130,14 @@ def _large(evidence: Evidence, cause: Hypothesis, off: bool) -> bool:
     """Whether a cause changes friction noticeably; bodies are corrected by the fit unless they look like a gain."""
     if cause.kind == "gravity":
         return angle_between(evidence.robot.gravity, evidence.robot.gravity + cause.values) > TILTED
-    return off if cause.kind == "body" else bool(np.any(np.abs(np.log1p(cause.values)) > SOME))
+    if cause.kind == "body":
+        return off
+    for k, change in zip(cause.places, np.resize(cause.values, len(cause.places)), strict=True):
+        # a gain that errors of all bodies hide from the torques is no gain
+        own = fit(evidence, k)
+        if abs(np.log1p(change)) > SOME and (own is None or abs(np.log(abs(own.gain))) > SOME / 2):
+            return True
+    return False
 
 
 def _words(evidence: Evidence, cause: Hypothesis) -> str:

@@ -109,7 +109,10 @@ def residual_in(
 
 
 def find_payloads(residuals: Mapping[tuple[int, float, float], Residual]) -> list[Payload]:
-    """Find the spans that a payload explains, from the residual in each, and merge the spans of equal payloads."""
+    """Find the spans that a payload explains, from the residual in each, and merge the spans of equal payloads.
+
+    Different masses on one body that only one joint feels are no payloads: the joint rubs, or its torque is wrong.
+    """
     groups: list[tuple[int, float, Array, list[tuple[int, float, float]]]] = []
     for span, residual in residuals.items():
         products = residual.products
@@ -128,10 +131,19 @@ def find_payloads(residuals: Mapping[tuple[int, float, float], Residual]) -> lis
         else:
             groups.append((body, mass, products[body].copy(), [span]))
     found = []
+    single = [body for body, _, _, own in groups if all(_of_one_joint(residuals[span]) for span in own)]
     for body, _, product, own in groups:
+        if single.count(body) > 1 and all(_of_one_joint(residuals[span]) for span in own):
+            continue
         (mass, *centre), _ = _point_mass(product)
         found.append(Payload(body, mass, np.array(centre), tuple(own)))
     return found
+
+
+def _of_one_joint(residual: Residual) -> bool:
+    """Whether one joint has most of the residual, although others are measured."""
+    squares = ((residual.left * residual.weight) ** 2).sum(axis=0)
+    return len(squares) > 1 and bool(squares.max() > EXPLAINED * squares.sum())
 
 
 def _point_mass(product: Array) -> tuple[list[float], float]:
