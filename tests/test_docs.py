@@ -182,11 +182,13 @@ def test_results_are_of_the_schema(block: Block, tmp_path: Path) -> None:
 
 def test_every_field_of_a_result_is_explained() -> None:
     named = {name.rsplit(".", 1)[-1] for row in rows_below("docs/result.md") for name in names_in(row[0])}
+    settings = {name for term in LADDER for name in term.settings}
+    assert all(f"`{name}`" in PAGES["docs/laws/auto.md"] for name in settings)
     carriers = [
         each for each in vars(result).values() if dataclasses.is_dataclass(each) and each is not result.Evidence
     ]
     for carrier in carriers:
-        parts = {"evidence", "log", "validation", "torque_r2"}
+        parts = {"evidence", "log", "validation", "torque_r2", *settings}
         assert {field.name for field in dataclasses.fields(carrier)} - parts <= named, carrier
     assert len(carriers) >= 10
 
@@ -252,7 +254,7 @@ def test_every_setting_is_named_with_its_default(heading: str) -> None:
 TABLES = [
     ("docs/robot-file.md", "`[log.<channel>]`", 2, list, {name: list(units) for name, units in UNITS.items()}),
     ("docs/settings.md", "`[identify.filter]`", 3, set, TAKES),
-    ("docs/laws/auto.md", "How terms are chosen", 3, tuple, {term.name: term.parameters for term in LADDER}),
+    ("docs/laws/auto.md", "How terms are chosen", 3, tuple, {term.name: term.names for term in LADDER}),
 ]
 """Page, heading and columns of tables that have, by a name, other names; whether their order counts; those names."""
 

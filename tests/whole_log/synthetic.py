@@ -114,16 +114,15 @@ def make_terms(slope: float = 1e9) -> Terms:
     """Terms of the joints of `steps`, but for the scales that a pilot finds."""
     one = np.ones(3)
     return Terms(
-        slow="drift",
-        middle=np.array([12.0]),
+        mean_temperature=None,
+        duration=24.0,
         direction=np.zeros((3, 2)),
         slope=slope * one,
-        per_turn=60 * one,
-        travel=0.005 * one,
         friction=np.zeros((3, 1)),
         top_speed=one,
         unexplained=0.1 * one,
         delay=1e-3,
+        settings={"ripple_per_turn": 60 * one, "presliding_travel": 0.005 * one},
     )
 
 

@@ -103,7 +103,7 @@ def found(kind: str, evidence: float = 400.0, **changed: float) -> Misfit:
 
 def test_kinds_that_explain_as_much_are_named_together() -> None:
     together = (found("ripple"), found("play", 300.0), found("presliding", 250.0))
-    (finding,) = misfit_findings([together], ["knee"], np.array([18.0]))
+    (finding,) = misfit_findings([together], ["knee"], {"ripple_per_turn": np.array([18.0])})
     assert finding.check == UNCLEAR
     assert finding.text.startswith("knee (ripple over position or play or presliding): the residual is not explained")
 

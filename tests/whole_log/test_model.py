@@ -11,7 +11,7 @@ from tests.whole_log.synthetic import make_laws, make_terms, steps
 
 from stribeck.base.typing import Array
 from stribeck.friction import LAWS, get_law
-from stribeck.friction.auto import beyond_velocity
+from stribeck.friction.terms.motion import beyond_velocity, signals
 from stribeck.robot.inertial_parameters import pseudo_inertia
 from stribeck.settings import Priors
 from stribeck.whole_log.model.basis import make_basis
@@ -87,7 +87,7 @@ def test_the_basis_holds_every_curve_of_a_law() -> None:
 
 def test_columns_are_the_friction_terms_through_the_window() -> None:
     """Where load and temperature do not change within a window, they are those of the law "auto"."""
-    terms = replace(make_terms(slope=20.0), slow="temperature", middle=np.array([30.0, 31.0, 32.0]))
+    terms = replace(make_terms(slope=20.0), mean_temperature=np.array([30.0, 31.0, 32.0]))
     part = replace(steps(1)[0], temperature=np.full((40, 3), 35.0))
     load = np.array([2.0, 3.0, 4.0])
     part = replace(part, torque=part.residual + load)
@@ -96,15 +96,15 @@ def test_columns_are_the_friction_terms_through_the_window() -> None:
     generator = np.random.default_rng(1)
     for joint in range(3):
         values = {name: float(generator.normal()) for name in names[: names.index("presliding")]}
-        direction = np.stack([np.cos(part.position), np.sin(part.position)])[:, :, joint]
-        extra = beyond_velocity(
-            values | {"slope": 20.0},
+        motion = signals(
             part.velocity[:, joint],
-            load[joint],
-            35.0 - terms.middle[joint],
-            direction[0],
-            direction[1],
-            angle=60.0 * part.position[:, joint],
+            slope=20.0,
+            position=part.position[:, joint],
+            mean=(0.0, 0.0),
+            load=load[joint],
+            temperature=5.0 - joint,
+            ripple_per_turn=60.0,
         )
+        extra = beyond_velocity(values, motion)
         found = columns[:, joint, : len(values)] @ list(values.values())
         np.testing.assert_allclose(found, part.windows(extra[:, None])[:, 0], atol=2e-3 * np.abs(extra).max())

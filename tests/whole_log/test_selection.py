@@ -92,7 +92,12 @@ def test_the_rise_at_standstill_is_part_of_the_stribeck_effect() -> None:
 def carried(verdicts):
     """The terms of a joint that carries 3 N m."""
     return JointTerms(
-        verdicts=verdicts, mean_load=3.0, load_deviation=1.0, mean_direction=(0.1, 0.2), per_turn=4.0, travel=0.01
+        verdicts=verdicts,
+        mean_load=3.0,
+        load_deviation=1.0,
+        mean_direction=(0.1, 0.2),
+        mean_temperature=None,
+        settings={"ripple_per_turn": 4.0, "presliding_travel": 0.01},
     )
 
 

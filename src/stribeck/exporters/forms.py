@@ -19,6 +19,7 @@ from scipy.optimize import nnls
 from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
 from stribeck.exporters.beyond import Beyond, top_speed
+from stribeck.friction.terms import parameters_over
 from stribeck.result import JointResult
 
 SPEEDS = 40
@@ -205,10 +206,11 @@ def _resistance(joint: JointResult, found: Mapping[str, float], shares: Array) -
     """
     positive = shares * top_speed(joint)
     mean, deviation = joint.mean_load or 0.0, joint.load_deviation or 0.0
-    loads = np.unique([max(mean - deviation, 0.0), mean + deviation]) if "load" in found else np.array([mean])
+    several = bool(found.keys() & parameters_over("load"))
+    loads = np.unique([max(mean - deviation, 0.0), mean + deviation]) if several else np.array([mean])
     low, high = joint.position_range or (0.0, 2 * np.pi)
     positions = [low]
-    if not found.keys().isdisjoint({"coulomb_cosine", "coulomb_sine", "ripple_cosine", "ripple_sine"}):
+    if found.keys() & parameters_over("position"):
         positions = (low + (high - low) * (0.5 * (5**0.5 - 1) * np.arange(64) % 1)).tolist()
     grid = np.meshgrid(np.concatenate([-positive[::-1], positive]), loads, positions, indexing="ij")
     velocity, load, position = (axis.ravel() for axis in grid)

@@ -9,17 +9,17 @@ from stribeck.errors import SettingsError, did_you_mean
 from stribeck.exporters.beyond import Beyond, friction_beyond, top_speed
 from stribeck.exporters.forms import Form, nearest
 from stribeck.friction import get_law
-from stribeck.friction.terms import PRESLIDING, SLOW
+from stribeck.friction.terms import parameters_over
 from stribeck.result import JointResult, Result
 from stribeck.result.joint import law_values
 
 BRISTLES = {"bristle_travel": "bristle_stiffness", "bristle_damping": "bristle_damping"}
 """Number of a friction model by the LuGre parameter that it represents."""
 
-UNSTEADY = ("armature", PRESLIDING.name, *BRISTLES, *(parameter.name for parameter in SLOW["drift"]))
+UNSTEADY = ("armature", *BRISTLES, *parameters_over("travel", "time"))
 """Parameters beyond steady friction: rotor inertia, presliding, bristles and drift."""
 
-FORMLESS = ("offset", *UNSTEADY, *(parameter.name for parameter in SLOW["temperature"]))
+FORMLESS = ("offset", *UNSTEADY, *parameters_over("temperature"))
 """Parameters that no friction model of a target contains."""
 
 Quantity = tuple[float, str]

@@ -2,13 +2,11 @@
 
 C and Python evaluate one function that covers all laws:
 
-    R = f(v) rise + Fv v + Fv' |v| + tau_c cos(k q) + tau_s sin(k q)
-    f(v) rise = (Fc rise + Fc' |rise|) (1 + S exp(-(|v| / vs)^delta))
-                + (mu |load| + Fc_T dT + Fc_c (cos q - c) + Fc_s (sin q - s)) rise,   rise = tanh(a v)
-    Fv = Fv0 + Fv_T dT
+    R = (Fc rise + Fc' |rise|) (1 + S exp(-(|v| / vs)^delta)) + Fv v + Fv' |v| + terms,   rise = tanh(a v)
 
-with a load, dT the temperature above its mean, and q the position. Above the top speed of a slow joint, v is clipped to
-that speed, and R grows linearly with the slope of `beyond`. The offset is stored, but not part of R.
+with the terms of `stribeck.friction.terms` that depend on load, temperature and position. Above the top speed of a slow
+joint, v is clipped to that speed, and R grows linearly with the slope of `beyond`. The offset is stored, but not part
+of R.
 """
 
 import json
@@ -26,26 +24,28 @@ from stribeck.exporters.beyond import Beyond, top_speed
 from stribeck.exporters.samples import JointRanges
 from stribeck.exporters.target import Request
 from stribeck.friction.auto import JUMP
+from stribeck.friction.terms import LADDER
 from stribeck.result import JointResult
 
 FORMULAS = ("asymmetric", "auto", "coulomb-viscous", "lugre", "stribeck", "stribeck-exponent")
 """Laws that the function covers; for LuGre, the friction of steady sliding."""
 
+OF_TERMS = [term for term in LADDER if term.over in ("load", "temperature", "position")]
 NUMBERS = {
     **dict.fromkeys(("viscous", "viscous_difference", "coulomb", "coulomb_difference", "stribeck_gain"), 0.0),
     "stribeck_velocity": 1.0,
     "exponent": 2.0,
     "slope": JUMP,
-    **dict.fromkeys(("offset", "load", "coulomb_per_kelvin", "viscous_per_kelvin"), 0.0),
-    **dict.fromkeys(("coulomb_cosine", "coulomb_sine", "mean_cosine", "mean_sine"), 0.0),
-    **dict.fromkeys(("ripple_cosine", "ripple_sine", "ripple_per_turn"), 0.0),
+    **dict.fromkeys(("offset", "mean_cosine", "mean_sine"), 0.0),
+    **dict.fromkeys([name for term in OF_TERMS for name in (*term.names, *term.settings)], 0.0),
     "lowest": -1e9,
     "highest": 1e9,
     "top_speed": 1e9,
     "viscous_beyond": 0.0,
 }
-"""Values for a joint without friction: Fv0, Fv', Fc, Fc', S, vs, delta, a, offset, mu, Fc_T, Fv_T, Fc_c, Fc_s, c, s,
-tau_c, tau_s, k, the position range of the log, that clips positions, and top speed and slope of R above it."""
+"""Values for a joint without friction: Fv, Fv', Fc, Fc', S, vs, delta, a, offset, means of cosine and sine of the
+position, parameters and settings of the terms, the position range of the log, that clips positions, and top speed and
+slope of R above it."""
 
 
 def numbers_of(joint: JointResult, beyond: Beyond | None = None) -> dict[str, float]:
@@ -73,7 +73,26 @@ def numbers_of(joint: JointResult, beyond: Beyond | None = None) -> dict[str, fl
         numbers |= {"mean_cosine": joint.mean_direction[0], "mean_sine": joint.mean_direction[1]}
     if beyond:
         numbers |= {"top_speed": beyond.top, "viscous_beyond": beyond.slope}
-    return numbers | {"ripple_per_turn": joint.ripple_per_turn or 0.0}
+    return numbers | {name: getattr(joint, name) or 0.0 for term in OF_TERMS for name in term.settings}
+
+
+def _code(parameter: str, function: str, absolute: str) -> dict[str, str]:
+    """Format the friction of the terms over position, and of all others, for templates of C and Python.
+
+    `parameter` and `function` are patterns of the language; `absolute` is its function for absolute values.
+    """
+    found = {"steady": "", "over_position": ""}
+    for term in OF_TERMS:
+        known = "|".join(("mean_cosine", "mean_sine", *term.settings))
+        for name, column in zip(term.names, term.columns, strict=True):
+            code = re.sub(
+                rf"\b({known})\b", lambda word: parameter.format(word[1]), column.replace("velocity", "within")
+            )
+            code = re.sub(r"\b(?!abs)([a-z]+)\(", lambda word: function.format(word[1]), code).replace("abs(", absolute)
+            found["over_position" if term.over == "position" else "steady"] += (
+                f"\n        + {parameter.format(name)} * {code}"
+            )
+    return found
 
 
 def c_text(request: Request) -> str:
@@ -89,13 +108,14 @@ def c_text(request: Request) -> str:
     lines = [re.sub(r"\*/|/\*", "", line).encode("ascii", "replace").decode() for line in request.lines]
     lines = [" ".join(line.split()).replace("??", "?") for line in lines]  # no end of comment, no trigraphs
     robot = _identifier(request.result.robot)
-    return _template("friction.h.j2").render(lines=lines, robot=robot, joints=rows, names=list(NUMBERS))
+    code = _code("p->{}", "FRICTION_F({})(", "FRICTION_F(fabs)(")
+    return _template("friction.h.j2").render(lines=lines, robot=robot, joints=rows, names=list(NUMBERS), **code)
 
 
 def python_text(request: Request) -> str:
     """Format a Python module with the friction of the joints and its compensation, for NumPy and torch."""
     joints = {name: _with_confidence(request, name) for name in request.joints}
-    return _module("python", request.lines, joints=joints)
+    return _module("python", request.lines, joints=joints, **_code('p["{}"]', "xp.{}(", "abs("))
 
 
 def pinocchio_text(request: Request) -> str:

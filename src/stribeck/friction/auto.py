@@ -5,7 +5,6 @@ from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from stribeck.base.typing import Array
 from stribeck.friction.law import Parameter
@@ -14,46 +13,6 @@ from stribeck.friction.stribeck import Stribeck
 
 JUMP = 1e9
 """Slope [s/rad] of friction that jumps at standstill: any nonzero velocity is beyond the rise."""
-
-
-def beyond_velocity(
-    values: Mapping[str, float],
-    velocity: Array,
-    load: ArrayLike,
-    temperature: ArrayLike,
-    cosine: ArrayLike = 0.0,
-    sine: ArrayLike = 0.0,
-    angle: ArrayLike | None = None,
-) -> Array:
-    """Compute the friction due to load, temperature and position, in addition to friction due to velocity [N m].
-
-    mu |load| tanh(a v) + dT (Fc_T tanh(a v) + Fv_T v) + (Fc_c cosine + Fc_s sine) tanh(a v)
-        + tau_c cos(angle) + tau_s sin(angle), with the terms that the joint has
-
-    Parameters
-    ----------
-    values
-        Parameters of the joint by name.
-    velocity, load, temperature, cosine, sine
-        Velocity [rad/s], load [N m], temperature minus its mean [K], and cosine and sine of the position minus their
-        means; the shapes broadcast.
-    angle
-        Position times the ripple's periods per turn [rad]; None without ripple.
-    """
-    rise, warmer = np.tanh(values.get("slope", JUMP) * velocity), np.asarray(temperature)
-    slow = values.get("coulomb_per_kelvin", 0.0) * rise + values.get("viscous_per_kelvin", 0.0) * velocity
-    turned = values.get("coulomb_cosine", 0.0) * np.asarray(cosine) + values.get("coulomb_sine", 0.0) * np.asarray(sine)
-    found = (values.get("load", 0.0) * np.abs(load) + turned) * rise + warmer * slow
-    if angle is None:
-        return np.asarray(found)
-    ripple = values.get("ripple_cosine", 0.0) * np.cos(angle) + values.get("ripple_sine", 0.0) * np.sin(angle)
-    return np.asarray(found + ripple)
-
-
-def drift(values: Mapping[str, float], velocity: Array) -> Array:
-    """Compute the change of friction from the start of a log to its end [N m]: Fc_t tanh(a v) + Fv_t v."""
-    rise = np.tanh(values.get("slope", JUMP) * velocity)
-    return np.asarray(values.get("coulomb_drift", 0.0) * rise + values.get("viscous_drift", 0.0) * velocity)
 
 
 class AutoLaw(Stribeck):

@@ -5,8 +5,8 @@ from scipy.special import stdtrit  # avoids the slow import of scipy.stats
 
 from stribeck.base.typing import Array
 from stribeck.friction import FrictionLaw, unit_for
-from stribeck.friction.auto import drift
 from stribeck.friction.parameters import COULOMB
+from stribeck.friction.terms.motion import drift
 from stribeck.judgement.joint_fit import JointFit
 from stribeck.judgement.speed import top_speed
 from stribeck.result import CurvePoint, law_slopes

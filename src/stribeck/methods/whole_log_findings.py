@@ -6,7 +6,7 @@ import numpy as np
 
 from stribeck.base.finding import Finding
 from stribeck.base.spans import exclude_options, listed_spans
-from stribeck.friction.auto import drift
+from stribeck.friction.terms.motion import drift
 from stribeck.judgement.curve import BETWEEN_LOGS
 from stribeck.methods.causes import body_text, cause_findings
 from stribeck.methods.whole_log_fitted import FEW, WholeLog
@@ -50,7 +50,7 @@ def find_problems(found: WholeLog) -> list[Finding]:
         problems.append(Finding.of("wrench-sensors", far=FAR))
     problems += [*_of_logs(found), *_of_drift(found)]
     causes, late = _of_causes(found), _of_delays(found)
-    misfits = misfit_findings(fit.misfits, found.joints, fit.beside.per_turn)
+    misfits = misfit_findings(fit.misfits, found.joints, fit.beside.settings)
     if not causes:
         return [*problems, *_of_bodies(found), *late, *misfits]
     joints = {joint for cause in causes for joint in cause.joints}  # their friction is strained by the same errors
@@ -132,7 +132,7 @@ def _of_delays(found: WholeLog) -> list[Finding]:
     """Find delays of torques and base orientation, and torques that may be late or not."""
     corrections, table, problems = found.corrections, found.robot.log_table, []
     late = corrections.torque_delay
-    joints = tuple(name for name, own in found.terms.items() if own.builds_up)
+    joints = tuple(name for name, own in found.terms.items() if own.verdicts["presliding"].kept)
     if late and joints and late[1] > 0.7 * found.fit.fit.model.priors.torque_delay:
         size, error = 1e3 * late[0], 2e3 * late[1]
         problems.append(Finding.of("torque-delay.ambiguous", joints, size=size, error=error))

@@ -81,29 +81,17 @@ class WholeLog:
         fit = self.fit
         if not fit.terms:
             return {}
-        beside, known = fit.beside, fit.statistics
-        numbers = (
-            known.mean_load,
-            known.load_deviation,
-            beside.per_turn,
-            beside.travel,
-            beside.direction,
-            beside.mean_temperature,
-        )
-        columns = [own.tolist() for own in numbers]
+        beside, warm = fit.beside, fit.beside.mean_temperature
         return {
             joint: JointTerms(
-                verdicts=verdicts,
-                mean_load=load,
-                load_deviation=deviation,
-                mean_direction=tuple(direction) if np.isfinite(direction).all() else None,
-                per_turn=per_turn,
-                travel=travel,
-                mean_temperature=temperature if np.isfinite(temperature) else None,
+                verdicts=fit.terms[k],
+                mean_load=float(fit.statistics.mean_load[k]),
+                load_deviation=float(fit.statistics.load_deviation[k]),
+                mean_direction=tuple(beside.direction[k].tolist()) if np.isfinite(beside.direction[k]).all() else None,
+                mean_temperature=float(warm[k]) if warm is not None and np.isfinite(warm[k]) else None,
+                settings={name: float(own[k]) for name, own in beside.settings.items()},
             )
-            for joint, verdicts, load, deviation, per_turn, travel, direction, temperature in zip(
-                self.joints, fit.terms, *columns, strict=True
-            )
+            for k, joint in enumerate(self.joints)
         }
 
     @cached_property

@@ -7,8 +7,9 @@ from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
 from stribeck.exporters.links import with_bodies
 from stribeck.friction import LawWithState, Stribeck, get_law
-from stribeck.friction.auto import JUMP, beyond_velocity
-from stribeck.friction.terms import BEYOND_VELOCITY
+from stribeck.friction.auto import JUMP
+from stribeck.friction.terms import BEYOND_VELOCITY, LADDER
+from stribeck.friction.terms.motion import beyond_velocity, signals
 from stribeck.result import JointResult, Result
 from stribeck.result.joint import law_values
 from stribeck.robot import Robot
@@ -80,7 +81,8 @@ class Baseline:
         self._beyond = {
             name: np.array([joint.values.get(name, UNEVEN.get(name, 0.0)) for joint in joints]) for name in names
         }
-        self._turns = np.array([joint.ripple_per_turn or 0.0 for joint in joints])
+        settings = (name for term in LADDER for name in term.settings)
+        self._settings = {name: np.array([getattr(joint, name) or 0.0 for joint in joints]) for name in settings}
         self._direction = np.array([joint.mean_direction or (np.nan, np.nan) for joint in joints]).T
         self._range = np.array([joint.position_range or (-np.inf, np.inf) for joint in joints]).T
 
@@ -96,14 +98,9 @@ class Baseline:
             own = np.column_stack([self._law.torque(v, values) for v, values in pairs])
         if self._beyond.keys().isdisjoint(parameter.name for parameter in BEYOND_VELOCITY):
             return np.asarray(own)
-        near = np.clip(position, *self._range)
-        cosine, sine = (
-            np.nan_to_num(wave(near) - mean) for wave, mean in zip((np.cos, np.sin), self._direction, strict=True)
-        )
-        load = torque - own if "load" in self._beyond else 0.0
-        angle = self._turns * position
-        more = beyond_velocity(self._beyond, velocity, load, warmer, cosine, sine, angle)  # type: ignore[arg-type]
-        return np.asarray(own + more)
+        places = position, self._range, self._direction
+        motion = signals(velocity, self._beyond.get("slope", JUMP), *places, load=torque - own, temperature=warmer)
+        return np.asarray(own + beyond_velocity(self._beyond, motion | self._settings))
 
 
 def _is_tracked(joint: JointResult) -> bool:

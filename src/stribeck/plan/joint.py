@@ -12,7 +12,7 @@ from stribeck.base.typing import Array
 from stribeck.dynamics.state import State
 from stribeck.friction import FrictionLaw, get_law
 from stribeck.friction.law import unit_for
-from stribeck.friction.terms import BASE, BEYOND_VELOCITY, LADDER
+from stribeck.friction.terms import BASE, BEYOND_VELOCITY, parameters_over
 from stribeck.judgement.curve import SPEEDS
 from stribeck.judgement.speed import top_speed
 from stribeck.result import JointResult, ParameterEstimate, law_slopes, law_values
@@ -99,9 +99,9 @@ class PlannedJoint:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Names of the k parameters to identify, without temperature and drift, which no motion excites."""
-        known = {name for term in LADDER if term.name.endswith(("temperature", "drift")) for name in term.parameters}
-        return tuple(name for name in self.found.parameters if name not in known | {"presliding"})
+        """Names of the k parameters to identify, without temperature, drift and presliding."""
+        known = parameters_over("temperature", "time", "travel")
+        return tuple(name for name in self.found.parameters if name not in known)
 
     @cached_property
     def values(self) -> Array:

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
-from stribeck.friction.auto import drift
 from stribeck.friction.law import FrictionLaw
+from stribeck.friction.terms.motion import drift
 from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.report.charts import Chart, axis, density, line, robust_limits, velocity_axes
 from stribeck.report.page import Section, render

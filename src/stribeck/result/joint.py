@@ -16,9 +16,9 @@ from stribeck.base.text_table import TextTable, number, span
 from stribeck.base.typing import Array
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw, LawWithState, get_law
-from stribeck.friction.auto import beyond_velocity, drift
+from stribeck.friction.auto import JUMP
 from stribeck.friction.law import Motion
-from stribeck.friction.presliding import SMOOTH_SIGN, lag_behind
+from stribeck.friction.terms.motion import beyond_velocity, drift, signals
 from stribeck.result.parts import Count, Interval, Size
 
 if TYPE_CHECKING:
@@ -273,24 +273,22 @@ class JointResult:
             return np.full(speeds.shape, found["offset"])
         if values is None:
             raise NothingIdentifiedError(f"no friction was found of this joint: {self.reason}")
-        carried = (self.mean_load or 0.0) if load is None else load
         if period is not None and isinstance(law, LawWithState):
             own = _along(law, speeds.reshape(len(speeds), -1), values, period).reshape(speeds.shape)
         else:
             own = law.torque(speeds.ravel(), values).reshape(speeds.shape)
-        turned: tuple[ArrayLike, ArrayLike] = (0.0, 0.0)
-        if position is not None and self.mean_direction:
-            reached = np.clip(position, *self.position_range) if self.position_range else position
-            turned = np.cos(reached) - self.mean_direction[0], np.sin(reached) - self.mean_direction[1]
-        angle = None
-        if position is not None and self.ripple_per_turn is not None:
-            angle = self.ripple_per_turn * np.asarray(position)
-        if period is not None and self.presliding_travel is not None and self.curve:
-            flat, top = speeds.reshape(len(speeds), -1), self.curve[-1].velocity
-            travels = np.full((1, flat.shape[1]), self.presliding_travel)
-            lag = lag_behind(flat, period, SMOOTH_SIGN * top, travels)[0]
-            own = own + found.get("presliding", 0.0) * lag.reshape(speeds.shape)
-        return np.asarray(own + beyond_velocity(found, speeds, carried, temperature, *turned, angle))
+        motion = signals(
+            speeds,
+            found.get("slope", JUMP),
+            np.nan if position is None else position,
+            self.position_range or (-np.inf, np.inf),
+            self.mean_direction or (np.nan, np.nan),
+            period,
+            self.curve[-1].velocity if self.curve else np.nan,
+            load=(self.mean_load or 0.0) if load is None else np.asarray(load),
+            temperature=np.asarray(temperature),
+        )
+        return np.asarray(own + beyond_velocity(found, {**vars(self), **motion}))
 
     def between_logs(self, parameter: str) -> float:
         """Compute the standard deviation of a parameter from log to log relative to its value [1].

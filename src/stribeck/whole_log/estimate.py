@@ -21,7 +21,8 @@ from stribeck.whole_log.equations.filters import WINDOW_LENGTH
 from stribeck.whole_log.equations.segments import Segment
 from stribeck.whole_log.fit_checks.misfits import Misfit, find_misfits
 from stribeck.whole_log.fit_checks.validation import friction_residual_rms, validate
-from stribeck.whole_log.model.terms import Columns, Terms, unsupported
+from stribeck.whole_log.model.terms import Columns, Terms
+from stribeck.whole_log.model.unexplained import unsupported
 from stribeck.whole_log.noise.variance_components import VarianceComponents
 from stribeck.whole_log.reading import read_with_pilot, remaining_delay
 from stribeck.whole_log.solver.elimination import Fit

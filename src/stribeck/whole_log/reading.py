@@ -26,8 +26,8 @@ from stribeck.whole_log.equations.equation_sequence import EquationSequence
 from stribeck.whole_log.equations.segments import Segment
 from stribeck.whole_log.model.basis import Basis, make_basis
 from stribeck.whole_log.model.laws import Laws
-from stribeck.whole_log.model.search import by_joint, presliding_travels, ripples_per_turn
-from stribeck.whole_log.model.terms import NO_TERM, Columns, Terms, find_terms
+from stribeck.whole_log.model.terms import NO_TERM, Columns, Terms
+from stribeck.whole_log.model.unexplained import Unexplained, find_terms
 from stribeck.whole_log.solver.elimination import Fit, eliminate, inverse_of, solve
 from stribeck.whole_log.solver.empirical_bayes import (
     best_of_linear,
@@ -168,7 +168,6 @@ def _with_terms(
         if part.regressors is not None:
             fitted += part.regressors @ pilot.prediction.values[size:]
         left.append((part, part.residual - fitted, pilot.components.marginal(part)))
-    scores, known = by_joint(left)
     offsets = np.array([parameter.name != "offset" for parameter in law.parameters])
     free = offsets | (np.arange(joints) < parts[0].joints)[:, None]  # couplings have none: the joints have
     laws = Laws(law, basis, (), speed, np.full(joints, pilot.torque), priors, free)
@@ -177,17 +176,10 @@ def _with_terms(
         own = blocks(pilot.prediction.covariance[:size, :size], joints)[:, :functions, :functions]
         internal = best_of_linear(laws, friction, own)
         slope = laws.external(internal)[:, [parameter.name for parameter in law.parameters].index("slope")]
-    squares = (scores**2 / np.maximum(known, 1e-300)).sum(axis=0)
-    terms = find_terms(
-        parts,
-        slope=slope,
-        per_turn=ripples_per_turn(left),
-        travel=presliding_travels(left, basis, speed),
-        friction=friction,
-        top_speed=speed,
-        unexplained=np.sqrt(squares / np.maximum(known.sum(axis=0), 1e-300)),
-        delay=priors.torque_delay,
-    )
+    nothing, delay = np.zeros(joints), priors.torque_delay
+    terms = find_terms(parts, slope=slope, friction=friction, top_speed=speed, unexplained=nothing, delay=delay)
+    unexplained = Unexplained.of(left, basis, terms)
+    terms = replace(terms, unexplained=unexplained.rms, settings=unexplained.settings)
     own_terms = [parameter.name not in NO_TERM and law.name == AUTO for parameter in terms.parameters]
     free = np.hstack([free, np.tile(own_terms, (joints, 1))])
     return replace(laws, terms=terms.parameters, free=free), terms, with_terms(pilot, Columns(basis, terms))

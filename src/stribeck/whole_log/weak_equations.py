@@ -213,11 +213,6 @@ class WeakEquations:
         """Compute the windows of a signal at the full rate, shape (T, n) -> (K, n)."""
         return through_windows(signal, self.taps, self.step)[: len(self.time)]
 
-    def direction(self, per_turn: Array | float = 1.0) -> Array:
-        """Compute windowed cosine and sine of the joints' positions times `per_turn`, shape (K, n, 2)."""
-        angle = per_turn * self.position
-        return np.stack([self.windows(np.cos(angle)), self.windows(np.sin(angle))], axis=2)
-
     def presliding(self, top_speed: Array, travels: Array) -> Array:
         """Compute windowed z - s of presliding, shape (c, K, n), for c travels [rad], shape (c, n)."""
         velocity = self.velocity if self.before is None else np.concatenate([self.before, self.velocity])

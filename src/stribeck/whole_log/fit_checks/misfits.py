@@ -7,31 +7,31 @@ friction, and without it the friction curve is outside its interval. The finding
 explain nearly as much.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from stribeck.base.finding import FRICTION, Finding
 from stribeck.base.typing import Array
-from stribeck.friction.terms import RIPPLE, SLOW
+from stribeck.friction.terms import LADDER
 from stribeck.whole_log.constants import LEAST_FRICTION
 from stribeck.whole_log.model.terms import DELAY, PLAY
 from stribeck.whole_log.solver.elimination import Fit
 from stribeck.whole_log.solver.statistics import Statistics
 from stribeck.whole_log.terms.trials import Trials
 
-KINDS = {
-    "load": ("load", ("load",)),
-    "drift": ("drift", tuple(parameter.name for own in SLOW.values() for parameter in own)),
-    "presliding": ("presliding", ("presliding",)),
-    "play": ("play", tuple(parameter.name for parameter in PLAY)),
-    "delay": ("a delay of this torque only", (DELAY.name,)),
-    "ripple": ("ripple over position", tuple(parameter.name for parameter in RIPPLE)),
-}
-"""Kinds of misfits: description and parameters. The name of a check is the prefix `FRICTION` and the kind."""
+OF_TERMS = {term.misfit: [each for each in LADDER if each.misfit == term.misfit] for term in LADDER if term.misfit}
+"""Terms of each kind of misfit."""
 
-WORDS = {kind: words for kind, (words, _) in KINDS.items()}
+KINDS = {kind: tuple(name for term in terms for name in term.names) for kind, terms in OF_TERMS.items()} | {
+    "play": tuple(parameter.name for parameter in PLAY),
+    "delay": (DELAY.name,),
+}
+"""Parameters of each kind of misfit. The name of a check is the prefix `FRICTION` and the kind."""
+
+WORDS = {kind: terms[0].words for kind, terms in OF_TERMS.items()}
+WORDS |= {"play": "play", "delay": "a delay of this torque only"}
 UNCLEAR = FRICTION + "unclear"
 LEAST_EVIDENCE = 33.0
 """Decrease of the held-out chi^2 above which a kind is flagged [1]; chance reaches it once in 1e8 times."""
@@ -66,10 +66,12 @@ class Misfit:
     def matters(self) -> bool:
         """Whether the term is at least a twentieth of the friction, and the friction curve is wrong without it.
 
-        A term cannot be much larger than the friction that it changes. A delay matters from one cycle of a 1 kHz bus.
+        A term cannot be much larger than the friction that it changes, unless it depends on position. A delay matters
+        from one cycle of a 1 kHz bus.
         """
         large = self.size > 1e-3 if self.kind == "delay" else self.share > 0.05
-        possible = self.kind not in ("load", "drift", "presliding") or self.share < 2.0
+        of_terms = OF_TERMS.get(self.kind, ())
+        possible = self.share < 2.0 or not of_terms or any(term.over == "position" for term in of_terms)
         return large and possible and self.shift > 2.0
 
 
@@ -185,7 +187,7 @@ class _Joint:
     def explanation(self, heterogeneity: float) -> tuple[Misfit, ...]:
         """Find the kind that explains the residual, or several that explain nearly as much; () if none."""
         beside: list[str] = []
-        kinds = [kind for kind, (_, names) in KINDS.items() if not self.decided.intersection(names)]
+        kinds = [kind for kind, names in KINDS.items() if not self.decided.intersection(names)]
         while True:
             tests = [self._test(kind, beside, heterogeneity) for kind in kinds if kind not in beside]
             clear = sorted((t for t in tests if t and t.evidence > LEAST_EVIDENCE), key=lambda t: -t.evidence)
@@ -197,8 +199,8 @@ class _Joint:
     def _test(self, kind: str, beside: Sequence[str], heterogeneity: float) -> Misfit | None:
         """Test a kind in addition to others; None if the law contains the kind, or if it has no columns."""
         law, trials = len(self.trials.laws.law.parameters), self.trials
-        names = [name for name in KINDS[kind][1] if name in trials.names]
-        others = [name for other in beside for name in KINDS[other][1] if name in trials.names]
+        names = [name for name in KINDS[kind] if name in trials.names]
+        others = [name for other in beside for name in KINDS[other] if name in trials.names]
         terms = np.array([trials.names.index(name) for name in (*names, *others)], dtype=np.int64) - law
         without, own = [*self.kept, *others], terms[: len(names)]
         if not names or trials.having(without)[own + law].any() or trials.folds.held_right.shape[1] < 2:
@@ -223,12 +225,17 @@ class _Joint:
         )
 
 
-def misfit_findings(misfits: Sequence[tuple[Misfit, ...]], names: Sequence[str], per_turn: Array) -> list[Finding]:
-    """Report each kind of misfit with its joints, and the joints for which several kinds explain as much."""
+def misfit_findings(
+    misfits: Sequence[tuple[Misfit, ...]], names: Sequence[str], settings: Mapping[str, Array]
+) -> list[Finding]:
+    """Report each kind of misfit with its joints, and the joints for which several kinds explain as much.
+
+    `settings` are those of the terms by name, shape (n,) each.
+    """
     found: dict[str, dict[str, str]] = {kind: {} for kind in (*KINDS, "unclear")}
-    for name, own, periods in zip(names, misfits, per_turn.tolist(), strict=True):
+    for joint, (name, own) in enumerate(zip(names, misfits, strict=True)):
         if len(own) == 1:
-            found[own[0].kind][name] = _evidence(own[0], periods)
+            found[own[0].kind][name] = _evidence(own[0], settings, joint)
         elif own:
             found["unclear"][name] = " or ".join(WORDS[each.kind] for each in own)
     return [
@@ -240,8 +247,9 @@ def misfit_findings(misfits: Sequence[tuple[Misfit, ...]], names: Sequence[str],
     ]
 
 
-def _evidence(misfit: Misfit, per_turn: float) -> str:
+def _evidence(misfit: Misfit, settings: Mapping[str, Array], joint: int) -> str:
     if misfit.kind == "delay":
         return f"{1e3 * misfit.size:.2g} ms"
-    share = f"{100 * misfit.share:.0f} % of its friction"
-    return f"{share}, {per_turn:.3g} periods per turn" if misfit.kind == "ripple" else share
+    terms = OF_TERMS.get(misfit.kind, ())
+    shown = (term.shown.format(*(settings[name][joint] for name in term.settings)) for term in terms if term.shown)
+    return f"{100 * misfit.share:.0f} % of its friction" + "".join(shown)

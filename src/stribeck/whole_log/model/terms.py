@@ -1,135 +1,129 @@
-"""Columns of terms in addition to the law: friction that changes with load, temperature or time, position and travel.
+"""Columns in addition to the law: terms of friction (`friction/terms`), and errors that look like friction.
 
-With s the rise of the friction at standstill, tanh(a v), a joint's columns are, through the window,
-
-| term | columns |
+| error | columns |
 |---|---|
-| load | |torque that reaches the link| s |
-| coulomb_temperature, viscous_temperature | degrees above the mean times s, and times v |
-| coulomb_drift, viscous_drift | time, from -1/2 at the beginning of a log to 1/2 at its end, times s, and times v |
-| coulomb_position | cosine and sine of the position, minus their means, times s |
-| ripple | cos(k q), sin(k q), k periods per turn |
-| presliding | z - s(v), the deficit of friction that builds up over a travel (`friction/presliding.py`) |
 | play | blows when the torque changes its sign, and one window later |
 | rotor | acceleration |
 | gain | this torque |
 | delay | minus the change of this torque with time |
 
-The last four are not friction, but errors that look like friction to a fit. The slope a, k and the travel come from
-the pilot, so that all columns are known before the log is read. Load: Hamon, Gautier and Garrec 2010; temperature:
-Bittencourt and Gunnarsson 2012; presliding: Dahl 1968.
+Settings of all columns come from the pilot, so that they are known before the log is read.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import compress
-from typing import Protocol
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 
 from stribeck.base.typing import Array
-from stribeck.friction import Parameter
-from stribeck.friction.terms import LOAD, POSITION, PRESLIDING, RIPPLE, SLOW
+from stribeck.friction.terms import LADDER
+from stribeck.friction.terms.term import Term, evaluate, linear
 from stribeck.whole_log.model.basis import Basis
 from stribeck.whole_log.weak_equations import WeakEquations
 
-PLAY = tuple(
-    Parameter(name=name, symbol=name, unit="N m", lower=float("-inf"), neutral=0.0) for name in ("play", "rebound")
-)
-ROTOR = Parameter(name="rotor", symbol="I", unit="kg m^2", lower=float("-inf"), neutral=0.0)
-DELAY = Parameter(name="delay", symbol="d", unit="1", lower=float("-inf"), neutral=0.0)
+PLAY = tuple(linear(name, name, "N m") for name in ("play", "rebound"))
+ROTOR = linear("rotor", "I", "kg m^2")
+GAIN = linear("gain", "g", "1")
+"""Share of a torque that is the error of its gain."""
+DELAY = linear("delay", "d", "1")
 """Parameter of a torque delay, in units of the prior of delays [1]."""
 
-SHORTEST_DRIFT = 20.0
-"""Shortest log for terms of drift [s], chosen by judgment."""
-
-GAIN = Parameter(name="gain", symbol="g", unit="1", lower=float("-inf"), neutral=0.0)
-"""Share of a torque that is the error of its gain."""
-
-NO_TERM = frozenset(parameter.name for parameter in (*PLAY, ROTOR, GAIN, DELAY))
+ERRORS = (*PLAY, ROTOR, GAIN, DELAY)
+NO_TERM = frozenset(parameter.name for parameter in ERRORS)
 """Parameters of columns that model errors, not friction."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Terms:
-    """Settings of the columns of n joints; without `slope` there are no columns.
+    """Terms that n joints may have, and the settings of their columns.
 
     Attributes
     ----------
-    slow
-        Cause of slow changes of friction: "temperature" or "drift".
-    middle
-        Mean temperatures [deg C], shape (n,), or half the length of the longest log [s].
+    mean_temperature
+        Mean temperatures [deg C], shape (n,); None if the log has no temperatures, so that drift replaces them.
+    duration
+        Duration of the longest log [s].
     direction
         Mean cosine and sine of each joint's position, shape (n, 2).
     slope
         Slope of the friction's rise at standstill [s/rad], shape (n,).
-    per_turn, travel
-        Periods per turn of each joint's torque ripple [1], and travel of its presliding [rad], shape (n,); NaN for
-        none.
     friction
         Coefficients of the pilot's curves, shape (n, R), for computing the torque that reaches the link.
     top_speed, unexplained
         Top speed [rad/s], and the pilot's residual torque, root mean square [N m], shape (n,).
     delay
         Unit of delays [s].
+    settings
+        Settings of the terms by name, shape (n,) each; NaN for joints without the term.
     """
 
-    slow: str
-    middle: Array
+    mean_temperature: Array | None
+    duration: float
     direction: Array
     slope: Array
-    per_turn: Array
-    travel: Array
     friction: Array
     top_speed: Array
     unexplained: Array
     delay: float
+    settings: Mapping[str, Array] = field(default_factory=dict)
+
+    @cached_property
+    def own(self) -> list[Term]:
+        """Terms with columns that some joint can have."""
+        absent = "temperature" if self.mean_temperature is None else "time"
+        found = [term for term in LADDER if term.columns and term.over != absent]
+        return [term for term in found if all(np.isfinite(self.settings[name]).any() for name in term.settings)]
 
     @property
     def size(self) -> int:
         """Number of columns."""
         return len(self.parameters)
 
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
+    @cached_property
+    def parameters(self) -> tuple[Any, ...]:
         """Names of the columns' parameters, in order."""
-        return tuple(
-            compress(
-                (LOAD, *SLOW[self.slow], *POSITION, *RIPPLE, PRESLIDING, *PLAY, ROTOR, GAIN, DELAY), self._possible
-            )
-        )
+        return (*(parameter for term in self.own for parameter in term.parameters), *ERRORS)
 
     @property
     def held(self) -> list[bool]:
         """Mask of columns that the pilot does not fit: a torque resembles friction too much."""
         return [parameter is GAIN for parameter in self.parameters]
 
-    @property
-    def _possible(self) -> list[bool]:
-        """Mask of columns that some joint can have."""
-        ripple, presliding = (bool(np.isfinite(each).any()) for each in (self.per_turn, self.travel))
-        return [True, True, True, True, True, ripple, ripple, presliding, True, True, True, True, True]
-
-    @property
-    def mean_temperature(self) -> Array:
-        """Mean temperature of each joint [deg C], NaN without a logged temperature, shape (n,)."""
-        return self.middle if self.slow == "temperature" else np.full(len(self.direction), np.nan)
-
     def columns(self, part: WeakEquations, windows: Array) -> Array:
         """Return the columns, shape (K, n, T), given the windows of the basis, shape (K, n, R)."""
-        rise, speed = part.windows(np.tanh(self.slope * part.velocity)), part.windows(part.velocity)
-        slow, around = self._slow(part), np.nan_to_num(part.direction() - self.direction)
-        ripple = np.nan_to_num(part.direction(self.per_turn))
-        lag = np.nan_to_num(part.presliding(self.top_speed, self.travel[None])[0])
+        signals = self.signals(part, windows)
+        own = [np.nan_to_num(evaluate(column, signals)) for term in self.own for column in term.columns]
         late, acceleration = np.zeros((2, *part.torque.shape))
         if len(part.time) > 1:
             acceleration = part.windows(np.gradient(part.velocity, part.period, axis=0))
             late -= self.delay * np.gradient(part.torque, part.time, axis=0)
-        turned = np.moveaxis(around * rise[:, :, None], 2, 0)
-        own = [self.load(part, windows) * rise, slow * rise, slow * speed, *turned, *np.moveaxis(ripple, 2, 0), lag]
-        errors = [*_blows(part, self.unexplained), acceleration, part.torque, late]
-        return np.stack(list(compress([*own, *errors], self._possible)), axis=2)
+        return np.stack([*own, *_blows(part, self.unexplained), acceleration, part.torque, late], axis=2)
+
+    def signals(self, part: WeakEquations, windows: Array) -> dict[str, Any]:
+        """Collect the signals of `Term.columns` through windows, shape (K, n)."""
+        middle, warmer = 0.5 * self.duration, np.full(part.torque.shape, np.nan)
+        if part.temperature is not None and self.mean_temperature is not None:
+            warmer = part.temperature - self.mean_temperature
+        since = 0.5 * (part.elapsed - middle) / middle
+        return {
+            "velocity": part.windows(part.velocity),
+            "rise": part.windows(np.tanh(self.slope * part.velocity)),
+            "load": self.load(part, windows),
+            "temperature": warmer,
+            "elapsed": np.broadcast_to(since[:, None], part.torque.shape),
+            "position": part.position,
+            "near": part.position,
+            "mean_cosine": self.direction[:, 0],
+            "mean_sine": self.direction[:, 1],
+            "abs": np.abs,
+            "cos": lambda angle: part.windows(np.cos(angle)),
+            "sin": lambda angle: part.windows(np.sin(angle)),
+            "tanh": lambda argument: part.windows(np.tanh(argument)),
+            "lag": lambda travel: part.presliding(self.top_speed, travel[None])[0],
+            **self.settings,
+        }
 
     def load(self, part: WeakEquations, windows: Array) -> Array:
         """Compute the size of the torque that joints carry [N m], shape (K, n); zero for a coupling.
@@ -144,12 +138,6 @@ class Terms:
             own[:, : part.joints] += own[:, part.joints :] @ part.couplings.T
             own[:, part.joints :] = 0.0
         return np.asarray(np.abs(part.torque - own))
-
-    def _slow(self, part: WeakEquations) -> Array:
-        if self.slow == "temperature" and part.temperature is not None:
-            return np.asarray(np.nan_to_num(part.temperature - self.middle))
-        since = 0.5 * (part.elapsed - self.middle) / self.middle
-        return np.broadcast_to(since[:, None], part.torque.shape)
 
 
 class Beside(Protocol):
@@ -208,72 +196,6 @@ class Columns:
         if behind:
             matrix[:, :, end:] = np.concatenate(behind, axis=1).reshape(windows, rows, -1)
         return matrix.reshape(windows * rows, -1)
-
-
-def find_terms(pilot: Sequence[WeakEquations], **known: Array | float) -> Terms:
-    """Compute the terms' settings from equations over the entire log; `known` are the other attributes of `Terms`."""
-    temperature = [part.temperature for part in pilot if part.temperature is not None]
-    logged = len(temperature) == len(pilot) and bool(np.isfinite(np.concatenate(temperature)).any())
-    middle = np.full(1, max(0.5 * _last(pilot), 1e-9))
-    if logged:
-        whole = np.concatenate(temperature)
-        there = np.isfinite(whole)
-        total, count = np.where(there, whole, 0.0).sum(axis=0), there.sum(axis=0)
-        middle = np.where(count, total / np.maximum(count, 1), np.nan)
-    direction = np.concatenate([part.direction() for part in pilot]).mean(axis=0)
-    slow = "temperature" if logged else "drift"
-    return Terms(slow=slow, middle=middle, direction=direction, **known)  # type: ignore[arg-type]
-
-
-def unsupported(pilot: Sequence[WeakEquations], terms: Terms, mean: Array, deviation: Array) -> list[dict[str, str]]:
-    """List each joint's excluded terms with the reason.
-
-    Parameters
-    ----------
-    pilot
-        Equations from the beginning to the end of a log.
-    terms
-        Settings of the log's terms.
-    mean, deviation
-        Mean and standard deviation of each joint's load [N m], shape (n,).
-    """
-    turns = np.sqrt(np.concatenate([part.direction() for part in pilot]).var(axis=0).sum(axis=1))
-    reasons = []
-    for joint, turned in enumerate(turns):
-        temperature = [part.temperature[:, joint] for part in pilot if part.temperature is not None]
-        out = _slow_reasons(terms.slow, _last(pilot), temperature)
-        if not deviation[joint] > 0.1 * mean[joint]:
-            out["load"] = f"its load hardly changes: {mean[joint]:.3g} N m +- {deviation[joint]:.2g}"
-        if not turned >= 0.1:  # [rad]
-            said = "it is prismatic" if np.isnan(turned) else f"+- {turned:.2g} rad"
-            out["coulomb_position"] = f"its position hardly turns: {said}"
-        if np.isnan(terms.per_turn[joint]):
-            out["ripple"] = "its motion spans too little of a turn, or is none"
-        if np.isnan(terms.travel[joint]):
-            out["presliding"] = "no travel explains more of its torque than shorter and longer ones do"
-        reasons.append(out)
-    return reasons
-
-
-def _last(pilot: Sequence[WeakEquations]) -> float:
-    """Compute the duration of a log [s]."""
-    return max(float(part.elapsed[-1]) for part in pilot)
-
-
-def _slow_reasons(slow: str, last: float, temperature: list[Array]) -> dict[str, str]:
-    """Explain, by term, why a joint's log cannot show a change of friction with temperature or with time."""
-    warming, drifting = "", "the log has temperatures, which say more than time"
-    if slow == "drift":
-        warming = "no temperature in the log"
-        drifting = f"the log lasts {last:.3g} s; {SHORTEST_DRIFT:.0f} s are needed" if last < SHORTEST_DRIFT else ""
-    else:
-        own = np.concatenate(temperature)
-        if not np.isfinite(own).all():
-            warming = "the log has no temperature of this joint throughout"
-        elif np.ptp(own) < 2.0:
-            warming = f"its temperature changes by {np.ptp(own):.2g} K; 2 K are needed"
-    reasons = {"temperature": warming, "drift": drifting}
-    return {f"{part}_{kind}": why for kind, why in reasons.items() if why for part in ("viscous", "coulomb")}
 
 
 def _blows(part: WeakEquations, unexplained: Array) -> list[Array]:

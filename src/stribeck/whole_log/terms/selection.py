@@ -5,12 +5,14 @@ Cross-validation: Stone 1974; stepwise: Efroymson 1960; the simplest within a st
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stribeck.base.typing import Array
-from stribeck.friction.terms import BASE, LADDER, Term
+from stribeck.friction.terms import BASE, LADDER
+from stribeck.friction.terms.term import Term
 from stribeck.result import JointResult, TermDecision, TermVerdict
 from stribeck.whole_log.constants import LEAST_GAIN
 
@@ -153,26 +155,18 @@ class JointTerms:
         Mean and standard deviation of the torque that the joint carries [N m].
     mean_direction
         Means of cosine and sine of the position [1]; None for a prismatic joint.
-    per_turn
-        Periods of its torque ripple per turn [1].
-    travel
-        Travel of its presliding [rad].
     mean_temperature
         Mean temperature [deg C]; None where none is logged.
+    settings
+        Settings of the terms by name.
     """
 
     verdicts: dict[str, TermVerdict]
     mean_load: float
     load_deviation: float
     mean_direction: tuple[float, ...] | None
-    per_turn: float | None
-    travel: float | None
-    mean_temperature: float | None = None
-
-    @property
-    def builds_up(self) -> bool:
-        """Whether the joint's friction builds up over a travel."""
-        return self.verdicts["presliding"].kept
+    mean_temperature: float | None
+    settings: Mapping[str, float]
 
 
 def with_terms(joint: JointResult, terms: JointTerms, noise: float = 0.0) -> JointResult:
@@ -195,13 +189,14 @@ def with_terms(joint: JointResult, terms: JointTerms, noise: float = 0.0) -> Joi
         sizes = f"residual torque {joint.residual_rms:.2g} {unit} and mean load {terms.mean_load:.2g} {unit}"
         cause = "check for noise, a dead sensor, a wrong sign or a wrong model"
         found = replace(found, verdict="weak", reason=f"{sizes} are similar: {cause}")
+    kept = (term for term in LADDER if terms.verdicts[term.name].kept)
+    settings: dict[str, Any] = {name: terms.settings[name] for term in kept for name in term.settings}
     return replace(
         found,
         terms=terms.verdicts,
         mean_load=terms.mean_load,
         load_deviation=terms.load_deviation,
         mean_direction=terms.mean_direction,
-        ripple_per_turn=terms.per_turn if terms.verdicts["ripple"].kept else None,
         mean_temperature=terms.mean_temperature,
-        presliding_travel=terms.travel if terms.verdicts["presliding"].kept else None,
+        **settings,
     )

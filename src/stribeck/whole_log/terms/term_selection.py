@@ -9,7 +9,7 @@ from functools import cache, partial
 import numpy as np
 
 from stribeck.base.typing import Array
-from stribeck.friction.terms import BASE
+from stribeck.friction.terms import BASE, LADDER
 from stribeck.judgement.curve import WIDEST
 from stribeck.judgement.weakness import CLEARED, RISING
 from stribeck.result import TermVerdict
@@ -126,16 +126,11 @@ def _objection(trials: Trials, joint: int, kept: Kept, tried: Tried) -> Objectio
     values = dict(zip(trials.names, trials.laws.external(tried.internal[None])[0].tolist(), strict=True))
     top, rise = float(trials.laws.top_speed[joint]), RISING / values["slope"]
     stribeck_velocity = values["stribeck_velocity"]
-    if {"stribeck", "presliding"} <= kept:
-        return "refused", "after a reversal, the Stribeck effect and presliding compensate for each other"
+    if doubt := next((doubt for term in LADDER if (doubt := term.doubt(values, kept))), ""):
+        return "refused", doubt
     if "stribeck" in kept and rise > CLEARED * stribeck_velocity:
         gone = f"its Stribeck effect would be gone at {CLEARED * stribeck_velocity:.2g} rad/s"
         return "refused", f"{gone}, where it still rises, up to {rise:.2g} rad/s"
-    for name in ("viscous", "coulomb"):
-        if values[name] < abs(values.get(f"{name}_drift", 0.0)) / 2:
-            return "refused", f"{name} friction would be negative at the beginning of the log or at its end"
-    if "asymmetry" in kept and abs(values["viscous_asymmetry"]) > 0.5:  # threefold difference between directions
-        return "refused", f"viscous friction of one direction would be {abs(values['viscous_asymmetry']):.0%} more"
     for term, speed, what in (
         ("stribeck", stribeck_velocity, "the Stribeck velocity"),
         ("rounding", rise, "what it rises up to"),

@@ -28,7 +28,7 @@ from stribeck.whole_log.solver.elimination import EachJoint, Fit, eliminate, inv
 from stribeck.whole_log.solver.empirical_bayes import best_starts
 from stribeck.whole_log.solver.statistics import Statistics
 
-PARAMETERS = {term.name: term.parameters for term in LADDER}
+PARAMETERS = {term.name: term.names for term in LADDER}
 """Parameters of each term; the first is zero without the term."""
 
 SEEN = 1e-4

@@ -1,0 +1,19 @@
+"""Coulomb friction that grows with the torque that a joint carries (Hamon, Gautier and Garrec 2010)."""
+
+from stribeck.friction.terms.term import Seen, Term, linear
+
+
+def _refuse(seen: Seen) -> str:
+    changes = seen.load_deviation > 0.1 * seen.mean_load
+    return "" if changes else f"its load hardly changes: {seen.mean_load:.3g} N m +- {seen.load_deviation:.2g}"
+
+
+LOAD = Term(
+    name="load",
+    parameters=(linear("load", "mu", "1", lower=0.0),),
+    columns=("abs(load) * rise",),
+    over="load",
+    refuse=_refuse,
+    misfit="load",
+    words="load",
+)
