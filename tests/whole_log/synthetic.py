@@ -8,6 +8,7 @@ import numpy as np
 from stribeck.base.typing import Array
 from stribeck.friction import Parameter, get_law
 from stribeck.settings import Priors
+from stribeck.whole_log.equations.corrections.correction import CorrectionLayout
 from stribeck.whole_log.model.basis import make_basis
 from stribeck.whole_log.model.corrections import ModelCorrections, model_corrections
 from stribeck.whole_log.model.laws import Laws
@@ -16,7 +17,7 @@ from stribeck.whole_log.noise.outliers import Prediction
 from stribeck.whole_log.noise.variance_components import first_components
 from stribeck.whole_log.solver.elimination import Fit
 from stribeck.whole_log.solver.statistics import Statistics, accumulate
-from stribeck.whole_log.weak_equations import CorrectionLayout, WeakEquations
+from stribeck.whole_log.weak_equations import WeakEquations
 
 VALUES = np.array([[0.3, 1.0, 0.2], [0.2, 0.8, -0.3], [0.1, 0.5, 0.0]])
 """Viscous and Coulomb friction and offset of the three joints of `steps`."""
@@ -40,7 +41,9 @@ def no_fit(laws: Laws, model: ModelCorrections, internal: Array | None = None) -
 
 
 def make_model(torque: float = 1.0, **corrections: int) -> ModelCorrections:
-    return model_corrections(CorrectionLayout(**corrections), np.ones(corrections.get("gains", 0)), Priors(), torque)
+    return model_corrections(
+        CorrectionLayout(counts=corrections), np.ones(corrections.get("gains", 0)), Priors(), torque
+    )
 
 
 def statistics(friction: int, information: Array, right: Array, square: float, count: int) -> Statistics:

@@ -45,7 +45,7 @@ def test_a_sound_log_has_no_cause(sound: WholeLog) -> None:
         ("zero", "zeros", [KNEE], 0.07),
         ("gain", "gains", [KNEE], 0.2),
         ("tilt", "tilts", [1], 0.08),
-        ("base delay", "delays", [1], 0.03),
+        ("base delay", "base_delay", [0], 0.03),
     ],
 )
 def test_a_single_error_is_named_with_its_size(

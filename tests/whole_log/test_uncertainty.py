@@ -112,7 +112,7 @@ def test_errors_that_folds_share_are_taken_to_be_as_large_as_those_that_differ()
         whole, fit = fitted(parts)
         overdispersion = overdispersion_of(heterogeneity(whole, parts, fit).model, PARTS)
         wary = solve_with_empirical_bayes(whole, replace(fit, model=replace(fit.model, overdispersion=overdispersion)))
-        added = (wary.model.overdispersion - 1) * through(wary, wary.layout.places("bodies", "delays"))
+        added = (wary.model.overdispersion - 1) * through(wary, wary.layout.places("bodies", "base_delay"))
         variance = np.diag(wary.covariance + added)[wary.internal.size :]
         assert np.sqrt(variance[ZEROS:]) == pytest.approx(1.0)  # what nothing shows is as unknown as ever
         before.append(fit.corrections[:ZEROS] - zeros / ZERO)

@@ -8,8 +8,9 @@ from stribeck.audit.scale import scale_line
 from stribeck.base.finding import Finding
 from stribeck.base.typing import Array
 from stribeck.robot import Robot
+from stribeck.whole_log.equations.corrections import CORRECTIONS
+from stribeck.whole_log.equations.corrections.correction import CorrectionLayout
 from stribeck.whole_log.fit_checks.competing_causes import Cause, Causes
-from stribeck.whole_log.weak_equations import CorrectionLayout
 
 
 def cause_findings(causes: Causes, robot: Robot, joints: Sequence[str], model: CorrectionLayout) -> list[Finding]:
@@ -31,21 +32,9 @@ def _finding(cause: Cause, robot: Robot, joints: Sequence[str], model: Correctio
         check, own = ("torque-gain.fit", names) if names else ("torque-scale.fit", _measured(robot))
         setting = scale_line(robot, dict.fromkeys(own, 1 / factor))
         return Finding.of(check, own, factor=factor, error=error * factor, setting=setting, stops=False)
-    if cause.kind == "zero":
-        (joint,) = (robot.joint_names[place] for place in cause.places)
-        degrees, offset = np.rad2deg([size, error]), f"{{ {joint} = {-size:.4f} }}"
-        return Finding.of("encoder-zero", [joint], angle=degrees[0], error=degrees[1], offset=offset)
-    if cause.kind == "tilt":
-        angles = ", ".join(
-            f"{value:.2g} ± {error:.1g}° about {axis}"
-            for value, error, axis in zip(np.rad2deg(cause.values), 2 * np.rad2deg(cause.errors), "xyz", strict=True)
-            if abs(value) > 2 * error
-        )
-        return Finding.of("imu-tilt", angles=angles)
-    if cause.kind == "base delay":
-        delay = robot.log_table.base_orientation.delay + size
-        words = f"{1e3 * abs(size):.2g} ms {'late' if size > 0 else 'early'}"
-        return Finding.of("base-orientation-delay", size=words, setting=delay)
+    if correction := next((each for each in CORRECTIONS if each.kind == cause.kind), None):
+        assert correction.finding is not None, "a kind of a cause has a finding"
+        return correction.finding(cause.places, cause.values, cause.errors, robot)
     if cause.kind == "delay":
         return Finding.of("friction-delay", names, evidence=f"{names[0]} ({1e3 * size:.2g} ms)")
     if cause.kind == "rotor":

@@ -5,17 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from stribeck.base.typing import Array
 from stribeck.log import RobotLog
-from stribeck.log.interpolation import linear, slerp
-from stribeck.log.storage import allocate
+from stribeck.log.interpolation import linear
 from stribeck.robot import Robot
 from stribeck.robot.inertial_parameters import SIZE
-from stribeck.robot.rooting import BASE_FRAME
+from stribeck.whole_log.equations.corrections import CORRECTIONS
+from stribeck.whole_log.equations.corrections.correction import CorrectionLayout
+from stribeck.whole_log.equations.corrections.model import effects_of_logs
 from stribeck.whole_log.model.corrections import Layout
-from stribeck.whole_log.weak_equations import CorrectionLayout
 
 
 def corrected_robot(robot: Robot, corrections: CorrectionLayout, values: Array) -> Robot:
@@ -46,21 +45,13 @@ def corrected_log(
     was not fitted has no number and keeps its offsets.
     """
     layout = Layout(corrections)
-    gains, zeros, tilt, delays = (values[layout.part(part)] for part in ("gains", "zeros", "tilts", "delays"))
-    late = abs(delay) > 0.1 * (log.time[1] - log.time[0])  # otherwise the log is unchanged
-    torque = linear(log.time + delay, log.time, log.torque) if late else log.torque
+    if abs(delay) > 0.1 * (log.time[1] - log.time[0]):  # otherwise the log is unchanged
+        log = replace(log, torque=linear(log.time + delay, log.time, log.torque))
     if corrections.log_effects[0] and number is not None:
-        torque = torque.copy()
-        torque[:, columns] -= corrections.effects_of_logs(values[layout.part("log_effects")])[0, number]
-    if not corrections.gains:
-        return replace(log, torque=torque)
-    factors = np.ones(log.torque.shape[1])
-    factors[columns] -= gains
-    scaled, position = allocate(torque.shape), allocate(log.position.shape)
-    np.multiply(torque, factors, out=scaled)
-    np.subtract(log.position, zeros, out=position)
-    orientation = log.base_orientation
-    if orientation is not None and robot.base_frame == BASE_FRAME:
-        orientation = slerp(log.time + delays[1:].sum(), log.time, orientation)
-        orientation = (Rotation.from_quat(orientation) * Rotation.from_rotvec(-tilt)).as_quat()
-    return replace(log, torque=scaled, position=position, base_orientation=orientation)
+        torque = log.torque.copy()
+        torque[:, columns] -= effects_of_logs(corrections, values[layout.part("log_effects")])[0, number]
+        log = replace(log, torque=torque)
+    for each in reversed(CORRECTIONS):
+        if each.apply and each.size_in(corrections):
+            log = each.apply(log, robot, columns, values[layout.part(each.name)])
+    return log

@@ -6,6 +6,7 @@ from stribeck.base.typing import Array
 from stribeck.result import BodyCorrection, Corrections
 from stribeck.robot.inertial_parameters import SIZE
 from stribeck.whole_log.constants import LEAST_FRICTION
+from stribeck.whole_log.equations.corrections.model import effects_of_logs
 from stribeck.whole_log.estimate import WholeLogFit
 from stribeck.whole_log.uncertainty.joint_errors import correlations, shape_errors
 
@@ -48,20 +49,20 @@ def describe_corrections(
         own = layout.part(name)
         return list(zip(fit.corrections[own].tolist(), (errors * units)[own].tolist(), strict=True))
 
-    gains, delays = pairs("gains"), pairs("delays")
-    effects = corrections.effects_of_logs(fit.corrections[layout.part("log_effects")])
+    base_delay = pairs("base_delay")
+    effects = effects_of_logs(corrections, fit.corrections[layout.part("log_effects")])
     offsets, levels = effects[:1].sum(axis=0).T.tolist(), _levels(fit, effects)
     return Corrections(
         chi_square=fit.chi_square,
         disagreement=fit.heterogeneity,
         bodies=bodies,
-        torque_gain={joints[k]: gains[k] for k in model.loaded},
-        encoder_zero=dict(zip(encoders, pairs("zeros"), strict=False)),
         log_offsets={joint: tuple(own) for joint, own in zip(joints, offsets, strict=False)},
         log_friction={joint: tuple(own) for joint, own in zip(joints, levels, strict=False)},
-        torque_delay=(torque_delay, delays[0][1]) if delays else None,
-        base_delay=delays[1] if delays[1:] else None,
         correlations=correlations(fit, joints),
+        torque_delay=(torque_delay, pairs("torque_delay")[0][1]) if pairs("torque_delay") else None,
+        base_delay=base_delay[0] if base_delay else None,
+        torque_gain=dict(each for k, each in enumerate(zip(joints, pairs("gains"), strict=False)) if k in model.loaded),
+        encoder_zero=dict(zip(encoders, pairs("zeros"), strict=False)),
     )
 
 

@@ -90,7 +90,7 @@ def read_with_pilot(
     while True:
         read = _read(equations.delayed(pilot.delay), pilot, basis, terms, laws, progress)
         known, late = total(read.folds), remaining_delay(read.fit)
-        own = read.fit.layout.places("delays")[:1]
+        own = read.fit.layout.places("torque_delay")
         error = np.sqrt(read.fit.covariance[own, own].sum() * overdispersion(known, read.fit)) * priors.torque_delay
         tried.append((pilot.delay, late))
         if not pilot.delay and len(tried) == 1 and abs(late) > 3 * priors.torque_delay:  # less may be presliding
@@ -144,7 +144,7 @@ def _read(
 
 def remaining_delay(fit: Fit) -> float:
     """Find the torques' delay in addition to the one that the equations assume [s]."""
-    return float(fit.model.values(fit.corrections)[fit.model.layout.part("delays")][:1].sum())
+    return float(fit.model.values(fit.corrections)[fit.model.layout.part("torque_delay")].sum())
 
 
 def _spread(places: list[int], most: int) -> list[int]:

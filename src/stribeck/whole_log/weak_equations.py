@@ -1,84 +1,12 @@
 """The weak form of the equation of motion over a segment of a log (docs/estimator.md, equations 3 and 6)."""
 
-import math
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import helmert
 
 from stribeck.base.typing import Array
 from stribeck.friction.presliding import SMOOTH_SIGN, lag_behind
-from stribeck.robot.inertial_parameters import SIZE
-
-WRENCH_SIZE = 7
-"""Number of corrections of a wrench sensor: its zeros, then its gain."""
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class CorrectionLayout:
-    """Corrections, one per column of `WeakEquations.regressors`, in this order.
-
-    Attributes
-    ----------
-    bodies
-        Names of the bodies whose inertial parameters are corrected, ten columns each.
-    inertial_parameters
-        Inertial parameters of these bodies in the model, shape (bodies, 10).
-    gains
-        Number of torque sensors whose gain is corrected [1].
-    zeros
-        Number of encoders whose zero is corrected [rad].
-    tilts
-        Number of axes of the root link about which its orientation is corrected [rad].
-    delays
-        Number of delays relative to the encoders [s], positive if late: of all torques, then of the base orientation.
-    command_delays
-        Standard errors of the delay of each joint's commands [s]; empty for measured torques.
-    wrenches
-        Number of wrench sensors in feet that are corrected: six zeros [N], [N m], and one gain [1] each.
-    rotors
-        Indices of joints and couplings with a corrected rotor inertia [kg m^2].
-    armature
-        Rotor inertias of these in the model [kg m^2], shape (rotors,).
-    payloads
-        Masses of the payloads [kg], whose inertial parameters are corrected, ten columns each.
-    log_effects
-        Number of contrasts between logs, one fewer than the logs, of effects that differ between logs [N m], and of
-        joints. The effects are offset, Coulomb friction, and viscous friction at top speed, or none.
-    """
-
-    bodies: tuple[str, ...] = ()
-    inertial_parameters: Array = field(default_factory=lambda: np.zeros((0, 10)))
-    gains: int = 0
-    zeros: int = 0
-    tilts: int = 0
-    delays: int = 0
-    command_delays: tuple[float, ...] = ()
-    wrenches: int = 0
-    rotors: tuple[int, ...] = ()
-    armature: Array = field(default_factory=lambda: np.zeros(0))
-    payloads: tuple[float, ...] = ()
-    log_effects: tuple[int, int, int] = (0, 0, 0)
-
-    def effects_of_logs(self, contrasts: Array) -> Array:
-        """Convert contrasts to the difference of each log's effects from their mean, shape (effects, logs, joints)."""
-        own = contrasts.reshape(self.log_effects).transpose(1, 0, 2)
-        return np.asarray(contrasts_of_logs(self.log_effects[0] + 1).T @ own)
-
-    @property
-    def size(self) -> int:
-        """Number of columns."""
-        sensors = (
-            self.gains + self.zeros + self.tilts + self.delays + len(self.command_delays) + WRENCH_SIZE * self.wrenches
-        )
-        payloads = SIZE * len(self.payloads)
-        return self.inertial_parameters.size + sensors + len(self.rotors) + payloads + math.prod(self.log_effects)
-
-
-def contrasts_of_logs(logs: int) -> Array:
-    """Return orthonormal rows with zero sum, shape (logs - 1, logs): deviations of logs from their mean."""
-    return np.asarray(helmert(logs))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -28,7 +28,7 @@ from stribeck.robot.inertial_parameters import SIZE, log_cholesky, pseudo_inerti
 from stribeck.settings import Settings
 from stribeck.whole_log.describe import body_correction
 from stribeck.whole_log.equations.build import acting
-from stribeck.whole_log.equations.regressors import find_corrections
+from stribeck.whole_log.equations.corrections import find_corrections
 from stribeck.whole_log.model.bodies import bodies_of
 from stribeck.whole_log.uncertainty.joint_errors import told_correlations
 
@@ -122,7 +122,7 @@ def _row_maker(
         joints=joints,
         couplings=robot.coefficients(names[: len(joints)], couplings),
         rest=settings.rest * top_speed,
-        corrections=replace(find_corrections(robot, names, settings), delays=0, payloads=()),
+        corrections=find_corrections(robot, names, settings),
     )
     return maker, names, top_speed
 

@@ -21,8 +21,8 @@ from stribeck.robot import Robot
 from stribeck.settings import Settings
 from stribeck.whole_log.equations.build import acting
 from stribeck.whole_log.equations.contact_mode import ContactMode, find_contact_mode
+from stribeck.whole_log.equations.corrections.correction import CorrectionLayout
 from stribeck.whole_log.equations.regressors import inertia_regressors
-from stribeck.whole_log.weak_equations import CorrectionLayout
 
 
 @dataclass(frozen=True)

@@ -18,10 +18,11 @@ from stribeck.robot import Robot
 from stribeck.settings import Settings
 from stribeck.whole_log.equations import filters
 from stribeck.whole_log.equations.contact_mode import ContactMode, find_contact_modes, null_projection, without_forces
+from stribeck.whole_log.equations.corrections import CORRECTIONS, find_corrections
+from stribeck.whole_log.equations.corrections.correction import CorrectionLayout, Signals
 from stribeck.whole_log.equations.noise import NoiseLevels, measure_noise
-from stribeck.whole_log.equations.regressors import correction_regressors, find_corrections, payload_regressors
 from stribeck.whole_log.equations.segments import Segment, cut_segments
-from stribeck.whole_log.weak_equations import CorrectionLayout, WeakEquations
+from stribeck.whole_log.weak_equations import WeakEquations
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -110,14 +111,21 @@ class WeakForm:
         on_rows = mode.on_rows(on_joints)
         plain = free is None and on_rows.shape == (len(joints), len(joints))
         smooth_torque, regressors = window.apply(torque[:, joints]), None
-        if self.corrections.size:
+        if any(each.size_in(self.corrections) for each in CORRECTIONS):
             rate = window.apply(np.gradient(self._late(segment, torque)[:, joints], self.period, axis=0))
-            measured = np.stack([smooth_torque, rate]), None if wrench is None else window.apply(wrench)
-            regressors = summed(correction_regressors(self.corrections, mode, centers, on_joints, *measured))
-            if self.corrections.payloads:
-                middle = float(log.time[(segment.first + segment.last) // 2]) - log.start
-                present = [each.present(middle, log.path) for each in self.robot.payloads]
-                regressors = np.concatenate([regressors, payload_regressors(self.robot, regressors, present)], axis=2)
+            middle = float(log.time[(segment.first + segment.last) // 2]) - log.start
+            signals = Signals(
+                layout=self.corrections,
+                mode=mode,
+                state=centers,
+                on_joints=on_joints,
+                torque=smooth_torque,
+                torque_rate=rate,
+                wrench=None if wrench is None else window.apply(wrench),
+                carried=[each.present(middle, log.path) for each in self.robot.payloads],
+            )
+            own = [each.columns(signals) for each in CORRECTIONS if each.columns and each.size_in(self.corrections)]
+            regressors = summed(np.concatenate(own, axis=2))
         time = log.time[segment.first + half :: window.step][: len(centers.position)]
         before, velocity, position = self._fine(segment)
         standing = self.robot.standing(segment.feet)[joints]

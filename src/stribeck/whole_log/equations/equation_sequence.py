@@ -8,8 +8,10 @@ import numpy as np
 from stribeck.base.typing import Array
 from stribeck.friction.presliding import SMOOTH_SIGN
 from stribeck.whole_log.equations.build import WeakForm
+from stribeck.whole_log.equations.corrections.correction import CorrectionLayout
+from stribeck.whole_log.equations.corrections.model import contrasts_of_logs
 from stribeck.whole_log.equations.segments import Segment
-from stribeck.whole_log.weak_equations import CorrectionLayout, WeakEquations, contrasts_of_logs, through_windows
+from stribeck.whole_log.weak_equations import WeakEquations, through_windows
 
 EFFECTS, MOST_EFFECTS = 3, 400
 """Effects that differ between logs: offset, Coulomb friction, viscous friction; and largest number of effects times

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
 from stribeck.robot.inertial_parameters import SIZE
+from stribeck.whole_log.equations.corrections import CORRECTIONS
 from stribeck.whole_log.model.terms import DELAY, GAIN, ROTOR
 from stribeck.whole_log.solver.elimination import Fit, solve
 from stribeck.whole_log.solver.statistics import Statistics
@@ -53,7 +54,7 @@ class Cause:
     Attributes
     ----------
     kind
-        "scale", "gain", "zero", "tilt", "base delay", "body", "rotor" or "delay".
+        "scale", "gain", "body", "rotor", "delay", or the kind of a correction.
     places
         Numbers of the joints, encoders or bodies.
     evidence
@@ -243,13 +244,11 @@ def _causes(fit: Fit, limbs: Mapping[str, NDArray[np.bool_]]) -> Iterator[Column
     for group in dict.fromkeys(tuple(sorted(own)) for own in (*limb, *({k} for k in loaded)) if own):
         column = every[:, places[list(group)]].sum(axis=1) / unit
         yield "gain", group, column[:, None], FAR * priors.torque_gain
-    for k, place in enumerate(layout.places("zeros").tolist()):
-        yield "zero", (k,), every[:, [place]] / priors.encoder_zero, FAR * priors.encoder_zero
-    tilts = layout.places("tilts")
-    if len(tilts):
-        yield "tilt", (), every[:, tilts] / priors.imu_tilt, FAR * priors.imu_tilt
-    if len(delays := layout.places("delays")) > 1:
-        yield "base delay", (), every[:, delays[1:]] / priors.base_delay, FAR * priors.base_delay
+    for correction in (each for each in CORRECTIONS if each.kind):
+        own = layout.places(correction.name)
+        for k, some in enumerate(np.split(own, len(own) if correction.apart else 1) if len(own) else []):
+            scale = float(model.scales[some[0] - layout.part("bodies").stop])
+            yield correction.kind, (k,) * correction.apart, every[:, some] / scale, FAR * scale
     for k, own in enumerate(bodies):
         if model.corrections.inertial_parameters[k, 0] > 0:
             scales = [priors.mass, *3 * [priors.centre_of_mass]]

@@ -5,7 +5,6 @@ The table in docs/estimator.md, "Corrections", has the priors.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -16,23 +15,13 @@ from numpy.typing import NDArray
 from stribeck.base.typing import Array
 from stribeck.robot.inertial_parameters import SIZE
 from stribeck.settings import Priors
-from stribeck.whole_log.constants import FRICTION_OF_LOGS, WIDEST_PRIOR
+from stribeck.whole_log.constants import WIDEST_PRIOR
+from stribeck.whole_log.equations.corrections import CORRECTIONS
+from stribeck.whole_log.equations.corrections.correction import CorrectionLayout
 from stribeck.whole_log.model.bodies import Bodies, bodies_of
-from stribeck.whole_log.weak_equations import WRENCH_SIZE, CorrectionLayout
-
-CONSIDERED = 1e-2
-"""Prior of an error that is considered but not estimated, relative to its standard error [1] (Schmidt 1966).
-
-The prior is so small that the log does not change the error; `covariance_budget` restores its effect.
-"""
-
 
 HELD = 1e-4
 """Prior standard deviation of a coordinate that is held at its prior mean [1]."""
-
-
-PAYLOAD = (0.05, 0.02, 0.01)
-"""Prior errors of a payload relative to its mass: mass [1], first moments [m], second moments [m^2]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,20 +38,8 @@ class Layout:
 
     @cached_property
     def _ends(self) -> dict[str, tuple[int, int]]:
-        c = self.corrections
-        sizes = {
-            "friction": self.joints * self.per_joint,
-            "bodies": c.inertial_parameters.size,
-            "gains": c.gains,
-            "zeros": c.zeros,
-            "tilts": c.tilts,
-            "delays": c.delays,
-            "command_delays": len(c.command_delays),
-            "wrenches": WRENCH_SIZE * c.wrenches,
-            "rotors": len(c.rotors),
-            "payloads": SIZE * len(c.payloads),
-            "log_effects": math.prod(c.log_effects),
-        }
+        sizes = {"friction": self.joints * self.per_joint}
+        sizes |= {each.name: each.size_in(self.corrections) for each in CORRECTIONS}
         ends = np.cumsum([0, *sizes.values()]).tolist()
         return {name: (ends[k], ends[k + 1]) for k, name in enumerate(sizes)}
 
@@ -77,7 +54,7 @@ class Layout:
     @property
     def size(self) -> int:
         """Length of the whole vector."""
-        return self._ends["log_effects"][1]
+        return self._ends[CORRECTIONS[-1].name][1]
 
     def joint(self, joint: int) -> slice:
         """Return one joint's entries."""
@@ -151,7 +128,7 @@ class ModelCorrections:
     @property
     def nearly_right(self) -> slice:
         """Corrections with widened priors: bodies and sensors, except wrenches, rotors and offsets."""
-        return self.layout.part("bodies", "delays")
+        return self.layout.part("bodies", "base_delay")
 
     @property
     def common_gain(self) -> float:
@@ -187,27 +164,19 @@ class ModelCorrections:
     @cached_property
     def scales(self) -> Array:
         """Units of the coordinates of all corrections but bodies."""
-        c, priors = self.corrections, self.priors
-        sensors = np.repeat(
-            [priors.torque_gain, priors.encoder_zero, priors.imu_tilt, priors.torque_delay, priors.base_delay],
-            [c.gains, c.zeros, c.tilts, c.delays > 0, c.delays > 1],
-        )
-        sensors[np.setdiff1d(np.arange(c.gains), self.loaded)] = 0.0
-        late = CONSIDERED * np.array(c.command_delays)
-        wrench = np.repeat([priors.wrench_force, priors.wrench_moment, priors.wrench_gain], [3, 3, 1])
-        rotors = np.where(c.armature > 0, priors.rotor_share * c.armature, priors.rotor)
-        effects = priors.log_offset * self.torque * np.array([1.0, *2 * [FRICTION_OF_LOGS]])[: c.log_effects[1]]
-        effects = np.tile(np.repeat(effects, c.log_effects[2]), c.log_effects[0])
-        payloads = np.outer(c.payloads, np.repeat(PAYLOAD, [1, 3, 6])).ravel()
-        return np.concatenate([sensors, late, np.tile(wrench, c.wrenches), rotors, payloads, effects])
+        c = self.corrections
+        own = {each.name: np.full(each.size_in(c), each.scales(self.priors, c)) for each in CORRECTIONS if each.scales}
+        own["gains"][np.setdiff1d(np.arange(len(own["gains"])), self.loaded)] = 0.0
+        own["log_effects"] = self.priors.log_offset * self.torque * own["log_effects"]
+        return np.concatenate(list(own.values()))
 
     def groups(self) -> Iterator[NDArray[np.int64]]:
         """Yield groups of coordinates that share a prior standard deviation.
 
-        The groups are masses, centers, moments, gains, zeros, tilts, and the contrasts of each effect of a joint.
+        The groups are masses, centers, moments, grouped corrections, and the contrasts of each effect of a joint.
         """
         bodies = self.layout.places("bodies").reshape(-1, SIZE)
-        calibration = [self.layout.places(name) for name in ("gains", "zeros", "tilts")]
+        calibration = [self.layout.places(each.name) for each in CORRECTIONS if each.grouped]
         contrasts = self.layout.places("log_effects").reshape(self.corrections.log_effects[0] or 1, -1).T
         groups = (bodies[:, 0], bodies[:, 1:4].ravel(), bodies[:, 4:].ravel(), *calibration, *contrasts)
         yield from (group for group in groups if len(group) and not np.all(self.prior_std[group] == HELD))
@@ -244,7 +213,7 @@ class ModelCorrections:
 
         If the estimated delay is larger than its prior, the estimate determines the prior.
         """
-        mean, deviation, own = self.prior_mean.copy(), self.prior_std.copy(), self.layout.places("delays")[:1]
+        mean, deviation, own = self.prior_mean.copy(), self.prior_std.copy(), self.layout.places("torque_delay")
         mean[own] = -delay / self.priors.torque_delay
         deviation[own] = np.maximum(1.0, np.abs(mean[own]))
         return replace(self, prior_mean=mean, prior_std=deviation)
@@ -258,5 +227,5 @@ def model_corrections(corrections: CorrectionLayout, loads: Array, priors: Prior
     `torque` is the torque of the joints [N m].
     """
     loaded = np.flatnonzero(loads > 0.05 * loads.max(initial=0.0))
-    bodies, size = bodies_of(corrections.inertial_parameters, priors), corrections.size
-    return ModelCorrections(Layout(corrections), bodies, loaded, np.zeros(size), np.ones(size), priors, torque)
+    bodies, layout = bodies_of(corrections.inertial_parameters, priors), Layout(corrections)
+    return ModelCorrections(layout, bodies, loaded, np.zeros(layout.size), np.ones(layout.size), priors, torque)

@@ -16,6 +16,7 @@ import numpy as np
 from stribeck.base.typing import Array
 from stribeck.settings import Priors
 from stribeck.whole_log.constants import MOST_ROUNDS, PILOT_SEGMENTS, ROUNDS
+from stribeck.whole_log.equations.corrections.correction import CorrectionLayout
 from stribeck.whole_log.model.basis import Basis
 from stribeck.whole_log.model.corrections import Layout, ModelCorrections, model_corrections
 from stribeck.whole_log.model.terms import Columns
@@ -24,7 +25,7 @@ from stribeck.whole_log.noise.outliers import Prediction, without_outliers
 from stribeck.whole_log.noise.variance_components import VarianceComponents, first_components
 from stribeck.whole_log.solver.disturbances import consistent, undisturbed
 from stribeck.whole_log.solver.linear_fit import LinearModel, held_out, predict, products_of, residuals
-from stribeck.whole_log.weak_equations import CorrectionLayout, WeakEquations
+from stribeck.whole_log.weak_equations import WeakEquations
 
 LONGEST_DELAY, OPERATIONS = 0.1, 3e9
 """Limits that save time: largest delay in the search [s], and operations for a sum of products [1]."""
@@ -88,14 +89,14 @@ class Pilot:
     @property
     def late(self) -> tuple[float, float]:
         """Remaining delay of the torques, and its standard error [s]; zeros if the delay is not corrected."""
-        own = len(self.precision) + self.model.layout.places("delays")[:1]
+        own = len(self.precision) + self.model.layout.places("torque_delay")
         variance = self.prediction.covariance[own, own]
         return float(self.prediction.values[own].sum()), float(np.sqrt(variance).sum())
 
     def later(self, delay: float) -> Pilot:
         """Adapt the pilot to torques that are shifted by an additional delay [s]."""
         delay = float(np.clip(self.delay + delay, -LONGEST_DELAY, LONGEST_DELAY))
-        own, values = len(self.precision) + self.model.layout.places("delays")[:1], self.prediction.values.copy()
+        own, values = len(self.precision) + self.model.layout.places("torque_delay"), self.prediction.values.copy()
         values[own] = 0.0
         return replace(
             self, delay=delay, model=self.model.late(delay), prediction=replace(self.prediction, values=values)
@@ -145,7 +146,7 @@ def fit_pilot(
     delay
         Initial delay of the torques in the search [s].
     """
-    columns = Columns(basis, Lags(top_speed))
+    columns, layout = Columns(basis, Lags(top_speed)), Layout(corrections)
 
     @lru_cache(maxsize=3)  # delays return: zero, and the last one of the search
     def delayed(delay: float) -> tuple[list[WeakEquations], list[Array]]:
@@ -157,9 +158,11 @@ def fit_pilot(
         parts, own = delayed(delay)
         torque = max(float(np.sqrt(np.mean(np.concatenate([_torques(part) for part in parts]) ** 2))), 1e-9)
         model = model_corrections(corrections, _loads(parts, corrections), priors, torque).late(delay)
-        model = model.held(model.layout.places("delays")[:1], 0.0) if held else model
+        model = model.held(model.layout.places("torque_delay"), 0.0) if held else model
         model = model.with_equal_logs if equal else model
-        components = first_components(parts[0], rest, np.where(rest > 0, torque, 0.0), corrections.wrenches > 0)
+        components = first_components(
+            parts[0], rest, np.where(rest > 0, torque, 0.0), bool(layout.places("wrenches").size)
+        )
         groups, precision = _groups(parts, own, columns, torque, operations)
         groups = consistent(groups, model, components, precision, half_alone)
         groups = undisturbed(groups, model, components, precision)
@@ -168,7 +171,7 @@ def fit_pilot(
         return Pilot(groups, model, components, prediction, delay, torque, precision)
 
     rounds, tried = ROUNDS, list[tuple[float, float]]()
-    for _ in range(MOST_ROUNDS if corrections.delays else 0):  # on few windows, to save time
+    for _ in range(MOST_ROUNDS if len(layout.places("torque_delay")) else 0):  # on few windows, to save time
         late, error = fit(delay, OPERATIONS / 4, rounds, True).late
         if abs(late) < max(LINEAR, 3 * error):
             break
@@ -297,4 +300,4 @@ def _loads(parts: list[WeakEquations], corrections: CorrectionLayout) -> Array:
     """Compute the torque of each sensor with a corrected gain, root mean square [N m]."""
     own = Layout(corrections).part("gains")
     squares = [(part.regressors[:, :, own] ** 2).sum(axis=1) for part in parts if part.regressors is not None]
-    return np.sqrt(np.concatenate(squares).mean(axis=0)) if corrections.gains else np.zeros(0)
+    return np.sqrt(np.concatenate(squares).mean(axis=0)) if own.stop > own.start else np.zeros(0)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
-from stribeck.whole_log.model.corrections import CONSIDERED
+from stribeck.whole_log.equations.corrections.calibration import CONSIDERED
 from stribeck.whole_log.solver.elimination import Fit, inverse_of
 from stribeck.whole_log.uncertainty.heterogeneity import Heterogeneity
 
@@ -74,7 +74,7 @@ def covariance_budget(
     """
     layout, kept = fit.layout, fit.model.nearly_right
     model = through(fit, np.r_[layout.places("bodies", "wrenches"), layout.places("log_effects")])
-    across = fit.covariance[:, layout.places("bodies", "delays")]
+    across = fit.covariance[:, layout.places("bodies", "base_delay")]
     prior = across @ fit.model.precision[kept, kept] @ across.T
     rest = fit.covariance - prior
     wider = np.append(

@@ -42,7 +42,7 @@ def heterogeneity(whole: Statistics, parts: Sequence[Statistics], fit: Fit) -> H
     if len(parts) < 2:
         return Heterogeneity(1.0, np.ones(joints))
     places, steps = np.arange(layout.size), _fold_steps(whole, parts, fit)
-    model = layout.places("bodies", "rotors") if len(layout.places("bodies", "delays")) else places[:0]
+    model = layout.places("bodies", "rotors") if len(layout.places("bodies", "base_delay")) else places[:0]
     of_model = steps.ratio(np.intersect1d(steps.free, model))[0]
     own = [np.intersect1d(steps.free, places[layout.joint(k)][free]) for k, free in enumerate(fit.laws.free)]
     found, squares = np.array([steps.ratio(each) for each in own]).T

@@ -1,0 +1,57 @@
+"""Corrections of model and calibration: one object per correction."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stribeck.robot import Robot
+from stribeck.settings import Settings
+from stribeck.whole_log.equations.corrections import calibration, model
+from stribeck.whole_log.equations.corrections.correction import Correction, CorrectionLayout
+
+CORRECTIONS: tuple[Correction, ...] = (
+    *(model.BODIES, calibration.GAINS, calibration.ZEROS, calibration.TILTS),
+    *(calibration.TORQUE_DELAY, calibration.BASE_DELAY, calibration.COMMAND_DELAYS, calibration.WRENCHES),
+    *(model.ROTORS, model.PAYLOADS, model.LOG_EFFECTS),
+)
+"""Corrections in the order of their columns; a log is corrected in the reverse order.
+
+The overdispersion widens the priors from bodies to the delay of the base.
+"""
+
+
+def find_corrections(
+    robot: Robot,
+    names: Sequence[str],
+    settings: Settings,
+    wrenches: int = 0,
+    command_delays: Sequence[tuple[float, float]] = (),
+) -> CorrectionLayout:
+    """List what is corrected: nothing, inertias and the torques' delay, all sensors' calibration, rotor inertias.
+
+    `names` are joints, then couplings; `wrenches` is the number of wrench sensors. The delays of commands, which come
+    with their standard errors [s], are not corrected: they were found before, and only their errors matter.
+    """
+    asked = settings.fit_armature
+    everywhere = asked is True or (asked == "auto" and robot.torque_source != "link_side_sensor")
+    rotors = tuple(k for k, name in enumerate(names) if everywhere or (isinstance(asked, list) and name in asked))
+    modelled = dict(zip(robot.joint_names, robot.armature.tolist(), strict=True))
+    armature = np.array([modelled.get(names[k], 0.0) for k in rotors])
+    own = dict(zip(robot.joint_names, command_delays, strict=False))
+    late = tuple(own[name][1] for name in names if name in own)
+    if settings.corrections == "none":
+        return CorrectionLayout(rotors=rotors, armature=armature, command_delays=late)
+    counts = {"torque_delay": int(not late), "wrenches": sum(calibration.WRENCH) * wrenches}
+    if settings.corrections == "calibration":
+        counts |= {each.name: each.count(robot, names) for each in CORRECTIONS if each.count}
+        counts["base_delay"] *= not late
+    bodies, parameters = list(robot.tree.model.names)[1:], list(robot.tree.model.inertias)[1:]
+    return CorrectionLayout(
+        counts=counts,
+        bodies=tuple(map(str, bodies)),
+        inertial_parameters=np.stack([each.toDynamicParameters() for each in parameters]),
+        command_delays=late,
+        rotors=rotors,
+        armature=armature,
+        payloads=tuple(payload.mass for payload in robot.payloads),
+    )

@@ -1,0 +1,147 @@
+"""Correction of model or calibration: its number of columns, prior, columns, effect on a log, and place in a result."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.base.finding import Finding
+from stribeck.base.typing import Array
+from stribeck.dynamics.rooted import RootMotion
+from stribeck.dynamics.state import State
+from stribeck.log import RobotLog
+from stribeck.robot import Robot
+from stribeck.settings import Priors
+from stribeck.whole_log.equations.contact_mode import ContactMode
+from stribeck.whole_log.equations.regressors import inertia_regressors, zero_regressors
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CorrectionLayout:
+    """The corrections of a log.
+
+    Attributes
+    ----------
+    counts
+        Numbers of corrected sensors, axes or signals, by name of the correction (`CORRECTIONS`).
+    bodies, inertial_parameters
+        Names of the bodies, and their inertial parameters in the model, shape (bodies, 10).
+    command_delays
+        Standard errors of the delay of each joint's commands [s]; empty for measured torques.
+    rotors, armature
+        Indices of joints and couplings, and their rotor inertias in the model [kg m^2], shape (rotors,).
+    payloads
+        Masses of the payloads [kg].
+    log_effects
+        Number of contrasts between logs, one fewer than the logs, of effects that differ between logs [N m], and of
+        joints. The effects are offset, Coulomb friction, and viscous friction at top speed, or none.
+    """
+
+    counts: Mapping[str, int] = field(default_factory=dict)
+    bodies: tuple[str, ...] = ()
+    inertial_parameters: Array = field(default_factory=lambda: np.zeros((0, 10)))
+    command_delays: tuple[float, ...] = ()
+    rotors: tuple[int, ...] = ()
+    armature: Array = field(default_factory=lambda: np.zeros(0))
+    payloads: tuple[float, ...] = ()
+    log_effects: tuple[int, int, int] = (0, 0, 0)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Signals:
+    """Smoothed signals of a segment at the windows' centers, from which columns are computed.
+
+    Attributes
+    ----------
+    layout, mode, state
+        The corrections, contact mode, and motion.
+    on_joints
+        Effect of the friction of joints and couplings on the joints, shape (n, n + couplings).
+    torque, torque_rate
+        Measured torques [N m] and their time derivatives [N m/s], shape (K, n) each.
+    wrench
+        Measured wrench on the standing foot [N], [N m], shape (K, 6); None if it is not used.
+    carried
+        Whether the robot carries each of its payloads.
+    """
+
+    layout: CorrectionLayout
+    mode: ContactMode
+    state: State
+    on_joints: Array
+    torque: Array
+    torque_rate: Array
+    wrench: Array | None
+    carried: Sequence[bool]
+
+    @cached_property
+    def acting(self) -> Array:
+        """Effect of the friction of joints and couplings on the rows, shape (rows, n + couplings)."""
+        return self.mode.on_rows(self.on_joints)
+
+    @property
+    def own(self) -> Array:
+        """Effect of the joints' torques on the rows, shape (rows, n)."""
+        return self.acting[:, : len(self.mode.joints)]
+
+    @cached_property
+    def root(self) -> RootMotion | None:
+        """Motion of the root."""
+        return self.mode.root(self.state)
+
+    @cached_property
+    def by_inertia(self) -> Array:
+        """Derivatives by the bodies' inertial parameters, shape (K, rows, 10 bodies)."""
+        mode, loops = self.mode, self.mode.robot.loops
+        rows = np.arange(len(mode.rooted.order)) if loops else mode.rows
+        found = inertia_regressors(mode.robot, mode.rooted, rows, self.state, self.root)
+        return mode.used(self.state.position, found) if loops else found
+
+    @cached_property
+    def by_angles(self) -> Array:
+        """Derivatives by encoder errors, then by the tilt of the base, shape (K, rows, all joints + 3)."""
+        return zero_regressors(self.mode.rooted, self.mode.rows, self.state, self.root)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Correction:
+    """Correction of model or calibration; its values are to be subtracted.
+
+    Attributes
+    ----------
+    name
+        Name of its part of the parameter vector.
+    columns
+        Function that computes the derivatives of the left side, shape (K, rows, size); None if added elsewhere.
+    scales
+        Function that computes the prior standard deviation of each column, or one for all; None for bodies.
+    count
+        Function from the robot and names of joints and couplings to the number of columns, for calibration.
+    size
+        Function from the layout to the number of columns, by default `CorrectionLayout.counts`.
+    apply
+        Function that corrects a log, given the robot, columns of the fitted joints, and values.
+    grouped
+        Whether the columns share a prior standard deviation, which the log determines.
+    kind, apart, finding
+        Kind of the competing cause, "" for none; whether each column is a cause; and the function from numbers, values
+        and errors of a cause to its finding.
+    """
+
+    name: str
+    columns: Callable[[Signals], Array] | None = None
+    scales: Callable[[Priors, CorrectionLayout], Any] | None = None
+    count: Callable[[Robot, Sequence[str]], int] | None = None
+    size: Callable[[CorrectionLayout], int] | None = None
+    apply: Callable[[RobotLog, Robot, NDArray[np.int64], Array], RobotLog] | None = None
+    grouped: bool = False
+    kind: str = ""
+    apart: bool = False
+    finding: Callable[[Sequence[int], Array, Array, Robot], Finding] | None = None
+
+    def size_in(self, layout: CorrectionLayout) -> int:
+        """Compute the number of columns."""
+        return self.size(layout) if self.size else layout.counts.get(self.name, 0)
