@@ -25,6 +25,7 @@ from stribeck.whole_log.constants import (
 from stribeck.whole_log.equations.equation_sequence import EquationSequence
 from stribeck.whole_log.equations.segments import Segment
 from stribeck.whole_log.model.basis import Basis, make_basis
+from stribeck.whole_log.model.corrections import Layout
 from stribeck.whole_log.model.laws import Laws
 from stribeck.whole_log.model.terms import NO_TERM, Columns, Terms
 from stribeck.whole_log.model.unexplained import Unexplained, find_terms
@@ -73,7 +74,7 @@ def read_with_pilot(
     progress: Callable[[float], None],
 ) -> Read:
     """Fit the pilot and read the log; repeat both if the whole log contradicts the pilot's variances or delay."""
-    basis = make_basis(law, speed)
+    basis, layout = make_basis(law, speed), Layout(equations.corrections)
 
     def segments(delay: float, count: int) -> list[WeakEquations]:
         late = equations.delayed(delay)
@@ -82,7 +83,7 @@ def read_with_pilot(
     size = max(PILOT_SEGMENTS, 240 // len(speed))  # few joints need more segments, and take less time
 
     def start(delay: float = 0.0) -> tuple[Laws, Terms, Pilot]:
-        pilot = fit_pilot(segments, size, equations.corrections, basis, speed, rest, priors, delay)
+        pilot = fit_pilot(segments, size, layout, basis, speed, rest, priors, delay)
         return _with_terms(pilot, law, basis, speed, priors)
 
     tried: list[tuple[float, float]] = []

@@ -1,6 +1,7 @@
 """Friction of the terms along samples of a motion, as a result and its baseline in service evaluate it."""
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -35,15 +36,6 @@ def signals(
     others
         Other signals, and settings of the terms.
     """
-
-    def lag(travel: float) -> Array | float:
-        """Compute the deficit of friction that builds up over a travel [rad]; zero for steady motion."""
-        if period is None or np.isnan(top_speed):
-            return 0.0
-        flat = velocity.reshape(len(velocity), -1)
-        travels = np.full((1, flat.shape[1]), travel)
-        return np.asarray(lag_behind(flat, period, SMOOTH_SIGN * top_speed, travels)[0].reshape(velocity.shape))
-
     return {
         "velocity": velocity,
         "rise": np.tanh(np.asarray(slope) * velocity),
@@ -57,9 +49,18 @@ def signals(
         "cos": np.cos,
         "sin": np.sin,
         "tanh": np.tanh,
-        "lag": lag,
+        "lag": partial(_lag, velocity, period, top_speed),
         **others,
     }
+
+
+def _lag(velocity: Array, period: float | None, top_speed: float, travel: float) -> Array | float:
+    """Compute the deficit of friction that builds up over a travel [rad]; zero for steady motion."""
+    if period is None or np.isnan(top_speed):
+        return 0.0
+    flat = velocity.reshape(len(velocity), -1)
+    travels = np.full((1, flat.shape[1]), travel)
+    return np.asarray(lag_behind(flat, period, SMOOTH_SIGN * top_speed, travels)[0].reshape(velocity.shape))
 
 
 def beyond_velocity(values: Mapping[str, Any], motion: Mapping[str, Any]) -> Array:

@@ -16,7 +16,6 @@ import numpy as np
 from stribeck.base.typing import Array
 from stribeck.settings import Priors
 from stribeck.whole_log.constants import MOST_ROUNDS, PILOT_SEGMENTS, ROUNDS
-from stribeck.whole_log.equations.corrections.correction import CorrectionLayout
 from stribeck.whole_log.model.basis import Basis
 from stribeck.whole_log.model.corrections import Layout, ModelCorrections, model_corrections
 from stribeck.whole_log.model.terms import Columns
@@ -120,7 +119,7 @@ def pilot_places(supports: Sequence[tuple[str, ...]], count: int = PILOT_SEGMENT
 def fit_pilot(
     segments: Callable[[float, int], list[WeakEquations]],
     size: int,
-    corrections: CorrectionLayout,
+    layout: Layout,
     basis: Basis,
     top_speed: Array,
     rest: Array,
@@ -135,7 +134,7 @@ def fit_pilot(
         Function from a delay [s] and a number to about so many segments, with torques shifted by the delay.
     size
         Number of segments.
-    corrections
+    layout
         Layout of the corrections in the segments' regressors.
     basis, top_speed
         Basis of the friction curves, and top speed of each joint [rad/s], shape (n,).
@@ -146,7 +145,7 @@ def fit_pilot(
     delay
         Initial delay of the torques in the search [s].
     """
-    columns, layout = Columns(basis, Lags(top_speed)), Layout(corrections)
+    columns, sensed = Columns(basis, Lags(top_speed)), len(layout.places("wrenches")) > 0
 
     @lru_cache(maxsize=3)  # delays return: zero, and the last one of the search
     def delayed(delay: float) -> tuple[list[WeakEquations], list[Array]]:
@@ -157,12 +156,10 @@ def fit_pilot(
         held, delay = delay is None, delay or 0.0
         parts, own = delayed(delay)
         torque = max(float(np.sqrt(np.mean(np.concatenate([_torques(part) for part in parts]) ** 2))), 1e-9)
-        model = model_corrections(corrections, _loads(parts, corrections), priors, torque).late(delay)
+        model = model_corrections(layout.corrections, _loads(parts, layout), priors, torque).late(delay)
         model = model.held(model.layout.places("torque_delay"), 0.0) if held else model
         model = model.with_equal_logs if equal else model
-        components = first_components(
-            parts[0], rest, np.where(rest > 0, torque, 0.0), bool(layout.places("wrenches").size)
-        )
+        components = first_components(parts[0], rest, np.where(rest > 0, torque, 0.0), sensed)
         groups, precision = _groups(parts, own, columns, torque, operations)
         groups = consistent(groups, model, components, precision, half_alone)
         groups = undisturbed(groups, model, components, precision)
@@ -177,7 +174,7 @@ def fit_pilot(
             break
         rounds, tried = 1, [*tried, (delay, late)]
         delay = float(np.clip(delay + secant_step(tried), -LONGEST_DELAY, LONGEST_DELAY))
-    equal = not corrections.log_effects[0]
+    equal = not layout.corrections.log_effects[0]
     found = fit(delay, OPERATIONS, MOST_ROUNDS, False, equal)
     if not equal:
         own, without_logs = _log_errors(found, found.components, found.model, found.model.with_equal_logs)
@@ -296,8 +293,8 @@ def _torques(part: WeakEquations) -> Array:
     return part.residual[:, len(part.wrench_noise) :].ravel()
 
 
-def _loads(parts: list[WeakEquations], corrections: CorrectionLayout) -> Array:
+def _loads(parts: list[WeakEquations], layout: Layout) -> Array:
     """Compute the torque of each sensor with a corrected gain, root mean square [N m]."""
-    own = Layout(corrections).part("gains")
+    own = layout.part("gains")
     squares = [(part.regressors[:, :, own] ** 2).sum(axis=1) for part in parts if part.regressors is not None]
     return np.sqrt(np.concatenate(squares).mean(axis=0)) if own.stop > own.start else np.zeros(0)
