@@ -168,6 +168,10 @@ def _joints(
         if joints[name].parameters:
             noise = 0.0 if joints[name].torque_unit else min(explained, default=0.0)
             joints[name] = with_terms(joints[name], terms, noise)
+    for name, where in fitted.rubbing.items():
+        if joints[name].verdict == "identified":
+            reason = f"the joint rubs {where}, and the curve holds elsewhere; find what rubs"
+            joints[name] = replace(joints[name], verdict="weak", reason=reason)
     return joints
 
 

@@ -45,13 +45,13 @@ def find_causes_of_spans(
     fit: WholeLogFit,
     aside: Sequence[Sequence[Span]],
     starts: Sequence[float],
-) -> tuple[list[Carried], dict[Span, str]]:
-    """Find the payloads of a tree on a fixed base, and words on the cause of other spans.
+) -> tuple[list[Carried], dict[Span, str], dict[str, str]]:
+    """Find the payloads of a tree on a fixed base, words on the cause of other spans, and where joints rub.
 
     `aside` are each log's spans that are set aside, `starts` its start [s].
     """
     if robot.base != "fixed" or robot.loops:
-        return [], {}
+        return [], {}, {}
     spans = {(k, starts[k] + each.start, starts[k] + each.end): each for k, own in enumerate(aside) for each in own}
     columns, delayed = Columns(fit.fit.laws.basis, fit.beside), equations.delayed(fit.delay)
     residuals = {place: residual_in(delayed, place, columns, fit.components, fit.fit.values) for place in spans}
@@ -69,14 +69,15 @@ def find_causes_of_spans(
             causes[spans[place]] = _words(robot, column, force, form.log.torque[rows, column])
             if causes[spans[place]].startswith("only"):
                 alone.setdefault(column, {})[spans[place]] = np.percentile(position[:, column], [10, 90])
+    rubbing: dict[str, str] = {}
     for column, ranges in alone.items():
         travel = max(float(np.ptp(form.log.position[:, column])) for form in delayed.forms)
         low, high = max(own[0] for own in ranges.values()), min(own[1] for own in ranges.values())
         if len(ranges) > 2 and low < high < low + 0.5 * travel:
             unit = "m" if robot.prismatic[column] else "rad"
-            where = f"{robot.joint_names[column]} rubs near {(low + high) / 2:.2g} {unit}"
-            causes |= dict.fromkeys(ranges, where)
-    return carried, causes
+            rubbing[robot.joint_names[column]] = where = f"near {(low + high) / 2:.2g} {unit}"
+            causes |= dict.fromkeys(ranges, f"{robot.joint_names[column]} rubs {where}")
+    return carried, causes, rubbing
 
 
 def _words(robot: Robot, column: int, force: Force, torque: Array) -> str:

@@ -139,6 +139,8 @@ class Fitted:
         Spans of each log that the method did not use, because something disturbs them; empty if unknown.
     disturbed
         Phrase on the spans in which something disturbs the joints; empty if nothing does.
+    rubbing
+        Where joints rub, in spans set aside, by joint; their curves hold elsewhere.
     findings, notes
         Findings for the user, and sentences on the processing.
     """
@@ -156,6 +158,7 @@ class Fitted:
     couplings: Sequence[str] = ()
     set_aside: Sequence[Sequence[Span]] = ()
     disturbed: str = ""
+    rubbing: Mapping[str, str] = field(default_factory=dict)
     findings: Sequence[Finding] = ()
     notes: Sequence[str] = ()
 

@@ -65,7 +65,8 @@ def identify_whole_log(
     for log, segment in fit.held_out:
         held_out[log].append(slice(segment.first, segment.last))
     aside, starts = _spans(prepared, fit, used=False), [part.log.start for part in prepared]
-    carried, causes = find_causes_of_spans(robot, equations, fit, aside, starts) if fit.set_aside > FEW else ([], {})
+    clear = fit.set_aside <= FEW
+    carried, causes, rubbing = ([], {}, {}) if clear else find_causes_of_spans(robot, equations, fit, aside, starts)
     robot = corrected_robot(robot, equations.corrections, fit.corrections)
     return WholeLog(
         fit=fit,
@@ -77,6 +78,7 @@ def identify_whole_log(
         used=_spans(prepared, fit, used=True),
         carried=carried,
         disturbances=causes,
+        rubbing=rubbing,
     )
 
 
@@ -145,6 +147,7 @@ def find(
         couplings=tuple(robot.couplings),
         set_aside=found.set_aside,
         disturbed=found.disturbed,
+        rubbing=found.rubbing,
         findings=find_problems(found),
         notes=[*(note for _, note in cleaned if note), *found.notes],
     )

@@ -65,10 +65,11 @@ def _of_disturbances(found: WholeLog) -> list[Finding]:
     problems = []
     explained = {span for payload in found.carried for span in payload.spans}
     if aside := [span for span in chain(*found.set_aside) if span not in explained]:
-        options, rest = exclude_options(aside), listed_spans(list(chain(*found.used)))
-        problems.append(
-            Finding.of("set-aside", spans=listed_spans(aside, found.disturbances), rest=rest, exclude=options)
-        )
+        rubs = {f"{joint} rubs {where}" for joint, where in found.rubbing.items()}
+        others = [span for span in aside if found.disturbances.get(span) not in rubs]  # a joint may rub in every log
+        spans, rest = listed_spans(aside, found.disturbances), listed_spans(list(chain(*found.used)))
+        check = "set-aside" if others else "set-aside.rubs"
+        problems.append(Finding.of(check, spans=spans, rest=rest, exclude=exclude_options(others)))
     if found.carried:
         tables = ", ".join(payload.table for payload in found.carried)
         problems.append(Finding.of("payload", masses="; ".join(map(str, found.carried)), tables=tables))

@@ -43,6 +43,8 @@ class WholeLog:
         Payloads that explain spans set aside.
     disturbances
         Words on the cause of other spans set aside, if it is clear.
+    rubbing
+        Where joints rub, in spans set aside, by joint.
     """
 
     fit: WholeLogFit
@@ -54,6 +56,7 @@ class WholeLog:
     used: Sequence[Sequence[Span]]
     carried: Sequence[Carried] = ()
     disturbances: Mapping[Span, str] = field(default_factory=dict)
+    rubbing: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def joints(self) -> tuple[str, ...]:

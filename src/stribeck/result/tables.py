@@ -194,6 +194,8 @@ def _of_weak(joint: JointResult) -> str:
         return "check the torque signal or record a longer log"
     if validation is not None and validation.rms >= validation.rms_zero_friction:
         return "check the model, signs and delays"
+    if joint.reason.startswith("the joint rubs"):
+        return joint.reason.rpartition("; ")[2]
     return f"record more motion near {least_known(joint.curve).velocity:.2g} {joint.units()[0]}"
 
 
