@@ -191,6 +191,16 @@ def test_free_joints_limits_efforts_and_couplings_stay(tmp_path: Path) -> None:
     assert model.joint("free").type[0] == mujoco.mjtJoint.mjJNT_FREE
 
 
+def test_repeated_elements_and_links_without_inertia_are_repaired(tmp_path: Path) -> None:
+    twice = ARM.replace('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0"/><axis xyz="1 0 0"/>')
+    light = twice.replace(*('ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.001"', 'ixx="0" iyy="0" izz="0"'))
+    text, model = converted(tmp_path, light)
+    np.testing.assert_allclose(model.joint("shoulder").axis, [0, 1, 0], atol=1e-12)
+    np.testing.assert_allclose(model.body("hand").inertia, 1e-6)
+    assert model.body("hand").mass == 1.0
+    assert "Raised to 1e-06 kg or kg m^2, because MuJoCo requires inertia: links hand." in text
+
+
 def test_what_mjcf_cannot_hold_is_refused(tmp_path: Path) -> None:
     floating = ARM.replace('"base"', '"world"')
     with pytest.raises(SettingsError, match="'world', which MuJoCo reserves"):

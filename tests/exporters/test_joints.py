@@ -75,6 +75,29 @@ def test_friction_over_position_is_that_of_the_positions_of_the_log() -> None:
     assert narrow.friction(1.0, position=3.0) == narrow.friction(1.0, position=0.85)
 
 
+def test_the_mean_over_positions_is_the_identified_curve() -> None:
+    """Also of a joint that spends most of its time at one end of its range."""
+    over = joint(coulomb=1.0, viscous=0.1, coulomb_cosine=0.9, coulomb_sine=0.4, load=0.1, offset=0.0)
+    uneven = replace(over, mean_direction=(0.6, 0.5), position_range=(-0.2, 1.3), mean_load=2.0, load_deviation=3.0)
+    found = nearest(uneven, PLAIN)
+    assert [found.numbers[name] for name in PLAIN.numbers] == pytest.approx([1.2, 0.1])
+    assert found.largest[0] == pytest.approx(0.0, abs=1e-9)
+    assert found.remains > 0.1
+
+
+@pytest.mark.parametrize(("slope", "half"), [(40.0, 0.02), (8.0, 0.2)])
+def test_a_sharp_sign_is_within_the_interval_of_a_smooth_one(slope: float, half: float) -> None:
+    smooth = joint(coulomb=1.0, viscous=0.3, slope=slope, offset=0.0)
+    speeds = np.array([0.1, 0.5, 1.0])
+    points = [
+        CurvePoint(velocity=v, value=R, standard_error=half / 2, interval_95=(R - half, R + half), unit="N m")
+        for v, R in zip(speeds.tolist(), smooth.friction(speeds).tolist(), strict=True)
+    ]
+    found = nearest(replace(smooth, curve=tuple(points)), PLAIN)
+    written = found.numbers["coulomb"] + found.numbers["viscous"] * speeds
+    assert np.abs(written - smooth.friction(speeds)).max() < half
+
+
 def test_some_joints_weak_ones_and_losses(tmp_path: Path) -> None:
     good = joint(coulomb=1.0, viscous=0.1, stribeck_gain=0.5, stribeck_velocity=0.1, offset=0.0)
     weak = replace(good, verdict="weak", parameters={k: replace(p, verdict="weak") for k, p in good.parameters.items()})

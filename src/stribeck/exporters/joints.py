@@ -7,7 +7,7 @@ import numpy as np
 
 from stribeck.errors import SettingsError, did_you_mean
 from stribeck.exporters.beyond import Beyond, friction_beyond, top_speed
-from stribeck.exporters.forms import Form, nearest
+from stribeck.exporters.forms import ROUNDING, Form, nearest
 from stribeck.friction import get_law
 from stribeck.friction.terms import parameters_over
 from stribeck.result import JointResult, Result
@@ -39,8 +39,8 @@ class JointTerms:
     remains, of
         Root mean square of the approximation error and of the friction itself; None if no friction is stated.
     largest, close
-        Largest difference from the identified friction, with its unit and speed, and whether the differences are within
-        the inner half of the interval at all speeds of the log.
+        Largest difference from the identified curve, with its unit and speed, None without a difference; and whether
+        the differences are within the inner half of the interval at all speeds of the log.
     left_out
         Parameters that the target cannot store.
     note
@@ -67,9 +67,10 @@ class JointTerms:
         text = listed(self.stated) + f" ({self.note})" * bool(self.note)
         if self.projected:
             error = ""
-            if self.remains and self.largest:
+            if self.remains:
                 share = f"{100 * self.share:.0f}" if self.share > 0.1 else f"{100 * self.share:.1f}"
                 error = f", error {self.remains[0]:.2g} {self.remains[1]}, {share} %"
+            if self.largest:
                 error += f", at most {self.largest[0]:.2g} {self.largest[1]}"
             text += f" (approximates {listed(self.projected)}{error})"
         if self.beyond:
@@ -158,7 +159,9 @@ def _terms(joint: JointResult, form: Form | None, good: Collection[str], beyond:
         projected={name: own for name, own in quantities.items() if name not in FORMLESS and name not in form.of_law},
         remains=(found.remains, unit),
         of=found.of,
-        largest=(found.largest[0], f"{unit} at {found.largest[1]:.2g} {joint.units()[0]}"),
+        largest=(found.largest[0], f"{unit} at {found.largest[1]:.2g} {joint.units()[0]}")
+        if found.largest[0] > 10 * ROUNDING * found.of
+        else None,
         close=found.close,
         beyond=beyond and replace(beyond, friction=found.far),
         plain=(rounded.get("coulomb", 0.0), rounded["viscous"], any(map(rounded.get, ("stribeck", "gear_load")))),

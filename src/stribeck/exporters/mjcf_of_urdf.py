@@ -14,7 +14,11 @@ import pinocchio as pin
 
 from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
+from stribeck.robot.model_check import check_urdf
 from stribeck.robot.xml_file import read_xml
+
+LEAST = 1e-6
+"""Mass [kg] and moments of inertia [kg m^2] of moving links without, which MuJoCo refuses."""
 
 
 def mjcf_of_urdf(path: Path, folder: Path, *, floating: bool) -> tuple[str, list[str]]:
@@ -25,7 +29,9 @@ def mjcf_of_urdf(path: Path, folder: Path, *, floating: bool) -> tuple[str, list
     SettingsError
         If MuJoCo is not installed, or the robot has a planar joint, a free joint below the root or a free link "world".
     """
-    source = read_xml(path).root
+    xml = read_xml(path)
+    check_urdf(xml)  # removes repeated elements, which MuJoCo refuses
+    source = xml.root
     base, left_out = _prepare(path, source)
     if floating and base == "world":
         raise SettingsError(f"{path}: the root link has the name 'world', which MuJoCo reserves; rename the link")
@@ -38,6 +44,7 @@ def mjcf_of_urdf(path: Path, folder: Path, *, floating: bool) -> tuple[str, list
         _add(asset, "mesh", name=mesh.name, file=file, scale=mesh.scale)
     world = _add(root, "worldbody")
     _fill(world, spec.worldbody)
+    light = [body.get("name", "") for body in world.iter("body") if body.find("joint") is not None and _is_light(body)]
     if floating:
         world[-1].insert(0, Element("freejoint", name="root"))
     equality = _add(root, "equality")
@@ -47,10 +54,29 @@ def mjcf_of_urdf(path: Path, folder: Path, *, floating: bool) -> tuple[str, list
         if not len(element):
             root.remove(element)
     notes = [f"The root link {base} moves freely."] if floating else []
+    if light:
+        notes.append(f"Raised to {LEAST:g} kg or kg m^2, because MuJoCo requires inertia: links {', '.join(light)}.")
     if left_out:
         notes.append(f"Omitted, because MuJoCo cannot read these meshes: {', '.join(left_out)}.")
     indent(root)
     return tostring(root, encoding="unicode"), notes
+
+
+def _is_light(body: Element) -> bool:
+    """Check that a moving body and its first fixed bodies have no inertia, and raise the body's inertia."""
+    own, *fixed = [body, *(below for below in body.findall("body") if below.find("joint") is None)]
+    values = [
+        [float(word) for name in ("mass", "diaginertia") for word in inertial.get(name, "").split()]
+        for inertial in (each.find("inertial") for each in (own, *fixed))
+        if inertial is not None
+    ]
+    if any(min(each) > 0 for each in values):
+        return False
+    inertial = own.find("inertial")
+    assert inertial is not None  # _add_inertial writes one per body
+    inertial.set("mass", str(max(values[0][0], LEAST)))
+    inertial.set("diaginertia", " ".join(str(max(value, LEAST)) for value in values[0][1:]))
+    return True
 
 
 def _prepare(path: Path, source: Element) -> tuple[str, list[str]]:

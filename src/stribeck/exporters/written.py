@@ -3,25 +3,30 @@
 from collections.abc import Mapping
 
 from stribeck.base.text_table import aligned
-from stribeck.exporters.forms import ROUNDING
 from stribeck.exporters.joints import FORMLESS, JointTerms
 from stribeck.result import JointResult, Result
 from stribeck.robot import Robot
 from stribeck.robot.model_file import load_model
 
-LEGEND = "Coulomb friction + viscous friction times the speed v, in N m and rad/s, or N and m/s:"
+LEGEND = "Coulomb friction at mean load + viscous friction times the speed v, in N m and rad/s, or N and m/s:"
 HEAD = ("joint", "in the model", "identified", "written", "largest difference")
 
 
 def table_of_joints(result: Result, robot: Robot, joints: Mapping[str, JointTerms]) -> list[str]:
     """Format one line per joint with Coulomb friction Fc and viscous friction Fv as "Fc + Fv v".
 
-    The difference between written and identified friction is the largest within the log's speeds. Empty for targets
-    that store all of the law.
+    The difference between written and identified friction is the largest from the slow to the top speed of the log,
+    at the mean load and over its positions. Empty for targets that store all of the law.
     """
     model = _in_the_model(robot)
     rows = [
-        (name, _sum(model.get(name)), _identified(result.joints[name]), _sum(terms.plain), _difference(terms))
+        (
+            name,
+            _sum(model.get(name)),
+            _identified(result.joints[name]),
+            _sum(terms.plain),
+            "{:.2g} {}".format(*terms.largest) if terms.largest else "none",
+        )
         for name, terms in joints.items()
         if terms.plain is not None
     ]
@@ -46,6 +51,7 @@ def _identified(joint: JointResult) -> str:
         for key in ("coulomb", "viscous")
     }
     means = [sum(own) / len(own) if own else 0.0 for own in found.values()]
+    means[0] += joint.values.get("load", 0.0) * (joint.mean_load or 0.0)
     ways = {f"{key}{way}" for key in found for way in ("", "_positive", "_negative")}
     others = joint.values.keys() - {"slope", *FORMLESS, *ways}
     return _sum((means[0], means[1], bool(others)))
@@ -53,9 +59,3 @@ def _identified(joint: JointResult) -> str:
 
 def _sum(friction: tuple[float, float, bool] | None) -> str:
     return f"{friction[0]:.3g} + {friction[1]:.3g} v" + " + ..." * friction[2] if friction else "-"
-
-
-def _difference(terms: JointTerms) -> str:
-    if terms.largest is None or terms.largest[0] <= 10 * ROUNDING * terms.of:
-        return "none"
-    return f"{terms.largest[0]:.2g} {terms.largest[1]}"
