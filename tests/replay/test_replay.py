@@ -18,8 +18,11 @@ from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck.log.writers import write_log
 from stribeck.replay import rollouts
-from stribeck.replay.replay import Replay, Replayed, replay
+from stribeck.replay.comparison import Replay, Replayed
+from stribeck.replay.replay import replay
 from stribeck.replay.rollouts import HORIZONS
+from stribeck.report.replay import write_replay
+from stribeck.report.replay_motion import pieces
 from stribeck.settings import FilterSettings
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.robots.toro import standing_posture
@@ -105,6 +108,29 @@ def test_rollouts_of_an_exact_log_stay_near_it(arm: tuple[Robot, RobotLog], tmp_
     assert min(error.r2 for error in with_own.torque.values()) == pytest.approx(1.0, abs=1e-9)
     for joint in robot.joint_names:
         assert relative(with_own, joint, 1) < 0.1
+
+
+@pytest.mark.usefixtures("few")
+def test_the_page_shows_measured_and_predicted_motion(arm: tuple[Robot, RobotLog], tmp_path: Path) -> None:
+    robot, log = arm
+    found = replay(log, robot, with_friction(robot, "urdf", tmp_path / "new.urdf"), EXACT)
+    without, with_own = without_and_with(found)
+    motion = found.motion
+    for joint in robot.joint_names:
+        known = np.isfinite(with_own.predicted[joint])
+        assert known.mean() > 0.9
+        np.testing.assert_allclose(with_own.predicted[joint][known], motion.torque[joint][known], atol=1e-6)
+        assert np.abs(without.predicted[joint] - motion.torque[joint])[known].max() > COULOMB
+        errors = []
+        for model in (without, with_own):
+            shown = pieces(motion.position_time, *model.positions[joint], found)
+            assert 0.3 < np.isfinite(shown).mean() < 0.95
+            errors.append(np.nanmax(np.abs(shown - motion.position[joint])))
+        assert errors[1] < 0.1 * errors[0]
+    write_replay(found, tmp_path / "replay.html")
+    page = (tmp_path / "replay.html").read_text()
+    assert all(f'data-chart="{kind}-over-log{k}"' in page for kind in ("torque", "position") for k in range(3))
+    assert {"motion", "predicted", "positions"}.isdisjoint(json.loads(found.to_json()))
 
 
 @pytest.mark.usefixtures("few")

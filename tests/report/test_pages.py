@@ -15,7 +15,7 @@ from tests.report.test_inspection import joint
 from stribeck.audit.inspection import Inspection
 from stribeck.fleet.report import write_trends
 from stribeck.fleet.trends import find_trends
-from stribeck.replay.replay import Replay, Replayed
+from stribeck.replay.comparison import Replay, Replayed
 from stribeck.replay.rollouts import RolloutError
 from stribeck.report import write_inspection, write_report
 from stribeck.report.comparison import write_comparison

@@ -18,7 +18,7 @@ from stribeck.base.text_table import TextTable, number
 if TYPE_CHECKING:
     from stribeck.audit.inspection import Inspection
     from stribeck.plan.plan import Plan
-    from stribeck.replay.replay import Replay
+    from stribeck.replay.comparison import Replay
     from stribeck.result import CurvePoint, ParameterEstimate, Result
     from stribeck.result.compare import Comparison
 

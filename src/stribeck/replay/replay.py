@@ -1,22 +1,24 @@
 """Comparison of a log with the robot's own model and another model, without and with friction."""
 
-import json
-from collections.abc import Iterable
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Collection
+from dataclasses import replace
+from itertools import compress
 from pathlib import Path
-from statistics import median
 
 import numpy as np
 
 from stribeck.audit import audit_or_stop, find_torques
 from stribeck.base.threads import one_blas_thread
+from stribeck.base.typing import Array
 from stribeck.base.version import __version__
 from stribeck.differentiation import make_filter
 from stribeck.errors import RobotFileError, errors_about, findings_kept
 from stribeck.friction_torque.preparation import PreparedLog, Progress, prepare, quiet
+from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.friction_torque.stage import thinned_samples, with_filter
 from stribeck.judgement.torque_error import COMMON, TorqueError, torque_errors
 from stribeck.log import LogLike
+from stribeck.replay.comparison import Motion, Replay, Replayed
 from stribeck.replay.model_friction import JointFriction, ModelFriction, StatedFriction
 from stribeck.replay.other_model import other_model, with_joints
 from stribeck.replay.rollouts import HORIZONS, RolloutError, massless_joints, rollout_errors
@@ -24,83 +26,6 @@ from stribeck.robot import Robot
 from stribeck.robot.model_file import kind_of
 from stribeck.robot.xml_file import read_xml
 from stribeck.settings import Settings
-
-
-@dataclass(frozen=True, kw_only=True)
-class Replayed:
-    """Errors of one model on a log.
-
-    Attributes
-    ----------
-    model
-        Path of the model file.
-    friction
-        Whether the joint friction stated in the file is included.
-    torque
-        Torque error by joint, for joints whose friction torque is known.
-    rollouts
-        Velocity errors by joint, after each of the horizons; None where too few rollouts are that long.
-    """
-
-    model: str
-    friction: bool
-    torque: dict[str, TorqueError]
-    rollouts: dict[str, list[RolloutError | None]]
-
-    @property
-    def name(self) -> str:
-        """Name of the file, with "friction" if included."""
-        return Path(self.model).name + ", friction" * self.friction
-
-    def median_r2(self) -> float | None:
-        """Compute the median R² of the torque over the joints."""
-        return _median(error.r2 for error in self.torque.values())
-
-    def median_relative(self, horizon: int) -> float | None:
-        """Compute the median relative velocity error over the joints after a horizon."""
-        return _median(errors[horizon].relative for errors in self.rollouts.values() if errors[horizon])  # type: ignore[union-attr]
-
-
-def _median(values: Iterable[float]) -> float | None:
-    found = list(values)
-    return median(found) if found else None
-
-
-@dataclass(frozen=True, kw_only=True)
-class Replay:
-    """Result of `stribeck replay`.
-
-    Attributes
-    ----------
-    robot, log, stribeck
-        Name of the robot, path of the log, and version of stribeck.
-    filter
-        Filter of motion and torque, the same for all models.
-    horizons
-        Times after which the velocities of the rollouts are compared [s].
-    models
-        Errors of the robot's own model without and with friction, then of the other model.
-    notes
-        Sentences on adaptations and omissions.
-    """
-
-    robot: str
-    log: str
-    filter: str
-    horizons: tuple[float, ...]
-    models: list[Replayed]
-    notes: list[str]
-    stribeck: str
-
-    @property
-    def joints(self) -> list[str]:
-        """Joints with any error."""
-        first = self.models[0]
-        return list(dict.fromkeys([*first.torque, *(name for name, errors in first.rollouts.items() if any(errors))]))
-
-    def to_json(self) -> str:
-        """Format as JSON."""
-        return json.dumps(asdict(self), indent=2, allow_nan=False) + "\n"
 
 
 def replay(
@@ -168,18 +93,8 @@ def replay(
         with errors_about(prepared.log.path), np.errstate(all="ignore"):  # implausible values are refused below
             for each, own, friction in zip((robot, other), logs, frictions, strict=True):
                 progress(f"replaying {Path(each.model_path).name}", 0.1 if each is robot else 0.55)
-                none = ModelFriction([JointFriction()] * len(each.joint_names))
-                variants = [none, friction] if friction else [none]
-                torque = _torque_errors(own, each, variants, settings)
-                try:
-                    rollouts = rollout_errors(own, each, variants, dict(massless), settings)
-                except np.linalg.LinAlgError as error:
-                    raise _impossible(each, f"its joint-space inertia matrix cannot be inverted ({error})") from error
-                _require_finite(each, torque, rollouts)
-                found += [
-                    Replayed(model=each.model_path, friction=n > 0, torque=torque[n], rollouts=rollouts[n])
-                    for n in range(len(variants))
-                ]
+                models, samples = _replayed(own, each, friction, dict(massless), settings)
+                found += models
     return Replay(
         robot=robot.name,
         log=prepared.log.path,
@@ -188,21 +103,57 @@ def replay(
         models=found,
         notes=list(dict.fromkeys([*prepared.notes, *notes])),
         stribeck=__version__,
+        motion=Motion(
+            torque_time=samples.time,
+            torque=_by_joint(samples, samples.torque),
+            position_time=prepared.log.time,
+            position=dict(zip(prepared.log.joint_names, prepared.log.position.T, strict=True)),
+            prismatic=frozenset(compress(robot.joint_names, robot.prismatic)),
+        ),
     )
 
 
-def _torque_errors(
-    prepared: PreparedLog, robot: Robot, frictions: list[ModelFriction], settings: Settings
-) -> list[dict[str, TorqueError]]:
-    """Compute the torque error by joint for each friction of a model."""
+def _replayed(
+    prepared: PreparedLog, robot: Robot, friction: ModelFriction, massless: Collection[str], settings: Settings
+) -> tuple[list[Replayed], FrictionSamples]:
+    """Compute torques, their errors and rollouts of a model without and with friction, and the samples."""
+    none = ModelFriction([JointFriction()] * len(robot.joint_names))
+    variants = [none, friction] if friction else [none]
     samples = thinned_samples(prepared, 1, robot, settings)
     assert samples.torque is not None  # the friction torque uses it
+    errors = _torque_errors(samples, robot, variants)
+    torque = torque_errors(samples.joint_names, samples.velocity, samples.torque, errors, settings.rest)
+    try:
+        rollouts = rollout_errors(prepared, robot, variants, massless, settings)
+    except np.linalg.LinAlgError as error:
+        raise _impossible(robot, f"its joint-space inertia matrix cannot be inverted ({error})") from error
+    _require_finite(robot, torque, [own for own, _ in rollouts])
+    models = [
+        Replayed(
+            model=robot.model_path,
+            friction=n > 0,
+            torque=torque[n],
+            rollouts=own,
+            predicted=_by_joint(samples, samples.torque - errors[n]),
+            positions={name: (moved.start, moved.position[..., robot.joint_names.index(name)]) for name in own},
+        )
+        for n, (own, moved) in enumerate(rollouts)
+    ]
+    return models, samples
+
+
+def _by_joint(samples: FrictionSamples, values: Array | None) -> dict[str, Array]:
+    assert values is not None
+    return dict(zip(samples.joint_names, values.T, strict=False))
+
+
+def _torque_errors(samples: FrictionSamples, robot: Robot, frictions: list[ModelFriction]) -> list[Array]:
+    """Compute the torque errors for each friction of a model [N m], [N], shape (T, n); NaN where unknown."""
     columns = [robot.joint_names.index(name) for name in samples.joint_names]
     velocity = np.zeros((len(samples.time), len(robot.joint_names)))
     velocity[:, columns] = samples.velocity
     unusable = np.where(samples.usable, 0.0, np.nan)
-    errors = [unusable + samples.friction_torque - friction.torque(velocity)[:, columns] for friction in frictions]
-    return torque_errors(samples.joint_names, samples.velocity, samples.torque, errors, settings.rest)
+    return [unusable + samples.friction_torque - friction.torque(velocity)[:, columns] for friction in frictions]
 
 
 def _require_finite(

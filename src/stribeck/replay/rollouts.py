@@ -39,6 +39,8 @@ STARTS = 100
 """Number of rollouts per log, spread evenly over the rows that can be simulated."""
 STEP = 1e-3
 """Step of the simulation [s]."""
+TRACE = 0.01
+"""Interval of simulated positions that are kept [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,17 +63,26 @@ class RolloutError:
 
 
 @dataclass(frozen=True, eq=False)
+class Simulated:
+    """Positions of S rollouts every `TRACE`, shape (S, K, n), NaN where not simulated, and start times [s], (S,)."""
+
+    start: Array
+    position: Array
+
+
+@dataclass(frozen=True, eq=False)
 class _Batch:
     """S rollouts of one contact mode: signals at T rows from the start, padded with the last row.
 
-    The torque has shape (S, T, n). `reach` is the duration of each rollout [s], `steady` the duration of the support
-    [s].
+    The torque has shape (S, T, n). `start` is the time of the first row [s], `reach` the duration of each rollout [s],
+    `steady` the duration of the support [s].
     """
 
     mode: StandingFeet
     states: list[State]
     torque: Array
     period: float
+    start: Array
     reach: Array
     steady: Array
 
@@ -88,18 +99,22 @@ def rollout_errors(
     frictions: Sequence[ModelFriction],
     massless: Collection[str],
     settings: Settings,
-) -> list[dict[str, list[RolloutError | None]]]:
-    """Compute the velocity errors by joint after each of `HORIZONS`, for each friction of a model.
+) -> list[tuple[dict[str, list[RolloutError | None]], Simulated]]:
+    """Compute velocity errors by joint after each of `HORIZONS`, and positions, for each friction of a model.
 
     Joints that are `massless` or position-controlled move as measured.
     """
     moving = [k for k in robot.torque_controlled if robot.joint_names[k] not in massless]
     batches = _batches(prepared, robot, moving, settings)
-    found = []
+    found: list[tuple[dict[str, list[RolloutError | None]], Simulated]] = []
     for friction in frictions:
         parts = [_compared(robot, batch, friction, moving, settings) for batch in batches]
-        together = [np.concatenate(each) for each in zip(*parts, strict=True)]
-        found.append({robot.joint_names[k]: _of_joint(*(part[:, :, k] for part in together)) for k in moving if parts})
+        if not parts:
+            found.append(({}, Simulated(np.zeros(0), np.zeros((0, 0, 0)))))
+            continue
+        error, change, counts, position = (np.concatenate(each) for each in zip(*parts, strict=True))
+        errors = {robot.joint_names[k]: _of_joint(error[..., k], change[..., k], counts[..., k]) for k in moving}
+        found.append((errors, Simulated(np.concatenate([batch.start for batch in batches]), position)))
     return found
 
 
@@ -133,27 +148,35 @@ def _batches(prepared: PreparedLog, robot: Robot, moving: Sequence[int], setting
         torque = np.stack([torque[each] for (_, torque), each in zip(read, kept, strict=True)])
         reach = [stop - 1 - row for row, stop, _ in starts]
         steady = [(phase.steady_last - 1 - row) * (row >= phase.steady_first) for row, _, phase in starts]
-        batches.append(_Batch(mode, states, torque, period, *(np.array([reach, steady]) * period)))
+        first = log.time[[row for row, _, _ in starts]]
+        batches.append(_Batch(mode, states, torque, period, first, *(np.array([reach, steady]) * period)))
     return batches
 
 
 def _compared(
     robot: Robot, batch: _Batch, friction: ModelFriction, moving: Sequence[int], settings: Settings
-) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Compute error and change of the velocity after each horizon, and mark the valid ones, shape (S, H, n) each."""
+) -> tuple[Array, Array, NDArray[np.bool_], Array]:
+    """Compute error and change of the velocity after each horizon, mark the valid ones, and compute positions.
+
+    The first three have shape (S, H, n), the positions (S, K, n).
+    """
     measured = np.stack([state.velocity for state in batch.states])
     simulated = np.isin(np.arange(len(robot.joint_names)), moving) & seen_joints(robot, batch.mode.feet, settings)
-    predicted = _simulate(robot, batch, friction, np.flatnonzero(simulated))
+    predicted, position = _simulate(robot, batch, friction, np.flatnonzero(simulated))
     truth = np.stack([_at(measured, horizon / batch.period) for horizon in HORIZONS], axis=1)
     swinging = swinging_joints(robot, batch.mode.feet)
-    horizons = np.array(HORIZONS)[None, :, None] - STEP / 2  # equal within half a step
     lasts = np.where(swinging, batch.reach[:, None, None], np.minimum(batch.steady, batch.reach)[:, None, None])
-    counts = simulated & (lasts >= horizons)
-    return predicted - truth, truth - measured[:, :1], counts
+    lasts = np.where(simulated, lasts + STEP / 2, -1.0)  # equal within half a step
+    counts = lasts >= np.array(HORIZONS)[None, :, None]
+    position[lasts < TRACE * np.arange(position.shape[1])[None, :, None]] = np.nan
+    return predicted - truth, truth - measured[:, :1], counts, position
 
 
-def _simulate(robot: Robot, batch: _Batch, friction: ModelFriction, free: NDArray[np.int64]) -> Array:
-    """Simulate the velocity after each horizon, shape (S, H, n); joints that are not `free` move as measured."""
+def _simulate(robot: Robot, batch: _Batch, friction: ModelFriction, free: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Simulate the velocity after each horizon, shape (S, H, n), and positions every `TRACE`, shape (S, K, n).
+
+    Joints that are not `free` move as measured.
+    """
     roots = [contact_root(robot, batch.mode, state) for state in batch.states]
     rooted, first = roots[0]
     names = [name for name in ("gravity", "velocity", "acceleration") if getattr(first, name, None) is not None]
@@ -162,9 +185,11 @@ def _simulate(robot: Robot, batch: _Batch, friction: ModelFriction, free: NDArra
     acceleration = np.stack([state.acceleration for state in batch.states])
     acceleration[:, :, free] = 0.0
     position, velocity = (signal[:, 0].copy() for signal in motion)
-    found = []
+    found, positions = [], []
     steps = [round(horizon / STEP) for horizon in HORIZONS]
     for step in range(steps[-1]):
+        if step % round(TRACE / STEP) == 0:
+            positions.append(position.copy())
         at = (step + 0.5) * STEP / batch.period  # [rows]
         for simulated, measured in zip((position, velocity), motion, strict=True):
             now = _at(measured, at)
@@ -183,7 +208,7 @@ def _simulate(robot: Robot, batch: _Batch, friction: ModelFriction, free: NDArra
         position[:, free] += STEP * velocity[:, free]
         if step + 1 in steps:
             found.append(velocity.copy())
-    return np.stack(found, axis=1)
+    return np.stack(found, axis=1), np.stack(positions, axis=1)
 
 
 def _at(signal: Array, row: float) -> Array:

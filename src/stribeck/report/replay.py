@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import zip_longest
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING
 
@@ -10,9 +11,10 @@ import numpy as np
 
 from stribeck.report.charts import Chart, axis, line
 from stribeck.report.page import Section, render, write_page
+from stribeck.report.replay_motion import motion_sections
 
 if TYPE_CHECKING:  # only for types: replay is above this room
-    from stribeck.replay.replay import Replay
+    from stribeck.replay.comparison import Replay
 
 COLOURS = ("muted", "ink", "data", "law")
 """Colors of the models in their order; the robot's own models are gray and black."""
@@ -34,7 +36,7 @@ def write_replay(replay: Replay, path: str | Path) -> None:
         )
         for k, time in enumerate(times)
     ]
-    sections = [
+    tables = [
         _section(
             replay,
             "Torque not explained by inverse dynamics",
@@ -51,6 +53,8 @@ def write_replay(replay: Replay, path: str | Path) -> None:
             [[", ".join(f"{e.relative:.3g}" if e else "–" for e in run) for run in own] for own in runs],
         ),
     ]
+    pictures = motion_sections(replay, COLOURS[: len(replay.models)][-2:])
+    sections = [each for pair in zip_longest(tables, pictures) for each in pair]
     lead = render("replay_heading.html.j2", replay=replay, log=PurePath(replay.log).name or "log in memory")
     write_page(path, f"{replay.robot}: a log replayed", sections, lead=lead)
 

@@ -1,5 +1,8 @@
 """Measured and predicted torque over the whole log, without and with the identified friction."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
 from stribeck.base.typing import Array
@@ -11,6 +14,10 @@ from stribeck.result import JointResult, Result
 
 POINTS = 24_000
 """Largest number of points of a line, summed over the joints."""
+LEGEND = (("data", "measured"), ("muted", "without friction"), ("law", "with friction"))
+"""Colors and labels of the lines."""
+ABOUT = "Inverse dynamics plus the offset of the torque, without and with friction, at the bandwidth of the filter."
+"""Explanation of the charts."""
 
 
 def replayed_torques(result: Result, samples: FrictionSamples) -> Section | None:
@@ -26,8 +33,31 @@ def replayed_torques(result: Result, samples: FrictionSamples) -> Section | None
             figures.append((f"o{column}", caption))
     if not figures:
         return None
-    body = render("torques.html.j2", figures=figures)
+    body = render("torques.html.j2", legend=LEGEND, about=ABOUT, figures=figures)
     return Section(anchor="torques", title="Torque over the log, without and with friction", body=body, charts=charts)
+
+
+def over_time(time: Array, curves: Sequence[tuple[Array, str, str]], points: int) -> list[dict[str, Any]]:
+    """Describe lines of values over time on an even grid; lines break at gaps and where a value is not finite.
+
+    Parameters
+    ----------
+    time
+        Times from zero [s], shape (T,).
+    curves
+        Values, shape (T,), color and label of each line; the first line is the thickest.
+    points
+        Largest number of points of a line.
+    """
+    step = max(float(np.median(np.diff(time))), float(time[-1]) / points)
+    even = np.arange(0.0, float(time[-1]), step)
+    rows = np.searchsorted(time, even).clip(max=len(time) - 1)
+    near = np.abs(time[rows] - even) < 3 * step
+    widths = [1.6, *[1.1] * (len(curves) - 1)]
+    return [
+        line([0.0], np.where(near, values[rows], np.nan), colour, label, width=width, step=step)
+        for (values, colour, label), width in zip(curves, widths, strict=True)
+    ]
 
 
 def _chart(name: str, joint: JointResult, samples: FrictionSamples, column: int, points: int) -> tuple[Chart, str]:
@@ -39,23 +69,14 @@ def _chart(name: str, joint: JointResult, samples: FrictionSamples, column: int,
     offset = joint.values.get("offset", 0.0)
     shown = samples.usable[:, column] & np.isfinite(expected + friction)
     errors = [_rms((measured - own)[shown]) for own in (expected + offset, expected + friction)]
-    time = _elapsed(samples)
-    step = max(float(np.median(np.diff(time))), float(time[-1]) / points)
-    even = np.arange(0.0, float(time[-1]), step)
-    rows = np.searchsorted(time, even).clip(max=len(time) - 1)
-    here = shown[rows] & (np.abs(time[rows] - even) < 3 * step)
-    lines = [
-        line([0.0], np.where(here, own[rows], np.nan), colour, label, width=width, step=step)
-        for own, colour, label, width in (
-            (measured, "data", "measured", 1.6),
-            (expected + offset, "muted", "without friction", 1.1),
-            (expected + friction, "law", "with friction", 1.1),
-        )
-    ]
+    time, hidden = _elapsed(samples), np.where(shown, 0.0, np.nan)
+    values = (measured, expected + offset, expected + friction)
+    curves = [(hidden + own, colour, label) for own, (colour, label) in zip(values, LEGEND, strict=True)]
     unit = joint.units(bool(samples.prismatic) and samples.prismatic[column])[1]
     limits = robust_limits(measured[shown], share=0.0)
-    chart = {"x": axis("time [s]", (0.0, float(time[-1]))), "y": axis(f"torque [{unit}]", limits), "lines": lines}
-    return chart | {"sync": "torques"}, f"{name}: error {number(errors[0], 2)} → {number(errors[1], 2)} {unit} (RMS)"
+    x, y = axis("time [s]", (0.0, float(time[-1]))), axis(f"torque [{unit}]", limits)
+    chart = {"x": x, "y": y, "lines": over_time(time, curves, points), "sync": "torques"}
+    return chart, f"{name}: error {number(errors[0], 2)} → {number(errors[1], 2)} {unit} (RMS)"
 
 
 def _elapsed(samples: FrictionSamples) -> Array:

@@ -1,0 +1,112 @@
+"""Result of a replay: errors of each model, and measured, predicted and simulated motion."""
+
+import json
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from statistics import median
+
+from stribeck.base.typing import Array
+from stribeck.judgement.torque_error import TorqueError
+from stribeck.replay.rollouts import RolloutError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Replayed:
+    """Errors of one model on a log.
+
+    Attributes
+    ----------
+    model
+        Path of the model file.
+    friction
+        Whether the joint friction stated in the file is included.
+    torque
+        Torque error by joint, for joints whose friction torque is known.
+    rollouts
+        Velocity errors by joint, after each of the horizons; None where too few rollouts are that long.
+    predicted
+        Predicted torque by joint at the times of `Motion` [N m], [N], shape (T,); NaN where unknown.
+    positions
+        Start times and positions of the rollouts by joint [rad], [m], shape (S,) and (S, K).
+    """
+
+    model: str
+    friction: bool
+    torque: dict[str, TorqueError]
+    rollouts: dict[str, list[RolloutError | None]]
+    predicted: dict[str, Array] = field(default_factory=dict, repr=False, compare=False)
+    positions: dict[str, tuple[Array, Array]] = field(default_factory=dict, repr=False, compare=False)
+
+    @property
+    def name(self) -> str:
+        """Name of the file, with "friction" if included."""
+        return Path(self.model).name + ", friction" * self.friction
+
+    def median_r2(self) -> float | None:
+        """Compute the median R² of the torque over the joints."""
+        return _median(error.r2 for error in self.torque.values())
+
+    def median_relative(self, horizon: int) -> float | None:
+        """Compute the median relative velocity error over the joints after a horizon."""
+        return _median(errors[horizon].relative for errors in self.rollouts.values() if errors[horizon])  # type: ignore[union-attr]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Motion:
+    """Measured torque and position by joint, shape (T,) each, with their times [s], and the prismatic joints."""
+
+    torque_time: Array
+    torque: dict[str, Array]
+    position_time: Array
+    position: dict[str, Array]
+    prismatic: frozenset[str] = frozenset()
+
+
+def _median(values: Iterable[float]) -> float | None:
+    found = list(values)
+    return median(found) if found else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Replay:
+    """Result of `stribeck replay`.
+
+    Attributes
+    ----------
+    robot, log, stribeck
+        Name of the robot, path of the log, and version of stribeck.
+    filter
+        Filter of motion and torque, the same for all models.
+    horizons
+        Times after which the velocities of the rollouts are compared [s].
+    models
+        Errors of the robot's own model without and with friction, then of the other model.
+    notes
+        Sentences on adaptations and omissions.
+    motion
+        Measured torque and position.
+    """
+
+    robot: str
+    log: str
+    filter: str
+    horizons: tuple[float, ...]
+    models: list[Replayed]
+    notes: list[str]
+    stribeck: str
+    motion: Motion | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def joints(self) -> list[str]:
+        """Joints with any error."""
+        first = self.models[0]
+        return list(dict.fromkeys([*first.torque, *(name for name, errors in first.rollouts.items() if any(errors))]))
+
+    def to_json(self) -> str:
+        """Format as JSON, without measured and simulated motion."""
+        plain = asdict(replace(self, motion=None, models=[replace(m, predicted={}, positions={}) for m in self.models]))
+        for each in (plain, *plain["models"]):
+            for name in ("motion", "predicted", "positions"):
+                each.pop(name, None)
+        return json.dumps(plain, indent=2, allow_nan=False) + "\n"
