@@ -31,6 +31,7 @@ NAVIGATION = {
         "How-to guides": [
             "own-log",
             "robots",
+            "library",
             "methods",
             "verdicts",
             "findings",

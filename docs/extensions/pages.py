@@ -1,6 +1,8 @@
-"""Complete the Markdown that GitHub shows for the site: navigation, pictures in both themes, links to code."""
+"""Complete the Markdown that GitHub shows for the site: navigation, pictures in both themes, tables, links to code."""
 
 import re
+from functools import partial
+from pathlib import Path
 
 from sphinx.application import Sphinx
 
@@ -11,6 +13,16 @@ PARTS = {part: re.compile(rf'{part}="([^"]*)"') for part in ("srcset", "src", "a
 
 OUTSIDE = re.compile(r"\[(?P<text>[^\]]+)\]\((?:\.\./)+(?:examples|src|studies|benchmarks)(?:/[\w/-]+)?\)")
 """Link to a folder of the repository that is not part of the site."""
+
+
+TABLES = re.compile(r"^\[[^\]]+\]\((\.\./[\w/]+\.md)\)$", re.MULTILINE)
+"""Paragraph that only links to a Markdown file outside the site."""
+
+
+def content(docs: Path, match: re.Match[str]) -> str:
+    """Read the file of a link, without its first paragraph."""
+    text = (docs / match[1]).read_text(encoding="utf-8")
+    return text.partition("\n\n")[2].replace("](../../docs/", "](")
 
 
 def both_themes(match: re.Match[str]) -> str:
@@ -29,8 +41,8 @@ def toctrees(captions: dict[str, list[str]]) -> str:
 
 
 def complete(app: Sphinx, page: str, source: list[str]) -> None:
-    """Add navigation, themed pictures and plain text for outside links to a page."""
-    text = PICTURE.sub(both_themes, source[0])
+    """Add navigation, themed pictures, tables and plain text for outside links to a page."""
+    text = PICTURE.sub(both_themes, TABLES.sub(partial(content, Path(app.srcdir)), source[0]))
     text = OUTSIDE.sub(lambda match: match["text"], text)
     source[0] = text + toctrees(app.config.NAVIGATION.get(page, {}))
 

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from studies import accuracy, compensation, coverage, misfits, plan, summary, verdicts, walking
+from studies import accuracy, compensation, coverage, misfits, plan, robots, summary, verdicts, walking
 from studies.accuracy_cases import CASES, NAMES, as_walked, measured
 from studies.command import ROOT, saved
 from studies.harder_cases import CONDITIONS, ROTOR, Harder, as_seen
 from studies.walking_cases import CASES as WALKS
 from studies.walking_compensation import gain
 
-from stribeck import Robot, Settings, identify
+from stribeck import Robot, Settings, identify, read_result
 from stribeck.friction import get_law
 from stribeck.judgement.curve import WIDEST
 from stribeck_simulation.prescribed.exact import exact_log
@@ -28,6 +28,17 @@ PAGES = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
 VALUES = [0.3, 1.2, 0.3, 0.15, 0.2, 50.0]
 COARSE = 0.0005
 """Physics step of short walks [s], twice the study's."""
+
+
+def test_the_page_of_real_robots_shows_the_committed_results() -> None:
+    assert robots.page() == robots.PAGE.read_text(encoding="utf-8")
+    for path in robots.RESULTS.glob("*.json"):
+        result = read_result(path)
+        assert path.stem in robots.SOURCES
+        for joint in result.joints.values():
+            for point in joint.curve if "coulomb" in joint.parameters else ():
+                ways = joint.friction([point.velocity, -point.velocity])
+                assert (ways[0] - ways[1]) / 2 == pytest.approx(point.value, rel=1e-3, abs=1e-4)
 
 
 @pytest.mark.parametrize("name", STUDIES)
