@@ -4,6 +4,7 @@ import json
 import re
 import xml.etree.ElementTree as ET
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from tests.cli.test_cli import refused, run
 from tests.exporters.found import robot_of
 
 from stribeck import Robot, Settings
-from stribeck.errors import RobotFileError
+from stribeck.errors import RobotFileError, SettingsError
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck.log.writers import write_log
@@ -21,6 +22,7 @@ from stribeck.replay import rollouts
 from stribeck.replay.comparison import Replay, Replayed
 from stribeck.replay.replay import replay
 from stribeck.replay.rollouts import HORIZONS
+from stribeck.report.recording import curves_of_replay, write_recording
 from stribeck.report.replay import write_replay
 from stribeck.report.replay_motion import pieces
 from stribeck.settings import FilterSettings
@@ -131,6 +133,20 @@ def test_the_page_shows_measured_and_predicted_motion(arm: tuple[Robot, RobotLog
     page = (tmp_path / "replay.html").read_text()
     assert all(f'data-chart="{kind}-over-log{k}"' in page for kind in ("torque", "position") for k in range(3))
     assert {"motion", "predicted", "positions"}.isdisjoint(json.loads(found.to_json()))
+    curves = curves_of_replay(found)
+    assert {key[1:] for key in curves if key[0] == "elbow"} == {
+        (kind, label)
+        for kind in ("torque", "position")
+        for label in ("measured", *(model.name for model in found.models))
+    }
+    recording = tmp_path / "replay.rrd"
+    if find_spec("rerun"):
+        write_recording(curves, recording, found.robot)
+        assert recording.read_bytes()[:3] == b"RRF"
+    else:
+        with pytest.raises(SettingsError, match=r"pip install 'stribeck\[rerun\]'"):
+            write_recording(curves, recording, found.robot)
+        assert not recording.exists()
 
 
 @pytest.mark.usefixtures("few")

@@ -18,7 +18,7 @@ from stribeck.cli.options import REPORT, RESULT, TABLE, files_of, part_of, robot
 from stribeck.cli.results import compare, export, plan, replay
 from stribeck.cli.simulation import demo, rehearse, simulate
 from stribeck.cli.watch import watch
-from stribeck.errors import StribeckError
+from stribeck.errors import StribeckError, require_extra
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -118,6 +118,7 @@ def identify(
     stop: options.To = None,
     exclude: options.Exclude = [],  # noqa: B006
     force: options.Force = False,
+    rerun: options.Recording = None,
     json: options.Json = False,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
@@ -131,14 +132,20 @@ def identify(
 
     machine = robot_of(robot, exclude, [*logs, *validate])
     chosen = options.with_settings(machine.settings, {"law": law, "method": method}, settings)
-    outputs = [output / name for name in (RESULT, REPORT, TABLE)]
+    outputs = [*(output / name for name in (RESULT, REPORT, TABLE)), *([rerun] if rerun else [])]
     check_outputs(outputs, [*logs, *validate, *files_of(machine)], overwrite)
+    if rerun:
+        require_extra("rerun", "rerun")
     with staged_folder(output) as staging, console.progress_bar(quiet) as progress:
         parts = [part_of(log, machine, start, stop) for log in logs]
         result = run(parts, machine, chosen, table=staging / TABLE, validate=validate, force=force, progress=progress)
         progress("writing the report", 0.9)
         (staging / RESULT).write_text(result.to_json(), encoding="utf-8")
         write_report(result, staging / REPORT)
+        if rerun:
+            from stribeck.report.recording import curves_of_result, write_recording
+
+            write_recording(curves_of_result(result), rerun, result.robot)
     console.show(result, console.print_result, outputs, json=json, quiet=quiet)
 
 

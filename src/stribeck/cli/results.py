@@ -8,7 +8,7 @@ import typer
 from stribeck.base.outputs import check_outputs, staged_folder
 from stribeck.cli import console, options
 from stribeck.cli.options import files_of, part_of, result_file, robot_of, split_names
-from stribeck.errors import SettingsError, findings_kept
+from stribeck.errors import SettingsError, findings_kept, require_extra
 
 
 def export(
@@ -144,6 +144,7 @@ def replay(
     stop: options.To = None,
     exclude: options.Exclude = [],  # noqa: B006
     force: options.Force = False,
+    rerun: options.Recording = None,
     json: options.Json = False,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
@@ -158,6 +159,9 @@ def replay(
     machine = robot_of(robot, exclude, [log])
     chosen = options.with_settings(machine.settings, {}, settings)
     outputs = [output / name for name in ("replay.json", "replay.html")] if output else []
+    if rerun:
+        require_extra("rerun", "rerun")
+        outputs.append(rerun)
     check_outputs(outputs, [log, model, *files_of(machine)], overwrite)
     with console.progress_bar(quiet) as progress:
         part = part_of(log, machine, start, stop)
@@ -166,4 +170,8 @@ def replay(
         with staged_folder(output) as staging:
             (staging / "replay.json").write_text(found.to_json(), encoding="utf-8")
             write_replay(found, staging / "replay.html")
+    if rerun:
+        from stribeck.report.recording import curves_of_replay, write_recording
+
+        write_recording(curves_of_replay(found), rerun, found.robot)
     console.show(found, console.print_replay, outputs, json=json, quiet=quiet)

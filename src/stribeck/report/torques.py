@@ -62,24 +62,28 @@ def over_time(time: Array, curves: Sequence[tuple[Array, str, str]], points: int
 
 def _chart(name: str, joint: JointResult, samples: FrictionSamples, column: int, points: int) -> tuple[Chart, str]:
     """Draw the torques of a joint, with the RMS errors in the caption; lines break where the friction is unknown."""
-    assert samples.torque is not None
-    measured, velocity = samples.torque[:, column], samples.velocity[:, column]
-    expected = measured - samples.friction_torque[:, column]
-    friction = joint.friction(velocity, load=expected, offset=True)
-    offset = joint.values.get("offset", 0.0)
-    shown = samples.usable[:, column] & np.isfinite(expected + friction)
-    errors = [_rms((measured - own)[shown]) for own in (expected + offset, expected + friction)]
-    time, hidden = _elapsed(samples), np.where(shown, 0.0, np.nan)
-    values = (measured, expected + offset, expected + friction)
-    curves = [(hidden + own, colour, label) for own, (colour, label) in zip(values, LEGEND, strict=True)]
+    values, time = predictions(joint, samples, column), elapsed(samples)
+    measured, *predicted = (own[np.isfinite(own)] for own in values)
+    errors = [_rms(measured - own) for own in predicted]
+    curves = [(own, colour, label) for own, (colour, label) in zip(values, LEGEND, strict=True)]
     unit = joint.units(bool(samples.prismatic) and samples.prismatic[column])[1]
-    limits = robust_limits(measured[shown], share=0.0)
+    limits = robust_limits(measured, share=0.0)
     x, y = axis("time [s]", (0.0, float(time[-1]))), axis(f"torque [{unit}]", limits)
     chart = {"x": x, "y": y, "lines": over_time(time, curves, points), "sync": "torques"}
     return chart, f"{name}: error {number(errors[0], 2)} → {number(errors[1], 2)} {unit} (RMS)"
 
 
-def _elapsed(samples: FrictionSamples) -> Array:
+def predictions(joint: JointResult, samples: FrictionSamples, column: int) -> tuple[Array, Array, Array]:
+    """Compute measured torque and predictions without and with friction, shape (N,); NaN where friction is unknown."""
+    assert samples.torque is not None
+    measured, velocity = samples.torque[:, column], samples.velocity[:, column]
+    expected = measured - samples.friction_torque[:, column]
+    friction = joint.friction(velocity, load=expected, offset=True)
+    known = np.where(samples.usable[:, column] & np.isfinite(expected + friction), 0.0, np.nan)
+    return known + measured, known + expected + joint.values.get("offset", 0.0), known + expected + friction
+
+
+def elapsed(samples: FrictionSamples) -> Array:
     """Compute the time since the first sample [s], shape (N,); the logs follow each other."""
     step = samples.period * samples.stride
     return np.concatenate([[0.0], np.cumsum(np.where(np.diff(samples.time) > 0, np.diff(samples.time), step))])
