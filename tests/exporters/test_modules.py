@@ -64,7 +64,8 @@ def test_isaac_lab_gets_keywords_of_its_actuators(tmp_path: Path, monkeypatch: p
     monkeypatch.setitem(sys.modules, "isaaclab", SimpleNamespace(actuators=stub))  # type: ignore[arg-type]
     monkeypatch.setitem(sys.modules, "isaaclab.actuators", stub)  # type: ignore[arg-type]
     path, _ = written("isaaclab", tmp_path)
-    first, second = module(path).actuators(stiffness=80.0, damping=2.0).values()
+    own = module(path)
+    first, second = own.actuators(stiffness=80.0, damping=2.0).values()
     assert first.joint_names_expr == ["shoulder", "slide"]
     assert first.friction == first.dynamic_friction == {"shoulder": 1.2, "slide": 3.0}
     assert first.viscous_friction == {"shoulder": 0.3, "slide": 20.0}
@@ -72,6 +73,9 @@ def test_isaac_lab_gets_keywords_of_its_actuators(tmp_path: Path, monkeypatch: p
     assert (second.stiffness, second.damping) == (80.0, 2.0)
     assert getattr(first, effort) == {"shoulder": 100.0, "slide": 100.0}
     assert getattr(second, effort) is None  # the model has no limit
+    other = make_dataclass("PaceDCMotorCfg", [*fields, ("max_delay", int, 0)])
+    first, _ = own.actuators(stiffness=80.0, damping=2.0, kind=other, max_delay=3).values()
+    assert (type(first), first.max_delay, first.armature["shoulder"]) == (other, 3, 0.05)
 
 
 def test_mjlab_gets_keywords_of_its_actuators(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -134,36 +138,56 @@ def test_genesis_gets_one_call_a_word(recipes: dict[str, Any]) -> None:
     }
 
 
-def test_physx_gets_efforts_and_degrees(recipes: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    kinds = SimpleNamespace(ValueTypeNames=SimpleNamespace(Float="float"))
-    monkeypatch.setitem(sys.modules, "pxr", SimpleNamespace(Sdf=kinds))  # type: ignore[arg-type]
-    found: dict[str, dict[str, float]] = {}
+def test_a_stage_gets_efforts_and_degrees(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    units = {"meters": 1.0}
+    stub = SimpleNamespace(
+        Sdf=SimpleNamespace(ValueTypeNames=SimpleNamespace(Float="float")),
+        Tf=SimpleNamespace(MakeValidIdentifier=str),
+        UsdGeom=SimpleNamespace(GetStageMetersPerUnit=lambda _: units["meters"]),
+        UsdPhysics=SimpleNamespace(GetStageKilogramsPerUnit=lambda _: 1.0),
+    )
+    monkeypatch.setitem(sys.modules, "pxr", stub)  # type: ignore[arg-type]
+    found: dict[str, dict[str, float]] = defaultdict(dict)
 
     def prim(name: str, kind: str) -> SimpleNamespace:
-        def attribute(word: str, _: str) -> SimpleNamespace:
+        def attribute(word: str, _: str, custom: bool) -> SimpleNamespace:
+            assert not custom
             return SimpleNamespace(Set=lambda value: found[name].update({word: value}))
 
         return SimpleNamespace(
             GetName=lambda: name,
             GetTypeName=lambda: kind,
-            AddAppliedSchema=lambda schema: found.update({name: {schema: 1.0}}),
+            AddAppliedSchema=lambda schema: found[name].update({schema: 1.0}),
             CreateAttribute=attribute,
         )
 
-    joints = [prim("base", "Xform"), prim("shoulder", "PhysicsRevoluteJoint"), prim("slide", "PhysicsPrismaticJoint")]
-    recipes["set_physx"](SimpleNamespace(Traverse=lambda: joints))
+    kinds = {"base": "Xform", "shoulder": "PhysicsRevoluteJoint", "elbow": "PhysicsRevoluteJoint"}
+    joints = [prim(*each) for each in (kinds | {"slide": "PhysicsPrismaticJoint"}).items()]
+    path, _ = written("usd", tmp_path)
+    own = module(path)
+    own.set_friction(SimpleNamespace(Traverse=lambda: joints))
     assert found["shoulder"] == {
         "PhysxJointAxisAPI:angular": 1.0,
         "physxJointAxis:angular:dynamicFrictionEffort": 1.2,
         "physxJointAxis:angular:viscousFrictionCoefficient": pytest.approx(0.3 / 57.29577951308232, rel=1e-12),
         "physxJointAxis:angular:staticFrictionEffort": 1.2,
         "physxJointAxis:angular:armature": 0.05,
+        "NewtonJointAPI": 1.0,
+        "newton:friction": 1.2,
+        "newton:damping": pytest.approx(0.3 / 57.29577951308232, rel=1e-12),
+        "newton:armature": 0.05,
     }
     assert found["slide"]["physxJointAxis:linear:viscousFrictionCoefficient"] == 20.0
+    assert found["slide"]["newton:damping"] == 20.0
     assert "base" not in found
+    with pytest.raises(ValueError, match="the stage has no joint 'slide'"):
+        own.set_friction(SimpleNamespace(Traverse=lambda: joints[:3]))
+    units["meters"] = 0.01
+    with pytest.raises(ValueError, match=r"are 0.01 m and 1 kg; expected 1 m and 1 kg"):
+        own.set_friction(SimpleNamespace(Traverse=lambda: joints))
 
 
-@pytest.mark.parametrize("target", ["isaaclab", "mjlab", "pinocchio", "python"])
+@pytest.mark.parametrize("target", ["isaaclab", "mjlab", "pinocchio", "python", "usd"])
 def test_names_cannot_break_a_module(target: str, tmp_path: Path) -> None:
     name = 'a"""\'b.c{x}\\'
     write_arm(tmp_path)

@@ -46,7 +46,7 @@ Set = Annotated[
 ]
 LAW_NAMES = ("coulomb-viscous", "stribeck", "stribeck-exponent", "asymmetric", "lugre", "auto")
 METHOD_NAMES = ("whole-log", "curve-fit", "observer", "ground-reaction", "direct")
-FORMATS = ("mjcf", "urdf", "drake", "c", "python", "yaml", "table", "isaaclab", "mjlab", "pinocchio", "bam")
+FORMATS = ("mjcf", "urdf", "drake", "c", "python", "yaml", "table", "isaaclab", "mjlab", "pinocchio", "bam", "usd")
 Force = Annotated[bool, typer.Option("--force", help="Continue although the audit found a fatal error.")]
 From = Annotated[float | None, typer.Option("--from", metavar="SECONDS", help="Start of the used part of each log.")]
 To = Annotated[float | None, typer.Option("--to", metavar="SECONDS", help="End of the used part of each log.")]

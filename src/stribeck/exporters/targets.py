@@ -4,6 +4,9 @@ from stribeck.exporters import model_files, text_files
 from stribeck.exporters.forms import gear, plain, stribeck, viscous
 from stribeck.exporters.target import Target
 
+SAME = plain(**{name: name for name in ("static", "coulomb", "viscous", "armature")})
+"""Coulomb and viscous friction by their own names."""
+
 TARGETS: dict[str, Target] = {
     "mjcf": Target(
         forms={
@@ -38,7 +41,7 @@ TARGETS: dict[str, Target] = {
     "c": Target(forms={"all": None}, suffix=".h", text=text_files.c_text),
     "python": Target(forms={"all": None}, suffix=".py", text=text_files.python_text),
     "yaml": Target(
-        forms={"all": None, "plain": plain(**{n: n for n in ("static", "coulomb", "viscous", "armature")})},
+        forms={"all": None, "plain": SAME},
         suffix=".yaml",
         text=text_files.yaml_text,
         any_unit=True,
@@ -60,6 +63,7 @@ TARGETS: dict[str, Target] = {
         suffix=".py",
         text=text_files.mjlab_text,
     ),
+    "usd": Target(forms={"plain": SAME}, suffix=".py", text=text_files.usd_text),
     "bam": Target(
         forms={
             "m4": gear(

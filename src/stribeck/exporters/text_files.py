@@ -120,8 +120,16 @@ def python_text(request: Request) -> str:
 
 def pinocchio_text(request: Request) -> str:
     """Format a Python module that sets friction and rotor inertias of a Pinocchio model."""
-    joints = {name: {word: own for word, (own, _) in terms.stated.items()} for name, terms in request.joints.items()}
-    return _module("pinocchio", request.lines, joints=joints)
+    return _module("pinocchio", request.lines, joints=_stated(request))
+
+
+def usd_text(request: Request) -> str:
+    """Format a Python module that sets friction and rotor inertias of an OpenUSD stage."""
+    return _module("usd", request.lines, joints=_stated(request))
+
+
+def _stated(request: Request) -> dict[str, dict[str, float]]:
+    return {name: {word: value for word, (value, _) in own.stated.items()} for name, own in request.joints.items()}
 
 
 def isaaclab_text(request: Request) -> str:
@@ -149,8 +157,8 @@ def mjlab_text(request: Request) -> str:
 def _actuators(request: Request, effort: str) -> dict[str, dict[str, float]]:
     """Collect each joint's stated values, and the model's effort limit [N m], [N] under the name `effort`."""
     limits = dict(zip(request.robot.joint_names, request.robot.effort_limits.tolist(), strict=True))
-    found = {name: {word: value for word, (value, _) in own.stated.items()} for name, own in request.joints.items()}
-    return {name: own | ({effort: limits[name]} if np.isfinite(limits[name]) else {}) for name, own in found.items()}
+    stated = _stated(request)
+    return {name: own | ({effort: limits[name]} if np.isfinite(limits[name]) else {}) for name, own in stated.items()}
 
 
 def isaaclab_ranges(lines: list[str], joints: Mapping[str, JointRanges]) -> str:
@@ -178,10 +186,7 @@ def bam_text(request: Request) -> str:
     """
     none = dict.fromkeys(("friction_base", "friction_viscous", "friction_stribeck", "load_friction_base"), 0.0)
     fixed = {"model": "m4", "alpha": 2.0, "load_friction_stribeck": 0.0, "dtheta_stribeck": 1.0}
-    joints = {
-        name: fixed | none | {word: value for word, (value, _) in terms.stated.items()}
-        for name, terms in request.joints.items()
-    }
+    joints = {name: fixed | none | own for name, own in _stated(request).items()}
     return json.dumps({"written": request.lines, "joints": joints}, indent=2) + "\n"
 
 
