@@ -196,8 +196,9 @@ def _speeds(joint: JointResult, found: Mapping[str, float]) -> Array:
 
     There, a log does not resolve friction: its curve starts at the slow speed, and the sign of simulators is sharp.
     """
-    speeds = top_speed(joint) * np.arange(1, SPEEDS + 1) / SPEEDS
-    slow = joint.curve[0].velocity if joint.curve else 0.0
+    top = top_speed(joint)
+    speeds = top * np.arange(1, SPEEDS + 1) / SPEEDS
+    slow = min(joint.curve[0].velocity, top) if joint.curve else 0.0
     return np.asarray(speeds[(speeds >= (1 - 1e-9) * slow) | (found.get("slope", np.inf) * speeds >= 2)])
 
 
