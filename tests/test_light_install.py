@@ -11,11 +11,13 @@ import stribeck
 from stribeck_simulation.demo import SCENARIO
 from stribeck_simulation.robots.toro import MODEL_FILE, ROBOT_FILE
 
-WITHOUT = "import sys; sys.modules.update(mujoco=None, daqp=None); from stribeck.cli import main; main()"
+WITHOUT = (
+    "import sys; sys.modules.update(mujoco=None, daqp=None, matplotlib=None); from stribeck.cli import main; main()"
+)
 
 
 def light(*arguments: object) -> subprocess.CompletedProcess[str]:
-    """Run the command line where neither MuJoCo nor a QP solver is installed."""
+    """Run the command line where neither MuJoCo, a QP solver nor Matplotlib is installed."""
     command = [sys.executable, "-c", WITHOUT, *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 

@@ -77,6 +77,18 @@ def test_the_citation_agrees_with_the_package() -> None:
     assert [author["name"] for author in citation["authors"]] == [author["name"] for author in PROJECT["authors"]]
 
 
+def test_the_recipe_has_the_requirements_of_the_package() -> None:
+    recipe = yaml.safe_load((ROOT / "packaging" / "recipe.yaml").read_text())
+    own = {name.replace("pin>", "pinocchio>").replace(">", " >") for name in PROJECT["dependencies"]}
+    assert set(recipe["requirements"]["run"]) == own | {f"python {PROJECT['requires-python']}"}
+    assert recipe["package"] == {"name": PROJECT["name"], "version": __version__}
+    assert recipe["build"]["python"]["entry_points"] == [f"{key} = {own}" for key, own in PROJECT["scripts"].items()]
+    about = recipe["about"]
+    assert (about["summary"], about["license"], about["license_file"]) == tuple(
+        PROJECT[key] for key in ("description", "license", "license-files")
+    )
+
+
 def test_the_container_runs_the_demonstration_as_a_user() -> None:
     text = (ROOT / "Dockerfile").read_text().replace("\\\n", " ")
     steps = [line.split(maxsplit=1) for line in text.splitlines() if line and not line.startswith("#")]

@@ -14,7 +14,7 @@ from pydantic import Field
 from stribeck.base.frozen import freeze_dicts
 from stribeck.base.text_table import TextTable, number, span
 from stribeck.base.typing import Array
-from stribeck.errors import NothingIdentifiedError
+from stribeck.errors import NothingIdentifiedError, require_extra
 from stribeck.friction import FrictionLaw, LawWithState, get_law
 from stribeck.friction.auto import JUMP
 from stribeck.friction.law import Motion
@@ -328,6 +328,7 @@ class JointResult:
         >>> axes.get_xlabel(), axes.get_ylabel()
         ('velocity [rad/s]', 'friction torque [N m]')
         """
+        require_extra("plot", "matplotlib")
         from matplotlib import pyplot
 
         from stribeck.result.plot import draw_friction

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stribeck.base.typing import Array
+from stribeck.errors import require_extra
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 def friction_figure(joints: Mapping[str, JointResult], columns: int = 4, *, offset: bool = False) -> Figure:
     """Draw the friction curve of every joint with its 95 % band, in a grid."""
+    require_extra("plot", "matplotlib")
     from matplotlib.figure import Figure
 
     columns = max(min(columns, len(joints)), 1)
