@@ -17,7 +17,7 @@ if TYPE_CHECKING:  # only for types: replay is above this room
     from stribeck.replay.comparison import Replay
 
 COLOURS = ("muted", "ink", "data", "law")
-"""Colors of the models in their order; the robot's own models are gray and black."""
+"""Colors of the robot's own model without and with friction, and of the other model without and with friction."""
 
 Values = Sequence[Sequence[float | None]]
 """Values by model and joint."""
@@ -53,10 +53,16 @@ def write_replay(replay: Replay, path: str | Path) -> None:
             [[", ".join(f"{e.relative:.3g}" if e else "–" for e in run) for run in own] for own in runs],
         ),
     ]
-    pictures = motion_sections(replay, COLOURS[: len(replay.models)][-2:])
+    pictures = motion_sections(replay, _colours(replay))
     sections = [each for pair in zip_longest(tables, pictures) for each in pair]
     lead = render("replay_heading.html.j2", replay=replay, log=PurePath(replay.log).name or "log in memory")
     write_page(path, f"{replay.robot}: a log replayed", sections, lead=lead)
+
+
+def _colours(replay: Replay) -> list[str]:
+    """Select the color of each model; the second one has friction if it is the robot's own."""
+    own = replay.models[1].friction
+    return [colour for colour in COLOURS if own or colour != COLOURS[1]][: len(replay.models)]
 
 
 def _section(
@@ -68,7 +74,7 @@ def _section(
     body = render(
         "replay.html.j2",
         caption=caption,
-        legend=[(colour, model.name) for colour, model in zip(COLOURS, replay.models, strict=False)],
+        legend=[(colour, model.name) for colour, model in zip(_colours(replay), replay.models, strict=False)],
         figures=[(name, label) for name, (label, _) in zip(charts, shown, strict=True)],
         rows=list(zip(replay.joints, zip(*cells, strict=True), strict=True)),
     )
@@ -79,7 +85,7 @@ def _chart(replay: Replay, label: str, values: Values) -> Chart:
     """Draw one dot per joint and model on a logarithmic axis."""
     joints = replay.joints
     lines = []
-    for own, colour, model in zip(values, COLOURS, replay.models, strict=False):
+    for own, colour, model in zip(values, _colours(replay), replay.models, strict=False):
         shown = [found if found and found > 0 else np.nan for found in own]
         lines.append(line(range(len(joints)), shown, colour, model.name, points=8))
     seen = [found for own in values for found in own if found and found > 0] or [0.1, 1.0]

@@ -1,4 +1,4 @@
-"""Torques and positions of a replay over the log: measured, and of the last two models."""
+"""Torques and positions of a replay over the log: measured, without and with the friction of the other model."""
 
 from __future__ import annotations
 
@@ -24,8 +24,13 @@ Drawn = dict[str, tuple[str, list[Array]]]
 
 
 def motion_sections(replay: Replay, colours: Sequence[str]) -> list[Section | None]:
-    """Render a section of torques and one of positions, None if unknown; an empty list without motion."""
-    motion, models = replay.motion, replay.models[-2:]
+    """Render a section of torques and one of positions, None if unknown; an empty list without motion.
+
+    `colours` are those of the replay's models.
+    """
+    motion = replay.motion
+    chosen = [-2, -1] if replay.models[-1].friction else [0, -1]  # without friction, and the other model as it is
+    models, colours = [replay.models[k] for k in chosen], [colours[k] for k in chosen]
     if motion is None or min(len(motion.torque_time), len(motion.position_time)) < 2:
         return []
     torques: Drawn = {
