@@ -26,7 +26,8 @@ class Replayed:
     rollouts
         Velocity errors by joint, after each of the horizons; None where too few rollouts are that long.
     predicted
-        Predicted torque by joint at the times of `Motion` [N m], [N], shape (T,); NaN where unknown.
+        Predicted torque by joint at the times of `Motion` [N m], [N], shape (T,); NaN where unknown, and
+        at rest.
     positions
         Start times and positions of the rollouts by joint [rad], [m], shape (S,) and (S, K).
     """

@@ -16,6 +16,7 @@ from stribeck.errors import RobotFileError, errors_about, findings_kept
 from stribeck.friction_torque.preparation import PreparedLog, Progress, prepare, quiet
 from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.friction_torque.stage import thinned_samples, with_filter
+from stribeck.judgement.speed import top_speed
 from stribeck.judgement.torque_error import COMMON, TorqueError, torque_errors
 from stribeck.log import LogLike
 from stribeck.replay.comparison import Motion, Replay, Replayed
@@ -128,13 +129,15 @@ def _replayed(
     except np.linalg.LinAlgError as error:
         raise _impossible(robot, f"its joint-space inertia matrix cannot be inverted ({error})") from error
     _require_finite(robot, torque, [own for own, _ in rollouts])
+    rest = settings.rest * np.array([top_speed(own) for own in samples.velocity.T])
+    moves = np.where(np.abs(samples.velocity) < rest, np.nan, 0.0)  # at rest, friction balances any torque
     models = [
         Replayed(
             model=robot.model_path,
             friction=n > 0,
             torque=torque[n],
             rollouts=own,
-            predicted=_by_joint(samples, samples.torque - errors[n]),
+            predicted=_by_joint(samples, samples.torque - errors[n] + moves),
             positions={name: (moved.start, moved.position[..., robot.joint_names.index(name)]) for name in own},
         )
         for n, (own, moved) in enumerate(rollouts)
