@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c requirements.lock
 PYTEST := $(BIN)/python -m pytest -n auto --dist worksteal
-UNTRACED := tests/simulation tests/studies tests/fuzz tests/test_real_logs.py
+UNTRACED := tests/simulation tests/studies tests/test_real_logs.py
 BENCHMARKS := startup friction_torque identify controller
 
 # Modules are compiled when one is first imported, and kept: else each of many processes would compile them anew.
@@ -51,7 +51,7 @@ benchmark: .venv/.dev
 	$(BIN)/python -m benchmarks.contest table build/benchmark/scores.json
 
 fuzz: .venv/.dev
-	$(BIN)/python -m tests.fuzz --seed 0 --inputs 10100
+	$(PYTEST) --hypothesis-profile=fuzz tests/test_hostile.py
 	$(PYTEST) --hypothesis-profile=default tests/result tests/log tests/robot tests/test_settings.py
 
 paper: .venv/.dev

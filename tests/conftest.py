@@ -14,9 +14,10 @@ from stribeck import Robot
 
 # The same examples in every run: a change is judged by what it changed; `make fuzz` looks for new ones.
 settings.register_profile("repeatable", derandomize=True)
+settings.register_profile("fuzz", max_examples=8000)
 settings.load_profile("repeatable")
 
-LONGEST = ("test_site.py", "test_demo.py", "test_fuzz.py", "test_real_logs.py", "test_docs.py", "test_paper.py")
+LONGEST = ("test_site.py", "test_demo.py", "test_hostile.py", "test_real_logs.py", "test_docs.py", "test_paper.py")
 """Files with tests of many seconds. They start first, so that no worker waits for another at the end."""
 
 

@@ -2,14 +2,11 @@
 
 import errno
 import os
-import struct
 from pathlib import Path
 
-import pyarrow as pa
-import pyarrow.parquet
 import pytest
 from tests.damaged import BAD_SAMPLING, DAMAGED
-from tests.log.readers.formats import WHOLE, StubRobot, columns_of, synthetic_log, write_parquet
+from tests.log.readers.formats import WHOLE, StubRobot, synthetic_log, write_parquet
 
 from stribeck.errors import LogError
 from stribeck.log.readers import read_log
@@ -48,18 +45,6 @@ def test_a_log_that_cannot_be_made_regular_is_refused_in_one_sentence(maker, wor
     check_message(caught.value, path, words)
 
 
-def test_a_full_disk_is_reported(tmp_path, monkeypatch):
-    def full(*_):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    path = write_parquet(tmp_path, synthetic_log(20))
-    monkeypatch.setattr("stribeck.log.storage.IN_MEMORY_LIMIT", 100)
-    monkeypatch.setattr("stribeck.log.storage.os.posix_fallocate", full)
-    with pytest.raises(LogError, match=r"too large.*TMPDIR") as caught:
-        read_log(path, StubRobot())
-    check_message(caught.value, path, [])
-
-
 @pytest.mark.parametrize("writer", WHOLE.values(), ids=WHOLE)
 def test_a_file_that_is_nearly_all_a_hole(writer, tmp_path):
     path = writer(tmp_path, synthetic_log(20))
@@ -80,16 +65,3 @@ def test_a_file_that_the_system_cannot_read_is_reported(reason, tmp_path, monkey
     with pytest.raises(LogError) as caught:
         read_log(path, StubRobot())
     assert str(caught.value) == f"{path}: cannot be read ({os.strerror(reason)}); expected a readable log"
-
-
-def test_a_parquet_page_whose_checksum_is_wrong(tmp_path):
-    log = synthetic_log(60)
-    path = tmp_path / "log.parquet"
-    pa.parquet.write_table(
-        pa.table(columns_of(log)), path, write_page_checksum=True, compression=None, use_dictionary=False
-    )
-    content = bytearray(path.read_bytes())
-    content[content.index(struct.pack("<d", log.position[30, 1])) + 6] ^= 0x10
-    path.write_bytes(content)
-    with pytest.raises(LogError, match="CRC"):
-        read_log(path, StubRobot())

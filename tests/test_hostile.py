@@ -1,0 +1,351 @@
+"""Hostile inputs: whatever is damaged, the command line accepts it or refuses it in one sentence, without an output.
+
+`make fuzz` tries thousands of inputs. To add a kind of input, add a function to `KINDS`: it writes the input into a
+folder and returns the words of the command. Outputs are named `out` or `out.*`.
+"""
+
+import contextlib
+import io
+import json
+import re
+import resource
+import shutil
+import signal
+import tempfile
+import tomllib
+from collections.abc import Callable, Iterator
+from copy import deepcopy
+from functools import partial
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from tests.cli.test_cli import run
+from tests.log.readers.formats import WRITERS, synthetic_log
+
+from stribeck.cli import console
+from stribeck.cli.options import FORMATS
+from stribeck.cli.truth import print_truth
+from stribeck.errors import StribeckError
+from stribeck.fleet.store import compact, key_of, rows_of, time_of, write_row
+from stribeck.friction import get_law
+from stribeck.log.readers import read_log
+from stribeck.log.writers import write_log
+from stribeck.report import write_report
+from stribeck.result import read_result
+from stribeck.robot import Robot
+from stribeck.settings import Settings, flat
+from stribeck_simulation.prescribed.exact import exact_log
+from stribeck_simulation.sensors.measure import with_noise
+
+EXAMPLES = max(6, settings.default.max_examples // 16)
+"""Inputs per kind; the profile of `make fuzz` has more."""
+SECONDS, MEMORY = 60.0, 4 << 30
+"""Processor time [s] and additional memory [bytes] that one input may take."""
+NUMBERS = (
+    *("0", "-0.0", "-1", "1", "3", "1e-300", "1e300", "nan", "inf", "-inf", "1e999", "0x10", "1_0", "1,5", "9" * 400),
+    *("2147483648", "-9223372036854775809", "1e-5", "100000001", "0.1", "\u0661"),
+)
+WORDS = (
+    *("", " ", "nan", "left", "[left]", "[/]", "a'b", 'a"b', "\u202e", "\U0001f916", "universe", "base", "root_joint"),
+    *("../..", "x" * 5000, "%s%n", "{}", "true", "fixed", "floating", "\n", "&amp;", "world", "shoulder", "elbow"),
+)
+VALUES: tuple[Any, ...] = (
+    *(None, True, 0, -1, 1, 0.5, float("nan"), float("inf"), -1e300, 1e300, 1e-300, 10**30, 100_000_001, 2**63, ""),
+    *("x", "[left]", "\U0001f916", [], {}, [1], [[]], ["x"], {"x": 1}, [1.0, 2.0], [0.0] * 6),
+)
+SCENARIO = """robot = "arm"
+simulator = "exact"
+sensors = "realistic"
+seed = 1
+duration = 0.3
+[friction.joints."*"]
+viscous = 0.2
+coulomb = 0.5
+stribeck_gain = 0.2
+stribeck_velocity = 0.2
+"""
+CHECKED = ("npz", "parquet", "mcap", "mcap of ROS 1")
+"""Formats whose checksums, as they are written here, cover all samples: other samples must never be read."""
+Draw = Callable[..., Any]
+
+
+@pytest.fixture(scope="module")
+def seeds(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Make a folder with sound inputs: models, robot file, a log in every format, a result with its table, a store."""
+    folder = tmp_path_factory.mktemp("seeds")
+    shutil.copytree(Path(__file__).parent / "hostile", folder, dirs_exist_ok=True)
+    robot = Robot.from_file(folder / "robot.toml")
+    truth = {name: {"viscous": 0.2, "coulomb": 0.5, "offset": 0.1} for name in robot.joint_names}
+    log = with_noise(exact_log(robot, get_law("coulomb-viscous"), truth, duration=8.0)[0], position=1e-5, torque=0.02)
+    write_log(log.between(stop=1.0), folder / "log.npz")
+    write_log(log, folder / "whole.npz")
+    for name, write in WRITERS.items():
+        (folder / "logs" / name).mkdir(parents=True)
+        write(folder / "logs" / name, synthetic_log(200, joints=robot.joint_names))
+    assert run("identify", folder / "whole.npz", "-r", folder / "robot.toml", "-o", folder / "saved", "--quiet") == 0
+    rows = rows_of(read_result(folder / "saved/result.json"))
+    for name in ("R1", "R2"):
+        about = {"key": key_of(name, "0"), "log": "log.npz", "sha256": name, "start": time_of(1.7e9), "note": ""}
+        about |= {"finished": time_of(1.8e9), "version": "1.0", "status": "identified", "size": 1, "modified": 0.0}
+        write_row(folder / "store", name, about | rows)
+    compact(folder / "store")
+    return folder
+
+
+def damaged_bytes(draw: Draw, content: bytes) -> bytes:
+    """Lose, double, insert, exchange or overwrite a part of some bytes."""
+    places = st.integers(0, len(content)) | st.integers(0, min(512, len(content)))
+    start, width = draw(places), draw(st.sampled_from([1, 2, 4, 8, 64, 4096]))
+    inside, after = content[start : start + width], content[start + width :]
+    changes = (b"", 2 * inside, inside[::-1], bytes(width), b"\xff" * width, inside + draw(st.binary(max_size=8)))
+    return content[:start] + draw(st.sampled_from(changes)) + draw(st.sampled_from([after, after, b""]))
+
+
+def damaged_text(draw: Draw, text: str) -> str:
+    """Replace a number, a word, or what stands between quotes or tags."""
+    pattern = draw(st.sampled_from([r"-?\d[\d.e+-]*", r'(?<=")[^"\n]*(?=")', r"(?<=>)[^<>]+(?=<)", r"\w+"]))
+    places = list(re.finditer(pattern, text)) or [re.match("", text)]
+    place = draw(st.sampled_from(places))
+    return text[: place.start()] + draw(st.sampled_from([*NUMBERS, *WORDS])) + text[place.end() :]
+
+
+def damaged_value(draw: Draw, document: Any) -> Any:
+    """Lose, rename, exchange or replace one value of plain data, at any depth."""
+    places, pending = [], [document]
+    while pending:
+        inner = pending.pop()
+        keys = list(inner) if isinstance(inner, dict) else range(len(inner)) if isinstance(inner, list) else ()
+        places += [(inner, key) for key in keys]
+        pending += [inner[key] for key in keys]
+    (holder, key), (other, place) = (draw(st.sampled_from(places)) for _ in range(2))
+    change = draw(st.sampled_from(["lose", "rename", "exchange", "replace", "scale", "scale"]))
+    if change == "lose":
+        del holder[key]
+    elif change == "rename" and isinstance(holder, dict):
+        holder[draw(st.sampled_from(WORDS))] = holder.pop(key)
+    elif change == "exchange":
+        holder[key] = deepcopy(other[place])
+    elif change == "scale" and isinstance(holder[key], int | float):
+        holder[key] *= draw(st.sampled_from([0, -1, 1e6, 1e-9, 1e300, -1e300]))
+    else:
+        holder[key] = deepcopy(draw(st.sampled_from(VALUES)))
+    return document
+
+
+def damaged_xml(draw: Draw, text: str) -> str:
+    """Lose, double, rename, nest or mix elements and attributes."""
+    root = ElementTree.fromstring(text)
+    parents = {child: parent for parent in root.iter() for child in parent}
+    element, other = (draw(st.sampled_from(list(parents))) for _ in range(2))
+    change = draw(st.sampled_from(["lose", "double", "tag", "mix", "nest", "value", "value"]))
+    if change == "lose":
+        parents[element].remove(element)
+    elif change == "double":
+        parents[element].append(element)
+    elif change == "tag":
+        element.tag = other.tag
+    elif change == "mix":
+        element.attrib.update(other.attrib)
+    elif change == "nest":
+        for _ in range(draw(st.sampled_from([1, 300]))):
+            element = ElementTree.SubElement(element, element.tag, element.attrib)
+    elif element.attrib:
+        value = draw(st.sampled_from([*NUMBERS, *filter(str.isprintable, WORDS)]))
+        element.set(draw(st.sampled_from(sorted(element.attrib))), value)
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def as_toml(document: Any, top: bool = True) -> str:
+    """Write plain data as TOML; values that TOML lacks are written as in JSON."""
+    if isinstance(document, dict):
+        pairs = [f"{json.dumps(key)} = {as_toml(value, False)}" for key, value in document.items()]
+        return "\n".join(pairs) if top else "{" + ", ".join(pairs) + "}"
+    if isinstance(document, list):
+        return "[" + ", ".join(as_toml(value, False) for value in document) + "]"
+    return json.dumps(document)
+
+
+def write_damaged(draw: Draw, text: str, path: Path) -> None:
+    """Write a TOML, JSON or XML document that is damaged in up to three places, or nested deeply."""
+    kind = draw(st.sampled_from(["bytes", "text", "structure", "structure", "deep"]))
+    for _ in range(draw(st.integers(1, 3)) * (kind in ("text", "structure"))):
+        if kind == "text":
+            text = damaged_text(draw, text)
+            continue
+        with contextlib.suppress(ElementTree.ParseError):
+            match path.suffix:
+                case ".toml":
+                    text = as_toml(damaged_value(draw, tomllib.loads(text)))
+                case ".json":
+                    text = json.dumps(damaged_value(draw, json.loads(text)))
+                case _:
+                    text = damaged_xml(draw, text)
+    if kind == "deep":
+        inner = {".toml": "[{}]", ".json": '{{"a": {}}}'}.get(path.suffix, "<link>{}</link>").split("{}")
+        depth = draw(st.sampled_from([50, 100_000]))
+        text = inner[0].replace("{{", "{") * depth + "1" + inner[1].replace("}}", "}") * depth
+        text = f"x = {text}" if path.suffix == ".toml" else text
+    content = text.encode(errors="surrogatepass")
+    path.write_bytes(damaged_bytes(draw, content) if kind == "bytes" else content)
+
+
+def robot_file(draw: Draw, folder: Path, seeds: Path) -> list[object]:
+    shutil.copy(seeds / "arm.urdf", folder)
+    write_damaged(draw, (seeds / "robot.toml").read_text(), folder / "robot.toml")
+    return ["inspect", seeds / "log.npz", "-r", "robot.toml"]
+
+
+def model_file(draw: Draw, folder: Path, seeds: Path) -> list[object]:
+    name = draw(st.sampled_from(["arm.urdf", "arm.xml"]))
+    write_damaged(draw, (seeds / name).read_text(), folder / name)
+    if draw(st.integers(0, 4)) == 0:
+        return ["replay", seeds / "log.npz", "-r", seeds / "robot.toml", "-m", name, "-o", "out"]
+    base = draw(st.sampled_from(["fixed", "floating"]))
+    (folder / "robot.toml").write_text(f'[robot]\nmodel = "{name}"\nbase = "{base}"\ntorque_source = "command"\n')
+    return ["inspect", seeds / "log.npz", "-r", "robot.toml"]
+
+
+def set_option(draw: Draw, folder: Path, seeds: Path) -> list[object]:
+    for name in ("robot.toml", "arm.urdf"):
+        shutil.copy(seeds / name, folder)
+    key = draw(st.sampled_from([*flat(Settings()), *WORDS]))
+    value = draw(st.sampled_from([*NUMBERS, *WORDS, *map(json.dumps, VALUES), "[" * 5000, "auto", "none", "fit"]))
+    return ["inspect", seeds / "log.npz", "-r", "robot.toml", "--set", f"{key}={value}"]
+
+
+def result_file(draw: Draw, folder: Path, seeds: Path) -> list[object]:
+    write_damaged(draw, (seeds / "saved/result.json").read_text(), folder / "result.json")
+    options = draw(st.sampled_from([["--include-weak"], ["--samples", "2"], ["--ranges"], ["--strict"]]))
+    export = ["export", "result.json", "-r", seeds / "robot.toml", "-o", "out", "--to"]
+    compare = ["compare", "result.json", *draw(st.sampled_from([[], [seeds / "saved"]]))]
+    return draw(st.sampled_from([compare, compare, [*export, draw(st.sampled_from([*FORMATS])), *options]]))
+
+
+def scenario_file(draw: Draw, folder: Path, seeds: Path) -> list[object]:  # noqa: ARG001 - made from nothing
+    write_damaged(draw, SCENARIO, folder / "scenario.toml")
+    return ["simulate", "scenario.toml", "-o", draw(st.sampled_from(["out.npz", "out", "out.csv"]))]
+
+
+def store(draw: Draw, folder: Path, seeds: Path) -> list[object]:
+    shutil.copytree(seeds / "store", folder / "store", symlinks=True)
+    file = draw(st.sampled_from(sorted(folder.glob("store/robot=*/*.parquet"))))
+    file.write_bytes(draw(st.sampled_from([damaged_bytes(draw, file.read_bytes()), b"", b"PAR1" * 40])))
+    return draw(st.sampled_from([["trends", "store", "-o", "out"], ["fleet", "--compact", "store"]]))
+
+
+def command_line(draw: Draw, folder: Path, seeds: Path) -> list[object]:  # noqa: ARG001 - files are sound
+    robot, result = ("-r", seeds / "robot.toml"), seeds / "saved"
+    commands = (
+        ["inspect", seeds / "log.npz", *robot, "--from", "0.1", "--exclude", "0.1:0.2", "-o", "out.html"],
+        ["identify", seeds / "log.npz", *robot, "-o", "out", "--method", "curve-fit", "--law", "stribeck"],
+        ["export", result, *robot, "--to", "mjcf", "-o", "out", "--samples", "2", "--joints", "elbow"],
+        ["compare", result, result, "--names", "a,b", "-o", "out.html"],
+        ["plan", result, *robot, "--held", "x", "--joints", "elbow", "-o", "out"],
+        ["fleet", "none.npz", *robot, "-o", "out", "--jobs", "1", "--timeout", "5"],
+    )
+    words = list(draw(st.sampled_from(commands)))
+    place = draw(st.integers(1, len(words) - 1))
+    values = [*NUMBERS, *(word for word in WORDS if "/" not in word and word.isprintable()), "--json", "-o", "1:2", ","]
+    words[place : place + draw(st.integers(0, 1))] = [draw(st.sampled_from(values))][: draw(st.integers(0, 1))]
+    return words
+
+
+def damaged_log(name: str, draw: Draw, folder: Path, seeds: Path) -> list[object]:
+    sound = next((seeds / "logs" / name).iterdir())
+    path = folder / sound.name
+    (shutil.copytree if sound.is_dir() else shutil.copy)(sound, path)
+    file = draw(st.sampled_from(sorted(path.iterdir()))) if path.is_dir() else path
+    if file.suffix in (".csv", ".yaml") and draw(st.booleans()):
+        file.write_text(damaged_text(draw, file.read_text()), encoding="utf-8", errors="replace")
+    else:
+        file.write_bytes(damaged_bytes(draw, file.read_bytes()))
+    return ["inspect", path.name, "-r", seeds / "robot.toml"]
+
+
+KINDS = {
+    each.__name__: each
+    for each in (robot_file, model_file, set_option, result_file, scenario_file, store, command_line)
+} | {f"log {name}": partial(damaged_log, name) for name in WRITERS}
+
+
+@contextlib.contextmanager
+def limited() -> Iterator[io.StringIO]:
+    """Limit processor time and memory; a violation ends the process or raises. Yield what is printed on stderr."""
+    pages = int(Path("/proc/self/statm").read_text().split()[0])
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    said = io.StringIO()
+    resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + MEMORY, before[1]))
+    signal.setitimer(signal.ITIMER_PROF, SECONDS)
+    try:
+        with contextlib.redirect_stderr(said), contextlib.redirect_stdout(io.StringIO()), np.errstate(all="raise"):
+            yield said
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        resource.setrlimit(resource.RLIMIT_AS, before)
+
+
+def untidy(code: int, said: str, left: list[str]) -> bool:
+    """Tell whether an input was neither accepted, nor refused in one sentence and without an output."""
+    outputs = [name for name in left if name == "out" or name.startswith(("out.", ".stribeck-"))]
+    sentence = re.fullmatch(r"(stribeck: note: .*\n)*stribeck: .+\n", said) or said.startswith(("Usage: ", "Error: "))
+    if code == 3 and not said and outputs:  # of a fleet, whose store has a row for each log without a result
+        return False
+    return code != 0 and (code not in (2, 3) or not sentence or bool(outputs))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@settings(max_examples=EXAMPLES, deadline=None, suppress_health_check=list(HealthCheck))
+@given(data=st.data())
+def test_a_hostile_input_is_accepted_or_refused_in_one_sentence(kind: str, seeds: Path, data: st.DataObject) -> None:
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        words = KINDS[kind](data.draw, folder, seeds)
+        words = [str(word).replace("\0", "").encode(errors="replace").decode() for word in words]
+        with contextlib.chdir(folder), limited() as said:
+            code = run(*words)
+        assert not untidy(code, said.getvalue(), [path.name for path in folder.iterdir()]), (words, said.getvalue())
+        name = kind.removeprefix("log ")
+        if code == 0 and name in CHECKED:
+            robot = Robot.from_file(seeds / "robot.toml")
+            written, read = (read_log(each / words[1], robot).channels() for each in (seeds / "logs" / name, folder))
+            for channel, values in read.items():
+                np.testing.assert_array_equal(values, written[channel])
+
+
+@settings(max_examples=EXAMPLES, deadline=None, suppress_health_check=list(HealthCheck))
+@given(data=st.data())
+def test_a_hostile_result_is_reported_and_printed_or_refused(seeds: Path, data: st.DataObject) -> None:
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        shutil.copy(seeds / "saved/friction_torque.parquet", folder)
+        document = json.loads((seeds / "saved/result.json").read_text())
+        for _ in range(data.draw(st.integers(1, 3))):
+            document = damaged_value(data.draw, document)
+        (folder / "result.json").write_text(json.dumps(document), encoding="utf-8", errors="replace")
+        with limited(), contextlib.suppress(StribeckError):
+            result = read_result(folder / "result.json")
+            console.print_result(result)
+            print_truth(result, {name: dict.fromkeys(own.parameters, 1.0) for name, own in result.joints.items()})
+            write_report(folder / "result.json", folder / "out.html")
+            assert "</html>" in (folder / "out.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("code", "said", "left", "expected"),
+    [
+        (0, "", ["out"], False),
+        (2, "stribeck: wrong\n", [], False),
+        (3, "stribeck: note: odd\nstribeck: none\n", [], False),
+        (2, "stribeck: wrong\n", ["out"], True),
+        (2, "stribeck: a\nb\n", [], True),
+        (2, "", [], True),
+        (1, "stribeck: wrong\n", [], True),
+    ],
+)
+def test_what_is_untidy_is_seen(code: int, said: str, left: list[str], expected: bool) -> None:
+    assert untidy(code, said, left) == expected
