@@ -6,8 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stribeck.base.typing import Array
-from stribeck.errors import SettingsError
-from stribeck.friction import LAWS, FrictionLaw, Parameter, get_law
+from stribeck.friction import LAWS, FrictionLaw, Parameter
 from stribeck.judgement.curve_fit.fit import fit_joint, grid_starts
 from stribeck.judgement.curve_fit.problem import FitProblem
 
@@ -100,10 +99,3 @@ def test_parameters_are_recovered_from_clean_samples(law: FrictionLaw, seed: int
     fit = fit_joint(problem)
     np.testing.assert_allclose(fit.values, truth, rtol=1e-6, atol=1e-6)
     assert len(grid_starts(problem)) == int(np.prod([len(p.starts) for p in law.parameters if p.starts]))
-
-
-def test_unknown_law_is_refused_with_the_names_there_are() -> None:
-    with pytest.raises(
-        SettingsError, match=r"found 'stribek', expected one of .*coulomb-viscous.*; did you mean 'stribeck'"
-    ):
-        get_law("stribek")

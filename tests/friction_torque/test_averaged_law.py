@@ -1,14 +1,11 @@
 """Law averaged like the acceleration: reversals no longer distort it."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-import stribeck.friction_torque.inverse_dynamics
 from stribeck import Robot, Settings, identify
-from stribeck.errors import SettingsError
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck.settings import FilterSettings
@@ -79,35 +76,3 @@ def test_an_averaged_law_is_right_where_the_torque_jumps_and_the_motion_is_smoot
         torque=(INERTIA * acceleration + LAW.torque(velocity, TRUTH))[:, None],
     )
     np.testing.assert_allclose(errors(wheel, log, averaged_law=True), 0, atol=0.002)
-
-
-def test_chunks_do_not_show(wheel: Robot, log: RobotLog, monkeypatch: pytest.MonkeyPatch) -> None:
-    short = log.take(np.arange(len(log.time)) < 9000)
-    settings = Settings(method="curve-fit", filter=SAVGOL, averaged_law=True)
-    whole = identify(short, wheel, settings).evidence
-    monkeypatch.setattr(stribeck.friction_torque.inverse_dynamics, "CHUNK", 997)
-    pieces = identify(short, wheel, settings).evidence
-    for name in ("friction_torque", "jerk", "snap"):
-        expected = getattr(whole.samples, name)
-        np.testing.assert_allclose(
-            getattr(pieces.samples, name), expected, rtol=0, atol=1e-9 * max(1, np.abs(expected).max())
-        )
-
-
-def test_nothing_is_averaged_where_the_log_has_its_own_acceleration(wheel: Robot, log: RobotLog) -> None:
-    velocity = np.gradient(log.position, PERIOD, axis=0)
-    own = replace(log, velocity=velocity, acceleration=np.gradient(velocity, PERIOD, axis=0))
-    found = [
-        identify(own, wheel, Settings(method="curve-fit", filter=FilterSettings(kind="log"), averaged_law=choice))
-        .joints["axle"]
-        .parameters
-        for choice in (False, True)
-    ]
-    for name, plain in found[0].items():
-        assert found[1][name].value == pytest.approx(plain.value, rel=1e-9)
-
-
-def test_a_filter_without_a_window_is_refused(wheel: Robot, log: RobotLog) -> None:
-    settings = Settings(method="curve-fit", filter=FilterSettings(kind="butterworth", cutoff=30.0), averaged_law=True)
-    with pytest.raises(SettingsError, match=r"averaged_law is true.*'butterworth' has no finite window"):
-        identify(log, wheel, settings)

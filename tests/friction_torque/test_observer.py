@@ -9,19 +9,17 @@ from scipy.signal import lfilter
 from tests.arm import TRUTH, arm_log
 from tests.models import POSTURES, STRIBECK, example_robot
 
-from stribeck import LogError, MomentumObserver, Robot, Settings, SettingsError, identify
+from stribeck import LogError, MomentumObserver, Robot, Settings, identify
 from stribeck.base.typing import Array
 from stribeck.dynamics.momentum import momentum_balance
 from stribeck.dynamics.rooted import RootMotion
 from stribeck.friction import get_law
 from stribeck.friction_torque import inverse_dynamics as stream
 from stribeck.friction_torque.inverse_dynamics import torque_chunks
-from stribeck.friction_torque.preparation import prepare, quiet
-from stribeck.friction_torque.stage import FrictionTorqueStage
+from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
 from stribeck.settings import FilterSettings
 from stribeck_simulation.prescribed.exact import Truth, exact_log
-from stribeck_simulation.sensors.measure import with_noise
 
 PERIOD = 1e-3
 EXACT = FilterSettings(kind="log")
@@ -69,14 +67,6 @@ def test_on_a_moving_root_the_change_is_the_slope_of_the_kinetic_energy() -> Non
     step = 1e-5 * np.eye(12)
     slope = [(energy(q[0] + each) - energy(q[0] - each)) / 2e-5 for each in step]
     np.testing.assert_allclose(change[0], slope, atol=1e-6)
-
-
-def test_a_step_of_friction_is_seen_by_the_first_order_law(arm: Robot) -> None:
-    observer = MomentumObserver(arm, PERIOD, [5.0, 20.0, 80.0])
-    held = pin.computeGeneralizedGravity(arm.tree.model, arm.tree.model.createData(), np.full(3, 0.4))
-    found = [observer.update(np.full(3, 0.4), np.zeros(3), held + 2.0) for _ in range(200)]
-    time = PERIOD * np.arange(200)[:, None]
-    np.testing.assert_allclose(found, 2.0 * (1 - np.exp(-2 * np.pi * np.array([5.0, 20.0, 80.0]) * time)), atol=1e-9)
 
 
 @pytest.mark.parametrize("bandwidth", [1e-3, 20.0, 1e3, 1e9])
@@ -211,45 +201,12 @@ def test_every_parameter_of_every_joint_comes_back(
             assert joint.parameters[parameter].value == pytest.approx(value, rel=0.01), parameter
 
 
-def test_the_bandwidth_is_the_cutoff_that_the_log_asks_for(arm: Robot, log: RobotLog) -> None:
-    noisy = with_noise(log, position=2e-5, torque=0.05, seed=2)
-    found = []
-    for kind in (FilterSettings(), FilterSettings(kind="savitzky-golay", window=31)):
-        settings = Settings(method="observer", filter=kind, observer_bandwidth="auto")
-        prepared = [prepare(noisy, arm, settings)]
-        found.append(FrictionTorqueStage(None, quiet, prepared[0], arm, settings)(prepared, arm, settings).settings)
-    assert found[0].observer_bandwidth == found[0].filter.cutoff == found[1].observer_bandwidth
-
-
 def test_the_momentum_of_a_rotor_that_the_model_lacks_is_found(arm: Robot, log: RobotLog) -> None:
     assert log.acceleration is not None
     with_rotors = replace(log, torque=log.torque + 0.15 * log.acceleration, acceleration=None)
     settings = Settings(method="observer", filter=EXACT, observer_bandwidth=20.0, fit_armature=True)
     for joint in identify(with_rotors, arm, settings).joints.values():
         assert joint.parameters["armature"].value == pytest.approx(0.15, rel=1e-3)
-
-
-def test_measured_wrenches_are_not_for_an_observer(arm: Robot, log: RobotLog) -> None:
-    with pytest.raises(
-        SettingsError, match="standing_legs is 'measured', and the method 'observer' does not use wrenches"
-    ):
-        identify(log, arm, Settings(method="observer", filter=EXACT, standing_legs="measured"))
-
-
-@pytest.mark.parametrize(
-    ("bandwidth", "said"),
-    [
-        (0.0, "bandwidth is 0.0; expected positive"),
-        (np.nan, "expected positive"),
-        ([1.0, 2.0], r"bandwidth has shape \(2,\); expected one number \[Hz\], or one per joint, \(3,\)"),
-        ([1.0, np.inf, 2.0], "expected positive"),
-    ],
-)
-def test_an_invalid_bandwidth_is_refused(arm: Robot, bandwidth: object, said: str) -> None:
-    with pytest.raises(SettingsError, match=said):
-        MomentumObserver(arm, PERIOD, bandwidth)  # type: ignore[arg-type]
-    with pytest.raises(SettingsError, match="period is 0; expected a positive number of seconds"):
-        MomentumObserver(arm, 0, 20.0)
 
 
 @pytest.mark.parametrize(
@@ -270,15 +227,3 @@ def test_a_bad_sample_is_refused_and_changes_nothing(arm: Robot, row: tuple[Arra
         observer.update(*row)
     other.update(*good[0])
     np.testing.assert_array_equal(observer.update(*good[1]), other.update(*good[1]))
-
-
-@pytest.mark.parametrize(
-    ("orientation", "said"),
-    [(None, "do not determine the tilt"), (np.array([0, 0, 0, 1.0]), "leave the base rotation open")],
-)
-def test_point_feet_require_orientation_and_angular_velocity(orientation: Array | None, said: str) -> None:
-    robot = example_robot("go2")
-    observer = MomentumObserver(robot, PERIOD, 20.0)
-    turning = {} if orientation is not None else {"angular_velocity": np.zeros(3)}
-    with pytest.raises(LogError, match=said):
-        observer.update(np.zeros(12), np.zeros(12), np.zeros(12), ("FL", "RR"), orientation, **turning)

@@ -56,13 +56,6 @@ def test_currents_are_taken_where_there_is_no_torque(current: str, unit: str, tm
     assert source is None
 
 
-def test_a_folder_s_file_is_no_column(tmp_path: Path) -> None:
-    for file in ("encoders", "torque"):
-        (tmp_path / f"{file}.csv").write_text("time,base,wrist_1\n0,0,0\n1,0,0\n")
-    table, _ = find_columns(open_log(tmp_path, LogTable()))
-    assert table["position"] == {"name": ["encoders.base", "encoders.wrist_1"]}
-
-
 @pytest.mark.parametrize(
     ("kinds", "torque"),
     [

@@ -18,7 +18,6 @@ from stribeck.cli import main
 from stribeck.errors import LogError
 from stribeck.friction import get_law
 from stribeck.init import draft_robot_file
-from stribeck.init.draft import Draft, write_contacts
 from stribeck.init.model import read_model
 from stribeck.init.names import match
 from stribeck.init.search import as_given, find_columns_by_dynamics, other_orders
@@ -205,16 +204,6 @@ def test_columns_numbered_from_zero_of_joints_numbered_from_one(
     np.testing.assert_array_equal(read_log(tmp_path / "log.csv", robot).position, log.position)
 
 
-def test_arrays_of_one_kind_are_distinguished_by_their_words(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
-    log = logs("ur5")
-    others = {name: np.zeros_like(log.torque) for name in ("q_d", "tau_J_d", "tau_ext_hat_filtered")}
-    path = tmp_path / "log.npz"
-    np.savez(path, time=log.time, q=log.position, tau_J=log.torque, **others)
-    robot, _ = drafted(ARM, path, tmp_path)
-    assert robot.torque_source == "link_side_sensor"
-    np.testing.assert_array_equal(read_log(path, robot).torque, log.torque)
-
-
 def test_currents_are_preferred_to_commanded_torques(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
     log = logs("ur5")
     gains = np.array([10.0, 10.0, 8.0, 10.0, 9.0, 10.0])
@@ -229,51 +218,6 @@ def test_currents_are_preferred_to_commanded_torques(logs: Callable[[str], Robot
         text.replace("#", " ").split()
     )
     np.testing.assert_allclose(read_log(path, robot).torque, log.torque / gains, rtol=1e-12)
-
-
-def test_a_quadruped_log_without_tilt_gives_a_file_with_a_question(
-    logs: Callable[[str], RobotLog], tmp_path: Path
-) -> None:
-    path = written(logs("go2"), tmp_path / "log.npz", base_orientation=None, foot_wrench=None)
-    robot, text = drafted("package:go2", path, tmp_path)
-    assert set(robot.contacts) == {"FL", "FR", "RL", "RR"}
-    words = " ".join(text.replace("#", " ").split())
-    assert f"TODO: the log cannot be used with these settings: {path}: " in words
-    assert "expected a channel base_orientation" in words
-
-
-def test_contacts_with_unknown_names_are_asked_for() -> None:
-    facts = read_model(model_path("package:go2", Path()))
-    draft = Draft(facts, Path("robot.toml"), {"robot": {"base": "floating"}})
-    write_contacts(draft, ("/c/vorne_links", "/c/rr"))
-    assert draft.questions == ["which contacts are the log's /c/vorne_links? Name them in [log.foot_names]."]
-    assert draft.document["log"]["foot_names"] == {"/c/rr": "RR"}
-
-
-def test_a_model_without_feet_is_asked_for(tmp_path: Path) -> None:
-    model = tmp_path / "free.xml"
-    model.write_text(
-        '<mujoco><worldbody><body name="trunk" pos="0 0 1"><freejoint/><geom type="box" size=".2 .2 .1" mass="9"/>'
-        '<body name="arm"><joint name="elbow" axis="0 1 0" range="-90 90"/><geom type="capsule" fromto="0 0 0 .3 0 0" '
-        'size=".02" mass="1"/></body></body></worldbody></mujoco>'
-    )
-    time = np.arange(1000) / 200
-    path = tmp_path / "log.npz"
-    np.savez(path, time=time, position=np.sin(time)[:, None], torque=1.5 * np.cos(np.sin(time))[:, None])
-    robot, text = drafted(model, path, tmp_path)
-    assert robot.base == "fixed"
-    assert "TODO: is the base clamped?" in text
-    with_orientation = np.tile([0.0, 0, 0, 1], (1000, 1))
-    np.savez(
-        path,
-        time=time,
-        position=np.sin(time)[:, None],
-        torque=1.5 * np.cos(np.sin(time))[:, None],
-        base_orientation=with_orientation,
-    )
-    robot, text = drafted(model, path, tmp_path)
-    assert robot.base == "floating"
-    assert "TODO: which frames of the model are feet?" in text
 
 
 def test_an_unexplained_torque_gives_no_signs(logs: Callable[[str], RobotLog]) -> None:
@@ -294,12 +238,6 @@ def test_few_columns_without_telling_names_in_any_order(logs: Callable[[str], Ro
     columns = find_columns_by_dynamics(mixed, robot, range(4))
     assert columns.order == tuple(np.argsort(order))
     np.testing.assert_array_equal(columns.of(mixed).external_torque, external)
-
-
-def test_joints_by_the_alphabet_are_a_known_order() -> None:
-    robot = example_robot("ur5")
-    names = sorted(robot.joint_names)
-    assert list(robot.joint_names) in [[names[column] for column in each] for each in other_orders(robot)]
 
 
 @pytest.mark.parametrize(
@@ -375,20 +313,10 @@ def test_the_command_asks_open_questions(
     assert (code, "already exists" in said) == (2, True)
 
 
-def test_a_missing_log_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    code, said = ended(capsys, monkeypatch, "package:ur5_robot", tmp_path / "log.npz", "-o", tmp_path / "robot.toml")
-    assert (code, "no such file" in said, len(said.strip().splitlines())) == (2, True, 1)
-    assert not (tmp_path / "robot.toml").exists()
-
-
 TIME = np.arange(400) / 200
 MOVES, PUSHES = np.sin(TIME[:, None] * np.arange(1, 7)), np.cos(TIME[:, None] * np.arange(2, 8))
 ODD = {
     "stamps that stand still": ({"time": 0 * TIME}, "the log has no usable time"),
-    "stamps that are missing": ({"time": TIME + np.nan}, "the log has no usable time"),
-    "positions that are missing": ({"position": MOVES + np.nan}, "rows are complete"),
     "other joints": (
         {"joint_names": np.array(["x", "y"]), "position": MOVES[:, :2], "torque": PUSHES[:, :2]},
         "none of the joints 'x', 'y' of the log is in the model",
@@ -398,11 +326,7 @@ ODD = {
         {"time": None, "position": None, "torque": None, "a": MOVES, "b": PUSHES, "c": np.ones(3)},
         "no name suggests joint positions; which of 'a', 'b' are they?",
     ),
-    "no torques": ({"torque": None, "b": PUSHES}, "no name suggests joint torques; which of 'b' are they?"),
-    "zero torque": ({"torque": 0 * PUSHES}, ""),
-    "names with signs": ({"joint_names": np.array(["left_knee\n", 'x"', "\\", "ü", "\t", "z"])}, ""),
     "few rows": ({"time": TIME[:3], "position": MOVES[:3], "torque": PUSHES[:3]}, ""),
-    "more columns": ({"position": np.hstack([MOVES, MOVES]), "torque": np.hstack([PUSHES, PUSHES])}, ""),
 }
 
 
@@ -437,26 +361,6 @@ def test_rows_between_ticks_of_a_coarse_clock_are_evenly_spaced(
     except LogError as error:
         remedy = str(error)
     assert float(remedy.rpartition("set [log] rate = ")[2].rstrip(".")) == pytest.approx(250.0, rel=2e-3)
-
-
-def test_nothing_is_derived_from_a_placeholder_of_the_rate(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:
-    log = logs("ur5")
-    robot, text = drafted(ARM, written(log, tmp_path / "log.npz", time=None), tmp_path)
-    assert "TODO: the log has no usable time" in text
-    assert robot.log_table == LogTable(rate=1000.0)
-
-
-def test_tables_without_time_whose_columns_count_from_zero_and_from_one(tmp_path: Path) -> None:
-    (tmp_path / "run").mkdir()
-    for name, first, values in (("q", 0, MOVES), ("tau", 1, PUSHES)):
-        header = ",".join(f"{name}{first + k}" for k in range(6))
-        np.savetxt(tmp_path / "run" / f"{name}.csv", values, delimiter=",", header=header, comments="")
-    robot, text = drafted(ARM, tmp_path / "run", tmp_path)
-    assert "TODO: the log has no usable time" in text
-    read = read_log(tmp_path / "run", robot)
-    assert read.joint_names == robot.joint_names
-    np.testing.assert_allclose(read.position, MOVES, atol=1e-12)
-    np.testing.assert_allclose(read.torque, PUSHES, atol=1e-12)
 
 
 def test_currents_stored_as_unsigned_integers_are_unwrapped(logs: Callable[[str], RobotLog], tmp_path: Path) -> None:

@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.result import made
 
 from stribeck.friction import get_law
 from stribeck.judgement.curve_fit.problem import joint_problem
 from stribeck.judgement.excitation import count_reversals, velocity_noise
-from stribeck.result.tables import advice
 from stribeck.settings import Settings
 
 
@@ -57,12 +55,6 @@ def test_few_samples_one_turn_and_noise_are_not_enough(make_samples, make_joint)
         assert reason in judged(replace(samples, **changed)).reason
 
 
-def test_prismatic_joints_are_judged_in_metres(make_samples, make_joint) -> None:
-    samples = make_samples({"slide": make_joint(speed=0.02)})
-    assert judged(samples, "slide", prismatic=True).reason == ""
-    assert "move the joint faster than 0.05 rad/s" in judged(samples, "slide").reason
-
-
 def test_velocity_noise_is_found_under_motion() -> None:
     rng = np.random.default_rng(1)
     velocity = np.sin(np.linspace(0, 100, 20_000)) + 0.03 * rng.normal(size=20_000)
@@ -75,13 +67,3 @@ def test_reversals_are_counted_through_noise(turns: int, noise: float, seed: int
     chatter = np.random.default_rng(seed).uniform(-noise, noise, len(velocity))
     assert count_reversals(velocity + chatter, threshold=0.11) == turns
     assert count_reversals(-velocity + chatter, threshold=0.11) == turns
-
-
-@pytest.mark.parametrize("motion", [{"speed": 1e-3}, {"speed": 0.02, "drift": 0.5}, {"speed": 0.5, "drift": 3.0}])
-def test_every_reason_ends_with_what_to_do(make_samples, make_joint, motion) -> None:
-    samples = make_samples({"knee": make_joint(**motion)})
-    for blocks in (samples, replace(samples, block=np.zeros_like(samples.block))):
-        found = judged(blocks)
-        joint = made.joint(reason=found.reason)
-        assert advice(joint).startswith(("move the joint ", "record ", "reverse "))
-        assert found.reason.endswith(advice(joint))

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from stribeck.friction import LAWS, get_law
-from stribeck.judgement.curve_fit.fit import fit_joint, fit_law, validate
+from stribeck.judgement.curve_fit.fit import fit_joint, fit_law
 from stribeck.judgement.curve_fit.problem import joint_problem
-from stribeck.judgement.verdict import judge
 from stribeck.settings import Settings
 
 TRUTH = {"viscous": 0.5, "coulomb": 2.0, "offset": -0.7}
@@ -42,15 +41,6 @@ def test_rest_stays_in_for_laws_that_are_continuous(half_at_rest):
     kept = {name: len(joint_problem(half_at_rest, "knee", get_law(name), settings).velocity) for name in LAWS}
     assert kept["stribeck"] == len(half_at_rest.time)
     assert kept["coulomb-viscous"] == kept["asymmetric"] == kept["stribeck-exponent"] < len(half_at_rest.time)
-
-
-def test_without_a_block_to_spare_there_is_no_validation(make_samples, make_joint):
-    law, settings = get_law("coulomb-viscous"), Settings(law="coulomb-viscous", holdout=1000)
-    samples = make_samples({"knee": make_joint(law=law.name, truth=TRUTH)})
-    fits = fit_law(samples, law, settings)
-    joint = judge(fits, samples, law, settings, validate(fits, samples, law, settings)[0])["knee"]
-    assert joint.validation is None
-    assert joint.verdict == "identified"
 
 
 def test_one_direction_alone_raises_no_warning(make_samples, make_joint):

@@ -33,11 +33,6 @@ def test_orientations_turn_at_constant_speed_the_short_way():
     assert (ours.inv() * Slerp(TIME, rotations)(query)).magnitude().max() < 1e-7
 
 
-def test_equal_orientations_stay():
-    same = np.tile([0.6, 0, 0, 0.8], (5, 1))
-    np.testing.assert_allclose(slerp(np.array([0.05, 0.5]), TIME, same), same[:2], atol=1e-15)
-
-
 def test_bridges_are_between_samples_too_far_apart_and_outside():
     query = np.array([-0.1, 0.0, 0.05, 0.2, 0.3, 0.4, 0.6, 0.7])
     expected = [True, False, False, False, False, True, False, True]

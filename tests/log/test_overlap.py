@@ -35,11 +35,6 @@ def test_halves_that_overlap_a_little():
     refuse(log.take(slice(1990, None)), log.take(slice(0, 2000)))  # some messages that a recorder repeated
 
 
-def test_other_samples():
-    refuse(noisy(1), noisy(2))
-    refuse(noisy(1).take(slice(0, 2000)), noisy(1).take(slice(2000, None)))
-
-
 def test_a_joint_that_repeats_itself_and_whose_signals_are_coarse():
     rng = np.random.default_rng(3)
     time = np.arange(20_000) / 1000
@@ -57,7 +52,3 @@ def test_standing_still_is_no_overlap():
     still = replace(still, position=np.zeros((3000, 3)), torque=np.ones((3000, 3)))
     assert len(prints(still)) == 0
     refuse(still, still)
-
-
-def test_a_log_shorter_than_a_window():
-    refuse(noisy(1, 20), noisy(1, 20))

@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.log.readers.formats import synthetic_log
 
-from stribeck.errors import LogError
 from stribeck.log.sampling import regularise
 from stribeck.settings import LogTable
 
@@ -45,14 +44,6 @@ def test_a_regular_log_comes_back_as_it_is():
     assert (sampling.gaps, sampling.duplicates, sampling.missing, sampling.notes) == ((), 0, {}, ())
 
 
-def test_repeated_stamps_are_dropped_and_counted():
-    time = np.repeat(np.arange(300) / 1000, np.where(np.arange(300) % 50 == 7, 2, 1))
-    even, sampling = regularise(log_at(time), TABLE)
-    assert sampling.duplicates == 6
-    np.testing.assert_allclose(even.time, np.arange(300) / 1000)
-    np.testing.assert_array_equal(even.position, motion(even.time)["position"])
-
-
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_incomplete_rows_are_cut_out_and_counted_by_joint(bad):
     time = np.arange(400) / 1000
@@ -67,15 +58,6 @@ def test_incomplete_rows_are_cut_out_and_counted_by_joint(bad):
     for name, exact in motion(even.time).items():
         np.testing.assert_allclose(getattr(even, name), exact, atol=1e-9)
     assert any("21 rows with missing values" in note and "position.wheel (15)" in note for note in sampling.notes)
-
-
-def test_an_optional_channel_without_values_is_ignored_and_costs_no_rows():
-    time = np.arange(400) / 1000
-    log = log_at(time, acceleration=np.full((400, 3), np.nan))
-    even, sampling = regularise(log, TABLE)
-    assert even.acceleration is None
-    assert len(even.time) == 400
-    assert any("'acceleration' is ignored" in note for note in sampling.notes)
 
 
 @settings(deadline=None, max_examples=40)
@@ -136,14 +118,6 @@ def test_rounded_stamps_are_evened_and_values_left_alone():
     np.testing.assert_allclose(np.diff(even.time), sampling.period)
     assert even.position is log.position
     assert any("rounded to 1 ms" in note for note in sampling.notes)
-
-
-def test_a_clock_that_is_slowly_adjusted_is_regular():
-    rows = np.arange(5000)
-    log = log_at(rows / 1000 + 1e-3 * np.sin(rows / 1000))
-    same, sampling = regularise(log, TABLE)
-    assert same is log
-    assert sampling.jitter < 2e-6
 
 
 def test_max_gap_allows_longer_steps():
@@ -212,15 +186,6 @@ def test_suspicions_are_notes():
     assert any("opposite signs in 'knee'" in note for note in regularise(mirrored, TABLE)[1].notes)
 
 
-def test_a_joint_without_torque_is_named_with_the_setting():
-    log = log_at(np.arange(100) / 100)
-    torque = log.torque.copy()
-    torque[:, -1] = np.nan
-    name = log.joint_names[-1]
-    with pytest.raises(LogError, match=rf'belong in \[robot\] position_controlled = \["{name}"\]'):
-        regularise(replace(log, torque=torque), LogTable())
-
-
 def test_zeros_of_a_second_publisher_are_dropped_and_a_robot_at_zero_is_not():
     log = log_at(np.arange(400) / 400)
     ghost = np.arange(400) % 11 == 5
@@ -232,3 +197,11 @@ def test_zeros_of_a_second_publisher_are_dropped_and_a_robot_at_zero_is_not():
     )
     _, sampling = regularise(replace(log, position=rests + 0 * log.position), LogTable())
     assert sampling.missing == {}
+
+
+def test_repeated_stamps_are_dropped_and_counted():
+    time = np.repeat(np.arange(300) / 1000, np.where(np.arange(300) % 50 == 7, 2, 1))
+    even, sampling = regularise(log_at(time), TABLE)
+    assert sampling.duplicates == 6
+    np.testing.assert_allclose(even.time, np.arange(300) / 1000)
+    np.testing.assert_array_equal(even.position, motion(even.time)["position"])

@@ -8,7 +8,7 @@ import pytest
 from tests.arm import arm_log, write_arm
 from tests.log.readers.formats import StubRobot, synthetic_log
 
-from stribeck import LogError, Robot, RobotLog, read_log, write_log
+from stribeck import Robot, RobotLog, read_log, write_log
 from stribeck.cli import main
 from stribeck.log.writers import WRITERS
 
@@ -35,20 +35,6 @@ def test_a_frame_of_a_log_is_read_as_the_same_log() -> None:
     assert {*again.channels()} == {*LOG.channels()}
     for name, values in LOG.channels().items():
         np.testing.assert_allclose(again.channels()[name].astype(float), values.astype(float), atol=1e-9, err_msg=name)
-
-
-def test_missing_values_stay_missing(tmp_path: Path) -> None:
-    torque = LOG.torque.copy()
-    torque[5, 1] = np.nan
-    for suffix in WRITERS:
-        write_log(replace(SHORT, torque=torque), tmp_path / f"log{suffix}")
-        np.testing.assert_array_equal(np.isnan(read_log(tmp_path / f"log{suffix}").torque), np.isnan(torque))
-
-
-def test_a_suffix_without_writer_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(LogError, match=r"unknown suffix '\.mcap'; expected \.npz or \.parquet$"):
-        write_log(LOG, tmp_path / "log.mcap")
-    assert not list(tmp_path.iterdir())
 
 
 def test_the_command_applies_the_robot_file(

@@ -9,7 +9,6 @@ from tests.samples import make_samples
 from stribeck import Robot, RobotLog, Settings, identify
 from stribeck.base.typing import Array
 from stribeck.differentiation.averaging import average_nodes
-from stribeck.errors import SettingsError
 from stribeck.friction import get_law
 from stribeck.friction.law import Motion
 from stribeck.friction.lugre import LuGre
@@ -136,21 +135,3 @@ def test_stiff_bristles_are_called_weak_and_why() -> None:
     assert joint.parameters["bristle_travel"].verdict == "weak"
     assert joint.parameters["coulomb"].verdict == "identified"
     assert "filter's window, more than the bristle travel of" in joint.reason
-
-
-@pytest.mark.parametrize("method", ["whole-log", "observer", "direct", "ground-reaction"])
-def test_other_methods_refuse_it_in_a_sentence(method: str) -> None:
-    robot = Robot.from_file(MODELS / "arm.toml")
-    log, _ = exact_log(robot, get_law("coulomb-viscous"), {}, duration=1.0)
-    with pytest.raises(SettingsError, match=f"law 'lugre' needs method 'curve-fit', found '{method}'"):
-        identify(log, robot, law="lugre", method=method)
-
-
-def test_a_filter_without_a_window_is_refused() -> None:
-    robot = Robot.from_file(MODELS / "arm.toml")
-    log, _ = exact_log(robot, get_law("coulomb-viscous"), {}, duration=2.0)
-    settings = Settings.model_validate(
-        {"law": "lugre", "method": "curve-fit", "filter": {"kind": "butterworth", "cutoff": 20.0}}
-    )
-    with pytest.raises(SettingsError, match=r"kind is 'butterworth', which has no window to average the law 'lugre'"):
-        identify(log, robot, settings)

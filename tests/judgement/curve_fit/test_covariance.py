@@ -41,13 +41,6 @@ def test_correlation_inside_blocks_widens_the_interval_of_what_blocks_share() ->
     assert together[0, 0] == pytest.approx(apart[0, 0], rel=1.0)  # the random column does not
 
 
-def test_parameter_without_influence_keeps_its_prior() -> None:
-    jacobian, response, block = linear_problem()
-    jacobian = np.column_stack([jacobian, np.zeros(len(jacobian))])
-    found = block_covariance(jacobian, response, block, np.array([WIDE, WIDE, 7.0]))
-    assert found.covariance[2, 2] == pytest.approx(49.0)
-
-
 def test_parameters_that_only_show_together_are_unknown_apart() -> None:
     jacobian, response, block = linear_problem()
     jacobian = np.column_stack([jacobian, jacobian[:, 0]])

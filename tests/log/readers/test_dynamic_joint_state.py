@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from tests.log.readers.blank import STORE
 from tests.log.readers.formats import START, StubRobot, synthetic_log
-from tests.log.readers.test_damaged import check_refused
 from tests.log.readers.test_unitree import write_mcap, write_rosbag2
 
 from stribeck.errors import LogError
@@ -76,12 +75,3 @@ def test_joints_of_other_interfaces_and_orders(tmp_path):
     assert not read.torque[:, 2].any()
     with pytest.raises(LogError, match="no torque of joint 'wheel' in the log"):
         read_log(path, StubRobot())
-
-
-def test_an_interface_without_a_value_is_refused(tmp_path):
-    def lose(row, message):
-        if row == 5:
-            message.interface_values[1].values = message.interface_values[1].values[:-1]
-
-    words = ["5 interface names and 4 values of joint 'hip'", "expected one value"]
-    check_refused(lambda folder: write_mcap(folder / "log.mcap", states(LOG, change=lose)), words, tmp_path)

@@ -1,16 +1,14 @@
 """Bags without joint states: fields of any message, bags without metadata, and messages in JSON."""
 
 import json
-import shutil
 
 import numpy as np
 import pytest
 from mcap.writer import Writer as McapWriter
 from rosbags import rosbag2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-from tests.log.readers.formats import START, StubRobot, messages_of, synthetic_log, write_messages, write_rosbag2
+from tests.log.readers.formats import START, StubRobot, synthetic_log, write_messages
 
-from stribeck.errors import LogError
 from stribeck.init.columns import find_columns
 from stribeck.log.readers import read_log
 from stribeck.log.readers.read import open_log
@@ -101,21 +99,6 @@ def test_a_single_joint_is_the_number_of_a_message(tmp_path):
     np.testing.assert_allclose(read.torque, LOG.torque, atol=1e-12)
 
 
-def test_a_wrong_field_is_refused_with_the_others(tmp_path):
-    table = LogTable(position=ChannelTable(name="/drives.drives.angle"), torque=ChannelTable(name="/drives.drives.cur"))
-    with pytest.raises(LogError, match=r"no field 'drives\.angle'; expected one of drives\.pos, drives\.cur, mode$"):
-        read_log(write_custom(tmp_path), StubRobot(log_table=table))
-
-
-@pytest.mark.parametrize("plugin", rosbag2.StoragePlugin)
-def test_joint_states_of_a_bag_without_metadata(plugin, tmp_path):
-    path = write_rosbag2(tmp_path, LOG, plugin)
-    for changed in (without_metadata(shutil.copytree(path, tmp_path / "copy")), bare_file(path)):
-        read = read_log(changed, StubRobot())
-        np.testing.assert_allclose(read.position, LOG.position, atol=1e-12)
-        np.testing.assert_allclose(read.foot_wrench, LOG.foot_wrench, atol=1e-12)
-
-
 def write_json(path, encoding="json"):
     """Write joint states in JSON, as `foxglove.JointStates` on one topic and `sensor_msgs/JointState` on another."""
     with path.open("wb") as file:
@@ -147,13 +130,3 @@ def test_joint_states_in_json(topic, tmp_path):
     for channel in ("position", "torque", "velocity"):
         np.testing.assert_array_equal(getattr(read, channel), getattr(LOG, channel), err_msg=channel)
     assert f"{STAMPS[0] / 1e9:.6f}" in " ".join(read.notes)  # the message's stamp, not the recorder's
-
-
-def test_another_encoding_is_named(tmp_path):
-    with pytest.raises(LogError, match="'/foxglove in protobuf, which is not read'"):
-        read_log(write_json(tmp_path / "log.mcap", "protobuf"), StubRobot())
-
-
-def test_messages_of_joints_are_preferred_to_fields(tmp_path):
-    path = write_messages(tmp_path / "log.mcap", messages_of(LOG, get_typestore(Stores.ROS2_HUMBLE)))
-    assert set(open_log(path, LogTable()).channels) >= {"position", "torque", "velocity"}

@@ -1,5 +1,7 @@
 """Several files of one run, one per channel."""
 
+from typing import Any
+
 import numpy as np
 import pyarrow as pa
 import pyarrow.csv
@@ -55,18 +57,6 @@ def test_a_file_a_channel_is_the_log(suffix, tmp_path):
     assert not any("interpolated" in note for note in log.notes)
 
 
-def test_files_of_several_channels_and_kinds(tmp_path):
-    columns = columns_of(LOG)
-    imu = {name: values for name, values in columns.items() if name.startswith(("time", "base", "angular", "linear"))}
-    rest = {name: values for name, values in columns.items() if name not in imu or name == "time"}
-    (tmp_path / "run").mkdir()
-    (tmp_path / "run/README.txt").write_text("a good run")
-    write(write(tmp_path / "run", "imu.parquet", imu), "joints.csv", rest)
-    log = read_log(tmp_path / "run", StubRobot())
-    for name, channel in LOG.channels().items():
-        np.testing.assert_allclose(log.channels()[name], channel, atol=1e-9, err_msg=name)
-
-
 def test_files_of_other_clocks_are_brought_to_that_of_the_positions(tmp_path):
     late = np.arange(0.0107, 0.37, 0.003)
     folder = write(tmp_path / "run", "position.csv", joints(LOG.position))
@@ -101,16 +91,6 @@ def test_a_setting_names_the_file_of_a_channel(tmp_path):
     np.testing.assert_array_equal(log.torque, LOG.torque)
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
-def test_a_file_of_something_else_is_left_out(suffix, tmp_path):
-    for name, values in MATRICES.items():
-        write(tmp_path / "run", f"{name}.csv", joints(values))
-    write(tmp_path / "run", f"events{suffix}", {"code": np.arange(3.0), "level": np.zeros(3)})
-    log = read_log(tmp_path / "run", StubRobot())
-    np.testing.assert_array_equal(log.position, LOG.position)
-    assert any("events.level" in note for note in log.notes)
-
-
 def test_a_channel_may_lie_in_two_files_of_other_joints(tmp_path):
     whole = columns_of(LOG)
     for name, own in (("left", JOINTS[:1]), ("right", JOINTS[1:])):
@@ -125,26 +105,16 @@ def both(**changed):
     return files | {f"{name}.csv": columns for name, columns in changed.items()}
 
 
-WORDS = joints(LOG.torque) | {"hip": ["oops"] * 200}
 HOLE = joints(LOG.torque) | {"time": np.where(LOG.time == LOG.time[7], np.nan, LOG.time)}
-REFUSED = [
-    ("positions alone", {"position.csv": joints(LOG.position)}, {}, "contains no joint torques"),
-    ("a joint short", both(torque=dict(list(joints(LOG.torque).items())[:3])), {}, "no torque of joint 'wheel'"),
-    ("words", both(torque=WORDS), {}, r"torque\.csv: cannot be read as CSV.*oops"),
+REFUSED: list[Any] = [
     ("a stamp missing", both(torque=HOLE), {}, r"torque\.csv: row 8 has no time; expected one in every row"),
     ("another day", both(torque=joints(LOG.torque, LOG.time + 100)), {}, "do not overlap in time"),
-    ("too slow", both(torque={k: v[::20] for k, v in joints(LOG.torque).items()}), {}, "at 25 Hz, .* 500 Hz"),
     ("nanoseconds", both(torque=joints(LOG.torque, 1e18 + LOG.time)), {}, "up to 1e.18 s; expected seconds"),
-    ("names alone", both(torque={name: [] for name in joints(LOG.torque)}), {}, r"torque\.csv: has column names"),
     ("a file short of times",
      {"position.csv": LOG.position, "torque.csv": LOG.torque[:9], "time.csv": LOG.time[:, None]}, {},
      r"torque\.csv: has 9 rows and no time, but 'time.csv' has 200; expected as many"),
-    ("one without time", both(torque=LOG.torque), {"rate": 500.0}, r"torque\.csv: contains no time"),
-    ("a name that is nowhere", both(), {"torque": {"name": "strain"}}, r"\[log.torque\] name is 'strain'"),
     ("the same joints twice", both(arms={"time": LOG.time, "torque.hip": LOG.time}), {}, "one column for 'hip'"),
-    ("names and none", both(arms={"time": LOG.time, "torque_0": LOG.time}), {},
-     r"'torque' is in 'arms.csv', 'torque.csv', but the columns of 'arms.csv' have no names"),
-]  # fmt: skip
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(("files", "table", "words"), [case[1:] for case in REFUSED], ids=[case[0] for case in REFUSED])

@@ -6,7 +6,6 @@ import polars as pl
 import pytest
 from tests.log.readers.formats import JOINTS, StubRobot, columns_of, synthetic_log
 
-from stribeck.errors import LogError
 from stribeck.log import RobotLog
 from stribeck.settings import LogTable
 
@@ -38,24 +37,3 @@ def test_an_index_with_a_name_is_a_column():
     np.testing.assert_array_equal(RobotLog.from_frame(frame, StubRobot()).time, LOG.time)
     since = frame.set_index(pd.to_timedelta(frame.index, unit="s").rename("time"))
     np.testing.assert_allclose(RobotLog.from_frame(since, StubRobot()).time, LOG.time, atol=1e-9)
-
-
-@FRAMES
-@pytest.mark.parametrize(
-    ("columns", "words"),
-    [
-        ({"position.hip": None}, "no position of joint 'hip'"),
-        ({"torque.hip": ["high"] * 60}, "'torque.hip' contains values of type .*string.*; expected numbers"),
-        ({"time": None}, "contains no time"),
-    ],
-)
-def test_missing_columns_are_described_in_one_sentence(make, columns, words):
-    whole = {name: values for name, values in (columns_of(LOG) | columns).items() if values is not None}
-    with pytest.raises(LogError, match=f"^frame: .*{words}"):
-        RobotLog.from_frame(make(whole), StubRobot())
-
-
-@pytest.mark.parametrize("frame", [None, {"time": LOG.time}, LOG.position])
-def test_other_objects_are_refused_with_their_type(frame):
-    with pytest.raises(LogError, match=f"^frame: is of type '{type(frame).__name__}'; expected a table of pandas"):
-        RobotLog.from_frame(frame, StubRobot())

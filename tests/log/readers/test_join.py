@@ -96,28 +96,6 @@ def test_settings_choose_between_topics(tmp_path):
         read(tmp_path, both, position={"name": "/measured/joint_states"}, torque={"name": "/x"})
 
 
-def test_joint_states_are_preferred_to_other_topics_of_their_type(tmp_path):
-    log = synthetic_log(40)
-    commands = [("/joint_commands", *m[1:]) for m in messages(RobotLog(**{**vars(log), "torque": 0 * log.torque}))
-                if m[0] == "/joint_states"]  # fmt: skip
-    result = read(tmp_path, [*messages(log), *commands])
-    np.testing.assert_allclose(result.torque, log.torque, atol=1e-12)
-    assert any("'/joint_commands'" in note for note in result.notes)
-
-
-def test_a_wrench_topic_is_named_by_setting(tmp_path):
-    log = synthetic_log(40)
-    names = {"left_foot": "ati_1", "right_foot": "ati_2"}
-    sent = [(m[0].replace(f"{foot}_ft", sensor), *m[1:]) for m in messages(log) for foot, sensor in names.items()
-            if foot in m[0]] + [m for m in messages(log) if "/sensors" not in m[0]]  # fmt: skip
-    table = {"foot_names": {"/sensors/ati_1": "left_foot", "/sensors/ati_2": "right_foot"}}
-    sent = [m for m in sent if "/contacts" not in m[0]]
-    np.testing.assert_allclose(read(tmp_path, sent, **table).foot_wrench, log.foot_wrench, atol=1e-12)
-    unnamed = read(tmp_path, sent)
-    assert unnamed.foot_wrench is None
-    assert any("'/sensors/ati_1'" in note for note in unnamed.notes)
-
-
 def test_an_imu_that_does_not_measure_orientation_gives_none(tmp_path):
     log = synthetic_log(40)
     sent = [m for m in messages(log) if m[0] in ("/joint_states", "/imu")]

@@ -80,22 +80,6 @@ def test_episodes_are_segments(tmp_path):
     assert [segment.stop - segment.start for segment in sampling.segments] == [25, 35]
 
 
-@pytest.mark.parametrize("names", [list(JOINTS), [list(JOINTS)], {"motors": list(JOINTS)}, None], ids=str)
-def test_features_of_a_kind_each_and_names_in_any_form(names, tmp_path):
-    path = dataset(
-        tmp_path,
-        observation__state=(LOG.position, names),
-        observation__velocity=(LOG.velocity, None),
-        observation__effort=(LOG.torque, names),
-        action=(LOG.position, names),
-    )
-    read = read_log(path, StubRobot())
-    np.testing.assert_allclose(read.position, LOG.position, atol=1e-6)
-    np.testing.assert_allclose(read.velocity, LOG.velocity, atol=1e-6)
-    np.testing.assert_allclose(read.torque, LOG.torque, atol=1e-6)
-    assert any("'action" in note for note in read.notes)
-
-
 def test_currents_become_torques_if_the_robot_file_defines_them(tmp_path):
     names = [f"{joint}.pos" for joint in JOINTS]
     path = dataset(
@@ -124,24 +108,11 @@ def of_positions_alone(folder):
     return dataset(folder, observation__state=(LOG.position, [f"{joint}.pos" for joint in JOINTS]))
 
 
-def without_data(folder):
-    path = dataset(folder)
-    for file in path.glob("data/*/*"):
-        file.unlink()
-    return path
-
-
-TWICE = features_of(observation__state=(np.zeros((1, 6)), ["hip.pos", "hip.pos", "knee.pos", "a", "b", "c"]))
-
-
 @pytest.mark.parametrize(
     ("maker", "words"),
     [
         (of_positions_alone, ["contains no joint torques", "'observation.effort'", "if the arm's driver reports"]),
-        (rewritten(features=[]), ["info.json: contains no table 'features'", "expected a LeRobot dataset"]),
         (rewritten(features={"action": {}}), ["has features 'action'", "expected 'observation.state'"]),
-        (rewritten(features=TWICE), ["info.json: contains 'position.hip' twice", "expected one entry per joint"]),
-        (without_data, ["contains no data/chunk-000/*.parquet", "expected the data next"]),
     ],
 )
 def test_errors_are_described_in_one_sentence(maker, words, tmp_path):

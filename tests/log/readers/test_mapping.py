@@ -75,13 +75,6 @@ def test_names_of_joints_feet_and_arrays(tmp_path):
     np.testing.assert_array_equal(log.contact, LOG.contact)
 
 
-def test_a_list_of_unknown_names_is_taken_in_the_robots_order_and_says_so(tmp_path):
-    columns = {f"q{i + 1}": LOG.position[:, i] for i in range(3)}
-    log = read(tmp_path, {"position": {"name": ["q1", "q2", "q3"]}}, position=None, **columns)
-    np.testing.assert_array_equal(log.position, LOG.position)
-    assert any("'position' have no known names" in note for note in log.notes)
-
-
 def test_wxyz_is_turned_to_xyzw(tmp_path):
     logged = LOG.base_orientation[:, [3, 0, 1, 2]]
     log = read(tmp_path, {"base_orientation": {"order": "wxyz"}}, **NAMED, base_orientation=logged)
@@ -164,15 +157,6 @@ def test_calendar_stamps_of_a_table(tmp_path):
     np.testing.assert_allclose(read_log(tmp_path / "log.csv", StubRobot()).time, LOG.time, atol=1e-6)
 
 
-def test_torque_of_position_controlled_joints_may_be_missing(tmp_path):
-    columns = columns_of(LOG)
-    del columns["torque.knee"]
-    pyarrow.parquet.write_table(pa.table(columns), tmp_path / "log.parquet")
-    log = read_log(tmp_path / "log.parquet", StubRobot(position_controlled=("knee",)))
-    np.testing.assert_array_equal(log.torque, LOG.torque * [1, 0, 1])
-    assert any("'knee'" in note for note in log.notes)
-
-
 def test_optional_channels_that_do_not_cover_the_robot(tmp_path):
     columns = columns_of(LOG)
     for channel in ("velocity", "temperature", "external_torque"):
@@ -186,29 +170,11 @@ def test_optional_channels_that_do_not_cover_the_robot(tmp_path):
     assert "No external torque of 'knee': zero is used." in log.notes
 
 
-def test_missing_flags_take_the_value_before(tmp_path):
-    flags = LOG.contact.astype(float)
-    flags[50:60, 0] = np.nan
-    log = read(tmp_path, {}, **NAMED, contact=flags)
-    assert (log.contact[50:60, 0] == LOG.contact[49, 0]).all()
-
-
-def test_the_robot_file_decides_where_torques_come_from_and_a_contradiction_is_noted(tmp_path):
-    robot = StubRobot(torque_source="command")
-    log = read(tmp_path, {}, robot, **NAMED, torque_source=np.array("motor_current"))
-    assert log.torque_source == "command"
-    assert any("motor_current" in note for note in log.notes)
-
-
 @pytest.mark.parametrize(
     ("table", "words"),
     [
         ({"position": {"unit": "rpm"}}, r"\[log.position\] unit is 'rpm'; expected 'rad', 'deg'"),
-        ({"time": {"unit": "h"}}, r"\[log.time\] unit is 'h'; expected 's', 'ms'"),
-        ({"temperature": {"unwrap": True}}, r"\[log.temperature\] unwrap"),
-        ({"torque": {"order": "wxyz"}}, r"\[log.torque\] order"),
         ({"time": {"delay": 0.1}}, r"\[log.time\] has a delay"),
-        ({"time": {"offset": {"hip": 1.0}}}, r"\[log.time\] has a delay, or a scale or offset by joint"),
         ({"torque": {"scale": {"hop": 2.0}}}, r"\[log.torque\] scale names 'hop'; the log's columns are 'hip'"),
         ({"torque": {"offset": [1.0]}}, r"\[log.torque\] offset lists 1 values; expected 3"),
     ],
@@ -216,29 +182,3 @@ def test_the_robot_file_decides_where_torques_come_from_and_a_contradiction_is_n
 def test_invalid_settings_are_refused_with_the_robot_file_and_the_key(table, words, tmp_path):
     with pytest.raises(SettingsError, match=r"^robot.toml: " + words):
         read(tmp_path, table, **NAMED)
-
-
-@pytest.mark.parametrize(
-    ("table", "words"),
-    [
-        ({"position": {"name": "p"}}, r"\[log.position\] name lists array 'p'; the file contains 'time'"),
-        ({"torque": {"delay": 10.0}}, "shorter than the delays"),
-    ],
-)
-def test_settings_that_do_not_fit_the_log_are_refused_with_the_log(table, words, tmp_path):
-    with pytest.raises(LogError, match="log.npz: .*" + words):
-        read(tmp_path, table, **NAMED)
-
-
-def test_a_unit_that_the_file_itself_states_is_not_changed_by_settings(tmp_path):
-    columns = columns_of(LOG) | {"time": pa.array((1e9 * LOG.time).astype(np.int64) + 10**18, pa.timestamp("ns"))}
-    pyarrow.parquet.write_table(pa.table(columns), tmp_path / "log.parquet")
-    robot = StubRobot(log_table=LogTable.model_validate({"time": {"unit": "ms"}}))
-    np.testing.assert_allclose(read_log(tmp_path / "log.parquet", robot).time, LOG.time, atol=1e-9)
-
-
-def test_feet_of_a_log_do_not_trouble_a_robot_without_contacts(tmp_path):
-    robot = StubRobot(contacts={})
-    log = read(tmp_path, {}, robot, joint_names=NAMED["joint_names"], contact=LOG.contact, foot_wrench=LOG.foot_wrench)
-    assert (log.contact, log.foot_wrench, log.foot_names) == (None, None, ())
-    assert any("'contact' is ignored" in note for note in log.notes)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.log.readers.formats import JOINTS, ROS, WHOLE, WRITERS, StubRobot, synthetic_log
+from tests.log.readers.formats import ROS, WHOLE, WRITERS, StubRobot, synthetic_log
 
 from stribeck.log.readers import read_log
 
@@ -53,11 +53,6 @@ def test_the_robot_gives_the_order_and_the_rest_is_ignored_by_name(writer, tmp_p
     np.testing.assert_allclose(read.torque, log.torque[:, [2, 0]], atol=1e-12)
     np.testing.assert_allclose(read.foot_wrench[:, 0], log.foot_wrench[:, 1], atol=1e-12)
     assert any("'knee'" in note for note in read.notes)
-
-
-@pytest.mark.parametrize("writer", WRITERS.values(), ids=WRITERS)
-def test_without_a_robot_the_log_names_its_joints(writer, tmp_path):
-    assert read_log(writer(tmp_path, synthetic_log(20))).joint_names == JOINTS
 
 
 @pytest.mark.parametrize("writer", WHOLE.values(), ids=WHOLE)

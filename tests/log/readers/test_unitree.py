@@ -5,7 +5,7 @@ import pytest
 from mcap.writer import Writer
 from rosbags import rosbag2
 from tests.log.readers.blank import STORE, blank
-from tests.log.readers.formats import START, StubRobot, messages_of, synthetic_log
+from tests.log.readers.formats import START, StubRobot, synthetic_log
 from tests.log.readers.test_damaged import check_refused
 
 from stribeck.log.readers import read_log
@@ -145,19 +145,6 @@ def test_foot_forces_are_read_once_they_have_a_scale(tmp_path):
     np.testing.assert_array_equal(read.foot_force, 1.5 * counts[:, [3, 0]])
 
 
-def test_joint_order_has_the_last_word(tmp_path):
-    log = synthetic_log(16, joints=("hip", "knee", "wheel"))
-    path = write_mcap(tmp_path / "log.mcap", low_states(HG, log, [2, 0, 1]))
-    read = read_log(path, StubRobot(log_table=LogTable(joint_order=["knee", "wheel", "hip"])))
-    check_same(read, log)
-
-
-def test_without_a_robot_motors_keep_their_numbers(tmp_path):
-    read = read_log(write_mcap(tmp_path / "log.mcap", low_states(GO, LOG, MOTORS)))
-    assert read.joint_names == tuple(f"motor_{number}" for number in range(20))
-    np.testing.assert_allclose(read.position[:, MOTORS], LOG.position, atol=1e-6)
-
-
 def test_messages_are_placed_by_their_counter_where_the_network_is_late(tmp_path):
     path = write_mcap(tmp_path / "log.mcap", low_states(GO, LOG, MOTORS, late=1_500_000))
     read = read_log(path, StubRobot(joint_names=GO2))
@@ -167,16 +154,6 @@ def test_messages_are_placed_by_their_counter_where_the_network_is_late(tmp_path
     read = read_log(stopped, robot)
     assert np.ptp(np.diff(read.time)) > 1e-3
     assert any("the recorder's time is used" in note for note in read.notes)
-
-
-def test_the_fast_topic_and_its_imu_are_taken_of_several(tmp_path):
-    messages = [
-        *low_states(GO, LOG, MOTORS),
-        *low_states(GO, LOG, MOTORS, topic="/lf/lowstate", every=10),
-        *(m for m in messages_of(synthetic_log(25, seed=5), STORE) if m[0] == "/imu"),  # of a lidar
-    ]
-    read = read_log(write_mcap(tmp_path / "log.mcap", messages), StubRobot(joint_names=GO2))
-    check_same(read, LOG)
 
 
 def in_parallel_mode(folder):
@@ -193,10 +170,7 @@ def sound(folder):
     ("maker", "robot", "words"),
     [
         (in_parallel_mode, {}, ["'/lowstate' has mode_pr 1", "expected mode_pr 0"]),
-        (sound, {"joint_names": _ARM}, ["no position of joint", "motor_0"]),
-        (sound, {"joint_names": tuple(f"left_{name}" for name in _ARM)}, ["the orders of 'G1', 'H1-2'", "joint_order"]),
         (sound, {"joint_names": (*G1, "left_hand_thumb_0_joint")}, ["no position of joint 'left_hand_thumb", "locked"]),
-        (sound, {"log_table": LogTable(joint_order=[f"j{k}" for k in range(36)])}, ["has 36 joints", "only 35 motors"]),
     ],
 )
 def test_errors_are_described_in_one_sentence(maker, robot, words, tmp_path):
