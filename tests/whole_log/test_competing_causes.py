@@ -58,7 +58,7 @@ def test_a_single_error_is_named_with_its_size(
     assert np.abs(cause.values).max() == pytest.approx(size, rel=0.2)
 
 
-@pytest.mark.parametrize("wrong", [(KNEE,), (0, 5)], ids=["one", "two"])
+@pytest.mark.parametrize("wrong", [pytest.param((KNEE,), marks=pytest.mark.long), (0, 5)], ids=["one", "two"])
 def test_wrong_gains_are_named_where_gains_are_not_corrected(wrong: tuple[int, ...]) -> None:
     robot, log = walk("quadruped", 8.0)
     gains = np.ones(log.torque.shape[1])

@@ -91,13 +91,3 @@ def test_couplings_are_kept_and_shown(arm: Robot, simple: Result, tmp_path: Path
         moving = np.abs(shown.velocity[:, column]) > 0.05
         assert np.sqrt(np.mean(left[moving] ** 2)) < 0.3
     assert "Cannot store the friction of couplings: motor." in summary(result, arm, TARGETS["urdf"], {}, [])
-
-
-def test_a_coupling_of_a_joint_that_stands_still_is_not_excited(arm: Robot, log: RobotLog) -> None:
-    position = log.position.copy()
-    position[:, -1] = 0.1
-    still = replace(log, position=position, velocity=None, acceleration=None)
-    result = identified(arm, still, "coulomb-viscous")
-    motor = result.couplings["motor"]
-    assert (motor.verdict, motor.parameters) == ("not excited", {})
-    assert motor.reason

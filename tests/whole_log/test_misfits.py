@@ -12,7 +12,7 @@ from stribeck.base.finding import FRICTION
 from stribeck.base.typing import Array
 from stribeck.log import RobotLog
 from stribeck.settings import Settings
-from stribeck.whole_log.fit_checks.misfits import UNCLEAR, Misfit, misfit_findings
+from stribeck.whole_log.fit_checks.misfits import Misfit
 from stribeck_simulation.sensors.measure import with_noise
 
 SETTINGS = Settings(law="stribeck", corrections="none")
@@ -99,13 +99,6 @@ def test_a_coarse_encoder_is_not_taken_for_another_cause(bits: int, arm: Robot) 
 
 def found(kind: str, evidence: float = 400.0, **changed: float) -> Misfit:
     return Misfit(**({"kind": kind, "evidence": evidence, "size": 0.3, "share": 0.25, "shift": 5.0} | changed))  # type: ignore[arg-type]
-
-
-def test_kinds_that_explain_as_much_are_named_together() -> None:
-    together = (found("ripple"), found("play", 300.0), found("presliding", 250.0))
-    (finding,) = misfit_findings([together], ["knee"], {"ripple_per_turn": np.array([18.0])})
-    assert finding.check == UNCLEAR
-    assert finding.text.startswith("knee (ripple over position or play or presliding): the residual is not explained")
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import pytest
 from tests.whole_log.synthetic import some_equations
 
 from stribeck.base.typing import Array
-from stribeck.whole_log.noise.likelihood import Groups, make_groups, more_likely
+from stribeck.whole_log.noise.likelihood import make_groups, more_likely
 from stribeck.whole_log.noise.outliers import outlying_windows
 from stribeck.whole_log.noise.variance_components import VarianceComponents, autocorrelation
 from stribeck.whole_log.noise.whitening import make_whitener
@@ -76,17 +76,6 @@ def test_groups_are_whitened_by_themselves() -> None:
         own = slice(2 * k * size, (2 * k + 1) * size)
         np.testing.assert_allclose(factor @ dense[own, own] @ factor.T, np.eye(size), atol=1e-9)
         np.testing.assert_array_equal(groups.design[k, :, 0], np.arange(46.0)[own])
-
-
-def test_a_segment_shorter_than_a_group_changes_no_variance_component() -> None:
-    def pair(windows: int) -> tuple[Groups, np.ndarray]:
-        residual = np.random.default_rng(windows).standard_normal((2 * windows, 1))
-        groups = make_groups(some_equations(windows, True), 0, 1, residual)
-        return groups, groups.design[:, :, 0]
-
-    alone, both = (more_likely(TRUTH, parts, 1.0) for parts in ([pair(40)], [pair(40), pair(1)]))
-    np.testing.assert_array_equal(both.model, alone.model)
-    np.testing.assert_array_equal(both.encoder_scale, alone.encoder_scale)
 
 
 def test_windows_that_are_set_aside_count_for_nothing() -> None:

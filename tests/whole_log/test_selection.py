@@ -61,21 +61,6 @@ def test_a_gain_that_one_fold_makes_is_not_enough() -> None:
     assert not kept(verdicts)
 
 
-def test_terms_that_mean_nothing_or_are_out_of_the_question_are_not_tried() -> None:
-    tried: list[Kept] = []
-    inner = world(asymmetry=100.0, load=100.0)
-
-    def candidate(kept: Kept) -> Candidate:
-        tried.append(kept)
-        return inner(kept)
-
-    verdicts = select_stepwise(candidate, {"load": "its load hardly changes", "viscous": "it is none"})
-    assert not kept(verdicts)
-    assert verdicts["asymmetry"].reason == "it means nothing without the term viscous"
-    assert verdicts["load"] == TermVerdict(verdict="refused", reason="its load hardly changes")
-    assert not any(term in own for own in tried for term in ("asymmetry", "load"))
-
-
 def test_the_rise_at_standstill_is_part_of_the_stribeck_effect() -> None:
     """And a Stribeck effect has to better a rise alone."""
 

@@ -97,13 +97,6 @@ def test_terms_that_random_effects_may_explain_are_refused(choice: tuple[Log, li
     assert "may be errors that every step repeats" in chosen.verdicts[0]["load"].reason
 
 
-def test_without_enough_folds_no_term_is_selected(linear: Log) -> None:
-    whole, folds, fit = linear
-    chosen = select_terms(whole, folds[:2], fit, [{} for _ in range(3)], lambda fit: 0 * fit.covariance)
-    assert chosen.kept == [{"viscous"}] * 3
-    assert chosen.verdicts[1]["load"].reason == "2 parts of the log can be held out; at least 4 are needed"
-
-
 @pytest.mark.parametrize(
     ("changed", "negative"),
     [

@@ -28,7 +28,7 @@ def walked(request: pytest.FixtureRequest) -> tuple[Robot, RobotLog, Truth, Weak
     robot = Robot.from_file(MODELS / file)
     friction = {joint: TRUTH for joint in robot.joint_names if joint not in robot.position_controlled}
     log, truth = exact_log(
-        robot, get_law("stribeck"), friction, duration=8.0, gait=gait, posture=POSTURES[posture], seed=6
+        robot, get_law("stribeck"), friction, duration=5.0, gait=gait, posture=POSTURES[posture], seed=6
     )
     settings = Settings(
         method="whole-log",

@@ -115,16 +115,6 @@ def test_columns_of_a_flight_are_those_of_wrong_inertias_and_zeros(robot: Robot,
     np.testing.assert_allclose(change, expected, atol=0.02 * np.abs(expected).max())
 
 
-def test_nothing_flies_for_a_second(robot: Robot, fall: tuple[RobotLog, Array]) -> None:
-    log = fall[0]
-    period = 1.2 / len(log.time)  # [s]
-    assert form_of(robot, replace(log, time=period * np.arange(len(log.time)))).segments == ()
-
-
-def test_a_flight_without_a_base_orientation_is_not_used(robot: Robot, fall: tuple[RobotLog, Array]) -> None:
-    assert form_of(robot, replace(fall[0], base_orientation=None)).segments == ()
-
-
 def test_friction_torques_of_a_flight_are_those_of_every_joint(robot: Robot, fall: tuple[RobotLog, Array]) -> None:
     """Verdicts rest on these samples: the fit uses flights too."""
     log, friction = fall
