@@ -149,16 +149,6 @@ def test_known_friction_is_found_on_a_fixed_base(name):
     assert wrench.shape == (len(log.time), 0)
 
 
-def test_level_soles_and_the_base_orientation_agree():
-    robot, log, truth = made("g1", "walk")
-    rows = log.contact[:, 0]
-    state = state_of(robot, log, truth).take(rows)
-    flat = State(state.position, state.velocity, state.acceleration)
-    tilted, _ = rooted_friction(robot, "left", state, log.torque[rows])
-    level, _ = rooted_friction(robot, "left", flat, log.torque[rows])
-    np.testing.assert_allclose(tilted, level, atol=1e-9)
-
-
 @pytest.mark.parametrize("angle", [0.7, 3.0])
 def test_heading_does_not_matter_and_tilt_does(angle):
     robot, log, truth = made("talos", "walk")

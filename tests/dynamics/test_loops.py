@@ -8,14 +8,12 @@ import pinocchio as pin
 import pytest
 from tests.loops import LAW, MJCF, PARALLELOGRAM, PARALLELOGRAM_FILE, TRUTH, leg, loop_log, robot_of
 
-from stribeck import Robot, identify, inspect_log
+from stribeck import Robot, identify
 from stribeck.dynamics.loops import closed_log, loop_inertia, loop_momentum_balance, loop_terms
-from stribeck.errors import LogError, RobotFileError, SettingsError
+from stribeck.errors import RobotFileError, SettingsError
 from stribeck.friction import get_law
 from stribeck.friction_torque.preparation import prepare
 from stribeck.methods.whole_log import identify_whole_log
-from stribeck.plan.plan import plan
-from stribeck.replay.replay import replay
 from stribeck.settings import FilterSettings, Settings
 
 EXACT = Settings(method="curve-fit", law="coulomb-viscous", filter=FilterSettings(kind="log"), standing_legs=True)
@@ -182,20 +180,6 @@ def test_the_whole_log_method_handles_loops(ankle):
         assert fit.intervals[coulomb, 0] < TRUTH["coulomb"] < fit.intervals[coulomb, 1]
 
 
-@pytest.mark.parametrize("ankle", ["fixed"], indirect=True)
-def test_a_file_of_only_the_motors_is_read(ankle, tmp_path):
-    robot, log = ankle
-    names = np.array(log.joint_names)[robot.independent]
-    motors = {name: getattr(log, name)[:, robot.independent] for name in ("position", "velocity", "torque")}
-    np.savez(tmp_path / "log.npz", time=log.time, joint_names=names, **motors)
-    prepared = prepare(tmp_path / "log.npz", robot, EXACT)
-    np.testing.assert_allclose(prepared.log.position, log.position, atol=1e-9)
-    np.testing.assert_allclose(prepared.log.velocity, log.velocity, atol=1e-9)
-    shown = inspect_log(tmp_path / "log.npz", robot, Settings())
-    assert set(shown.joints) == {"hip", "knee", "motor_left", "motor_right"}
-    assert any("were computed from the loops" in note for note in shown.notes)
-
-
 @pytest.mark.parametrize(
     ("changed", "words"),
     [
@@ -210,28 +194,6 @@ def test_methods_for_trees_only_are_refused(changed, words, parallelogram):
     with pytest.raises(SettingsError) as caught:
         identify(log, robot, EXACT.model_copy(update=changed))
     assert words in str(caught.value)
-
-
-def test_plan_and_replay_refuse_loops(parallelogram):
-    robot, log = parallelogram
-    with pytest.raises(SettingsError, match="plan: takes a robot for a tree"):
-        plan("result.json", robot)
-    with pytest.raises(RobotFileError, match="replay does not support"):
-        replay(log, robot, robot.model_path)
-
-
-def test_loops_that_cannot_close_are_refused(parallelogram):
-    robot, log = parallelogram
-    bent = replace(robot, tree=replace(robot.tree, model=_with_short_rocker(robot.tree.model)))
-    with pytest.raises(LogError, match=r"at 0.000 s the loops of 'coupler_end' and 'rocker_end' cannot be closed: "):
-        closed_log(replace(log, position=_of_motors(robot, log)), bent)
-
-
-def _with_short_rocker(model):
-    short = pin.Model(model)
-    short.frames[short.getFrameId("rocker_end")].placement = pin.SE3(np.eye(3), np.array([0.0, 0.0, 0.01]))
-    short.frames[short.getFrameId("coupler_end")].placement = pin.SE3(np.eye(3), np.array([1.3, 0.0, 0.0]))
-    return short
 
 
 REFUSED = {
@@ -252,13 +214,6 @@ def test_robot_files_with_invalid_loops(case, tmp_path):
     assert words in str(caught.value)
 
 
-def test_joints_that_the_loops_constrain_are_no_motors(tmp_path):
-    text = PARALLELOGRAM_FILE.replace('["upper", "lower"]', '["upper"]')
-    log = loop_log(robot_of(tmp_path, PARALLELOGRAM, PARALLELOGRAM_FILE), duration=1.0)
-    with pytest.raises(RobotFileError, match=r"constrain more joints than the passive joints upper"):
-        closed_log(log, robot_of(tmp_path, PARALLELOGRAM, text))
-
-
 def test_a_model_of_few_digits_closes_as_well_as_it_can(tmp_path):
     """A rocker rotated by a tenth of a degree does not meet the coupler; the gap is reported."""
     bent = PARALLELOGRAM.replace('xyz="0.3 0 0"/><axis', 'xyz="0.3 0 0" rpy="0.001 0 0"/><axis', 1)
@@ -275,11 +230,3 @@ def _of_motors(robot, log):
     position = log.position.copy()
     position[:, robot.passive_columns] = np.nan
     return position
-
-
-def test_passive_joints_that_the_loops_leave_free(tmp_path):
-    text = PARALLELOGRAM_FILE.replace('["upper", "lower"]', '["upper", "lower", "motor"]')
-    robot = robot_of(tmp_path, PARALLELOGRAM, text)
-    log = loop_log(robot_of(tmp_path, PARALLELOGRAM, PARALLELOGRAM_FILE), duration=1.0)
-    with pytest.raises(RobotFileError, match=r"\[\[robot.loops\]\] do not determine the motion of lower, motor, upper"):
-        closed_log(log, robot)

@@ -6,22 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from qpsolvers import solve_qp
-from tests.models import make_robot
 from tests.simulation.walkers import POSTURE, walker
 
 from stribeck.base.typing import Array
-from stribeck.errors import SettingsError
 from stribeck.robot import Robot
 from stribeck_simulation.mujoco.model import Body, compile_body
-from stribeck_simulation.robots import MODELS
 from stribeck_simulation.robots.sole import Sole
-from stribeck_simulation.walking.balance.controller import WalkingController
 from stribeck_simulation.walking.balance.qp import STANCE_DAMPING, Task, Weights, Wishes, build, solve, wrench_cone
-from stribeck_simulation.walking.balance.swing import PRESS, swing_at
 from stribeck_simulation.walking.balance.tasks import Gains, base_task, com_task, desired_velocity
 from stribeck_simulation.walking.balance.terms import Dynamics
-from stribeck_simulation.walking.footsteps import Footprint, Steps
-from stribeck_simulation.walking.plan import plan_walk
 from stribeck_simulation.walking.start import Start, start_standing
 
 SOLE = Sole((0.0, 0.0, 0.0), 0.1, 0.05)
@@ -55,39 +48,6 @@ def standing_toro() -> tuple[Robot, Body, Dynamics, Start]:
     body = compile_body(robot)
     dynamics = Dynamics(robot, body.soles)
     return robot, body, dynamics, start_standing(robot, dynamics, POSTURE["toro"])
-
-
-def test_the_swing_starts_and_lands_at_rest_and_its_derivatives_are_its_own() -> None:
-    start, goal = np.array([0.1, 0.2, 0.01]), Footprint(0.5, 0.25, 0.3)
-    at = [swing_at(start, 0.1, goal, 0.05, s, 0.8) for s in np.linspace(0, 1, 8001)]
-    place = np.array([swing.place for swing in at])
-    np.testing.assert_allclose(place[[0, -1]], [start, [0.5, 0.25, -PRESS]], atol=1e-12)
-    assert place[:, 2].max() == pytest.approx(0.055, abs=1e-3)
-    assert at[-1].yaw == pytest.approx(0.3)
-    for value, slope in (("place", "velocity"), ("velocity", "acceleration")):
-        exact = np.array([getattr(swing, slope) for swing in at])
-        numeric = np.gradient(np.array([getattr(swing, value) for swing in at]), 1e-4, axis=0)
-        np.testing.assert_allclose(numeric[1:-1], exact[1:-1], atol=0.02)
-        np.testing.assert_allclose(exact[[0, -1]], 0.0, atol=1e-12)
-
-
-def test_the_watched_limits_give_the_whole_programs_solution() -> None:
-    """Torques are those of a controller that always watches every joint."""
-    robot, body, dynamics, start = standing_toro()
-    plan = plan_walk([Steps(count=2, forward=0.2)], start.feet, 3.2)
-    limit = np.minimum(body.torque_limit, 40.0)  # knees need more than that
-    quick, whole = (WalkingController(robot, dynamics, body.soles, start, limit, plan, Gains()) for _ in range(2))
-    generator = np.random.default_rng(5)
-    cut = 0
-    for sample in range(0, plan.samples, 250):
-        configuration = start.configuration.copy()
-        configuration[7:] += 0.02 * generator.normal(size=len(limit))
-        velocity = 0.05 * generator.normal(size=dynamics.model.nv)
-        whole._torque = limit.copy()  # as if all had been at their limits
-        torque = quick.torque(sample, configuration, velocity)
-        np.testing.assert_allclose(torque, whole.torque(sample, configuration, velocity), atol=1e-4)
-        cut += bool(np.any(np.abs(torque) > limit - 1e-6))
-    assert cut > 2
 
 
 @pytest.mark.parametrize("feet", [(1,), (0, 1)])
@@ -149,12 +109,3 @@ def test_the_reduced_program_has_the_whole_ones_solution(feet: tuple[int, ...]) 
     assert torque is not None
     np.testing.assert_allclose(torque, motion[6:] @ whole + terms.bias[6:], atol=1e-4)
     assert (np.abs(torque[watched]) > 30 - 1e-4).any()
-
-
-def test_a_robot_on_point_feet_is_refused() -> None:
-    robot = make_robot(
-        MODELS / "toro.xml", {}, {name: {"frame": f"{name}_sole", "kind": "point"} for name in ("left", "right")}
-    )
-    dynamics = Dynamics(robot, dict.fromkeys(robot.contacts, SOLE))
-    with pytest.raises(SettingsError, match="two contacts of kind 'surface'; found point, point"):
-        start_standing(robot, dynamics, {})

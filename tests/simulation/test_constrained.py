@@ -3,21 +3,15 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from tests.models import POSTURES, STRIBECK, example_robot
-from tests.simulation.stepping import FRICTION, SUPPORTS, simulate, start, stepping, toro
+from tests.simulation.stepping import FRICTION, stepping, toro
 
 from stribeck import Settings
-from stribeck.errors import SettingsError, StribeckError
 from stribeck.friction import Stribeck
 from stribeck.friction_torque.inverse_dynamics import Chunk, torque_chunks
 from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
-from stribeck_simulation.friction import FrictionTruth, LawFriction
 from stribeck_simulation.prescribed.exact import Truth
-from stribeck_simulation.rigid.constrained import BodyState, Support, simulate_constrained
-from stribeck_simulation.sensors.measure import measure, sensors_for
-from stribeck_simulation.sensors.profiles import get_profile
 
 EXACT = Settings.model_validate({"filter": {"kind": "log"}})
 TOUCHDOWNS = (1000, 2100)
@@ -69,20 +63,6 @@ def test_single_support_is_recovered_exactly_and_double_support_is_not():
     legs = toro().standing(("left_foot", "right_foot"))[toro().torque_controlled]
     assert (both & (chunk.rows < 200)).sum() > 100
     assert np.isnan(chunk.samples.friction_torque[both][:, legs]).all()
-
-
-def test_torque_belongs_to_the_acceleration_that_positions_show():
-    """Found from positions alone, friction is off by 0.02 N m; by forward Euler, a sample late, by 0.1 N m."""
-    short = Settings.model_validate({"filter": {"kind": "savitzky-golay", "window": 7}})
-    worst = []
-    for log, truth in (stepping(), stepping(paper_literal=True)):
-        exact = measure(log, sensors_for(log, get_profile("ideal")))
-        (chunk,) = torque_chunks(prepare(exact, toro(), short), toro(), short)
-        rows = chunk.samples.support == chunk.samples.support_names.index("left_foot")
-        true = truth.friction_torque[chunk.rows[rows]][:, toro().torque_controlled]
-        worst.append(np.sqrt(((chunk.samples.friction_torque[rows] - true) ** 2).mean(axis=0)).max())
-    assert worst[0] < 0.03
-    assert worst[1] > 0.08
 
 
 def test_total_wrench_is_the_rate_of_momentum():
@@ -150,85 +130,3 @@ def test_a_foot_that_touches_down_loses_energy_stops_turns_level_and_is_set_down
         assert np.arccos(after.rotation[2, 2]) < 5e-4
         free, stopped = (pin.computeKineticEnergy(model, data, q[k], x) for x in (v[k - 1] + 1e-3 * a[k - 1], v[k]))
         assert stopped < free
-
-
-def test_explicit_friction_chatters_on_a_light_link():
-    """tanh(40 v) with 1 N m on 0.012 kg m^2 has dt D / M = 4; explicit Euler is stable up to 2."""
-    friction = {"right_ankle_pitch": {**FRICTION["right_knee"], "offset": 0.2}}
-    column = toro().joint_names.index("right_ankle_pitch")
-    reversals = []
-    for paper_literal in (False, True):
-        _, truth = simulate(0.9, paper_literal, friction)
-        reversals.append(np.count_nonzero(np.diff(np.sign(truth.friction_torque[210:, column]))))
-    assert reversals[0] <= 4
-    assert reversals[1] > 50
-
-
-def test_an_arm_has_no_feet():
-    robot = example_robot("panda")
-    friction = FrictionTruth(
-        len(robot.joint_names), [LawFriction(robot.joint_names, Stribeck(), {"panda_joint2": STRIBECK})]
-    )
-    model = robot.tree.model
-    data = model.createData()
-
-    def sway(time: float, state: BodyState) -> np.ndarray:
-        weight = pin.computeGeneralizedGravity(model, data, state.configuration)
-        return weight + 20.0 * (0.3 * np.sin(3 * time) - state.configuration) - 5.0 * state.velocity
-
-    log, truth = simulate_constrained(robot, sway, (), friction, configuration=np.zeros(model.nq), duration=0.5)
-    assert log.foot_wrench is None
-    assert truth.base_position is None
-    chunk = found(robot, log)
-    np.testing.assert_allclose(chunk.samples.friction_torque, truth.friction_torque[chunk.rows], atol=1e-9)
-    assert np.abs(truth.friction_torque).max() > 0.5
-
-
-def test_a_quadruped_stands_on_points():
-    """Lifting one foot, the swinging leg's friction is found on three."""
-    robot = example_robot("go2")
-    feet = tuple(robot.contacts)
-    posture = np.array([POSTURES["go2"][name] for name in robot.joint_names])
-    lift = np.array([0.3 if name.startswith(feet[0]) and "calf" in name else 0.0 for name in robot.joint_names])
-    columns = robot.tree.columns
-
-    def hold(time: float, state: BodyState) -> np.ndarray:
-        target = posture - lift * np.sin(np.pi * np.clip((time - 0.2) / 0.5, 0, 1)) ** 2
-        return 80.0 * (target[columns] - state.configuration[7:]) - 2.0 * state.velocity[6:]
-
-    friction = FrictionTruth(
-        12, [LawFriction(robot.joint_names, Stribeck(), dict.fromkeys(robot.joint_names, STRIBECK))]
-    )
-    supports = (Support(0.0, feet), Support(0.2, feet[1:]))
-    first = np.concatenate([[0, 0, 0, 0, 0, 0, 1], posture[columns]])
-    log, truth = simulate_constrained(robot, hold, supports, friction, configuration=first, duration=0.7)
-    chunk = found(robot, log)
-    rows = chunk.samples.support == chunk.samples.support_names.index("+".join(feet[1:]))
-    swinging = np.flatnonzero(~robot.standing(feet[1:]))
-    assert len(swinging) == 3
-    assert rows.sum() > 200
-    wrong = chunk.samples.friction_torque[rows] - truth.friction_torque[chunk.rows[rows]]
-    assert np.sqrt((wrong[:, swinging] ** 2).mean()) < 1e-3
-
-
-@pytest.mark.parametrize(
-    ("supports", "culprit"),
-    [
-        ((Support(0.0, ("third_foot",)),), "no contact 'third_foot'; it has left_foot, right_foot"),
-        ((Support(0.1, ("left_foot",)),), "start times are 0.1; expected 0.0 first"),
-        ((*SUPPORTS, Support(1.0, ("left_foot",))), "then rising"),
-    ],
-)
-def test_wrong_schedules_are_refused(supports, culprit):
-    with pytest.raises(SettingsError, match=culprit):
-        simulate_constrained(
-            toro(), lambda *_: np.zeros(27), supports, FrictionTruth(27), configuration=start(), duration=0.1
-        )
-
-
-def test_an_unstable_controller_is_named():
-    def wild(_: float, state: BodyState) -> np.ndarray:
-        return -1e4 * state.velocity[6:] + 1.0
-
-    with pytest.raises(StribeckError, match=r"TORO-like humanoid: the simulation diverges 0\.\d+ s after the start"):
-        simulate_constrained(toro(), wild, SUPPORTS, FrictionTruth(27), configuration=start(), duration=1.0)

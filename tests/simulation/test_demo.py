@@ -15,7 +15,6 @@ from stribeck import Robot, identify, read_log
 from stribeck.result import read_result
 from stribeck_simulation import demo
 from stribeck_simulation.files import read_truth
-from stribeck_simulation.robots.toro import ROBOT_FILE
 from stribeck_simulation.run import friction_of
 from stribeck_simulation.scenario import read_scenario
 from stribeck_simulation.sensors.profiles import PROFILES
@@ -60,18 +59,6 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
         patch.setattr(demo, "make_demo", partial(demo.make_demo, scenario=place / "short.toml"))
         assert run("demo", "-o", place / "out") == 0
     return Made(place / "out", printed.getvalue())
-
-
-def test_the_packaged_walk_has_the_friction_of_the_paper_in_all_leg_joints() -> None:
-    scenario = read_scenario(demo.SCENARIO)
-    robot = Robot.from_file(ROBOT_FILE)
-    friction = friction_of(scenario, robot).parameters
-    assert set(friction) == {name for name in robot.joint_names if re.search("hip|knee|ankle", name)}
-    levels = {"hip_roll": 1.0, "hip_pitch": 0.75, "hip_yaw": 0.75, "knee": 1.0, "ankle_roll": 0.1, "ankle_pitch": 0.2}
-    for name, values in friction.items():
-        assert values["coulomb"] == values["offset"] == levels[name.partition("_")[2]]
-    assert (scenario.state, scenario.simulator) == ("estimated", "mujoco")
-    assert all(steps.count >= 6 for steps in scenario.walk)
 
 
 def test_its_folder_has_all_that_identify_needs(made: Made) -> None:

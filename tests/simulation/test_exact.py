@@ -138,20 +138,6 @@ def test_power_of_the_joints_is_the_rate_of_energy(case):
         assert rate == pytest.approx(power[start + 2], rel=1e-5, abs=1e-4)
 
 
-def test_a_walk_swings_one_foot_at_a_time_and_a_trot_two():
-    _, log, _ = made("talos walk")
-    standing = log.contact.sum(axis=1)
-    assert set(standing) == {1, 2}
-    assert not log.foot_wrench[~log.contact].any()
-    assert np.all(log.foot_wrench[standing == 1][:, :, 2].sum(axis=1) > 0)
-    assert np.abs(np.diff(log.torque, axis=0)).max() < 10  # load passes from foot to foot smoothly
-
-    for case, numbers in (("go2 walk", {3, 4}), ("go2 trot", {2, 4})):
-        _, log, _ = made(case)
-        assert set(log.contact.sum(axis=1)) == numbers
-        assert not log.foot_wrench[:, :, 3:].any()  # point feet carry no moment
-
-
 def test_base_orientation_is_that_of_the_base_frame():
     robot, log, truth = made("talos walk")
     assert robot.base_frame == BASE_FRAME

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from tests.models import STRIBECK
 
-from stribeck.errors import SettingsError
 from stribeck.friction import LAWS, Stribeck
 from stribeck_simulation.friction import (
     Backlash,
@@ -78,13 +77,6 @@ def test_every_law_is_followed_and_takes_energy_out(name):
     assert np.abs((run["friction"] - law.torque(run["velocity"], values))[moving]).mean() < 0.02
 
 
-def test_a_steep_law_on_a_light_link_at_rest_does_not_chatter():
-    """Torque below breakaway creeps at the velocity where the smooth law balances it: tanh(40 v) = 0.5 without gain."""
-    parameters = {"a": {**STRIBECK, "viscous": 0.0, "stribeck_gain": 0.0, "offset": 0.0}}
-    run = swing(LawFriction(["a"], Stribeck(), parameters), lambda _: 0.5, 0.2, inertia=0.001, step=0.001)
-    np.testing.assert_allclose(run["velocity"][-50:], np.arctanh(0.5) / 40, rtol=1e-3)
-
-
 def test_warm_joints_have_the_warm_parameters():
     drift = Drift({"viscous": 0.5}, time_constant=10.0)
     friction = LawFriction(["a"], Stribeck(), {"a": STRIBECK}, drift)
@@ -129,24 +121,6 @@ def test_backlash_lets_nothing_through_until_the_play_is_used_up():
     assert len(second) * STEP == pytest.approx(0.001, abs=2 * STEP)
     closed = (run["time"] > 0.05) & (run["time"] < 0.09)
     np.testing.assert_allclose(run["friction"][closed], 0.5 * run["velocity"][closed], atol=0.02)
-
-
-@pytest.mark.parametrize(
-    ("make", "culprit"),
-    [
-        (lambda: LawFriction(["a"], Stribeck(), {"b": STRIBECK}), "no joint 'b'"),
-        (lambda: LawFriction(["a"], Stribeck(), {"a": {"coulomb": 1.0}}), "law 'stribeck' has viscous"),
-        (lambda: LawFriction(["a"], Stribeck(), {"a": {**STRIBECK, "coulomb": -1.0}}), "coulomb is -1.0; expected"),
-        (lambda: LawFriction(["a"], Stribeck(), {}, Drift({"k": 2.0}, 1.0)), "no parameter 'k'"),
-        (lambda: LawFriction(["a"], Stribeck(), {}, Drift({"coulomb": 0.0}, 1.0)), "ratio of coulomb is 0.0"),
-        (lambda: LawFriction(["a"], Stribeck(), {}, Drift({}, -1.0)), "time_constant is -1.0"),
-        (lambda: LuGre(["a"], {"a": {**LUGRE, "bristle_stiffness": 0.0}}), "bristle_stiffness is 0.0"),
-        (lambda: Backlash(["a"], {"a": {"play": 0.1, "stiffness": 1.0, "damping": np.nan}}), "damping is nan"),
-    ],
-)
-def test_wrong_parameters_are_refused(make, culprit):
-    with pytest.raises(SettingsError, match=culprit):
-        make()
 
 
 def test_load_takes_a_share_of_the_torque_and_only_energy_out():

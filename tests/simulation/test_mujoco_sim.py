@@ -10,13 +10,11 @@ from scipy.spatial.transform import Rotation
 from tests.simulation.walkers import POSTURE, SOLES, leg_friction, walker
 
 from stribeck.base.typing import Array
-from stribeck.errors import SettingsError
 from stribeck.robot import Robot
 from stribeck_simulation.friction import FrictionTruth
 from stribeck_simulation.mujoco.model import compile_body
 from stribeck_simulation.mujoco.simulator import MujocoSim, foot_wrenches
 from stribeck_simulation.robots import MODELS
-from stribeck_simulation.robots.sole import Sole
 from stribeck_simulation.walking.balance.terms import Dynamics
 from stribeck_simulation.walking.start import start_standing
 
@@ -145,47 +143,3 @@ def test_positions_and_velocities_are_of_one_instant() -> None:
     np.testing.assert_allclose(slope[:, :3], turns[1:-1].apply(velocity[1:-1, :3]), atol=2e-3)
     spin = (turns[:-2].inv() * turns[2:]).as_rotvec() / 2e-3
     np.testing.assert_allclose(spin, velocity[1:-1, 3:6], atol=2e-3)
-
-
-def test_friction_stops_a_light_joint_without_chatter() -> None:
-    """At rest tanh(40 v) is a damper that would turn the velocity of the ankle around in an explicit step."""
-    robot = Robot.from_file(MODELS / "toro.toml")
-    sim, _ = standing(robot, leg_friction(robot, 1.0, offset=0.0))
-    sim.body.model.opt.gravity[:] = 0.0
-    sim.data.qpos[2] += 1.0
-    joint = sim.body.velocity_index[list(robot.tree.model.names)[2:].index("left_ankle_roll")]
-    sim.data.qvel[joint] = 2.0
-    speeds, torques = [], []
-    for _ in range(200):
-        sim.advance(np.zeros(27))
-        speeds.append(sim.data.qvel[joint])
-        torques.append(sim.now().friction_torque[joint - 6])
-    assert np.all(np.array(speeds) * torques >= 0)
-    assert 1.0 < speeds[0] < 2.0
-    assert abs(speeds[-1]) < 0.1
-    fast = np.abs(speeds) > 0.1
-    assert np.all(np.diff(np.array(speeds)[fast]) < 0)
-
-
-def test_torque_is_cut_at_the_limit_of_the_joint() -> None:
-    sim, _ = standing(Robot.from_file(MODELS / "toro.toml"), FrictionTruth(27))
-    applied, _, _ = sim.advance(np.full(27, -1e3))
-    np.testing.assert_allclose(applied, -sim.body.torque_limit)
-    assert sim.body.torque_limit[3] == 130.0
-
-
-def test_soles_are_read_from_boxes_and_from_spheres_and_must_be_given_for_meshes(tmp_path: Path) -> None:
-    assert compile_body(walker("toro", tmp_path)).soles["left_foot"] == Sole((0.0, 0.0, 0.0), 0.1, 0.05)
-    sole = compile_body(walker("g1", tmp_path)).soles["left"]
-    assert sole.centre == pytest.approx((0.035, 0.0, -0.035))
-    assert (sole.half_length, sole.half_width) == pytest.approx((0.085, 0.03))
-    with pytest.raises(SettingsError, match=r"contact 'left'.*give its sole"):
-        compile_body(walker("talos", tmp_path))
-
-
-def test_a_locked_joint_is_refused(tmp_path: Path) -> None:
-    text = (MODELS / "toro.toml").read_text().replace('"toro.xml"', f"'{MODELS / 'toro.xml'}'")
-    path = tmp_path / "robot.toml"
-    path.write_text(text.replace("[contacts.left_foot]", "locked = { waist = 0.1 }\n[contacts.left_foot]", 1))
-    with pytest.raises(SettingsError, match="locks waist"):
-        compile_body(Robot.from_file(path))

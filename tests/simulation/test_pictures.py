@@ -1,18 +1,15 @@
 """A picture of a walk shows what happened: laws of rigid bodies, and feet that stay where they stand."""
 
-from dataclasses import replace
-
 import numpy as np
 import pinocchio as pin
 import pytest
-from tests.models import SIDES, STRIBECK, example_robot
+from tests.models import SIDES, STRIBECK
 
 from stribeck.base.typing import Array
-from stribeck.errors import SettingsError
 from stribeck.friction import Stribeck
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
-from stribeck_simulation.pictures.walk import Pose, WalkPicture, stances, walk_picture
+from stribeck_simulation.pictures.walk import stances, walk_picture
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.robots import MODELS
 from stribeck_simulation.robots.sole import Sole
@@ -42,30 +39,6 @@ def picture(biped, walked: Walked):
     return walk_picture(biped, *walked, SOLES)
 
 
-def exchanged(name: str) -> str:
-    return name.replace("left", "#").replace("right", "left").replace("#", "right")
-
-
-def by_name(picture: WalkPicture, pose: Pose) -> dict[str, np.ndarray]:
-    """Lines of each name; a foot has three."""
-    names = np.array(picture.segment_names)
-    return {name: pose.segments[names == name] for name in picture.segment_names}
-
-
-def mirror(biped: Robot, log: RobotLog, base_position: np.ndarray) -> tuple[RobotLog, np.ndarray]:
-    """The same motion as a mirror in the plane y = 0 shows it."""
-    names = biped.joint_names
-    place = [names.index(exchanged(name)) for name in names]
-    sign = np.array([1.0 if any(word in name for word in ("pitch", "knee", "elbow")) else -1.0 for name in names])
-    mirrored = replace(
-        log,
-        position=sign * log.position[:, place],
-        base_orientation=log.base_orientation * [-1, 1, -1, 1],
-        contact=log.contact[:, ::-1],
-    )
-    return mirrored, base_position * [1, -1, 1]
-
-
 def test_footprints_lie_where_the_feet_stand(biped, walked, picture):
     """Pinocchio's own kinematics of the whole robot puts the standing foot's frame onto its print, at any time."""
     log, base_position = walked
@@ -84,18 +57,6 @@ def test_footprints_lie_where_the_feet_stand(biped, walked, picture):
         assert one.size == pytest.approx((0.22, 0.10))
 
 
-def test_a_mirrored_walk_is_a_mirrored_picture(biped, walked, picture):
-    mirrored = walk_picture(biped, *mirror(biped, *walked), SOLES)
-    lines = {pose.time: by_name(picture, pose) for pose in picture.poses}
-    shared = [pose for pose in mirrored.poses if pose.time in lines]
-    assert len(shared) > 3
-    for image in shared:
-        reflected = by_name(mirrored, image)
-        for name, original in lines[image.time].items():
-            np.testing.assert_allclose(reflected[exchanged(name)], original * [1, -1, 1], atol=1e-12)
-    np.testing.assert_allclose(mirrored.com, picture.com * [1, -1], atol=1e-12)
-
-
 def test_a_touch_is_no_stance_and_a_bounce_no_swing():
     time = 0.01 * np.arange(100)
     contact = np.zeros((100, 2), dtype=bool)
@@ -105,11 +66,3 @@ def test_a_touch_is_no_stance_and_a_bounce_no_swing():
     contact[[20, 21, 80, 50], [0, 0, 0, 1]] = False
     assert stances(time, contact) == [(0, 39, 0), (30, 69, 1), (60, 99, 0)]
     assert stances(time, np.zeros_like(contact)) == []
-
-
-def test_an_arm_does_not_walk(walked):
-    log, base_position = walked
-    with pytest.raises(SettingsError, match="floating base"):
-        walk_picture(example_robot("panda"), log, base_position, {})
-    with pytest.raises(SettingsError, match="contact"):
-        walk_picture(Robot.from_file(MODELS / "robot.toml"), replace(log, contact=None), base_position, {})

@@ -11,8 +11,6 @@ from stribeck.robot import Robot
 from stribeck_simulation.robots import MODELS
 from stribeck_simulation.robots.toro import FOOT_SIZE, MODEL_FILE, ROBOT_FILE, standing_posture, toro_links, toro_mjcf
 
-LEG = ("hip_roll", "hip_pitch", "hip_yaw", "knee", "ankle_roll", "ankle_pitch")
-
 
 @pytest.fixture(scope="module")
 def robot() -> Robot:
@@ -31,22 +29,6 @@ def test_the_packaged_file_is_made_of_the_table(engines):
         effort = link.drive.effort
         np.testing.assert_allclose(compiled.jnt_actfrcrange[compiled.joint(link.name).id], (-effort, effort))
         np.testing.assert_allclose(compiled.joint(link.name).range, np.radians(link.range), atol=1e-5)
-
-
-def test_joints_mass_and_height_are_those_of_the_paper(robot, engines):
-    compiled, _ = engines
-    assert robot.warnings == ()
-    assert len(robot.joint_names) == 27
-    assert robot.joint_names[:12] == tuple(f"{side}_{joint}" for side in ("right", "left") for joint in LEG)
-    assert robot.position_controlled == ("neck_yaw", "neck_pitch")
-    assert robot.mass == pytest.approx(79.2, abs=1e-9)
-    assert (compiled.nq, compiled.nv, compiled.nu) == (34, 33, 27)
-    assert not robot.armature.any()
-    data = mujoco.MjData(compiled)
-    mujoco.mj_forward(compiled, data)
-    extent = [data.geom_xpos[:, 2] + sign * compiled.geom_aabb[:, 5] for sign in (1, -1)]
-    upright = np.abs(data.geom_xmat[:, 8]) > 0.99
-    assert extent[0][upright].max() - extent[1][upright].min() == pytest.approx(1.74)
 
 
 def biped() -> tuple[pin.Model, set[str]]:

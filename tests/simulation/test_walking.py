@@ -1,15 +1,11 @@
 """Robots walk in the contact simulator, and their logs give back the friction."""
 
-from dataclasses import replace
 from functools import cache
-from itertools import groupby
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from tests.simulation.walkers import POSTURE, SOLES, leg_friction, walker
 
 from stribeck import identify
@@ -17,7 +13,6 @@ from stribeck.robot import Robot
 from stribeck_simulation.robots import MODELS
 from stribeck_simulation.sensors.profiles import PROFILES
 from stribeck_simulation.walking.footsteps import Steps
-from stribeck_simulation.walking.recorder import without_bounces
 from stribeck_simulation.walking.simulate import Conditions, FellError, Push, Walk, simulate_walk
 
 COARSE = 0.0005  # [s], twice the usual physics step
@@ -111,7 +106,8 @@ def largest_tilt_of_feet(robot: Robot, walk: Walk) -> float:
     return float(np.arccos(min(level)))
 
 
-@pytest.mark.parametrize("name", [pytest.param("talos", marks=pytest.mark.long), "g1"])
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["talos", "g1"])
 def test_other_robots_walk_with_the_same_gains(name: str, tmp_path: Path) -> None:
     robot = walker(name, tmp_path)
     conditions = Conditions(
@@ -125,25 +121,6 @@ def test_other_robots_walk_with_the_same_gains(name: str, tmp_path: Path) -> Non
     trunk = ["waist" in joint or "torso" in joint for joint in walk.log.joint_names]
     assert np.abs(walk.log.position[:, trunk]).max() < 0.35  # it is upright, and not what the walk is balanced with
     assert largest_tilt_of_feet(robot, walk) < 0.13  # though friction is large beside a light foot's inertia
-
-
-@pytest.mark.long
-def test_friction_compensated_by_desired_velocities_leaves_the_swing_foot_on_its_path() -> None:
-    robot = toro()
-    rubbing = leg_friction(robot, 4.0).parameters
-    levels = np.array([4.0 * (name in rubbing) for name in list(robot.tree.model.names)[2:]])
-
-    def error(conditions: Conditions) -> float:
-        steps = Steps(count=1, forward=0.15, single_support=0.4, stand=0.1)
-        walk = simulate_walk(robot, [steps], POSTURE["toro"], conditions)
-        assert walk.swing_error is not None
-        return float(np.sqrt(np.mean(np.sum(walk.swing_error**2, axis=1))))
-
-    bare = Conditions(friction=leg_friction(robot, 4.0), physics_step=COARSE)
-    compensated = replace(
-        bare, friction=leg_friction(robot, 4.0), compensation=lambda _, desired: levels * np.tanh(50 * desired)
-    )
-    assert error(compensated) < error(bare) / 4
 
 
 def pushed(force: float) -> np.ndarray:
@@ -174,14 +151,3 @@ def test_a_push_moves_it_and_a_fall_ends_the_run_with_a_sentence() -> None:
     with pytest.raises(FellError, match=r"^TORO-like humanoid fell [0-9.]+ s after the start, standing$") as caught:
         pushed(3000.0)
     assert caught.value.exit_code == 2
-
-
-@given(st.lists(st.tuples(st.booleans(), st.integers(1, 9)), min_size=1, max_size=12), st.integers(1, 8))
-def test_gaps_between_contacts_are_filled_if_they_are_short(runs: list[tuple[bool, int]], shortest: int) -> None:
-    touching = np.concatenate([np.full(count, flag) for flag, count in runs])
-    merged = [(flag, len(list(group))) for flag, group in groupby(touching.tolist())]
-    expected = [
-        np.full(count, flag or (0 < k < len(merged) - 1 and count < shortest)) for k, (flag, count) in enumerate(merged)
-    ]
-    found = without_bounces(touching[:, None], shortest)
-    np.testing.assert_array_equal(found[:, 0], np.concatenate(expected))

@@ -24,14 +24,6 @@ def test_dcm_obeys_its_equation_and_ends_at_rest() -> None:
     np.testing.assert_allclose(zmp[1000], places[1], atol=1e-12)
 
 
-def test_straight_footprints_are_one_step_length_apart_and_end_side_by_side() -> None:
-    steps = plan_steps([Steps(count=7, forward=0.3)], FEET)
-    places = np.array([step.goal.place for step in steps])
-    np.testing.assert_allclose(np.diff(places[:-1, 0]), 0.3)
-    np.testing.assert_allclose(places[-1], [places[-2, 0], -places[-2, 1]], atol=1e-12)
-    assert [step.foot for step in steps] == [0, 1, 0, 1, 0, 1, 0]
-
-
 @pytest.mark.parametrize(("sideways", "leader"), [(0.25, 0), (-0.25, 1)])
 def test_sideways_the_leading_foot_is_the_one_on_that_side(sideways: float, leader: int) -> None:
     steps = plan_steps([Steps(count=6, sideways=sideways, width=0.16)], FEET)
@@ -40,15 +32,6 @@ def test_sideways_the_leading_foot_is_the_one_on_that_side(sideways: float, lead
     np.testing.assert_allclose(moved[0], 0.25 + 0.18, atol=1e-12)
     np.testing.assert_allclose(moved[1::2], 0.16, atol=1e-12)
     np.testing.assert_allclose(moved[2::2], 0.16 + 0.25, atol=1e-12)
-
-
-def test_turning_goes_around_the_middle_of_the_feet() -> None:
-    steps = plan_steps([Steps(count=9, turn=0.2)], FEET)
-    for step in steps:
-        assert np.hypot(*step.goal.place) == pytest.approx(0.1)
-    assert steps[-1].goal.yaw == pytest.approx(1.6)
-    assert steps[-1].stance.yaw == pytest.approx(1.6)
-    assert all(step.goal == step.start for step in plan_steps([Steps(count=4)], FEET))  # in place
 
 
 def test_a_plan_puts_the_weight_on_the_standing_foot() -> None:
