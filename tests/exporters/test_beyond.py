@@ -66,12 +66,3 @@ def test_within_the_log_the_model_has_the_friction_that_was_identified(slow, for
         loss = nearest(own, TARGETS["mjcf"].forms[form or "lugre"]).largest[0]
         off = np.abs(in_mujoco(path, name, robot, speeds) - own.friction(speeds))
         assert np.all(off <= np.maximum(halves / 2, 1.01 * loss))
-
-
-def test_the_log_determines_the_friction_of_fast_joints(slow) -> None:
-    k, result, robot, folder = slow
-    fast = [name for name in JOINTS if name != JOINTS[k]]
-    lines = export(result, robot, folder / "fast.yaml", "yaml", joints=fast)
-    assert not any("xtrapolated" in line for line in lines)
-    found = yaml.safe_load((folder / "fast.yaml").read_text())["joints"]
-    assert all((own["top_speed"], own["viscous_beyond"]) == (1e9, 0.0) for own in found.values())

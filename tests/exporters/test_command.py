@@ -1,6 +1,5 @@
 """`stribeck export` as a user types it: the model that was found, or one sentence and no file."""
 
-import json
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +14,6 @@ from tests.exporters.test_models import assert_same_dynamics, read_again
 from tests.whole_log.logs import TRUTH
 
 from stribeck import Robot, export
-from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import get_law
 from stribeck.log.writers import write_log
 from stribeck_simulation.prescribed.exact import exact_log
@@ -75,25 +73,3 @@ def test_what_does_not_fit_is_refused(tmp_path: Path, capsys: pytest.CaptureFixt
         assert all(word in sentence for word in words), sentence
         assert sorted(os.listdir(tmp_path)) == ["arm.urdf", "result.json", "robot.toml", "there"]
         assert (tmp_path / "arm.urdf").read_text() == URDF
-
-
-def test_another_kind_of_model_and_a_broken_result_are_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    robot, _ = robot_of("toro", tmp_path)
-    (tmp_path / "result.json").write_text(found_in(robot)[0].to_json())
-    arguments = ("export", tmp_path / "result.json", "-r", tmp_path / "robot.toml", "--to", "urdf", "-o")
-    sentence = refused(capsys, *arguments, tmp_path / "new.urdf")
-    assert "is MJCF, which 'urdf' cannot write" in sentence
-    assert "export to mjcf, c, " in sentence
-    (tmp_path / "result.json").write_text(json.dumps({"schema": 99}))
-    assert "schema" in refused(capsys, *arguments, tmp_path / "new.urdf")
-
-
-def test_a_result_with_nothing_to_say_of_the_model(tmp_path: Path) -> None:
-    robot = Robot.from_file(write_arm(tmp_path))
-    rotor = joint_result({"armature": (0.1, "kg m^2")})  # URDF has no place for it
-    result = replace(found_in(robot)[0], corrections=None, joints=dict.fromkeys(robot.joint_names, rotor))
-    with pytest.raises(NothingIdentifiedError, match="no identified friction that URDF can store"):
-        export(result, robot, tmp_path / "new.urdf", "urdf")
-    assert not (tmp_path / "new.urdf").exists()

@@ -12,12 +12,10 @@ import pinocchio as pin
 import pytest
 import yaml
 from tests.arm import write_arm
-from tests.cli.test_cli import refused, run
 from tests.exporters.found import found_in, joint, module, robot_of
 from tests.exporters.test_models import read_again
 
 from stribeck import Robot, export
-from stribeck.errors import NothingIdentifiedError, SettingsError
 from stribeck.exporters import TARGETS, export_ranges, export_samples
 from stribeck.exporters.joints import joint_terms
 from stribeck.exporters.samples import drawn, joint_ranges
@@ -105,23 +103,6 @@ def test_bounds_hold_and_a_scale_that_nothing_shows_stays_possible(tmp_path: Pat
         own = {name: p.value for name, p in each.joints["j"].parameters.items()}
         assert min(own["viscous"], own["coulomb"]) >= 0
         assert 0 < own["stribeck_velocity"] < 10
-
-
-def test_the_command_line_writes_all_or_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    robot, _ = robot_of("arm", tmp_path)
-    (tmp_path / "result.json").write_text(found_in(robot)[0].to_json())
-    arguments = ("export", tmp_path / "result.json", "-r", robot.path, "-o", tmp_path / "draws", "--to")
-    assert run(*arguments, "urdf", "--samples", "3") == 0
-    assert sorted(path.name for path in (tmp_path / "draws").iterdir()) == ["000.urdf", "001.urdf", "002.urdf"]
-    capsys.readouterr()
-    assert "draws: already exists" in refused(capsys, *arguments, "urdf", "--samples", "3")
-    for count in ("0", "1000000000"):
-        sentence = refused(capsys, *arguments, "urdf", "--samples", count, "--overwrite")
-        assert f"export: {count} samples were requested; expected 1 to 100,000" in sentence
-    assert "'unity'" in refused(capsys, *arguments, "unity", "--samples", "2", "--overwrite")
-    with pytest.raises(SettingsError, match="'unity'"):
-        export_samples(found_in(robot)[0], robot, tmp_path / "none", "unity", 2)
-    assert not (tmp_path / "none").exists()
 
 
 def with_rotor() -> JointResult:
@@ -236,20 +217,3 @@ def test_weak_friction_is_left_out_or_said_to_be_wide(tmp_path: Path) -> None:
     plain = yaml.safe_load((tmp_path / "ranges.yaml").read_text())["joints"]["shoulder"]
     assert set(plain) == {"static", "coulomb", "viscous", "armature"}
     assert all(0 < low < high for low, high in plain.values())
-
-
-def test_what_has_no_ranges_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    result, robot = arm_result(tmp_path, shoulder=uncertain())
-    (tmp_path / "result.json").write_text(result.to_json())
-    command = ("export", tmp_path / "result.json", "-r", robot.path, "-o", tmp_path / "ranges.py", "--ranges", "--to")
-    sentence = refused(capsys, *command, "c")
-    assert "'c' has no ranges; expected mjcf, yaml or isaaclab" in sentence
-    assert "neither --samples" in refused(capsys, *command, "mjcf", "--samples", "3")
-    assert "no joint 'knee'" in refused(capsys, *command, "mjcf", "--joints", "knee")
-    with pytest.raises(NothingIdentifiedError, match="no friction"):
-        export_ranges(replace(result, joints={}), robot, tmp_path / "ranges.py", "mjcf")
-    with pytest.raises(SettingsError, match="own model"):
-        export_ranges(result, robot, robot.model_path, "mjcf")
-    assert not (tmp_path / "ranges.py").exists()
-    assert run(*command, "mjcf") == 0
-    assert "95 %" in capsys.readouterr().out

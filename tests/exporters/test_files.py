@@ -12,7 +12,6 @@ from tests.exporters.found import FRICTION, found_in, joint_result
 from tests.exporters.test_models import assert_same_dynamics, read_again
 
 from stribeck import Robot, export
-from stribeck.errors import SettingsError
 
 MJCF = """<!-- whose it is -->
 <mujoco model="reader">
@@ -104,25 +103,6 @@ def test_urdf_keeps_the_rest_and_links_that_are_fixed_to_each_other_share_in_pro
     assert masses == pytest.approx([3 * corrected.mass / 3.3, 0.3 * corrected.mass / 3.3], rel=1e-12)
 
 
-@pytest.mark.parametrize("place", ["robot/new.urdf", "out/new.urdf"])
-@pytest.mark.parametrize(
-    ("compiler", "mesh"),
-    [
-        ("", "shapes/block.obj"),
-        ('meshdir="shapes"', "block.obj"),
-        ('meshdir="shapes" strippath="true"', "package://arm/block.obj"),
-        ('strippath="true"', "anywhere/top.obj"),
-    ],
-)
-def test_mujoco_finds_the_meshes_of_a_urdf_that_has_moved(compiler: str, mesh: str, place: str, tmp_path: Path) -> None:
-    text = URDF.replace("package://arm/tube.stl", "{mesh}").format(compiler=compiler, mesh=mesh)
-    robot = robot_in(tmp_path / "robot", "arm.urdf", text, "fixed")
-    (tmp_path / "robot/top.obj").write_text(TETRAHEDRON)
-    export(found_in(robot)[0], robot, tmp_path / place, "urdf")
-    old, new = (mujoco.MjModel.from_xml_path(str(path)) for path in (tmp_path / "robot/arm.urdf", tmp_path / place))
-    assert new.nmesh == old.nmesh == 1
-
-
 def stl(path: Path) -> None:
     """Write a tetrahedron, binary."""
     corners = np.vstack([np.zeros(3), np.eye(3)])
@@ -199,13 +179,3 @@ def test_repeated_elements_and_links_without_inertia_are_repaired(tmp_path: Path
     np.testing.assert_allclose(model.body("hand").inertia, 1e-6)
     assert model.body("hand").mass == 1.0
     assert "Raised to 1e-06 kg or kg m^2, because MuJoCo requires inertia: links hand." in text
-
-
-def test_what_mjcf_cannot_hold_is_refused(tmp_path: Path) -> None:
-    floating = ARM.replace('"base"', '"world"')
-    with pytest.raises(SettingsError, match="'world', which MuJoCo reserves"):
-        converted(tmp_path, floating, "floating")
-    planar = ARM.replace('"slide" type="prismatic"', '"slide" type="planar"')
-    with pytest.raises(SettingsError, match="joint 'slide' is planar, which MJCF lacks; export to urdf"):
-        converted(tmp_path, planar, keys="locked = { slide = 0.0 }")
-    assert not (tmp_path / "new").exists()

@@ -48,14 +48,6 @@ def test_friction_is_said_as_it_is_or_by_the_nearest(
     assert best < 1.02 * off(coulomb * (1 + S), viscous)
 
 
-def test_load_is_said_as_it_is_or_at_the_loads_of_the_log() -> None:
-    carrying = replace(joint(coulomb=1.0, viscous=0.1, load=0.2, offset=0.0), mean_load=5.0, load_deviation=2.0)
-
-    found = nearest(carrying, PLAIN)
-    assert [found.numbers[name] for name in PLAIN.numbers] == pytest.approx([2.0, 0.1])
-    assert found.remains == pytest.approx(0.4)  # the friction of a standard deviation of the load
-
-
 @pytest.mark.parametrize("form", [plain(coulomb="coulomb", viscous="viscous"), None])
 def test_what_builds_up_after_a_reversal_is_left_out_by_name(form: Form | None, tmp_path: Path) -> None:
     bending = replace(joint(coulomb=1.0, viscous=0.1, presliding=0.9, offset=0.0), presliding_travel=0.01)
@@ -64,15 +56,6 @@ def test_what_builds_up_after_a_reversal_is_left_out_by_name(form: Form | None, 
     assert "presliding" not in terms.stated | terms.projected
     assert terms.stated["coulomb"][0] == pytest.approx(1.0)
     assert form is None or terms.share == pytest.approx(0.0, abs=1e-9)
-
-
-def test_friction_over_position_is_that_of_the_positions_of_the_log() -> None:
-    over = joint(coulomb=0.4, viscous=0.1, coulomb_cosine=5.0, coulomb_sine=-1.4, offset=0.0)
-    narrow = replace(over, mean_direction=(float(np.cos(0.8)), float(np.sin(0.8))), position_range=(0.75, 0.85))
-    found = nearest(narrow, PLAIN)
-    assert found.numbers["coulomb"] == pytest.approx(0.4, abs=0.02)
-    assert found.remains / found.of < 0.5
-    assert narrow.friction(1.0, position=3.0) == narrow.friction(1.0, position=0.85)
 
 
 def test_the_mean_over_positions_is_the_identified_curve() -> None:

@@ -136,21 +136,6 @@ def test_a_joint_resists_as_the_law_does_within_the_loss_that_was_stated(swept, 
     assert off < {"lugre": 0.02, "table": 1e-3, "drake": 1.5}.get(kind, 0.3)
 
 
-def test_the_form_that_loses_least_is_taken(tmp_path: Path) -> None:
-    result, robot, name = of_joint(joint(**EFFECT), tmp_path)
-    (line,) = (line for line in export(result, robot, tmp_path / "new.xml", "mjcf") if line.startswith("Joint "))
-    assert "tau_c 2 N m" in line
-    assert "tau_s 3 N m" in line
-    speeds = np.array([-0.5, -0.05, 0.02, 0.1, 1.0])
-    law = result.joints[name].friction(speeds)
-    np.testing.assert_allclose(in_mujoco(tmp_path / "new.xml", name, robot, speeds), law, rtol=1e-4)
-    plain, robot, name = of_joint(joint(**EFFECT | {"stribeck_gain": 0.0}), tmp_path)
-    lines = export(plain, robot, tmp_path / "plain.xml", "mjcf")
-    assert any(f"Joint {name}: frictionloss 2 N m" in line for line in lines)
-    with pytest.raises(SettingsError, match="'dahl'; expected plain or lugre"):
-        export(result, robot, tmp_path / "no.xml", "mjcf", friction="dahl")
-
-
 def test_bristles_that_were_found_are_those_of_the_motor(tmp_path: Path) -> None:
     """After a reversal at 0.2 rad/s, until friction is steady again."""
     own = joint("lugre", **EFFECT, bristle_travel=0.01, bristle_damping=1.5)
@@ -240,16 +225,6 @@ def test_python_is_the_friction_that_was_found_and_compensates_as_c_does(tmp_pat
             assert torque == pytest.approx(header.compensation(desired + 0.01, desired), abs=1e-12)
 
 
-def test_torch_takes_the_same_module(tmp_path: Path) -> None:
-    torch = pytest.importorskip("torch", reason="torch is not here")
-    own = joints()["auto"]
-    result, robot, name = of_joint(own, tmp_path)
-    export(result, robot, tmp_path / "found", "python")
-    points = torch.tensor(POINTS, dtype=torch.float64)
-    found = module(tmp_path / "found").friction_torque(name, *points.T, xp=torch)
-    np.testing.assert_allclose(found.numpy(), own.friction(*np.array(POINTS).T), atol=1e-12)
-
-
 def test_compensation_is_silent_at_rest_bounded_and_does_not_jump(tmp_path: Path) -> None:
     header = functions(joints()["coulomb-viscous"], tmp_path, "found")
     noise = 0.02 * np.random.default_rng(0).standard_normal(1000)
@@ -259,16 +234,6 @@ def test_compensation_is_silent_at_rest_bounded_and_does_not_jump(tmp_path: Path
     assert np.abs(np.diff(torque)).max() < 0.1
     stopped = np.array([header.compensation(0.0, 0.0) for _ in range(400)])
     assert abs(stopped[-1]) < 1e-6 < torque[-1]
-
-
-def test_a_weak_joint_is_compensated_by_half(tmp_path: Path) -> None:
-    torques = []
-    for verdict in ("identified", "weak"):
-        result, robot, name = of_joint(replace(joints()["stribeck"], verdict=verdict), tmp_path)
-        export(result, robot, tmp_path / verdict, "python", include_weak=True)
-        own = module(tmp_path / verdict).Compensation(name)
-        torques.append([own.torque(1.0, 1.0, 0.001) for _ in range(1000)][-1])
-    assert torques[1] == pytest.approx(0.5 * torques[0])
 
 
 def test_odd_names_stay_and_equal_identifiers_and_laws_without_a_formula_are_refused(tmp_path: Path) -> None:

@@ -18,10 +18,10 @@ import pyarrow.parquet as pq
 import pytest
 from tests.arm import arm_log, save_npz, write_arm
 
-from stribeck import LogError, RobotFileError, SettingsError, identify
+from stribeck import LogError, SettingsError, identify
 from stribeck.fleet import compact, connect, run_fleet
 from stribeck.fleet.jobs import Job, jobs_of_logs, jobs_of_manifest
-from stribeck.fleet.store import TABLES, locked, views
+from stribeck.fleet.store import TABLES, views
 from stribeck.fleet.worker import Limits
 from stribeck.robot import Robot
 
@@ -181,21 +181,6 @@ def test_a_lost_worker_ends_a_run_that_can_be_repeated(logs: Path, store: Path, 
     assert rows(tmp_path / "s") == rows(store)
 
 
-@pytest.mark.long
-def test_a_lost_ray_node_ends_a_run_that_can_be_repeated(
-    logs: Path, store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    cluster = pytest.importorskip("ray.cluster_utils").Cluster(initialize_head=True, head_node_args={"num_cpus": 1})
-    node = cluster.add_node(num_cpus=1)
-    monkeypatch.setenv("RAY_ADDRESS", cluster.address)
-    with running(logs, tmp_path / "s", 2, "--backend", "ray") as run:
-        cluster.remove_node(node)
-        assert "a worker of ray was lost" in run.communicate()[1]
-    run_fleet(all_jobs(logs), tmp_path / "s", backend="ray")
-    cluster.shutdown()
-    assert rows(tmp_path / "s") == rows(store)
-
-
 def test_compaction_keeps_every_row_and_readers(logs: Path, store: Path, tmp_path: Path) -> None:
     own = tmp_path / "store"
     shutil.copytree(store, own, symlinks=True)
@@ -266,59 +251,6 @@ def test_a_corrected_start_or_note_changes_the_row(logs: Path, store: Path, tmp_
     assert len(rows(own)) == 6
 
 
-def test_a_folder_with_its_store_and_links_to_itself_is_read_once(logs: Path, tmp_path: Path) -> None:
-    place = tmp_path / "logs"
-    shutil.copytree(logs / "logs", place)
-    (place / "R0/up").symlink_to("..")
-    (place / "R0/loop.npz").symlink_to("loop.npz")
-    for _ in range(2):
-        jobs = jobs_of_logs([str(place)], logs / "robot.toml")
-        assert [Path(job.log).name for job in jobs if job.robot == "R0"] == [
-            *(f"log_{k}.npz" for k in (0, 2, 4)),
-            "loop.npz",
-        ]
-        found = run_fleet(jobs, place / "store", workers=1)
-        assert [(Path(each.log).name, each.status) for each in found.failed] in ([("loop.npz", "refused")], [])
-        compact(place / "store")
-
-
-@pytest.mark.parametrize(
-    "place",
-    ["zip:///tmp", "tar://x", "data:,x", "reference://x", "github://x", "dir://x", "generic://x", "ftp://", "ftp:///x"],
-)
-def test_an_address_that_opens_no_file_system_is_refused(place: str) -> None:
-    with pytest.raises(LogError, match=r"cannot be listed|has no host"):
-        jobs_of_logs([place], Path("robot.toml"))
-
-
-@pytest.mark.parametrize("name", ["timeout", "memory"])
-@pytest.mark.parametrize("limit", [float("nan"), float("inf"), 0.0, -1.0, 1e300])
-def test_limits_are_positive_and_finite(name: str, limit: float) -> None:
-    with pytest.raises(SettingsError, match=f"fleet --timeout, --memory: key '{name}' is"):
-        Limits(**{name: limit})
-
-
-def test_a_run_needs_a_worker(logs: Path, tmp_path: Path) -> None:
-    with pytest.raises(SettingsError, match="jobs: found 0, expected 1 to"):
-        run_fleet(all_jobs(logs), tmp_path / "s", workers=0)
-    assert not (tmp_path / "s").exists()
-
-
-def test_a_wrong_robot_file_or_store_is_refused_and_nothing_is_written(logs: Path, tmp_path: Path) -> None:
-    jobs = jobs_of_logs([str(logs / "logs")], tmp_path / "none.toml")
-    with pytest.raises(RobotFileError, match=r"none\.toml"):
-        run_fleet(jobs, tmp_path / "s", workers=1)
-    for act in (compact, connect):
-        with pytest.raises(SettingsError, match="is no store"):
-            act(tmp_path / "s")
-    assert not (tmp_path / "s").exists()
-
-
-def test_another_run_waits_its_turn(logs: Path, tmp_path: Path) -> None:
-    with locked(tmp_path), pytest.raises(SettingsError, match="another `stribeck fleet` writes to it"):
-        run_fleet(all_jobs(logs), tmp_path)
-
-
 def test_other_tools_read_the_store(store: Path, tmp_path: Path) -> None:
     script = tmp_path / "views.sql"
     script.write_text(views(store))
@@ -329,33 +261,6 @@ def test_other_tools_read_the_store(store: Path, tmp_path: Path) -> None:
     frame = polars.read_parquet(f"{store}/robot=*/*.parquet", hive_partitioning=True)
     curves = frame.select("robot", "curves").explode("curves").unnest("curves")
     assert len(curves) == rows(store, "SELECT count(*) FROM curves")[0][0]
-
-
-def test_a_manifest_names_robots_starts_and_notes(logs: Path) -> None:
-    manifest = logs / "fleet.csv"
-    manifest.write_text(
-        "log,robot_file,robot,start,note\nlogs/R0/log_0.npz,robot.toml,A-1,2026-03-01T12:00:00+00:00,new gear\n"
-        "logs/R0/log_2.npz,robot.toml,A-2,,\n"
-    )
-    first, second = jobs_of_manifest(manifest)
-    assert (first.robot, first.start, first.note) == ("A-1", 1772366400.0, "new gear")
-    assert (second.robot, second.start) == ("A-2", second.modified)
-
-
-@pytest.mark.parametrize(
-    ("text", "problem"),
-    [
-        ("log,robot\n", "expected a header with the columns"),
-        ("log,robot_file,robot\nlogs/R0/log_0.npz,robot.toml,\n", "line 2: has no 'robot'"),
-        ("log,robot_file,robot\nlogs/R0/none.npz,robot.toml,A\n", "line 2: .* is 0 logs; expected one"),
-        ("log,robot_file,robot\nlogs/R0/log_0.npz,robot.toml,a/b\n", "its robot's id is 'a/b'"),
-        ("log,robot_file,robot,start\nlogs/R0/log_0.npz,robot.toml,A,monday\n", "line 2: start is 'monday'"),
-    ],
-)
-def test_a_wrong_manifest_is_refused(logs: Path, text: str, problem: str) -> None:
-    (logs / "wrong.csv").write_text(text)
-    with pytest.raises((SettingsError, LogError), match=problem):
-        jobs_of_manifest(logs / "wrong.csv")
 
 
 def test_logs_are_found_by_globs_and_urls(logs: Path, tmp_path: Path) -> None:

@@ -5,15 +5,12 @@ import re
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 import pytest
 from tests.fleet.synthetic import write_store
 
-from stribeck import SettingsError
 from stribeck.base.typing import Array
 from stribeck.fleet import connect, find_trends
-from stribeck.fleet.changes import find_changes, threshold
+from stribeck.fleet.changes import find_changes
 from stribeck.fleet.friction import Channel, Fleet
 from stribeck.fleet.report import write_trends
 from stribeck.fleet.spreads import log_variance, outliers, reml
@@ -26,10 +23,6 @@ def test_false_alarms_are_as_rare_as_asked() -> None:
     robots = np.repeat([f"{k:04d}" for k in range(1000)], 100)
     found = find_changes(robots, values, np.ones_like(values), 1000.0)
     assert 60 < len(found) < 150  # a hundred are expected; fewer at the beginning of each robot's logs
-
-
-def test_a_limit_that_allows_fewer_alarms_is_higher() -> None:
-    assert threshold(1000, 87) > threshold(1000, 9) > threshold(100, 9) > 0
 
 
 @pytest.mark.parametrize("size", [3.0, 5.0, -5.0])
@@ -112,23 +105,6 @@ def test_short_stores_raise_no_false_alarms(robots: int, logs: int) -> None:
         variance, freedom = np.column_stack([own for own, _ in spreads]), np.array([own for _, own in spreads])
         alarms += len(find_changes(fleet.robots, fleet.logarithm, variance, 1000.0, freedom))
     assert alarms <= 2  # 0.24 are expected in the at most 240 logs
-
-
-def test_a_joint_without_any_sound_value_is_left_out(tmp_path: Path) -> None:
-    write_store(tmp_path, robots=2, logs=4, joints=2)
-    for path in tmp_path.glob("robot=*/*.parquet"):
-        rows = pq.read_table(path, partitioning=None)
-        plain = rows.to_pylist()
-        for point in (point for row in plain for point in row["curves"] if point["joint"] == "joint_01"):
-            point["standard_error"] = -1.0
-        pq.write_table(pa.Table.from_pylist(plain, rows.schema), path)
-    assert {each.joint for each in find_trends(tmp_path).friction} == {"joint_00"}
-
-
-@pytest.mark.parametrize("wrong", [0, -1, 1e-9, float("nan"), float("inf")])
-def test_a_wrong_number_of_logs_per_false_alarm_is_refused(tmp_path: Path, wrong: float) -> None:
-    with pytest.raises(SettingsError, match=r"logs_per_false_alarm: found .*, expected 10 to 1e9"):
-        find_trends(tmp_path, logs_per_false_alarm=wrong)
 
 
 def test_the_queries_of_the_page_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,6 @@ from tests.models import example_robot
 from stribeck.dynamics.momentum import momentum_balance
 from stribeck.dynamics.rooted import rooted_inverse_dynamics
 from stribeck.dynamics.state import Orientation, State
-from stribeck.errors import LogError
 from stribeck.friction_torque.contact_modes import StandingFeet, contact_root
 from stribeck.online.motion import Tree
 
@@ -56,11 +55,3 @@ def test_a_payload_is_the_difference_of_two_models() -> None:
     )
     found = Tree(robot, mode).payload(position[0], (turn[0], None))
     np.testing.assert_allclose(found, heavy - light, atol=1e-9 * np.abs(heavy).max())
-
-
-def test_point_feet_require_the_rotation_of_the_base() -> None:
-    robot = example_robot("go2")
-    tree = Tree(robot, StandingFeet(("FL",), "FL"))
-    still = np.zeros(len(robot.joint_names))
-    with pytest.raises(LogError, match="leave its angular velocity open"):
-        tree.momentum(still, still, (np.array([0.0, 0.0, 0.0, 1.0]), None))

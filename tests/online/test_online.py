@@ -11,12 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.arm import TRUTH, arm_log
-from tests.models import example_robot
 from tests.online.service import RATE, elbow, feed, same, stream
 
 from stribeck import Result, Robot, export
 from stribeck.base.typing import Array
-from stribeck.errors import LogError, SettingsError
 from stribeck.friction import get_law
 from stribeck.online import Alarm, OnlineFriction
 from stribeck.online.alarms import Watchdog
@@ -39,13 +37,6 @@ def test_a_step_is_reported_for_the_right_joint_and_cleared_when_it_returns(robo
     assert 0.15 < raised.change < 0.4
     assert cleared.time > 100
     assert not online.alarms
-
-
-def test_a_drift_is_reported_before_friction_has_grown_by_a_quarter(robot: Robot, result: Result) -> None:
-    online = OnlineFriction(result, robot, RATE)
-    log = stream(robot, 200.0, elbow(lambda time: 0.25 * np.clip((time - 60) / 140, 0.0, 1.0)))
-    alarms = feed(online, log)
-    assert [alarm.name for alarm in alarms] == ["elbow"]
 
 
 def test_the_friction_now_is_the_simulated_friction(robot: Robot, result: Result) -> None:
@@ -116,20 +107,6 @@ def test_a_restart_continues(robot: Robot, result: Result, tmp_path: Path) -> No
     third = OnlineFriction(result, robot, RATE)
     third.load(path)
     assert third.alarms == second.alarms
-
-
-def test_a_wrong_state_file_is_refused(robot: Robot, result: Result, tmp_path: Path) -> None:
-    path = tmp_path / "state.json"
-    online = OnlineFriction(result, robot, RATE)
-    online.save(path)
-    other = replace(result, robot="another")
-    with pytest.raises(SettingsError, match="belongs to another result"):
-        OnlineFriction(other, robot, RATE).load(path)
-    path.write_text(path.read_text()[:200])
-    before = numbers(online)
-    with pytest.raises(SettingsError, match="is damaged"):
-        online.load(path)
-    assert np.array_equal(before, numbers(online))
 
 
 HEADER = """#include "friction.h"
@@ -203,10 +180,6 @@ def synthetic_alarms(hours: float, robots: int, walk: float, seed: int) -> int:
     return alarms
 
 
-def test_unchanged_robots_raise_no_alarm() -> None:
-    assert synthetic_alarms(0.25, 2, 0.02, 0) == 0
-
-
 @pytest.mark.long
 def test_false_alarms_are_as_rare_as_stated() -> None:
     """One in 100 hours is stated; more than five in 200 hours have a probability below 2 %."""
@@ -234,11 +207,8 @@ def test_a_change_of_all_joints_is_named_as_one(change: float, viscous: float) -
     assert sizes["payload"] == pytest.approx(3.0, abs=0.3)  # 6 % of 50 kg
 
 
-def test_wrong_calls_are_refused(robot: Robot, result: Result) -> None:
-    with pytest.raises(SettingsError, match="rate is 0"):
-        OnlineFriction(result, robot, 0.0)
-    with pytest.raises(SettingsError, match="no joint of G1"):
-        OnlineFriction(result, replace(example_robot("g1"), name="G1"), RATE)
+def test_a_drift_is_reported_before_friction_has_grown_by_a_quarter(robot: Robot, result: Result) -> None:
     online = OnlineFriction(result, robot, RATE)
-    with pytest.raises(LogError, match=r"torque: found shape \(2,\)"):
-        online.update(0.0, np.zeros(3), np.zeros(3), np.zeros(2))
+    log = stream(robot, 200.0, elbow(lambda time: 0.25 * np.clip((time - 60) / 140, 0.0, 1.0)))
+    alarms = feed(online, log)
+    assert [alarm.name for alarm in alarms] == ["elbow"]

@@ -2,7 +2,6 @@
 
 import json
 import runpy
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -20,7 +19,6 @@ from typer.testing import CliRunner
 
 from stribeck import Result, Robot
 from stribeck.cli.app import app
-from stribeck.errors import SettingsError
 
 NODE = Path(__file__).parents[2] / "examples" / "ros2" / "friction_watch.py"
 
@@ -82,36 +80,6 @@ def test_a_stream_from_standard_input_has_the_state_of_the_log(folder: Path) -> 
     assert last["time"] == pytest.approx(20.0, abs=1.5)
     for name, own in last["joints"].items():
         assert own["friction"] == pytest.approx(log["joints"][name]["friction"], rel=0.1)
-
-
-@pytest.mark.usefixtures("worn")
-def test_killed_and_started_again_it_continues_within_a_second(folder: Path) -> None:
-    state = folder / "state.json"
-    before = json.loads(state.read_text())
-    arguments = words(folder, "--log", folder / "sound.npz", "--speed", "1", "--json", "--state", state)
-    program = [sys.executable, "-m", "stribeck", *arguments]
-    with subprocess.Popen(program, stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout is not None
-        first = json.loads(process.stdout.readline())
-        process.send_signal(signal.SIGKILL)
-    assert process.returncode == -signal.SIGKILL
-    assert first["time"] < 1.0
-    assert first["joints"]["elbow"]["alarm"]
-    assert json.loads(state.read_text()) == before
-
-
-@pytest.mark.parametrize(
-    ("arguments", "sentence"),
-    [
-        ((), "expected a source, either --log LOG or --mcap FILE"),
-        (("--log", "a.npz", "--mcap", "-"), "expected a source"),
-        (("--mcap", "-", "--speed", "1"), "expected a positive number, and --log"),
-        (("--log", "a.npz", "--rerun"), "rerun needs rerun"),
-    ],
-)
-def test_wrong_options_are_refused(folder: Path, arguments: tuple[str, ...], sentence: str) -> None:
-    with pytest.raises(SettingsError, match=sentence):
-        watch(folder, *arguments)
 
 
 def messages_in(bag: Path) -> Any:

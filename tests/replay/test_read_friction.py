@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from tests.exporters.found import joint, of_joint
 from tests.exporters.test_sweep import EFFECT
-from tests.models import EXAMPLES, MODELS
 
 from stribeck import export
 from stribeck.replay.model_friction import JointFriction, ModelFriction
@@ -25,27 +24,12 @@ def read(tmp_path: Path, joint: str, more: str = "") -> tuple[JointFriction, lis
     return joints["hinge"], notes
 
 
-def test_mjcf_has_its_defaults(tmp_path: Path) -> None:
-    found, notes = read(tmp_path, 'damping="0.5"')
-    assert found == JointFriction(coulomb=0.2, viscous=0.5)
-    assert notes == []
-
-
 @pytest.mark.parametrize("gear", [1, 2])
 def test_a_lugre_motor_is_stribeck_friction(gear: int, tmp_path: Path) -> None:
     found, _ = read(tmp_path, "", MOTOR.format(gear))
     assert found.coulomb == pytest.approx(0.2 + gear * 1.0)
     assert found.rise == pytest.approx(gear * 0.5)
     assert found.stribeck_velocity == pytest.approx(0.1 / gear)
-
-
-def test_what_is_not_understood_is_said(tmp_path: Path) -> None:
-    tendon = '<tendon><fixed name="t" stiffness="1"><joint joint="hinge" coef="1"/></fixed></tendon>'
-    _, notes = read(tmp_path, 'stiffness="2"', tendon)
-    assert notes == [
-        "joint 'hinge': a spring (stiffness), which is left out",
-        "1 tendon(s) with stiffness, or spatial ones with friction, are left out",
-    ]
 
 
 def test_what_export_writes_as_lugre_is_read_again(tmp_path: Path) -> None:
@@ -55,11 +39,6 @@ def test_what_export_writes_as_lugre_is_read_again(tmp_path: Path) -> None:
     speeds = np.array([-1.0, -0.05, 0.02, 0.1, 1.0])
     read_again = ModelFriction([found[name]]).torque(speeds[:, None])[:, 0]
     np.testing.assert_allclose(read_again, result.joints[name].friction(speeds), rtol=1e-3)
-
-
-def test_urdf_has_dynamics() -> None:
-    urdf, _, _ = read_friction(EXAMPLES / MODELS["panda"][0])
-    assert urdf["panda_joint1"] == JointFriction(viscous=0.003)
 
 
 def test_a_fixed_tendons_friction_is_a_couplings(tmp_path: Path) -> None:

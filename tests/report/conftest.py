@@ -1,7 +1,7 @@
 """A plausible result with its evidence, made from the smooth Stribeck law and a walking rhythm."""
 
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -30,8 +30,6 @@ ARRAYS = ("time", "velocity", "acceleration", "friction_torque", "usable", "bloc
 """Fields of samples with a row for each."""
 LIMBS = ("hip_yaw", "hip_roll", "hip_pitch", "knee", "ankle_pitch", "ankle_roll")
 ARMS = ("shoulder_pitch", "shoulder_roll", "shoulder_yaw", "elbow", "wrist_yaw", "wrist_pitch", "wrist_roll", "gripper")
-
-MakeResult = Callable[..., Result]
 
 
 def joint_names(joints: int) -> tuple[str, ...]:
@@ -221,11 +219,6 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(executable_path=DRIVER))
     yield driver
     driver.quit()
-
-
-@pytest.fixture(scope="session")
-def make_result() -> MakeResult:
-    return build_result
 
 
 @pytest.fixture(scope="session")

@@ -85,20 +85,6 @@ def test_every_chart_is_drawn_when_it_is_seen(page: Any, width: int) -> None:
         assert drawn > 10
 
 
-def test_labels_of_an_axis_have_the_room_that_they_take(page: Any) -> None:
-    """Nothing is drawn in the outermost columns: minus signs are not cut off."""
-    show(page, 1280)
-    open_all(page)
-    wait(page)
-    edges = page.execute_script(
-        "return [...document.querySelectorAll('canvas')].map(canvas => {"
-        " const pixels = canvas.getContext('2d').getImageData(0, 0, 1, canvas.height).data;"
-        " return pixels.some(value => value > 0)})"
-    )
-    assert len(edges) > 5
-    assert not any(edges)
-
-
 def test_the_pointer_reads_values_drags_to_zoom_and_a_double_click_resets(page: Any) -> None:
     from selenium.webdriver import ActionChains
 
@@ -120,23 +106,6 @@ def test_the_pointer_reads_values_drags_to_zoom_and_a_double_click_resets(page: 
         ActionChains(page, duration=0).double_click(area).perform()
         wait(page)
         assert page.execute_script(picture) == whole
-
-
-@pytest.mark.parametrize("width", [390, 768, 1280, 1920])
-def test_the_first_screen_is_drawn_and_its_texts_are_large_enough(page: Any, width: int) -> None:
-    show(page, width)
-    plots = page.execute_script(
-        "return [...document.querySelectorAll('.curve')].map(f => f.getBoundingClientRect().width)"
-    )
-    assert len(plots) == 5
-    assert min(plots) > 130
-    sizes = page.execute_script(
-        "return [...document.querySelectorAll('header *, .first *')].filter(e => e.offsetParent && [...e.childNodes]"
-        ".some(n => n.nodeType === 3 && n.data.trim()))"
-        ".map(e => [parseFloat(getComputedStyle(e).fontSize), e.outerHTML])"
-    )
-    assert len(sizes) > 40
-    assert [text for size, text in sizes if size < 11.5] == []
 
 
 def test_lead_curves_and_first_lines_stand_on_the_first_screen_and_nothing_is_loaded(page: Any) -> None:
@@ -170,42 +139,6 @@ def test_rows_are_sorted_scales_switched_and_panels_opened_by_their_links(page: 
     page.execute_script("document.querySelector('.joints a[href=\"#joint-1\"]').click()")
     page.execute_async_script("requestAnimationFrame(() => setTimeout(arguments[0], 50))")
     assert page.execute_script("return document.querySelector('#joint-1').checkVisibility()")
-
-
-def test_two_fingers_zoom_the_curves_and_two_taps_show_them_whole(page: Any) -> None:
-    show(page, 390)
-    page.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True, "maxTouchPoints": 2})
-    page.execute_script("document.querySelector('.curve').scrollIntoView({block: 'center', behavior: 'instant'})")
-    page.execute_async_script(  # charts are drawn when they are seen
-        "const done = arguments[0];"
-        "const wait = () => document.querySelector('.curve .u-over') ? done() : requestAnimationFrame(wait);"
-        "wait()"
-    )
-    left, top, width = page.execute_script(
-        "const {left, top, width, height} = document.querySelector('.curve .u-over').getBoundingClientRect();"
-        "return [left, top + height / 2, width]"
-    )
-
-    def touch(kind: str, *places: float) -> None:
-        points = [{"x": left + x * width, "y": top, "id": k} for k, x in enumerate(places)]
-        page.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
-
-    def drawn() -> list[str]:
-        page.execute_async_script("requestAnimationFrame(() => setTimeout(arguments[0], 100))")
-        script = "return [...document.querySelectorAll('.curve canvas')].map(each => each.toDataURL())"
-        return list(page.execute_script(script))
-
-    whole = drawn()
-    touch("touchStart", 0.4, 0.6)
-    touch("touchMove", 0.2, 0.8)
-    touch("touchEnd")
-    zoomed = drawn()
-    assert all(one != other for one, other in zip(whole, zoomed, strict=True))
-    for _ in range(2):
-        touch("touchStart", 0.5)
-        touch("touchEnd")
-    page.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": False})
-    assert drawn() == whole
 
 
 def test_light_and_dark_differ_and_figures_follow(page: Any) -> None:

@@ -9,14 +9,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.report.conftest import ARRAYS, make_walk, truth_of
+from tests.report.conftest import ARRAYS
 
-from stribeck.report.charts import density, image
-from stribeck.report.joints import friction_over_time, joint_charts, joint_samples
-from stribeck.report.timeline import one_clock, share_held
+from stribeck.report.charts import density
+from stribeck.report.joints import friction_over_time, joint_samples
+from stribeck.report.timeline import share_held
 from stribeck.report.torques import POINTS, replayed_torques
-from stribeck.result import ParameterEstimate, Result
-from stribeck_simulation.pictures import section
+from stribeck.result import Result
 
 
 def pixels_of(source: str) -> NDArray[np.uint8]:
@@ -29,11 +28,6 @@ def pixels_of(source: str) -> NDArray[np.uint8]:
     )
 
 
-def test_an_image_holds_its_pixels() -> None:
-    pixels = np.random.default_rng(1).integers(0, 255, (7, 11, 4), dtype=np.uint8)
-    np.testing.assert_array_equal(pixels_of(image(pixels, (0.0, 1.0), (0.0, 1.0))["source"]), pixels)
-
-
 def test_the_raster_holds_each_sample_once_and_is_stronger_where_there_are_more() -> None:
     x, y = np.array([0.1, 0.1, 0.1, 0.9, 5.0]), np.array([0.5, 0.5, 0.5, 0.2, 0.5])  # the last one lies outside
     pixels = pixels_of(density(x, y, (0.0, 1.0), (0.0, 1.0))["source"])[::-1]  # from the bottom up
@@ -43,21 +37,6 @@ def test_the_raster_holds_each_sample_once_and_is_stronger_where_there_are_more(
     assert opacity[int(0.5 * rows), int(0.1 * columns)] == 255
     assert 50 < opacity[int(0.2 * rows), int(0.9 * columns)] < 255
     assert tuple(pixels[0, 0, :3]) == (64, 133, 224)
-
-
-def test_what_is_fitted_beside_the_law_does_not_widen_its_band(result: Result) -> None:
-    joint, grid = result.joints["left_hip_yaw"], np.linspace(-1, 1, 11)
-    inertia = ParameterEstimate(
-        value=0.3, standard_error=0.01, interval_95=(0.28, 0.32), unit="kg m^2", verdict="identified"
-    )
-    both = {**joint.parameters, "armature": inertia}
-    wider = np.full((7, 7), 0.5)
-    wider[:6, :6] = joint.correlation
-    plain, beside = joint.band(grid), replace(joint, parameters=both, correlation=tuple(map(tuple, wider))).band(grid)
-    assert plain is not None
-    assert beside is not None
-    np.testing.assert_allclose(beside[1], plain[1])
-    assert replace(joint, parameters=both).band(grid)[1] is None  # type: ignore[index]  # six errors, seven parameters
 
 
 def test_many_samples_are_thinned_and_stand_for_the_same_time(result: Result) -> None:
@@ -83,20 +62,6 @@ def test_a_line_over_time_breaks_where_samples_are_missing(result: Result) -> No
     assert all(measured["y"][k] is None for k in np.flatnonzero(far))
 
 
-def test_the_truth_is_a_curve_of_its_own(result: Result) -> None:
-    reference, name = truth_of(result), "left_hip_yaw"
-    assert result.evidence is not None
-    (chart, _), *_ = joint_charts(name, result.joints[name], result.evidence, reference)
-    law, truth = chart["lines"]
-    np.testing.assert_allclose(truth["x"], reference.curves[name][0], rtol=1e-4, atol=1e-9)
-    at_rest = np.interp(0.0, *reference.curves[name])
-    np.testing.assert_allclose(truth["y"], reference.curves[name][1] - at_rest, rtol=1e-4, atol=1e-9)
-    assert truth["dash"]
-    assert "dash" not in law
-    low, high = chart["y"]["range"]
-    assert low < min(truth["y"]) < max(truth["y"]) < high
-
-
 def test_the_strips_hold_the_phases_time() -> None:
     rng = np.random.default_rng(5)
     borders = np.sort(rng.uniform(0, 10, 40))
@@ -106,20 +71,6 @@ def test_the_strips_hold_the_phases_time() -> None:
     assert np.sum(share * np.diff(edges)) == pytest.approx(sum(b - a for a, b, _, _ in phases))
     assert share.min() >= 0
     assert share.max() <= 1 + 1e-12
-
-
-def test_logs_follow_each_other_on_one_clock() -> None:
-    phases = [(0.0, 1.0, "left", True), (1.0, 2.5, "right", True), (0.5, 1.5, "left", True)]
-    assert one_clock(phases) == [(0.0, 1.0, "left", True), (1.0, 2.5, "right", True), (2.5, 3.5, "left", True)]
-
-
-def test_a_foot_that_comes_back_leaves_one_print() -> None:
-    picture = make_walk(4, turn=0.0)
-    twice = replace(picture, footprints=(*picture.footprints, *picture.footprints))
-    prints = [each for each in section.walk_section(twice).charts["w1"]["lines"] if "fill" in each]
-    assert len(prints) == 4
-    assert np.all(np.diff([each["opacity"] for each in prints]) > 0)  # later ones are stronger
-    assert [each["colour"] for each in prints] == ["data", "right"] * 2
 
 
 def test_torques_over_the_log_show_what_friction_explains(result: Result) -> None:

@@ -24,7 +24,7 @@ from stribeck.result import Result
 from stribeck.result.compare import compare, compare_sides
 from stribeck_simulation.pictures.section import walk_section
 
-SEEDS = 20
+SEEDS = 6
 """Pages with values of different sizes."""
 
 

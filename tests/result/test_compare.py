@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,9 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.result.made import estimate, joint, result
 
-from stribeck.errors import SettingsError
-from stribeck.report.comparison import write_comparison
-from stribeck.result import CurvePoint, ParameterEstimate, Result
+from stribeck.result import CurvePoint, ParameterEstimate
 from stribeck.result.compare import compare, compare_sides, holm
 
 
@@ -81,27 +78,11 @@ def test_joints_that_cannot_be_compared_are_named_with_the_reason() -> None:
     }
 
 
-def test_a_joint_without_friction_is_named() -> None:
-    loose = replace(joint({"offset": 0.1}), verdict="no friction", reason="no friction detected, below 0.2 N m")
-    found = compare(result(knee=joint({"coulomb": 1.0, "offset": 0.2})), result(knee=loose))
-    assert [row.parameter for row in found.rows] == ["offset"]
-    assert found.missing == {"knee": "no friction in the second (no friction detected, below 0.2 N m)"}
-
-
 def test_left_and_right_are_compared_without_what_depends_on_the_axis() -> None:
     left, right = (joint({"coulomb": value, "offset": 1.0}) for value in (1.0, 3.0))
     found = compare_sides(result(torso=joint({"coulomb": 5.0}), right_knee=right, left_knee=left))
     assert [(row.joint, row.parameter) for row in found.rows] == [("left_knee | right_knee", "coulomb")]
     assert (found.rows[0].a, found.rows[0].b, found.rows[0].agrees) == (1.0, 3.0, False)
-
-
-def test_results_that_do_not_belong_together_are_refused() -> None:
-    with pytest.raises(SettingsError, match=r"laws 'stribeck' and 'asymmetric'"):
-        compare(result(knee=joint()), result(law="asymmetric", knee=joint()))
-    with pytest.raises(SettingsError, match=r"no joint is in both results, the first has 'knee', the second 'hip'"):
-        compare(result(knee=joint()), result(hip=joint()))
-    with pytest.raises(SettingsError, match=r"no joint of 'torso' has a partner"):
-        compare_sides(result(torso=joint()))
 
 
 def test_holm_is_stricter_the_more_tests_there_are() -> None:
@@ -126,23 +107,3 @@ def test_where_nothing_changes_one_comparison_in_twenty_has_anything_significant
         )
         alarms += any(row.significant for row in compare(a, b).rows)
     assert 8 <= alarms <= 33  # Holm's bound is 20
-
-
-def test_the_page_has_every_curve_and_says_what_changed(tmp_path: Path) -> None:
-    def leg(coulomb: float) -> Result:
-        found = joint({"viscous": 0.5, "coulomb": coulomb, "offset": 0.0})
-        found = replace(found, correlation=tuple(map(tuple, np.eye(3))))
-        return result(law="coulomb-viscous", left_knee=found, right_knee=found)
-
-    for found in (compare(leg(1.0), leg(5.0), ("<May>", "June")), compare_sides(leg(2.0))):
-        write_comparison(found, tmp_path / "page.html")
-        page = (tmp_path / "page.html").read_text()
-        assert page.count("data-chart=") == len(found.joints)
-        assert found.conclusion.replace("<May>", "&lt;May&gt;") in page
-        assert "<May>" not in page
-        assert json.loads(found.to_json())["conclusion"] == found.conclusion
-    assert found.conclusion == "No significant difference between left and right in 1 joint of each side."
-    changed = compare(leg(1.0), leg(5.0), ("May", "June")).conclusion
-    assert changed == (
-        "June differs significantly from May in 2 of 2 joints: left_knee (coulomb +400 %), right_knee (coulomb +400 %)."
-    )

@@ -4,7 +4,6 @@ import copy
 import json
 import operator
 import pickle
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +16,7 @@ from stribeck import NothingIdentifiedError, SettingsError, read_result
 from stribeck.friction import get_law
 from stribeck.judgement.verdict import NOT_FITTED
 from stribeck.result import CurvePoint, Validation
-from stribeck.result.tables import advice, coulomb_and_viscous, friction_text, point_text, rounded
+from stribeck.result.tables import advice, coulomb_and_viscous, friction_text, rounded
 
 
 def test_friction_is_the_laws_at_any_shape_of_velocity(tmp_path: Path) -> None:
@@ -128,12 +127,6 @@ def test_a_table_has_a_row_for_each_parameter_and_each_joint_without() -> None:
     assert (joints.loc["knee"].friction, joints.loc["knee"].unit) == (0.6, "N m")
 
 
-def test_without_pandas_there_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(SettingsError, match="needs pandas: pip install pandas"):
-        result().to_dataframe()
-
-
 def test_dictionaries_are_read_only_and_can_be_pickled() -> None:
     found = result(knee=joint(STRIBECK))
     for change in (
@@ -149,31 +142,6 @@ def test_dictionaries_are_read_only_and_can_be_pickled() -> None:
         assert copied.to_json() == found.to_json()
         with pytest.raises(TypeError):
             del copied.joints["knee"]
-
-
-def test_samples_stand_behind_a_curve_and_outliers_leave_its_scale() -> None:
-    velocity = np.linspace(-1.0, 1.0, 1000)
-    torque = np.where(np.arange(1000) % 100, np.sign(velocity), 50.0)
-    measured = replace(joint(STRIBECK), law="stribeck")
-    object.__setattr__(measured, "measured", (velocity, torque + measured.values["offset"]))
-    with_offset, axes = measured.plot(offset=True), measured.plot()
-    for k in (0, 1):  # samples and law
-        difference = with_offset.lines[k].get_ydata() - axes.lines[k].get_ydata()
-        np.testing.assert_allclose(difference, measured.values["offset"], atol=1e-9)
-    assert len(axes.lines[0].get_xdata()) == 1000
-    assert max(map(abs, axes.get_ylim())) < 5.0
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("velocity [rad/s]", "friction torque [N m]")
-
-
-def test_a_figure_has_every_joint_with_its_band() -> None:
-    moved = joint(STRIBECK, correlation=tuple(map(tuple, np.eye(6))))
-    figure = result(knee=moved, hip=joint({}), ankle=joint(STRIBECK), slide=joint({"offset": 0.1})).plot()
-    shown = {axes.get_title(): axes for axes in figure.axes}
-    assert [*shown] == ["knee", "hip", "ankle", "slide"]
-    velocity, torque = shown["knee"].lines[0].get_data()
-    np.testing.assert_allclose(torque, result(knee=moved).joints["knee"].friction(velocity))
-    assert [len(axes.collections) for axes in shown.values()] == [1, 0, 0, 0]
-    assert shown["hip"].texts[0].get_text() == "not excited"
 
 
 CURVE = (point(0.1, 1.0, 0.1), point(0.5, 1.0, 0.1), point(1.0, 1.0, 0.1))
@@ -218,8 +186,3 @@ def test_what_to_do_about_a_joint_follows_from_what_is_known_of_it(changed: dict
 )
 def test_values_have_the_digits_that_their_errors_leave(value: float, error: float, expected: tuple[str, str]) -> None:
     assert rounded(value, error) == expected
-
-
-def test_friction_that_may_be_none_is_said_as_a_bound() -> None:
-    assert point_text(point(0.1, 0.2, 0.3)) == "< 0.5"
-    assert point_text(point(0.1, 2.0, 0.3)) == "2.0 ± 0.3"
