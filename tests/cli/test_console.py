@@ -37,13 +37,6 @@ def test_no_joint_s_name_is_cut_or_broken(found, monkeypatch, capsys, width: int
         assert any(name in line for line in lines)
 
 
-def test_a_name_that_is_wider_than_the_terminal_is_broken_not_cut(found, monkeypatch, capsys) -> None:
-    monkeypatch.setattr(console, "PLAIN_WIDTH", 60)
-    wide = "x" * 90
-    console.print_result(replace(found, law="auto", joints={wide: found.joints[LONG]}, warnings=[]))
-    assert capsys.readouterr().out.count("x") >= 90
-
-
 def test_a_joint_has_one_line_with_friction_fit_verdict_and_what_to_do(found, capsys) -> None:
     console.print_result(replace(found, law="auto"))
     lines = capsys.readouterr().out.splitlines()

@@ -3,9 +3,7 @@
 import atexit
 import contextlib
 import itertools
-import os
 import shutil
-import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -105,23 +103,6 @@ def test_a_second_request_does_not_disturb_the_clean_up(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_request_that_something_swallowed_is_heard_before_outputs_appear(tmp_path: Path) -> None:
-    with pytest.raises(Interrupted):
-        outputs.stop()
-    with pytest.raises(Interrupted):
-        write_file(tmp_path)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_nothing_appears_beside_the_folder_that_is_written_to(tmp_path: Path) -> None:
-    """Its parent may be one that nobody may write to."""
-    (tmp_path / "out").mkdir()
-    with staged_folder(tmp_path / "out") as staging:
-        (staging / "result").write_text("1")
-        assert os.listdir(tmp_path) == ["out"]
-    assert os.listdir(tmp_path / "out") == ["result"]
-
-
 def test_folders_that_were_made_go_with_what_failed(tmp_path: Path) -> None:
     with pytest.raises(KeyError), staged_folder(tmp_path / "a/b/out"):
         raise KeyError
@@ -143,17 +124,6 @@ def test_all_outputs_or_none(tmp_path: Path) -> None:
         write_all()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a", "c"]
     assert (tmp_path / "a").read_text() == "old"
-
-
-@pytest.mark.parametrize("write", [write_folder, lambda place: write_file(place / "out")])
-@pytest.mark.parametrize("make", [Path.touch, lambda path: path.symlink_to("nowhere")], ids=["file", "dangling link"])
-def test_what_is_no_folder_is_not_written_to(
-    write: Callable[[Path], None], make: Callable[[Path], None], tmp_path: Path
-) -> None:
-    make(tmp_path / "out")
-    with pytest.raises(SettingsError, match="out: is no folder; expected a folder for the outputs"):
-        write(tmp_path)
-    assert os.listdir(tmp_path) == ["out"]
 
 
 FULL = """
@@ -193,12 +163,3 @@ main()
 def test_a_request_to_stop_during_the_start() -> None:
     ended = subprocess.run([sys.executable, "-c", EARLY], capture_output=True, text=True, check=False)
     assert (ended.returncode, ended.stderr) == (130, "stribeck: interrupted; nothing was written\n")
-
-
-def test_a_signal_that_is_ignored_stays_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As that of a terminal that closes, by nohup."""
-    caught: list[int] = []
-    monkeypatch.setattr(signal, "getsignal", lambda name: signal.SIG_IGN if name == signal.SIGHUP else signal.SIG_DFL)
-    monkeypatch.setattr(signal, "signal", lambda name, _: caught.append(name))
-    outputs.catch_signals()
-    assert caught == [signal.SIGINT, signal.SIGTERM]

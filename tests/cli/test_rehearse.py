@@ -49,13 +49,13 @@ def test_a_walking_robot_rehearses_a_walk_of_the_same_length(
 ) -> None:
     robot, _ = robot_of("quadruped", tmp_path)
     friction = {name: {"viscous": 0.3, "coulomb": 0.8, "offset": 0.0} for name in robot.joint_names}
-    log, _ = exact_log(robot, get_law("coulomb-viscous"), friction, duration=12.0, rate=500.0)
+    log, _ = exact_log(robot, get_law("coulomb-viscous"), friction, duration=8.0, rate=250.0)
     write_log(with_noise(log, position=1e-5, torque=0.1), tmp_path / "log.npz")
     assert run("rehearse", robot.path, tmp_path / "log.npz", "-o", tmp_path / "out") == 0
     printed = capsys.readouterr().out
     assert printed.startswith("12 of 12 joints would be identified within ± ")
-    assert "random walk, 1" in printed
+    assert "random walk, " in printed
     found = read_result(tmp_path / "out/result.json")
-    assert found.log.duration == pytest.approx(12.0, abs=0.5)
+    assert found.log.duration == pytest.approx(8.0, abs=0.5)
     for joint in found.joints.values():
         assert joint.friction([0.5])[0] == pytest.approx(0.95, rel=0.2)

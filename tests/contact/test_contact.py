@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from stribeck.contact import SupportPhases, find_support_phases
-from stribeck.contact.phases import switch
-from stribeck.errors import LogError, RobotFileError, SettingsError
+from stribeck.errors import LogError, RobotFileError
 from stribeck.log import RobotLog
 from stribeck.robot import Contact
 from stribeck.robot.rooting import BASE_FRAME
@@ -164,13 +163,6 @@ class TestFlags:
         assert (stood.steady_first, stood.steady_last) == (stood.start, stood.stop - 30)
         assert (stands.steady_first, stands.steady_last) == (stands.start + 30, stands.stop)
 
-    def test_a_log_that_starts_in_a_swing_is_trimmed_only_at_impacts(self):
-        gait = biped(stand=0.0)
-        log = gait.log(BIPED, contact=gait.standing).take(slice(30, 280))  # from within a swing into another
-        phases = find_support_phases(log, Walker(BIPED), whole(log), AUTO).phases
-        assert (phases[0].first, phases[0].last) == (0, phases[0].stop - 10)
-        assert (phases[-1].first, phases[-1].last) == (phases[-1].start + 20, 250)
-
     def test_short_phases_keep_more_than_half(self):
         flags = np.ones((1000, 2), dtype=bool)
         flags[300:308, 0] = False  # 0.04 s, shorter than min_duration
@@ -255,15 +247,6 @@ def test_phases_partition_every_segment(pieces, cuts):
     assert all(phase.first <= phase.steady_first <= phase.steady_last <= phase.last for phase in phases)
 
 
-def test_gaps_between_segments_belong_to_no_phase():
-    gait = biped()
-    log = gait.log(BIPED, contact=gait.standing)
-    segments = (slice(0, 250), slice(300, 700))
-    phases = find_support_phases(log, Walker(BIPED), segments, AUTO).phases
-    rows = np.concatenate([np.arange(phase.start, phase.stop) for phase in phases])
-    np.testing.assert_array_equal(rows, np.r_[0:250, 300:700])
-
-
 def test_trimming_uses_time_not_samples():
     """Dense and sparse samples lose the same time."""
     gait = biped()
@@ -334,47 +317,6 @@ class TestForces:
         ):
             find_support_phases(replace(log, foot_force=log.foot_force / 9.81), Walker(BIPED), whole(log), AUTO)
 
-    def test_left_and_right_are_alike(self):
-        gait = biped()
-        mirrored = Gait(gait.points[:, ::-1] * [1, -1, 1], gait.standing[:, ::-1])
-        ours, theirs = self.found(gait, gait.wrench(2.0)), self.found(mirrored, mirrored.wrench(2.0))
-        swap = {"left_foot": "right_foot", "right_foot": "left_foot"}
-        for one, other in zip(ours.phases, theirs.phases, strict=True):
-            assert (one.start, one.stop) == (other.start, other.stop)
-            assert set(one.feet) == {swap[foot] for foot in other.feet}
-
-    @pytest.mark.parametrize(
-        ("factor", "said"),
-        [
-            (-1.0, r"walk.csv.*-490.5 N.*set \[log\] foot_wrench = \{scale = -1.0\}"),
-            (1 / 9.81, r"probably kgf.*foot_wrench = \{scale = 9.81\}"),
-            (1e-3, r"probably kN.*foot_wrench = \{scale = 1000\}"),
-            (1e3, r"probably mN.*foot_wrench = \{scale = 0.001\}"),
-            (-1e-3, r"probably kN.*foot_wrench = \{scale = -1000\}"),
-        ],
-    )
-    def test_other_signs_and_units_are_named(self, factor, said):
-        gait = biped()
-        with pytest.raises(LogError, match=said):
-            self.found(gait, factor * gait.wrench())
-
-    @pytest.mark.parametrize("factor", [0.6, 0.8, 1.2, 1.4])
-    def test_a_load_that_is_not_the_weight_is_remarked_upon(self, factor):
-        gait = biped()
-        notes = self.found(gait, factor * gait.wrench()).notes
-        assert len(notes) == (factor in (0.6, 1.4))
-        assert all(f"median of {factor * WEIGHT:.4g} N, but the model weighs 490.5 N" in note for note in notes)
-
-    def test_swapped_thresholds_are_refused(self):
-        gait = biped()
-        with pytest.raises(SettingsError, match=r"force_off is 0.3; expected at most force_on, which is 0.1"):
-            self.found(gait, gait.wrench(), choice=SupportSettings(force_on=0.1, force_off=0.3))
-
-    def test_a_robot_in_the_air_stands_nowhere(self):
-        gait = biped()
-        with pytest.raises(LogError, match=r"no foot ever stands: the largest load .* but the threshold is 73"):
-            self.found(gait, 0.0 * gait.wrench() + np.random.default_rng(0).standard_normal((len(gait.time), 2, 6)))
-
     def test_point_feet_are_turned_to_the_vertical(self):
         """The frame of a point foot rotates with its shank (here: the base), so its z axis misses much of the force."""
         gait = quadruped(TROT)
@@ -412,18 +354,6 @@ class TestKinematics:
         assert late(standing, gait.standing) < 0.07  # less than what is trimmed
         assert "neither contact flags nor foot forces" in found.notes[0]
 
-    def test_biped_without_double_support(self):
-        gait = biped(both=0.0)
-        _, standing = self.found(gait, Walker(BIPED))
-        assert late(standing, gait.standing) < 0.08
-        assert standing.any(axis=1).all()
-
-    @pytest.mark.parametrize("imu", [True, False])
-    def test_turning_does_not_look_like_stepping(self, imu):
-        gait = biped()
-        _, standing = self.found(gait, Walker(BIPED), imu=imu, turning=0.3)
-        assert late(standing, gait.standing) < 0.07
-
     @pytest.mark.parametrize("swings", [TROT, CRAWL], ids=["trot", "crawl"])
     @pytest.mark.parametrize("both", [0.0, 0.1])
     def test_no_point_foot_stands_that_is_taken_as_swinging(self, swings, both):
@@ -434,11 +364,6 @@ class TestKinematics:
         )
         assert decided.mean() > 0.8
         assert not (gait.standing & ~standing)[decided].any()
-
-    def test_standing_still_is_one_phase(self):
-        gait = biped(step=0.0, lift=0.0)
-        found, _ = self.found(gait, Walker(BIPED))
-        assert [phase.feet for phase in found.phases] == [BIPED]
 
     def test_left_and_right_are_alike(self):
         gait = biped()
@@ -492,11 +417,6 @@ class TestFall:
         with pytest.raises(LogError, match=r"tilts the base by 80° at the start.*wxyz"):
             find_support_phases(log, Walker(BIPED), whole(log), AUTO)
 
-    def test_nothing_left_before_the_fall(self):
-        log = self.fallen(100, biped())
-        with pytest.raises(LogError, match=r"no foot ever stands before the robot falls at 0.50 s"):
-            find_support_phases(log, Walker(BIPED), whole(log), AUTO)
-
 
 @pytest.mark.parametrize(
     ("feet", "flags", "robot", "source", "said"),
@@ -520,19 +440,3 @@ def test_logs_that_do_not_fit_are_refused(feet, flags, robot, source, said):
     log = gait.log(feet, contact=None if flags is None else gait.standing & flags)
     with pytest.raises((LogError, RobotFileError), match=said):
         find_support_phases(log, Walker(robot), whole(log), SupportSettings(source=source))
-
-
-def test_no_segments() -> None:
-    log = biped().log(BIPED)
-    with pytest.raises(LogError, match="no segment of evenly sampled rows"):
-        find_support_phases(log, Walker(BIPED), (slice(3, 3),), AUTO)
-
-
-@given(st.lists(st.floats(-1, 2), min_size=1, max_size=60))
-@settings(deadline=None, max_examples=80)
-def test_a_switch_is_the_sample_by_sample_one(values):
-    expected, state = [], values[0] > 0.5
-    for value in values:
-        state = True if value > 0.7 else False if value < 0.3 else state
-        expected.append(state)
-    np.testing.assert_array_equal(switch(np.array(values)[:, None], 0.7, 0.3)[:, 0], expected)

@@ -141,29 +141,6 @@ def test_covariances_equal_least_squares_with_bodies_known_and_are_larger_otherw
     assert np.all(errors[1] < 1e-2 * errors[0])
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        ({"joints": ["knee"]}, "plan: joint 'knee' is not in the result; it has shoulder, elbow, slide"),
-        ({"duration": 1.0}, "plan: the duration is 1 s; expected 10 to 3600 s"),
-        ({"held": "up"}, "plan: held is 'up'; expected an axis of the base, one of x, -x, y, -y, z, -z"),
-    ],
-)
-def test_wrong_arguments_end_with_one_sentence(out: Path, arguments: dict[str, object], said: str) -> None:
-    with pytest.raises(SettingsError) as caught:
-        plan(out / "result.json", out / "robot.toml", **arguments)
-    assert str(caught.value) == said
-
-
-def test_a_result_without_its_table_is_refused(out: Path, tmp_path: Path) -> None:
-    (tmp_path / "result.json").write_bytes((out / "result.json").read_bytes())
-    with pytest.raises(SettingsError, match=r"friction_torque\.parquet: no such file; expected the"):
-        plan(tmp_path / "result.json", out / "robot.toml")
-    (tmp_path / "friction_torque.parquet").write_text("nothing")
-    with pytest.raises(SettingsError, match=r"friction_torque\.parquet: is not the table of this result"):
-        plan(tmp_path / "result.json", out / "robot.toml")
-
-
 def test_the_command_writes_plan_and_trajectory_once(
     out: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -187,13 +164,6 @@ def test_a_base_that_moves_gets_no_trajectory_unless_it_is_held(out: Path) -> No
     assert walking.notes[-1].startswith("no trajectory, because the base moves")
     lying = plan(out / "result.json", robot, joints=["slide"], held="-x", duration=10.0)
     assert lying.trajectory is not None
-
-
-def test_a_held_robot_feels_gravity_along_the_axis_that_points_down() -> None:
-    robot = Robot.from_model(
-        Path(__file__).parents[2] / "src/stribeck_simulation/robots/models/quadruped.urdf", base="floating"
-    )
-    assert gravity(robot, "-x") == pytest.approx([9.81, 0, 0])
 
 
 def test_a_trajectory_respects_the_velocity_limit_of_the_model(out: Path, tmp_path: Path) -> None:

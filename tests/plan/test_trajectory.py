@@ -10,7 +10,6 @@ import pytest
 from tests.arm import TRUTH, write_arm
 
 from stribeck import Robot, Settings
-from stribeck.errors import SettingsError
 from stribeck.plan.collision import CLEARANCE, load_self_collision
 from stribeck.plan.information import dynamics_of
 from stribeck.plan.joint import PlannedJoint, Reach, guess
@@ -22,8 +21,6 @@ from stribeck.result import JointResult
 EMPTY = JointResult(
     parameters={}, verdict="not excited", reason="", samples=0, velocity_range=(0.0, 0.0), reversals=0, law="stribeck"
 )
-NEAREST = 0.35 - 0.05 - 0.05 - 0.2 * np.cos(0.2)
-"""From the face of the base at 0.05 m to the mesh's far edge, with the elbow at 0.35 m turned by 180 degrees [m]."""
 
 ELBOW = """<robot name="elbow">
   <link name="base"><collision><geometry><box size="0.1 0.1 0.4"/></geometry></collision></link>
@@ -146,42 +143,3 @@ def test_bodies_keep_clear_of_each_other(tmp_path: Path) -> None:
     assert bodies.nearest(seeing.at(np.arange(0, 10, 0.05)).position)[0] > 0.9 * CLEARANCE
     assert seeing.clearance is not None
     assert "the distance of base and fore" in notes[0]
-
-
-@pytest.mark.parametrize(
-    ("middle", "distance", "notes"),
-    [
-        (0.2, NEAREST, []),
-        (0.0, NEAREST, ["a collision mesh of fore is flat: its bounding box is checked instead of its convex hull"]),
-        (np.nan, np.inf, ["a collision mesh of fore is not checked: it has vertices that are not finite, or none"]),
-    ],
-)
-def test_a_collision_mesh_may_be_flat_or_damaged(
-    tmp_path: Path, middle: float, distance: float, notes: list[str]
-) -> None:
-    """Coal crashes on the convex hulls of such meshes."""
-    corners = np.array([[0.0, 0.0, -0.1], [0.2, 0.0, -0.1], [0.2, 0.0, 0.1], [0.0, 0.0, 0.1], [0.1, middle, 0.0]])
-    turn = np.array([[np.cos(0.2), -np.sin(0.2), 0.0], [np.sin(0.2), np.cos(0.2), 0.0], [0.0, 0.0, 1.0]])
-    triangles = (corners @ turn.T)[[[0, 1, 2], [0, 2, 3], [0, 1, 4], [1, 2, 4]]].astype("<f4")
-    parts = [bytes(12) + each.tobytes() + bytes(2) for each in triangles]
-    (tmp_path / "fore.stl").write_bytes(bytes(80) + len(parts).to_bytes(4, "little") + b"".join(parts))
-    mesh, box = '<origin xyz="0.05 0 0"/><geometry><mesh filename="fore.stl"/>', '<geometry><box size="0.4 0.05 0.05"/>'
-    (tmp_path / "elbow.urdf").write_text(ELBOW.replace(f'<origin xyz="0.2 0 0"/>{box}', mesh))
-    robot = Robot.from_model(tmp_path / "elbow.urdf", base="fixed")
-    bodies, found = load_self_collision(robot, np.zeros(2))
-    assert bodies is not None
-    assert found == notes
-    assert bodies.nearest(np.array([[0.0, 0.0], [0.0, np.pi]]))[0] == pytest.approx(distance, abs=1e-6)
-
-
-def test_a_model_without_geometry_says_so(task: Task) -> None:
-    bodies, notes = load_self_collision(task.dynamics.robot, task.posture)
-    assert bodies is None
-    assert notes == ["self-collision is not checked: arm.urdf has no collision geometry"]
-
-
-def test_a_posture_that_is_too_heavy_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "elbow.urdf").write_text(ELBOW.replace('effort="100"', 'effort="6"'))
-    robot = Robot.from_model(tmp_path / "elbow.urdf", base="fixed")
-    with pytest.raises(SettingsError, match=r"in the middle position shoulder carries 4\.91 N m, more than 80% of its"):
-        design(task_of(robot, (1,), np.zeros(2)), 10.0, None)

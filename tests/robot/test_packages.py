@@ -10,7 +10,6 @@ from tests.arm import URDF
 from tests.models import EXAMPLES
 
 from stribeck import Robot
-from stribeck.cli import main
 from stribeck.errors import RobotFileError
 from stribeck.robot import model_path
 
@@ -19,10 +18,6 @@ def test_a_model_of_example_robot_data_is_found_by_its_file_s_name() -> None:
     assert model_path("package:talos_reduced", Path("x")) == EXAMPLES / "talos_data/robots/talos_reduced.urdf"
     folder = EXAMPLES / "anymal_c_simple_description"
     assert model_path("package:anymal_c_simple_description/anymal", Path("x")).is_relative_to(folder)
-
-
-def test_a_path_is_relative_to_its_robot_file() -> None:
-    assert model_path("arm.urdf", Path("there")) == Path("there/arm.urdf")
 
 
 def test_robots_are_made_of_packages_by_file_and_by_hand(tmp_path: Path) -> None:
@@ -58,25 +53,6 @@ def test_models_that_packages_lack_are_refused(
     assert str(caught.value).startswith(f"{file}: [robot] model = package:{name}: ")
 
 
-@pytest.mark.parametrize(
-    ("absent", "words"),
-    [
-        (("robot_descriptions",), "robot_descriptions, which is not installed, may have it"),
-        (("example-robot-data",), "nobody, which is not installed, may have it"),
-        (("robot_descriptions", "example-robot-data"), "need robot_descriptions or nobody: pip install"),
-    ],
-)
-def test_packages_that_are_not_installed_are_named(
-    absent: tuple[str, ...], words: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    if "robot_descriptions" in absent:
-        monkeypatch.setitem(sys.modules, "robot_descriptions", None)
-    if "example-robot-data" in absent:
-        monkeypatch.setattr("stribeck.robot.packages.EXAMPLES", "nobody")
-    with pytest.raises(RobotFileError, match=words):
-        Robot.from_model("package:nobody")
-
-
 @pytest.fixture
 def downloads(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Redirect downloads of robot_descriptions, and forget its imported module."""
@@ -105,31 +81,3 @@ def test_robot_descriptions_downloads_what_it_describes(
     assert robot.joint_names == ("shoulder", "elbow", "slide")
     assert Path(robot.model_path).is_relative_to(downloads / "cache")
     assert capsys.readouterr().out == ""
-
-
-def test_a_failed_download_is_one_sentence(
-    downloads: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setenv("GIT_ALLOW_PROTOCOL", "file")
-    file = downloads / "robot.toml"
-    file.write_text("[robot]\nmodel = 'package:go2_description'\n")
-    monkeypatch.setattr(sys, "argv", ["stribeck", "inspect", "log.npz", "--robot", str(file)])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    assert ended.value.code == 2
-    sentence = capsys.readouterr().err.strip().splitlines()[-1]
-    assert sentence.startswith(f"stribeck: {file}: [robot] model = package:go2_description: robot_descriptions cannot")
-    assert "not allowed" in sentence
-
-
-def test_a_model_of_a_package_is_not_written_over(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    file = tmp_path / "robot.toml"
-    file.write_text("[robot]\nmodel = 'package:ur5_robot'\nbase = 'fixed'\n")
-    target = EXAMPLES / "ur_description/urdf/ur5_robot.urdf"
-    before = target.read_bytes()
-    command = ["stribeck", "inspect", "log.npz", "--robot", str(file), "-o", str(target), "--overwrite"]
-    monkeypatch.setattr(sys, "argv", command)
-    with pytest.raises(SystemExit) as ended:
-        main()
-    assert ended.value.code == 2
-    assert target.read_bytes() == before
