@@ -8,7 +8,6 @@ import pytest
 from studies.accuracy_cases import wrong_model
 from tests.arm import TRUTH, arm_log, write_arm
 from tests.audit.clean import CleanLog, checks_of
-from tests.models import example_robot
 
 from stribeck import Robot, identify
 from stribeck.audit import audit
@@ -93,13 +92,6 @@ def test_one_joint_beyond_its_limit_is_named_alone(honest: dict[str, CleanLog]) 
     found = [finding for finding in _said(scaled, 1.0) if finding.check == "torque-gain"]
     assert [finding.joints for finding in found] == [one.robot.joint_names[:1]]
     assert not found[0].stops
-
-
-def test_effort_limits_are_those_of_the_model_file_by_joint() -> None:
-    robot = example_robot("talos")
-    limits = dict(zip(robot.joint_names, robot.effort_limits, strict=True))
-    assert limits["leg_left_4_joint"] == 300.0
-    assert limits["arm_left_7_joint"] == limits["arm_right_7_joint"]
 
 
 def test_joints_that_stand_still_without_a_torque_are_in_no_other_unit(tmp_path: Path) -> None:

@@ -40,7 +40,13 @@ def honest() -> dict[str, CleanLog]:
     return {"panda": _honest("panda", 12.0), "talos": _honest("talos", 8.0, POSTURES["talos"])}
 
 
-PUT = [(name, log) for name, fault in FAULTS.items() for log in ("panda", "talos") if log in fault.of]
+PUT = [
+    pytest.param(name, log, marks=[pytest.mark.long] * (log == "talos" and "panda" in fault.of))
+    for name, fault in FAULTS.items()
+    for log in ("panda", "talos")
+    if log in fault.of
+]
+"""A fault in each log that it can be put in; of two, the second is long."""
 ALONE = {
     "torques quantized to 2 N m",
     "torques low-passed at 3 Hz",
@@ -79,15 +85,6 @@ def test_joints_that_are_exchanged_whole_stop(honest: dict[str, CleanLog]) -> No
     exchanged = replace(log, position=log.position[:, order], torque=log.torque[:, order])
     found = audit(prepare(exchanged, robot, robot.settings), robot, robot.settings)
     assert "torque-unexplained" in [finding.check for finding in found if finding.stops]
-
-
-def test_the_line_that_mends_a_sign_goes_on_from_the_scale_that_is_there(honest: dict[str, CleanLog]) -> None:
-    log, robot = FAULTS["one torque inverted"].apply(honest["panda"].log, honest["panda"].robot)
-    table = robot.log_table.model_copy(update={"torque": robot.log_table.torque.model_copy(update={"scale": -1.0})})
-    robot = replace(robot, log_table=table)
-    (finding,) = audit(prepare(log, robot, robot.settings), robot, robot.settings)
-    for name in robot.joint_names:
-        assert f"{name} = {1 if name in finding.joints else -1}" in finding.cure
 
 
 def test_a_joint_that_carries_little_gets_no_advice(honest: dict[str, CleanLog]) -> None:
@@ -152,3 +149,12 @@ def test_a_delay_that_explains_next_to_nothing_is_not_counted(
 def test_a_finding_names_its_channel(lie: str, channel: str, honest: dict[str, CleanLog]) -> None:
     _, found = _said(honest["panda"], lie)
     assert {finding.channel for finding in found} == {channel}
+
+
+def test_the_line_that_mends_a_sign_goes_on_from_the_scale_that_is_there(honest: dict[str, CleanLog]) -> None:
+    log, robot = FAULTS["one torque inverted"].apply(honest["panda"].log, honest["panda"].robot)
+    table = robot.log_table.model_copy(update={"torque": robot.log_table.torque.model_copy(update={"scale": -1.0})})
+    robot = replace(robot, log_table=table)
+    (finding,) = audit(prepare(log, robot, robot.settings), robot, robot.settings)
+    for name in robot.joint_names:
+        assert f"{name} = {1 if name in finding.joints else -1}" in finding.cure

@@ -9,7 +9,7 @@ import pytest
 from tests.arm import arm_log, save_npz, write_arm
 from tests.cli.test_cli import run
 
-from stribeck import Robot, Settings, identify, inspect_log, read_result
+from stribeck import Robot, Settings, identify, read_result
 from stribeck.base.finding import Finding, merged
 from stribeck.errors import StribeckError
 from stribeck.settings import FilterSettings
@@ -84,14 +84,6 @@ def test_equal_findings_name_all_their_logs() -> None:
     assert both.cure == "exclude these spans: --exclude 0.npz:3:9 --exclude 1.npz:4:9"
 
 
-def test_inspect_reports_the_same(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run("inspect", folder / "log.npz", "-r", folder / "robot.toml", "--json") == 0
-    document = json.loads(capsys.readouterr().out)
-    (finding,) = document["audit"]
-    assert finding["check"] == "torque-scale"
-    assert document["findings"] == [f"{finding['text']}. {finding['cure']}"]
-
-
 @pytest.mark.parametrize("rows", [2, 15, 16, 30, 45])
 def test_a_short_log_gives_one_sentence(rows: int, folder: Path, tmp_path: Path) -> None:
     robot = Robot.from_file(folder / "robot.toml")
@@ -100,11 +92,3 @@ def test_a_short_log_gives_one_sentence(rows: int, folder: Path, tmp_path: Path)
     for settings in (Settings(), Settings(filter=FilterSettings(kind="savitzky-golay", window=5))):
         with pytest.raises(StribeckError, match=enough):
             identify(log, robot, settings)
-
-
-def test_a_window_longer_than_the_log_gives_one_sentence(folder: Path) -> None:
-    log = arm_log(Robot.from_file(folder / "robot.toml"), duration=6.0, rate=250.0)
-    settings = Settings(filter=FilterSettings(kind="savitzky-golay", window=99999))
-    assert inspect_log(log, folder / "robot.toml", settings).audit == []
-    with pytest.raises(StribeckError, match="no sample is usable"):
-        identify(log, folder / "robot.toml", settings)

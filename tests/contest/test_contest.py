@@ -14,14 +14,12 @@ from benchmarks.contest.cases import CONDITIONS, LATENCIES
 from benchmarks.contest.contestants.command import torque_of
 from benchmarks.contest.make import make
 from benchmarks.contest.picture import draw
-from benchmarks.contest.run import chosen, contestants, read_scores, run, write_scores
+from benchmarks.contest.run import contestants, read_scores, run, write_scores
 from benchmarks.contest.schema import ANSWER, CASE, PARAMETERS, SUMS, TRUTH, Case, Truth, cases_of, read, write
 from benchmarks.contest.score import Score, score
 from benchmarks.contest.table import lines, real_table, summary_table
 
 from stribeck import Robot, read_log
-from stribeck.errors import SettingsError
-from stribeck.methods import METHODS
 
 ROOT = Path(__file__).parents[2]
 SECONDS = 4.0
@@ -102,33 +100,6 @@ def test_who_lies_with_confidence_is_counted_and_who_warns_is_not(folder: Path, 
     assert "| 67 % |" in lines([liar])[0]  # Coulomb and viscous friction, of three numbers
 
 
-def test_what_is_left_out_is_a_blank_and_no_zero(folder: Path, tmp_path: Path) -> None:
-    answer = true_answer(folder, "arm/clean")
-    answer["joints"] = {"elbow": {"coulomb": {"value": 0.5}}}
-    found = scored(folder, "arm/clean", answer, tmp_path)
-    assert list(found.relative["coulomb"]) == ["elbow"]
-    assert not found.relative["viscous"]
-    assert not found.curve
-    assert not found.covered["coulomb"]
-
-
-@pytest.mark.parametrize(
-    ("change", "sentence"),
-    [
-        ({"joints": {"knee": {}}}, "joint 'knee' was not asked for"),
-        ({"joints": {"elbow": {"curve": [1.0]}}}, "the curve of joint 'elbow' has 1 values"),
-        ({"joints": {"elbow": {"coulomb": {"valu": 1.0}}}}, "unknown key"),
-        ({"joints": {"elbow": {"coulomb": {"value": float("nan")}}}}, "value. is nan"),
-    ],
-)
-def test_answers_that_break_the_contract_are_refused(
-    folder: Path, tmp_path: Path, change: dict[str, object], sentence: str
-) -> None:
-    with pytest.raises(SettingsError, match=sentence) as refused:
-        scored(folder, "arm/clean", true_answer(folder, "arm/clean") | change, tmp_path)
-    assert ANSWER in str(refused.value)
-
-
 def test_a_case_is_run_in_a_process_of_its_own_and_who_fails_gets_a_blank(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -148,13 +119,6 @@ def test_a_case_is_run_in_a_process_of_its_own_and_who_fails_gets_a_blank(
     assert read_scores(saved) == [found, failing]
     assert main(["run", str(folder), "--cases", "arm/clean", "--contestants", "nobody"]) == 2
     assert "contestant 'nobody' is not known" in capsys.readouterr().err
-
-
-def test_every_method_of_stribeck_takes_part() -> None:
-    everyone = chosen(None, {"mine": "python mine.py"})
-    assert set(METHODS) <= set(everyone)
-    assert everyone["mine"] == ["python", "mine.py"]
-    assert isinstance(everyone["BAM"], str)
 
 
 def test_cases_with_position_commands_have_gains_and_no_torques(tmp_path: Path) -> None:

@@ -10,7 +10,6 @@ from tests.models import POSTURES, example_robot
 from tests.result.made import of_one_log
 
 from stribeck import Robot, Settings, identify
-from stribeck.errors import StribeckError
 from stribeck.exporters.samples import drawn
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
@@ -105,16 +104,6 @@ def test_robots_that_are_drawn_agree_on_the_torques_that_the_log_has_shown(arm: 
     assert (together < 0.5 * apart).all(), (together, apart)
 
 
-def test_a_body_whose_shape_cannot_exist_has_no_errors_of_it(arm: Robot, log: RobotLog) -> None:
-    model = pin.Model(arm.tree.model)
-    model.inertias[3] = pin.Inertia(model.inertias[3].mass, model.inertias[3].lever, np.zeros((3, 3)))
-    result = identify(log, replace(arm, tree=replace(arm.tree, model=model)), settings())
-    assert result.corrections is not None
-    shapes = {name: body.shape_error for name, body in result.corrections.bodies.items()}
-    assert [name for name, errors in shapes.items() if errors is None] == ["slide"]
-    assert "NaN" not in result.to_json()
-
-
 def test_robust_regression_heeds_outliers_less(arm: Robot, log: RobotLog) -> None:
     generator = np.random.default_rng(5)
     torque = log.torque.copy()
@@ -180,23 +169,3 @@ def test_a_leg_that_always_stands_gets_no_numbers(walk: tuple[Robot, RobotLog]) 
         assert (joint.verdict == "not excited") == name.startswith("FL"), name
         if joint.parameters:
             assert joint.parameters["coulomb"].value == pytest.approx(TRUTH["coulomb"], rel=0.05), name
-
-
-REFUSED = {
-    "filter kind is 'log', but the channel": OWN_MOTION,
-    "law 'stribeck' needs method 'curve-fit or .*', found 'direct'": {"law": "stribeck"},
-    "standing_legs is 'measured', and the method 'direct' does not use": {"standing_legs": "measured"},
-}
-
-
-@pytest.mark.parametrize("words", REFUSED)
-def test_what_it_cannot_do_is_refused(arm: Robot, log: RobotLog, words: str) -> None:
-    with pytest.raises(StribeckError, match=words):
-        identify(log, arm, settings(**REFUSED[words]))
-
-
-def test_both_directions_apart(arm: Robot, log: RobotLog) -> None:
-    result = identify(log, wrong(arm), settings(law="asymmetric"))
-    for joint in result.joints.values():
-        assert joint.parameters["coulomb_positive"].value == pytest.approx(0.8, rel=0.05)
-        assert joint.parameters["coulomb_negative"].value == pytest.approx(1.6, rel=0.05)

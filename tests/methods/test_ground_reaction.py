@@ -3,19 +3,15 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
 import pinocchio as pin
 import pytest
-from tests.arm import arm_log, save_npz, write_arm
-from tests.cli.test_cli import refused
 from tests.friction_torque.test_friction_torque import EXACT, by_support, chunks, walk
 from tests.models import MODELS, POSTURES, example_robot, make_robot
 
 from stribeck import Robot, Settings, identify
-from stribeck.errors import LogError
 from stribeck.friction import get_law
 from stribeck.friction_torque.inverse_dynamics import torque_chunks
 from stribeck.friction_torque.preparation import prepare
@@ -117,40 +113,3 @@ def test_swinging_legs_with_another_friction_are_told() -> None:
     found = identify(replace(log, torque=torque), robot(), MEASURED)
     (told,) = (each for each in found.findings if each.check == "swing-differs")
     assert told.joints == (KNEE,)
-
-
-def damaged(log: RobotLog, kind: str) -> RobotLog:
-    wrench = log.foot_wrench.copy()
-    if kind == "no wrench":
-        return replace(log, foot_wrench=None)
-    if kind == "a foot missing":
-        source = {"foot_names": ("left",), "contact": None}
-        return replace(log, **source, foot_wrench=wrench[:, :1])
-    wrench[:, :, [0, 1, 3, 4, 5]] = 0
-    return replace(log, foot_wrench=wrench)
-
-
-@pytest.mark.parametrize(
-    ("kind", "said"),
-    [
-        (
-            "no wrench",
-            "requires the channel foot_wrench, .*expected force and moment of the ground on left, right",
-        ),
-        ("a foot missing", "'right'"),
-        ("one axis", "the wrench on 'left' has only fz, .*expected fx, fy, fz, tx, ty, tz"),
-    ],
-)
-def test_logs_without_whole_wrenches_are_refused(kind: str, said: str) -> None:
-    log, _ = moved("walk", 8.0)
-    with pytest.raises(LogError, match=said) as refusal:
-        identify(damaged(log, kind), robot(), MEASURED)
-    assert "\n" not in str(refusal.value)
-
-
-def test_a_fixed_base_is_refused_in_one_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    robot = write_arm(tmp_path)
-    log = save_npz(arm_log(Robot.from_file(robot), duration=8), tmp_path / "log.npz")
-    said = refused(capsys, "identify", log, "-r", robot, "-o", tmp_path / "out", "--method", "ground-reaction")
-    assert "base is 'fixed'; expected a floating base, or method whole-log or curve-fit" in said
-    assert not (tmp_path / "out").exists()

@@ -56,9 +56,3 @@ def test_all_methods_are_measured_at_one_bandwidth(log: RobotLog, arm: Robot) ->
     for name in arm.joint_names:
         shares = [result.joints[name].torque_r2 for result in results]
         assert all(share is not None and share.best > 0.99 for share in shares)
-
-
-def test_nothing_held_out_is_no_r2(log: RobotLog, arm: Robot) -> None:
-    result = identify(log, arm, Settings(method="curve-fit", holdout=1000))
-    assert all(joint.torque_r2 is None for joint in result.joints.values())
-    assert all(joint.validation is None for joint in result.joints.values())

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from studies import accuracy, compensation, coverage, misfits, plan, robots, summary, verdicts, walking
-from studies.accuracy_cases import CASES, NAMES, as_walked, measured
+from studies import accuracy, compensation, coverage, plan, robots, summary, verdicts, walking
+from studies.accuracy_cases import NAMES
 from studies.command import ROOT, saved
 from studies.harder_cases import CONDITIONS, ROTOR, Harder, as_seen
 from studies.walking_cases import CASES as WALKS
 from studies.walking_compensation import gain
 
-from stribeck import Robot, Settings, identify, read_result
+from stribeck import Robot, read_result
 from stribeck.friction import get_law
 from stribeck.judgement.curve import WIDEST
 from stribeck_simulation.prescribed.exact import exact_log
@@ -173,29 +173,6 @@ def walk() -> Simulated:
     return Simulated(robot, replace(log, base_orientation=level, foot_names=("foot",), contact=contact), known)
 
 
-def test_a_result_is_compared_with_the_truth_joint_by_joint(walk: Simulated) -> None:
-    log = replace(walk.log, base_orientation=None, contact=None, foot_names=())
-    speeds = {joint: np.linspace(-1, 1, accuracy.SPEEDS) for joint in walk.robot.joint_names}
-    result = identify(measured(log, CASES["A"], 0, 0), walk.robot, Settings(method="curve-fit"))
-    found = accuracy.compared(result, walk.truth.parameters, speeds)
-    assert found["joints"] == list(walk.truth.parameters)
-    assert max(found["relative"]) < 0.1
-    assert 0 < max(found["shape"]) < 0.1
-    np.testing.assert_allclose(np.abs(found["error"]["coulomb"]) / 1.2, found["relative"], rtol=1e-3)
-
-
-def test_friction_that_differs_is_in_the_torques(walk: Simulated) -> None:
-    plain = replace(walk, log=replace(walk.log, base_orientation=None, contact=None, foot_names=()))
-    (other,) = as_walked([plain], CASES["A, joints differ"], 0)
-    assert len({each["coulomb"] for each in other.truth.parameters.values()}) == len(walk.robot.joint_names)
-    found = identify(other.log, walk.robot, method="curve-fit").joints
-    for joint, known in other.truth.parameters.items():
-        for name in ("coulomb", "viscous"):
-            assert found[joint].parameters[name].value == pytest.approx(known[name], rel=0.05)
-    (short,) = as_walked([plain], CASES["A, 45 s in all"], 0)
-    assert len(short.log.time) == pytest.approx(len(walk.log.time) / 3, abs=1)
-
-
 def seen(walk: Simulated, **wrong: float) -> tuple[Simulated, Robot, Simulated]:
     """The walk with its friction, the robot that is believed, and the walk as it is logged."""
     (truth, _), robot, (log, _) = as_seen([walk, walk], replace(Harder(), pushed=True, **wrong), 0)  # type: ignore[arg-type]
@@ -223,11 +200,3 @@ def test_each_condition_is_as_large_as_it_says(walk: Simulated) -> None:
     assert 0 < np.max(np.abs(seen(walk, rotors=0.2)[1].armature / ROTOR - 1)) <= 0.2
     spread = [each["coulomb"] for each in seen(walk, decades=1.0)[0].truth.parameters.values()]
     assert max(spread) / min(spread) == pytest.approx(10.0)
-
-
-def test_causes_of_misfit_are_put_into_some_joints() -> None:
-    cause, joints, robot, (log,) = misfits.of_the_arm("wrong sign", 0)
-    *_, (same,) = misfits.of_the_arm("A", 0)
-    assert (cause, len(joints)) == ("sign", 2)
-    turned = [np.corrcoef(log.torque[:, k], same.torque[:, k])[0, 1] < 0 for k in range(len(robot.joint_names))]
-    assert [name in joints for name in robot.joint_names] == turned
