@@ -97,10 +97,10 @@ def workshop(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder as a user has one: a model, its robot file, a log, and what was found in it."""
     folder = tmp_path_factory.mktemp("docs")
     robot = Robot.from_file(write_arm(folder))
-    log = arm_log(robot, duration=12)
+    log = arm_log(robot, duration=12, rate=250)
     for name in ("log.npz", "walk.npz"):
         save_npz(log, folder / name)
-    messages = messages_of(log.take(slice(None, None, 4)), get_typestore(Stores.ROS2_HUMBLE))
+    messages = messages_of(log, get_typestore(Stores.ROS2_HUMBLE))
     write_messages(folder / "walk.mcap", messages)
     (folder / "OUT").mkdir()
     found = identify(folder / "log.npz", robot, table=folder / "OUT/friction_torque.parquet")

@@ -11,14 +11,8 @@ from tests.cli.test_cli import run
 from tests.mujoco_arm import JOINTS, record, urdf, with_force
 
 from stribeck import LogError, Robot, RobotLog, read_result
-from stribeck.base.spans import Span, exclude_options, listed_spans
+from stribeck.base.spans import Span
 from stribeck_simulation.sensors.measure import with_noise
-
-
-def test_the_largest_spans_come_first_and_many_are_not_listed() -> None:
-    spans = [Span(81.0, 83.46), Span(40.21, 70.1, "b.npz"), *(Span(k, k + 0.5) for k in range(5))]
-    assert listed_spans(spans) == "b.npz 40.2 to 70.1 s, 81 to 83.5 s, 0 to 0.5 s, 1 to 1.5 s, 2 to 2.5 s and 2 more"
-    assert exclude_options(spans[:2]) == "--exclude b.npz:40.2:70.1 --exclude 81:83.5"
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +20,7 @@ def pushed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with an arm and its log, in which a hand turns all joints from 6 to 9 s."""
     folder = Path(tmp_path_factory.mktemp("arm"))
     robot = Robot.from_file(write_arm(folder))
-    log = arm_log(robot, duration=20.0)
+    log = arm_log(robot, duration=20.0, rate=250.0)
     hand = 8 * np.sin(3 * log.time)[:, None] * ((log.time > 6) & (log.time < 9))[:, None] * np.ones(3)
     save_npz(with_noise(replace(log, torque=log.torque + hand), position=2e-5, torque=0.05, seed=3), folder / "log.npz")
     return folder
@@ -48,7 +42,7 @@ def test_a_disturbance_is_named_in_time_and_its_remedy_can_be_pasted(pushed: Pat
     assert identify(pushed, "second", *options[0].split()) == 0
     result = read_result(pushed / "second/result.json")
     assert "set-aside" not in {each.check for each in result.findings}
-    assert result.log.samples < 18_000
+    assert result.log.samples < 4_500
     assert "excluded" in (pushed / "second/report.html").read_text()
 
 
@@ -95,12 +89,6 @@ def test_the_link_that_is_pushed_is_named_with_the_force(corrections: str, tmp_p
     assert re.search(r"(15|16)[.\d]* to [.\d]+ s \(the torque of shoulder 1 is clipped\)", text)
 
 
-@pytest.mark.parametrize("span", ["40", "a:b", "9:6", "-1:3", "1:nan"])
-def test_a_wrong_span_is_refused(pushed: Path, span: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert identify(pushed, "wrong", f"--exclude={span}") == 2
-    assert f"--exclude {span}: expected START:END in seconds" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(
     "name", ["log.npz", "log", "./log.npz", "{folder}/log.npz", "{folder}/../{folder.name}/log.npz"]
 )
@@ -111,13 +99,6 @@ def test_a_log_is_named_by_its_path_or_file_name(
     for path in ("log.npz", str(pushed / "log.npz")):
         assert run("inspect", path, "-r", "robot.toml", "--exclude", f"{name.format(folder=pushed)}:6:9") == 0
         assert "6 to 9 s of the log is excluded." in capsys.readouterr().out
-
-
-@pytest.mark.parametrize("name", ["other.npz", "og.npz", "elsewhere/log.npz", "LOG"])
-def test_a_name_of_no_log_is_refused(pushed: Path, name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert identify(pushed, "wrong", f"--exclude={name}:6:9") == 2
-    assert f"'{name}' is none of the logs; expected a name of {pushed}/log.npz" in capsys.readouterr().err
-    assert not (pushed / "wrong").exists()
 
 
 def test_excluding_counts_from_the_start_of_the_whole_log() -> None:

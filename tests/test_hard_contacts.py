@@ -8,7 +8,7 @@ import pytest
 from benchmarks.humanoid import stepping_log, talos
 
 from stribeck import Robot, RobotLog, Settings, identify, inspect_log
-from stribeck.errors import LogError, NothingIdentifiedError, RobotFileError
+from stribeck.errors import LogError, NothingIdentifiedError
 from stribeck.settings import FilterSettings
 
 ROWS = np.arange(2000)
@@ -35,7 +35,11 @@ CONTACTS = {
 
 
 @pytest.mark.parametrize(
-    ("kind", "missing"), [(FilterSettings(), True), (FilterSettings(kind="savitzky-golay", window=15), False)]
+    ("kind", "missing"),
+    [
+        (FilterSettings(), True),
+        pytest.param(FilterSettings(kind="savitzky-golay", window=15), False, marks=pytest.mark.long),
+    ],
 )
 @pytest.mark.parametrize("method", ["curve-fit", "whole-log", "direct"])
 @pytest.mark.parametrize("contact", CONTACTS.values(), ids=CONTACTS)
@@ -52,11 +56,3 @@ def test_contacts_that_leave_nothing(
     assert "\n" not in str(refused.value)
     with suppress(LogError):  # that no filter can be chosen
         inspect_log(hard, robot, settings)
-
-
-def test_a_robot_no_torque_of_which_is_measured(humanoid: tuple[Robot, RobotLog]) -> None:
-    robot, log = humanoid
-    held = replace(robot, position_controlled=robot.joint_names)
-    for use in (inspect_log, identify):
-        with pytest.raises(RobotFileError, match="position_controlled names all joints; expected one with"):
-            use(log, held)

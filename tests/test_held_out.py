@@ -9,7 +9,7 @@ import pytest
 from tests.arm import arm_log, save_npz, write_arm
 from tests.cli.test_cli import run
 
-from stribeck import LogError, Robot, RobotLog, SettingsError, identify, read_result
+from stribeck import Robot, identify, read_result
 from stribeck.log.interpolation import linear
 
 
@@ -88,20 +88,3 @@ def test_what_cannot_be_used_ends_with_exit_code_2(
     assert run(*command, *(option.format(log=log) for option in options)) == 2
     assert words in capsys.readouterr().err
     assert not (tmp_path / "o").exists()
-
-
-def test_a_log_of_another_robot_is_refused(desk: dict[str, Any]) -> None:
-    other = replace(desk["logs"][1], joint_names=("hip", "knee", "slide"), path="other.npz")
-    with pytest.raises((LogError, SettingsError), match=r"other\.npz"):
-        identify(desk["logs"][0], desk["robot"], method="curve-fit", validate=[other.take(slice(0, 10))])
-
-
-def test_between_cuts_out_a_part() -> None:
-    time = 100.0 + np.arange(50) / 10
-    log = RobotLog(time=time, joint_names=("elbow",), position=time[:, None], torque=time[:, None])
-    np.testing.assert_array_equal(log.between(1.0, 2.0).time, time[10:21])
-    np.testing.assert_array_equal(log.between(stop=1.0).time, time[:11])
-    np.testing.assert_array_equal(log.between(start=4.0).position[:, 0], time[40:])
-    assert log.between(1.0, 2.0).notes == ("Only 1 s to 2 s of the log's 4.9 s are used.",)
-    with pytest.raises(LogError, match=r"log: the part from 4\.9 s to 9 s has fewer than 2 samples"):
-        log.between(4.9, 9.0)

@@ -2,7 +2,6 @@
 
 import importlib.util
 import shlex
-import tarfile
 import tomllib
 import zipfile
 from pathlib import Path, PurePosixPath
@@ -51,18 +50,6 @@ def test_the_wheel_holds_the_packages_and_nothing_else(tmp_path: Path) -> None:
     assert "License-Expression: Apache-2.0" in metadata
     assert "stribeck = stribeck.cli:main" in scripts
     assert wheel.stat().st_size < WHEEL_BYTES
-
-
-@needs_hatchling
-def test_the_source_archive_holds_what_the_wheel_is_built_from(tmp_path: Path) -> None:
-    from hatchling.builders.sdist import SdistBuilder
-
-    (sdist,) = map(Path, SdistBuilder(str(ROOT)).build(directory=str(tmp_path), versions=["standard"]))
-    with tarfile.open(sdist) as archive:
-        names = {PurePosixPath(*PurePosixPath(name).parts[1:]).as_posix() for name in archive.getnames()}
-    beside = {"pyproject.toml", "README.md", "LICENSE", "CHANGELOG.md", "CITATION.cff", "PKG-INFO", ".gitignore"}
-    assert names == beside | {f"src/{name}" for name in PACKAGED}
-    assert sdist.stat().st_size < SDIST_BYTES
 
 
 def test_the_citation_agrees_with_the_package() -> None:

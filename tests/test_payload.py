@@ -8,7 +8,7 @@ from tests.arm import TRUTH, arm_log, save_npz, write_arm
 from tests.cli.test_cli import run
 from tests.whole_log.test_pilot import carrying
 
-from stribeck import Robot, RobotFileError, read_result
+from stribeck import Robot, read_result
 from stribeck_simulation.sensors.measure import with_noise
 
 
@@ -37,19 +37,3 @@ def test_a_payload_is_named_and_its_spans_are_used_when_it_is_accepted(tmp_path:
         coulomb = joint.parameters["coulomb"]
         assert coulomb.value == pytest.approx(TRUTH["coulomb"], rel=0.02)
         assert coulomb.value == pytest.approx(TRUTH["coulomb"], abs=3 * coulomb.standard_error)
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        (
-            'payload = [{ link = "too", mass = 1.0, spans = [[1, 2]] }]',
-            "names link 'too'; expected one of the moving links",
-        ),
-        ('payload = [{ link = "base", mass = 1.0, spans = [[1, 2]] }]', "names link 'base'; expected one of the mov"),
-        ('payload = [{ link = "base", mass = 1.0, spans = [[2, 1]] }]', "the span ends at 1 s, but starts at 2 s"),
-    ],
-)
-def test_a_wrong_payload_is_refused(tmp_path: Path, text: str, words: str) -> None:
-    with pytest.raises(RobotFileError, match=re.escape(words)):
-        Robot.from_file(write_arm(tmp_path, text))

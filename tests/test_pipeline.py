@@ -10,8 +10,8 @@ from tests.arm import TRUTH, arm_log, save_npz, write_arm
 
 import stribeck.friction_torque.inverse_dynamics
 import stribeck.friction_torque.thinning
-from stribeck import Robot, RobotLog, Settings, identify, inspect_log, plan, read_log, read_result, write_report
-from stribeck.errors import LogError, NothingIdentifiedError, SettingsError
+from stribeck import Robot, Settings, identify, inspect_log, plan, read_log, read_result, write_report
+from stribeck.errors import LogError, SettingsError
 from stribeck.friction import get_law
 from stribeck.replay.replay import replay
 from stribeck.settings import FilterSettings, LogTable
@@ -26,23 +26,6 @@ def test_all_parameters_come_back(arm: Robot, kind: str, tolerance: float) -> No
         assert joint.verdict == "identified"
         for name, truth in TRUTH.items():
             assert joint.parameters[name].value == pytest.approx(truth, rel=tolerance)
-
-
-def test_nothing_moves_nothing_is_identified(arm: Robot) -> None:
-    log = arm_log(arm, duration=5)
-    rest = replace(log, position=np.zeros_like(log.position), velocity=None, acceleration=None)
-    with pytest.raises(NothingIdentifiedError, match="shoulder"):
-        identify(rest, arm)
-
-
-def test_a_segment_that_the_filter_swallows_whole_is_passed_over(arm: Robot) -> None:
-    log = arm_log(arm)
-    island = np.ones(len(log.time), dtype=bool)
-    island[5000:5010] = island[5030:5040] = False  # 20 samples between two gaps, 51 go into the filter
-    settings = Settings(method="curve-fit", filter=FilterSettings(kind="savitzky-golay", window=51))
-    whole, cut = (identify(each, arm, settings) for each in (log, log.take(island)))
-    assert cut.log.samples_used == whole.log.samples_used - 40 - 50
-    assert cut.joints["elbow"].verdict == "identified"
 
 
 def test_two_logs_say_what_one_long_log_says(arm: Robot) -> None:
@@ -138,28 +121,6 @@ def test_a_log_given_twice_is_refused(method: str, arm: Robot, tmp_path: Path) -
             identify([path, second], arm, method=method)
 
 
-def test_a_failed_run_leaves_no_table(arm: Robot, tmp_path: Path) -> None:
-    log = arm_log(arm, duration=5)
-    with pytest.raises(SettingsError):
-        identify([log, tmp_path / "missing.npz"], arm, Settings(law="nonsense"), table=tmp_path / "f.parquet")
-    with pytest.raises(LogError):
-        identify([log, tmp_path / "missing.npz"], arm, table=tmp_path / "f.parquet")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_joint_at_the_end_of_its_range_is_named(arm: Robot) -> None:
-    log = arm_log(arm)
-    _, high = arm.position_limits
-    np.testing.assert_array_equal(high, [3, np.inf, 1])
-    model = arm.tree.model.copy()
-    model.upperPositionLimit[2] = log.position[:, 2].max()
-    warnings = identify(log, replace(arm, tree=replace(arm.tree, model=model)), method="curve-fit").warnings
-    warning = next(text for text in warnings if "reaches its limit" in text)
-
-    assert "slide" in warning
-    assert "shoulder" not in warning
-
-
 def turned(folder: Path) -> tuple[Robot, Path]:
     """Write the arm with a robot file that turns the sign of torques, and a log whose torques it fits."""
     path = write_arm(folder)
@@ -194,13 +155,6 @@ def test_logs_may_be_frames_and_anything_else_is_named(arm: Robot) -> None:
             identify(wrong, arm)
     with pytest.raises(LogError, match="the list of logs is empty"):
         identify([], arm)
-
-
-def test_a_log_is_made_of_lists() -> None:
-    log = RobotLog(time=[0, 1], joint_names=["a"], position=[[0], [1]], torque=[[0.0], [1.0]])
-    assert (log.time.dtype, log.position.shape, log.joint_names) == (np.float64, (2, 1), ("a",))
-    with pytest.raises(LogError, match="channel 'torque' is not an array of numbers"):
-        RobotLog(time=[0, 1], joint_names=["a"], position=[[0], [1]], torque=["x", "y"])
 
 
 def test_results_and_paths_are_planned_for_and_reported_alike(arm: Robot, tmp_path: Path) -> None:

@@ -2,7 +2,6 @@
 
 import doctest
 import inspect
-import sys
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -55,31 +54,6 @@ def test_the_public_names_are_these() -> None:
     assert all(getattr(stribeck, name) for name in PUBLIC)
     with pytest.raises(AttributeError, match="no attribute 'indentify'"):
         stribeck.indentify  # noqa: B018
-
-
-def test_type_checkers_see_the_same_names() -> None:
-    source = Path(stribeck.__file__).read_text()
-    for name, module in stribeck._EXPORTS.items():
-        assert f"    from {module} import {name} as {name}\n" in source
-
-
-@pytest.mark.parametrize(
-    "program",
-    [
-        "import stribeck; found = stribeck.plan; import stribeck.plan.plan",
-        "import stribeck.plan.plan; from stribeck import plan as found",
-        "from stribeck.plan.plan import plan; import stribeck; found = stribeck.plan",
-    ],
-    ids=["function first", "module first", "out of the module first"],
-)
-def test_a_function_is_not_its_module(program: str) -> None:
-    names: dict[str, Any] = {}
-    with mock.patch.dict(sys.modules):
-        for name in [name for name in sys.modules if name.partition(".")[0] == "stribeck"]:
-            del sys.modules[name]
-        exec(program, names)
-        assert (type(names["found"]).__name__, names["found"].__name__) == ("function", "plan")
-        assert names["found"] is names.get("stribeck", sys.modules["stribeck"]).plan
 
 
 @pytest.fixture(scope="module")

@@ -146,7 +146,12 @@ def write_case(folder: Path, log: Log, text: str = "") -> None:
     (folder / "robot.toml").write_text(f'[robot]\nmodel = "arm.urdf"\n{lines}{text}')
 
 
-@pytest.mark.parametrize("case", CASES)
+ALIKE = {"another inverted", "a gain of two", "a gain of two thirds", "oz in", "kgf m", "N cm", "tilted by 30 degrees"}
+ALIKE |= {"velocity in krpm", "velocity in turns"}
+"""Cases that others, which are always tested, resemble."""
+
+
+@pytest.mark.parametrize("case", [pytest.param(case, marks=[pytest.mark.long] * (case in ALIKE)) for case in CASES])
 def test_a_remedy_leads_on(case: str, sound: Log, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     check, damage, text = CASES[case]
     log = {name: values.copy() for name, values in sound.items()}

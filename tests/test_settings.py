@@ -5,12 +5,9 @@ import math
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.arm import arm_log
 
-from stribeck import identify
 from stribeck.cli.options import with_settings
 from stribeck.errors import SettingsError
-from stribeck.robot import Robot
 from stribeck.settings import FilterSettings, Settings, flat
 
 
@@ -61,33 +58,8 @@ def test_every_number_has_a_range(key: str, value: float) -> None:
     check_sentence(str(refused.value))
 
 
-def test_text_without_quotes_is_text() -> None:
-    chosen = with_settings(Settings(), {}, ["law=asymmetric", "filter.kind=butterworth", "fit_armature=['elbow']"])
-    assert (chosen.law, chosen.filter.kind, chosen.fit_armature) == ("asymmetric", "butterworth", ["elbow"])
-
-
-@pytest.mark.parametrize("assignment", ["block=1e-9", "holdout=100000", "rest=0", "filter.order=12", "loss=cauchy"])
-def test_the_ends_of_ranges_work(assignment: str, arm: Robot) -> None:
-    chosen = with_settings(Settings(), {"law": "coulomb-viscous", "method": "curve-fit"}, [assignment])
-    joints = identify(arm_log(arm, duration=6), arm, chosen).joints
-    for joint in joints.values():
-        assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.15)  # of a log that has more than that law
-        assert (joint.validation is None) == (assignment == "holdout=100000")
-
-
-def test_rotor_inertia_of_a_joint_that_is_not_there(arm: Robot) -> None:
-    with pytest.raises(SettingsError, match="'elbwo'; the torque-controlled joints are shoulder, elbow, slide"):
-        identify(arm_log(arm, duration=1), arm, Settings(fit_armature=["elbwo"]))
-
-
 def test_wrong_settings_in_python_are_one_sentence_with_a_suggestion() -> None:
     with pytest.raises(SettingsError, match=r"^Settings: unknown key 'lw'; did you mean 'law'\?$"):
         Settings(lw="auto")
     with pytest.raises(SettingsError, match="FilterSettings: key 'window' is 1; expected a number from 3"):
         FilterSettings(window=1)
-
-
-@pytest.mark.parametrize("value", ["priors.mass=1e6", "priors.moments=11", 'law=""'])
-def test_values_that_no_fit_survives_are_refused(value: str) -> None:
-    with pytest.raises(SettingsError, match=value.partition("=")[0]):
-        with_settings(Settings(), {}, [value])

@@ -8,7 +8,7 @@ import pytest
 from tests.command_logs import hobby_arm
 from tests.commanded import ARM, arm_drives, arm_log, write_robot
 
-from stribeck import Result, Robot, export, identify, read_log, write_log, write_report
+from stribeck import Result, export, identify, write_report
 from stribeck.result import read_result
 
 LOADED = ("lift", "elbow", "wrist_pitch")
@@ -66,15 +66,3 @@ def handed_over(found: Result, unit: str, folder: Path) -> None:
     assert f"Left out joint wrist_roll: friction in {unit}, multiply by {factor} for N m." in lines
     export(found, folder / "robot.toml", folder / "found.yaml", "yaml")
     assert (folder / "found.yaml").read_text().count(f"torque_unit: {unit}") >= 2
-
-
-@pytest.mark.parametrize("suffix", ["npz", "parquet"])
-def test_a_converted_log_keeps_its_commands(suffix, tmp_path: Path) -> None:
-    hobby_arm(tmp_path, seconds=2.0)
-    robot = Robot.from_file(tmp_path / "robot.toml")
-    log = read_log(tmp_path / "log.npz", robot)
-    write_log(log, tmp_path / f"new.{suffix}")
-    again = read_log(tmp_path / f"new.{suffix}", robot)
-    assert again.torque_source == "command"
-    np.testing.assert_array_equal(again.torque, log.torque)
-    np.testing.assert_array_equal(again.desired_position, log.desired_position)
