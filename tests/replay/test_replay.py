@@ -217,7 +217,7 @@ def test_what_is_exported_explains_the_log_it_was_found_in(tmp_path: Path, capsy
     robot, _ = robot_of("arm", tmp_path)
     write_log(with_noise(known_log(robot, 15.0), position=1e-5, torque=0.05, seed=4), tmp_path / "log.npz")
     log, out = tmp_path / "log.npz", tmp_path / "out"
-    assert run("identify", log, "-r", robot.path, "-o", out, "--law", "coulomb-viscous") == 0
+    assert run("identify", log, "-r", robot.path, "-o", out, "--method", "curve-fit", "--law", "coulomb-viscous") == 0
     assert run("export", out, "-r", robot.path, "--to", "urdf", "-o", tmp_path / "new.urdf") == 0
     capsys.readouterr()
     arguments = ("replay", log, "-r", robot.path, "--model", tmp_path / "new.urdf")
