@@ -136,6 +136,17 @@ def test_a_joint_resists_as_the_law_does_within_the_loss_that_was_stated(swept, 
     assert off < {"lugre": 0.02, "table": 1e-3, "drake": 1.5}.get(kind, 0.3)
 
 
+def test_bristles_that_were_not_found_damp(tmp_path: Path) -> None:
+    result, robot, _ = of_joint(joint(**EFFECT, slope=80.0), tmp_path, "toro")
+    export(result, robot, tmp_path / "new.xml", "mjcf", friction="lugre")
+    model = compiled(tmp_path / "new.xml")
+    text = (tmp_path / "new.xml").read_text()
+    stiffness, damping, *_ = map(float, text.partition('lugre="')[2].partition('"')[0].split())
+    assert damping == pytest.approx(1e-3 * stiffness)
+    assert stiffness > 0
+    assert model.nu > 0
+
+
 def test_bristles_that_were_found_are_those_of_the_motor(tmp_path: Path) -> None:
     """After a reversal at 0.2 rad/s, until friction is steady again."""
     own = joint("lugre", **EFFECT, bristle_travel=0.01, bristle_damping=1.5)
