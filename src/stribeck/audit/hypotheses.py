@@ -62,7 +62,7 @@ class Hypothesis:
         Changes: of gains [1], of gravity [m/s^2], or of a body's inertial parameters in its joint's frame.
     explains
         Whether the cause and usual errors of bodies explain the torques up to `FLOOR`, or the cause explains at least
-        half of what these errors do not.
+        half of the torques that these errors leave.
     """
 
     kind: str
@@ -149,7 +149,7 @@ def _gram(evidence: Evidence, among: Sequence[int], slopes: Array) -> tuple[list
     """Compute the joints and the weighted Gram matrix of all columns without friction.
 
     The first column is the torque minus the model's; then the model's torque of each joint, gravity's three directions,
-    and the bodies, in units of their priors. Weights are independent samples per variance of what no cause explains.
+    and the bodies, in units of their priors. Weights are independent samples divided by the unexplained variance.
     """
     robot, count = evidence.robot, len(evidence.rows)
     rows = np.unique(np.linspace(0, count - 1, min(count, MOST_ROWS)).astype(int))

@@ -16,12 +16,12 @@ from stribeck.dynamics.state import root_quaternions
 from stribeck.settings import Settings
 
 BETTER = 0.8
-"""What the other sign must leave of the cost, also relative to other signs of the next best joint [1]."""
+"""Largest cost with the other sign, relative to the given sign and to the other sign of the next best joint [1]."""
 FEW_SAMPLES = 6000
 """Number of samples with which signs are tried [1]."""
 CONTACTS = "contacts of "
 POOR = 0.2
-"""Share of an arm's torques that the given signs must leave unexplained, and the other signs must not [1]."""
+"""Unexplained share of an arm's torques, exceeded with the given signs and not with the other signs [1]."""
 
 
 def check_inverted(evidence: Evidence, settings: Settings) -> list[Finding]:

@@ -20,16 +20,16 @@ PAUSE = 0.1
 """Least time between two simulations that are drawn, relative to their duration [1]."""
 
 Drawn = dict[str, tuple[str, list[Array]]]
-"""Label of the vertical axis, and measured values and those of both models, by caption."""
+"""Label of the vertical axis, then the measured values and the values of both models, by caption."""
 
 
 def motion_sections(replay: Replay, colours: Sequence[str]) -> list[Section | None]:
     """Render a section of torques and one of positions, None if unknown; an empty list without motion.
 
-    `colours` are those of the replay's models.
+    `colours` has one color per model of the replay.
     """
     motion = replay.motion
-    chosen = [-2, -1] if replay.models[-1].friction else [0, -1]  # without friction, and the other model as it is
+    chosen = [-2, -1] if replay.models[-1].friction else [0, -1]  # without friction, and the unchanged other model
     models, colours = [replay.models[k] for k in chosen], [colours[k] for k in chosen]
     if motion is None or min(len(motion.torque_time), len(motion.position_time)) < 2:
         return []
