@@ -11,9 +11,8 @@ DOCS = Path(__file__).parents[1]
 HEADS = {
     "findings.md": """# Findings
 
-Look up a finding here when `inspect`, `identify` or the report shows one. The headings are the names of the checks.
-Each section quotes an example with its remedy and explains the check. [Findings after the fit](findings-after.md) have
-a separate page.
+Each section quotes an example of a finding with its remedy and explains the check. [Findings after the
+fit](findings-after.md) have a separate page.
 
 Of 32 faults in the log of a UR5 with a wrong model, the findings name the cause of 25 and list it among others for 4.
 Of 34 faults in the walk of a quadruped, they name the cause of 27; one cause is wrong, and three faults of torques
@@ -28,14 +27,12 @@ cause of one is wrong. Without a fault, the walks have no finding, and the UR5 h
 
 `identify` and `inspect` audit each log: first channels, then orientation and contacts, then torques versus the model.
 A fault hides the checks that depend on it. Joints that carry little load, and short logs, get few findings. A finding
-that would make every number wrong *stops* `identify` (exit code 2). With `--force` it continues, and the finding
-becomes part of the result.
+that would make every number wrong *stops* `identify` unless you pass `--force`.
 """,
     "findings-after.md": """# Findings after the fit
 
-Look up a finding of `identify` here if [Findings](findings.md) does not list it. A fit may converge although the law
-does not describe the friction, or although another effect looks like friction. Effects that move the friction curve by
-less than its interval are not reported.
+A fit may converge although the law does not describe the friction, or although another effect looks like friction.
+Effects that move the friction curve by less than its interval are not reported.
 
 In simulation, these checks report 22 of 56 causes, with five false findings in 794 cases
 (`python -m studies.misfits --save studies/misfits.json`).
