@@ -62,8 +62,8 @@ def answer_by_dynamics(draft: Draft, log: Path, unsure: Sequence[str]) -> None:
         taken = [_apply_setting(draft, finding) for finding in left]
         if any(taken):
             continue
-        if searched or any(finding.check == "torque-unsigned" for finding in left):
-            break  # a torque without a sign does not show signs
+        if searched or any(finding.check in ("torque-unsigned", "legs-exchanged") for finding in left):
+            break  # a torque without a sign does not show signs, and whole legs are exchanged first
         searched = True
         columns = [robot.joint_names.index(joint) for joint in unsure]
         if not _write_columns(draft, robot, find_columns_by_dynamics(read, robot, columns), read):
