@@ -38,8 +38,6 @@ SLOW = 0.1
 """Speed relative to the top speed [1] below which bins are left out: friction changes too quickly with velocity."""
 LINEAR, ROUNDS = 2.0, 4
 """Factor [1] up to which gains and errors of bodies can be added, and rounds in which gains beyond are found [1]."""
-MOST_ROWS = 1500
-"""Bins that are compared [1]."""
 FEWEST_BINS = 125
 """Bins from which causes are compared [1]."""
 MOST_JOINTS = 8
@@ -152,7 +150,7 @@ def _gram(evidence: Evidence, among: Sequence[int], slopes: Array) -> tuple[list
     and the bodies, in units of their priors. Weights are independent samples divided by the unexplained variance.
     """
     robot, count = evidence.robot, len(evidence.rows)
-    rows = np.unique(np.linspace(0, count - 1, min(count, MOST_ROWS)).astype(int))
+    rows = np.unique(np.linspace(0, count - 1, min(count, 1500)).astype(int))
     rows = rows[np.isfinite(evidence.model[rows]).all(axis=1)]
     if len(rows) < FEWEST_BINS:
         return [], np.zeros((0, 0)), 0.0

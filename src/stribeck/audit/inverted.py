@@ -17,8 +17,6 @@ from stribeck.settings import Settings
 
 BETTER = 0.8
 """Largest cost with the other sign, relative to the given sign and to the other sign of the next best joint [1]."""
-FEW_SAMPLES = 6000
-"""Number of samples with which signs are tried [1]."""
 CONTACTS = "contacts of "
 POOR = 0.2
 """Unexplained share of an arm's torques, exceeded with the given signs and not with the other signs [1]."""
@@ -69,7 +67,7 @@ def _inverted(evidence: Evidence, joint: str, settings: Settings | None) -> Evid
         if (values := getattr(log, name)) is not None
     }
     prepared = replace(evidence.prepared, log=replace(log, **other))
-    return gather(prepared, evidence.robot, settings, FEW_SAMPLES) if settings else replace(evidence, prepared=prepared)
+    return gather(prepared, evidence.robot, settings, most=6000) if settings else replace(evidence, prepared=prepared)
 
 
 def _exchanges(evidence: Evidence) -> dict[str, tuple[Evidence, ...]]:

@@ -20,8 +20,6 @@ from stribeck.robot.rooting import BASE_FRAME
 
 SURE = 5.0
 """Deviation of an inertial part from its expected value that counts as significant [standard errors]."""
-BINS_FOR_CLOCK = 125
-"""Minimum number of bins for the clock check [1]; with fewer, model errors dominate the inertial torque."""
 TURNED = np.deg2rad(45.0)
 """Smallest angle between the given and the estimated gravity that is reported [rad]."""
 
@@ -73,7 +71,7 @@ def check_motion(evidence: Evidence) -> list[Finding]:
     )
     if turned > TURNED:
         return [_turned(pooled, turned, normal)] if forward and pooled.left < 0.5 else []
-    if turned > TURNED / 2 or len(evidence.rows) < BINS_FOR_CLOCK:
+    if turned > TURNED / 2 or len(evidence.rows) < 125:  # model errors dominate the inertia of few bins
         return []
     ratio = pooled.inertial * normal / size
     error = pooled.inertial_error * normal / size
@@ -154,9 +152,7 @@ def _pooled(evidence: Evidence) -> _Pooled | None:
             continue
         inertial = evidence.model[rows, k] - gravity[rows, k] @ given
         columns, torque = without(
-            friction_shapes(evidence, k, rows),
-            np.column_stack([gravity[rows, k], inertial]),
-            evidence.torque[rows, k],
+            friction_shapes(evidence, k, rows), np.column_stack([gravity[rows, k], inertial]), evidence.torque[rows, k]
         )
         model = columns @ np.append(given, 1.0)
         free = torque - columns @ np.linalg.lstsq(columns, torque, rcond=None)[0]

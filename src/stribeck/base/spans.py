@@ -15,8 +15,6 @@ class Span(NamedTuple):
 
 MOST = 5
 """Largest number of spans that a message lists [1]."""
-MOST_OPTIONS = 20
-"""Largest number of spans that a message offers to exclude [1]."""
 
 
 def listed_spans(spans: Sequence[Span], notes: Mapping[Span, str] | None = None) -> str:
@@ -30,7 +28,7 @@ def listed_spans(spans: Sequence[Span], notes: Mapping[Span, str] | None = None)
 
 def exclude_options(spans: Sequence[Span]) -> str:
     """Format the options that exclude spans: "--exclude 40.2:70.1 --exclude 81:83.5"."""
-    parts = [[span.log, *_ends(span)] if span.log else _ends(span) for span in _by_length(spans)[:MOST_OPTIONS]]
+    parts = [[span.log, *_ends(span)] if span.log else _ends(span) for span in _by_length(spans)[:20]]
     return " ".join(f"--exclude {':'.join(each)}" for each in parts)
 
 

@@ -160,8 +160,7 @@ def convert(
     log: options.LogFile,
     output: Annotated[Path, options.output("FILE", "File to write: .npz or .parquet.")],
     robot: Annotated[
-        Path | None,
-        typer.Option("--robot", "-r", metavar="FILE", help="Robot file with joint order, units and signs."),
+        Path | None, typer.Option("--robot", "-r", metavar="FILE", help="Robot file with joint order, units and signs.")
     ] = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,

@@ -25,9 +25,6 @@ if TYPE_CHECKING:
     from stribeck.log import RobotLog
     from stribeck.online import Alarm, OnlineFriction
 
-SAVED = 60.0
-"""Time between two writes of the state file [s]."""
-
 
 def watch(
     result: options.ResultFile,
@@ -76,7 +73,7 @@ def watch(
                 if online.checked != shown:
                     shown = online.checked
                     _show(online, live, json=json, rerun=rerun)
-                if state is not None and time.monotonic() - saved > SAVED:
+                if state is not None and time.monotonic() - saved > 60.0:  # [s] between two writes
                     saved = time.monotonic()
                     online.save(state)
         if online is None:

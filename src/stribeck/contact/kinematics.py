@@ -17,8 +17,6 @@ from stribeck.robot import Robot
 
 SLOWEST = 0.02
 """Foot speed [m/s] below which a foot stands, regardless of the others."""
-LEAST_MOTION = 0.05
-"""Speed of the legs' fastest joint [rad/s] from which it shows that feet rest."""
 
 
 def standing_from_kinematics(
@@ -95,7 +93,7 @@ def share_at_rest(log: RobotLog, robot: Robot, feet: tuple[str, ...], segments: 
     for one, other in combinations(points, 2):
         between = np.diff(turn.apply(one - other), axis=0)
         rates.append(np.linalg.norm(between, axis=1) / np.linalg.norm(one, axis=1)[1:] / duration)
-    if not rates or np.median(moving) < LEAST_MOTION:
+    if not rates or np.median(moving) < 0.05:  # [rad/s]
         return None
     return 1 - float(np.clip(np.median(np.min(rates, axis=0)) / np.median(moving), 0, 1))
 

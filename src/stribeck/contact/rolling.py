@@ -17,8 +17,6 @@ from stribeck.robot.kinematics import point_motion
 
 RADII = (0.008, 0.06)
 """Smallest and largest plausible radius [m]; smaller feet count as points."""
-SLIP = 0.02
-"""Largest median speed of standing feet relative to each other [m/s] that shows a radius; faster feet slip."""
 
 
 def with_rolling_feet(
@@ -52,7 +50,7 @@ def with_rolling_feet(
         error = np.linalg.norm(speed - radius * turn, axis=1)
         trust = (1 + (error / max(float(np.median(error)), 1e-6)) ** 2) ** -2.0
         radius = float(trust @ product / max(trust @ weight, 1e-12))
-    if (slip := float(np.median(error))) > SLIP:
+    if (slip := float(np.median(error))) > 0.02:  # [m/s], faster feet slip
         note = (
             f"Standing feet move relative to each other at a median of {1e3 * slip:.0f} mm/s: they slip, roll on an "
             "unknown radius, or contacts are wrong. The error of the legs' friction can exceed its intervals. For ball "

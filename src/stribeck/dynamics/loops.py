@@ -25,8 +25,6 @@ from stribeck.robot.rooting import RootedModel
 
 CLOSED, OPEN = 1e-12, 1e-3
 """Gap [m], [rad], or step, below which Gauss-Newton ends, and largest gap that the digits of a model explain."""
-MOST_STEPS = 30
-"""Largest number of Gauss-Newton steps per sample; three are usual."""
 STRIDE = 0.05
 """Largest step of independent joints [rad], [m] between two solutions; larger ones may reach another branch."""
 RANK, ROUNDED = 1e-6, 1e-3
@@ -197,7 +195,7 @@ def _close(robot: Robot, position: Array) -> float:
     """Move the passive joints of one sample, in place, by Gauss-Newton until the loops close; return the gap."""
     passive = robot.passive_columns
     gap = np.inf
-    for _ in range(MOST_STEPS):
+    for _ in range(30):  # three are usual
         terms = loop_terms(robot, position[None])
         gap = float(np.abs(terms.gap).max())
         step = np.linalg.lstsq(terms.jacobian[0][:, passive], terms.gap[0], rcond=RANK)[0]

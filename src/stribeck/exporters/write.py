@@ -224,12 +224,7 @@ def _read(result: Result | str | Path, robot: Robot | str | Path) -> tuple[Resul
 
 
 def _request(
-    result: Result,
-    robot: Robot,
-    path: Path,
-    target: str,
-    choice: Choice,
-    forms: Mapping[str, str] | None = None,
+    result: Result, robot: Robot, path: Path, target: str, choice: Choice, forms: Mapping[str, str] | None = None
 ) -> Request:
     """Collect the content of a file, with one friction model, one per joint, or the first that is close enough."""
     if target not in TARGETS:

@@ -99,10 +99,7 @@ class Trends:
     @property
     def conclusion(self) -> str:
         """State how many joints changed and how many robots stand out, with the clearest of each."""
-        joints, robots = (
-            {(each.robot, each.joint) for each in self.alarms},
-            {each.robot for each in self.odd},
-        )
+        joints, robots = ({(each.robot, each.joint) for each in self.alarms}, {each.robot for each in self.odd})
         changed = f"{len(joints)} joint{'s' * (len(joints) != 1)} changed" if joints else "No joint changed"
         odd = f"{len(robots)} robot{'s' * (len(robots) != 1)} stand{'s' * (len(robots) == 1)} out" if robots else ""
         clearest = [f" ({own[0].line})" if own else "" for own in (self.alarms, self.odd)]

@@ -38,11 +38,6 @@ from stribeck.robot import model_path
 from stribeck.robot.packages import PREFIX
 from stribeck.settings import LogTable
 
-PLACEHOLDER = 1000.0
-"""Sampling rate of a draft for a log without time [Hz]; nothing is derived from it."""
-CANDIDATES = 40
-"""Largest number of columns that a question lists [1]."""
-
 
 def draft_robot_file(model: str, log: Path | None, output: Path) -> Draft:
     """Draft the robot file of a model and, if given, its log.
@@ -157,7 +152,7 @@ def _ask_for_channels(draft: Draft, source: Recording, torque_source: TorqueSour
         commands = ", or [log.desired_position] name for commands" if channel == "torque" else ""
         draft.ask(
             "log",
-            f"no name suggests joint {channel}s; which of {listed(source.others, CANDIDATES)} are they? Set "
+            f"no name suggests joint {channel}s; which of {listed(source.others, 40)} are they? Set "
             f"[log.{channel}] name to the array, prefix, topic or list of columns{commands}.",
         )
     return not missing
@@ -178,7 +173,7 @@ def _find_time_unit(draft: Draft, source: Recording) -> bool:
             stamps = np.asarray(loaded["time"], dtype=float).reshape(-1)
             stamps = (stamps - stamps[0])[np.isfinite(stamps)]
     if not stamps.any():
-        draft.table("log")["rate"] = PLACEHOLDER
+        draft.table("log")["rate"] = 1000.0  # [Hz], nothing is derived from it
         draft.ask(
             "log.rate",
             "the log has no usable time; what is its sampling rate [Hz]? Units, signs and order are not checked until "

@@ -2,7 +2,7 @@
 
 To add a method:
 
-1. Write `methods/<name>.py` with a function `find` that matches `Find` and returns a `Fitted`. A method that fits the
+1. Write `methods/<name>.py` with a function `find` that is a `Find` and returns a `Fitted`. A method that fits the
    friction torque calls `friction_torque(prepared, robot, settings)`, which is computed once for fit, table and report.
    A method that corrects the robot or the logs returns the corrected ones.
 2. Create a `Method`. `uses` is `SHARED`, without settings that the method overrides, plus its own settings, with dots
@@ -16,7 +16,6 @@ To add a method:
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -167,28 +166,11 @@ FrictionTorque = Callable[[Sequence[PreparedLog], Robot, Settings], LogsFriction
 """Function that computes the friction torque of logs: `stribeck.friction_torque.stage.FrictionTorqueStage`."""
 
 
-class Find(Protocol):
-    """Signature of a method."""
+Find = Callable[[Sequence[PreparedLog], Robot, FrictionLaw, Settings, FrictionTorque, Progress], Fitted]
+"""Function that estimates the friction of a robot from its logs.
 
-    def __call__(
-        self,
-        prepared: Sequence[PreparedLog],
-        robot: Robot,
-        law: FrictionLaw,
-        settings: Settings,
-        friction_torque: FrictionTorque,
-        progress: Progress,
-    ) -> Fitted:
-        """Estimate the friction of a robot from its logs.
-
-        Raises
-        ------
-        LogError, SettingsError
-            If a log cannot be used.
-        NothingIdentifiedError
-            If no joint moves enough.
-        """
-        ...
+It raises a LogError or a SettingsError if a log cannot be used, and a NothingIdentifiedError if no joint moves enough.
+"""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -26,9 +26,6 @@ In `studies.misfits` a payload that the log shows moves a body by 5 and more, an
 UNEXPLAINED = 4.0
 """Chi^2 per degree of freedom [1] from which no single cause can explain the residual."""
 
-UNKNOWN_SCALE = 0.1
-"""Standard error of the scale of all torques [1] from which a warning is given."""
-
 DRIFTS = 0.05
 """Change of friction during a log relative to its mean [1] from which a warning is given, as for misfits."""
 
@@ -44,7 +41,7 @@ def find_problems(found: WholeLog) -> list[Finding]:
         problems.append(Finding.of("chi-square", chi_square=fit.chi_square))
     if fit.heterogeneity >= 4.0:  # folds differ by twice as much as errors explain
         problems.append(Finding.of("heterogeneity", times=np.sqrt(fit.heterogeneity)))
-    if found.robot.torque_source != "command" and found.causes.scale_error > UNKNOWN_SCALE:
+    if found.robot.torque_source != "command" and found.causes.scale_error > 0.1:
         problems.append(Finding.of("torque-scale.unknown"))
     if np.any(fit.wrenches_off > FAR):
         problems.append(Finding.of("wrench-sensors", far=FAR))

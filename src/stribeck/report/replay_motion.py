@@ -16,9 +16,6 @@ from stribeck.report.torques import POINTS, over_time
 if TYPE_CHECKING:  # only for types: replay is above this room
     from stribeck.replay.comparison import Replay
 
-PAUSE = 0.1
-"""Least time between two simulations that are drawn, relative to their duration [1]."""
-
 Drawn = dict[str, tuple[str, list[Array]]]
 """Label of the vertical axis, then the measured values and the values of both models, by caption."""
 
@@ -76,7 +73,7 @@ def pieces(time: Array, start: Array, position: Array, replay: Replay) -> Array:
     for row in np.argsort(start):
         if start[row] < free or np.isnan(position[row]).all():
             continue
-        free = start[row] + (1 + PAUSE) * duration
+        free = start[row] + 1.1 * duration  # with a pause between two simulations
         inside = slice(*np.searchsorted(time, [start[row], start[row] + offsets[-1]]))
         found[inside] = np.interp(time[inside] - start[row], offsets, position[row])
     return found

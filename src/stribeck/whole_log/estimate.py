@@ -26,13 +26,8 @@ from stribeck.whole_log.model.unexplained import unsupported
 from stribeck.whole_log.noise.variance_components import VarianceComponents
 from stribeck.whole_log.reading import read_with_pilot, remaining_delay
 from stribeck.whole_log.solver.elimination import Fit
-from stribeck.whole_log.solver.empirical_bayes import (
-    group_mean_covariance,
-    solve_with_empirical_bayes,
-)
-from stribeck.whole_log.solver.pilot import (
-    Pilot,
-)
+from stribeck.whole_log.solver.empirical_bayes import group_mean_covariance, solve_with_empirical_bayes
+from stribeck.whole_log.solver.pilot import Pilot
 from stribeck.whole_log.solver.statistics import Statistics, total
 from stribeck.whole_log.terms.term_selection import Choice, make_trials, select_terms
 from stribeck.whole_log.uncertainty.covariance_budget import CovarianceBudget, covariance_budget

@@ -30,11 +30,7 @@ from stribeck.whole_log.model.laws import Laws
 from stribeck.whole_log.model.terms import NO_TERM, Columns, Terms
 from stribeck.whole_log.model.unexplained import Unexplained, find_terms
 from stribeck.whole_log.solver.elimination import Fit, eliminate, inverse_of, solve
-from stribeck.whole_log.solver.empirical_bayes import (
-    best_of_linear,
-    blocks,
-    with_other_starts,
-)
+from stribeck.whole_log.solver.empirical_bayes import best_of_linear, blocks, with_other_starts
 from stribeck.whole_log.solver.pilot import (
     LINEAR,
     Pilot,
@@ -103,12 +99,7 @@ def read_with_pilot(
 
 
 def _read(
-    late: EquationSequence,
-    pilot: Pilot,
-    basis: Basis,
-    terms: Terms,
-    laws: Laws,
-    progress: Callable[[float], None],
+    late: EquationSequence, pilot: Pilot, basis: Basis, terms: Terms, laws: Laws, progress: Callable[[float], None]
 ) -> Read:
     """Compute the statistics of a log, of some segments in `FOLDS` and the held-out ones, and fit the laws to them."""
     columns = Columns(basis, terms)

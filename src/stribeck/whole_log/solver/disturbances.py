@@ -23,11 +23,7 @@ ENOUGH_FOR_QUARTERS = 24
 
 
 def consistent(
-    groups: list[Groups],
-    model: ModelCorrections,
-    components: VarianceComponents,
-    precision: Array,
-    half_alone: bool,
+    groups: list[Groups], model: ModelCorrections, components: VarianceComponents, precision: Array, half_alone: bool
 ) -> list[Groups]:
     """Remove segments that disagree with the model of the largest consistent part.
 

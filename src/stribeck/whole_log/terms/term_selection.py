@@ -48,11 +48,7 @@ class Choice:
 
 
 def select_terms(
-    whole: Statistics,
-    folds: Sequence[Statistics],
-    fit: Fit,
-    refused: Refused,
-    effects: Callable[[Fit], Array],
+    whole: Statistics, folds: Sequence[Statistics], fit: Fit, refused: Refused, effects: Callable[[Fit], Array]
 ) -> Choice:
     """Select each joint's terms by held-out scores, except terms that a random effect explains as well.
 

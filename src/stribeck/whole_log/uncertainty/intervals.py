@@ -68,14 +68,7 @@ def joint_coordinates(fit: WholeLogFit, joint: int) -> JointCoordinates:
     values = np.maximum(to_external(inner.x[own], logs) * unit, least)
     torques = np.array([parameter.unit.startswith(("N m", "kg m^2")) for parameter in parameters])
     gain = model.common_gain * np.where(torques, np.where(logs, 1.0, values), 0.0) / unit
-    return JointCoordinates(
-        places=own,
-        unit=unit,
-        parameters=parameters,
-        values=values,
-        held=held,
-        gain=gain,
-    )
+    return JointCoordinates(places=own, unit=unit, parameters=parameters, values=values, held=held, gain=gain)
 
 
 def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> JointFit:
