@@ -4,12 +4,11 @@ from dataclasses import dataclass
 from itertools import permutations, product
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from stribeck.audit.evidence import Evidence
 from stribeck.base.finding import Finding
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.contact.phases import switch, up_in_base
 from stribeck.dynamics.state import root_quaternions
 from stribeck.log import RobotLog
@@ -74,7 +73,7 @@ def check_contacts(evidence: Evidence) -> list[Finding]:
     return [Finding.of("contact-stuck", evidence="; ".join(parts))] if parts else []
 
 
-def _heights(log: RobotLog, robot: Robot, standing: NDArray[np.bool_]) -> Array:
+def _heights(log: RobotLog, robot: Robot, standing: BoolArray) -> Array:
     """Compute the heights of the feet above the ground, shape (T, feet), up to a constant per row.
 
     The ground is level, or a slope if one explains most of the differences between standing feet.
@@ -99,7 +98,7 @@ def _heights(log: RobotLog, robot: Robot, standing: NDArray[np.bool_]) -> Array:
     return np.asarray(height - (along @ slope)[..., 0])
 
 
-def _repeats(flag: NDArray[np.bool_], lift: Array) -> bool:
+def _repeats(flag: BoolArray, lift: Array) -> bool:
     """Whether a foot rises and comes down at least twice while its flag stays set.
 
     On stairs a standing foot is above a swinging one once per step.
@@ -112,7 +111,7 @@ def _repeats(flag: NDArray[np.bool_], lift: Array) -> bool:
     return bool(both.max() >= 2)
 
 
-def _best_order(standing: NDArray[np.bool_], lift: Array) -> tuple[int, ...] | None:
+def _best_order(standing: BoolArray, lift: Array) -> tuple[int, ...] | None:
     """Find for each foot the one whose flag fits its height; None if the given order fits about as well.
 
     The best order must reduce the mean height of standing feet to 40 %, and feet be too high in 25 % of the time.
@@ -200,7 +199,7 @@ def _orientation(evidence: Evidence) -> list[Finding]:
     return [Finding.of("base-orientation", tilt=tilt)] if tilt > 25.0 else []
 
 
-def _pairs(evidence: Evidence, foot: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
+def _pairs(evidence: Evidence, foot: IntArray) -> tuple[IntArray, IntArray, Array]:
     """Pair bins 0.2 s apart in one run, on one foot; the third value is the time between them [s], shape (P, 1).
 
     Over shorter times soles roll a little where they stand.
@@ -216,7 +215,7 @@ def _pairs(evidence: Evidence, foot: NDArray[np.int64]) -> tuple[NDArray[np.int6
     return first, last, (evidence.rows[last] - evidence.rows[first])[:, None] * period
 
 
-def _standing_sole(evidence: Evidence) -> NDArray[np.int64] | None:
+def _standing_sole(evidence: Evidence) -> IntArray | None:
     """Find the number of a standing sole in each bin, -1 without one, shape (B,); None if no sole ever stands."""
     contacts = evidence.robot.contacts
     soles = [k for k, contact in enumerate(contacts.values()) if contact.kind == "surface"]

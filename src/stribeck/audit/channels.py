@@ -5,7 +5,6 @@ from collections import defaultdict
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stribeck.audit.evidence import Evidence
 from stribeck.base.finding import Finding
@@ -213,7 +212,7 @@ def clipped(torque: Array, position: Array, least: float, most: float) -> float:
     return share
 
 
-def held_for(values: NDArray[np.float64]) -> int:
+def held_for(values: Array) -> int:
     """Count the samples for which each value of a channel is held; 0 if the counts differ or are one."""
     steps = np.diff(values)
     changes = np.flatnonzero(np.abs(steps) > ROUNDING * float(np.abs(values).max()))

@@ -16,11 +16,10 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stribeck.audit.joint_simulation import STEP, Pieces, linearize
 from stribeck.base.finding import Finding
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.dynamics.rooted import joint_inertia
 from stribeck.friction_torque.inverse_dynamics import torque_chunks
 from stribeck.friction_torque.preparation import PreparedLog
@@ -167,7 +166,7 @@ class _Piece:
 
     log: RobotLog
     joint: int
-    rows: NDArray[np.int64]
+    rows: IntArray
     stride: int
     period: float
     velocity: Array
@@ -232,7 +231,7 @@ def _cut(prepared: PreparedLog, robot: Robot, settings: Settings) -> Iterator[_P
                 yield _Piece(log, joint, chunk.rows[run], stride, stride * period, *along)
 
 
-def _moving(velocity: Array, usable: NDArray[np.bool_], runs: Iterator[slice], period: float) -> Iterator[slice]:
+def _moving(velocity: Array, usable: BoolArray, runs: Iterator[slice], period: float) -> Iterator[slice]:
     """Yield the samples of each piece in which a joint moves, in one run, at most `LONGEST` seconds each."""
     top = np.percentile(np.abs(velocity), 99) if len(velocity) else 0.0
     length = max(FEWEST, round(LONGEST / period))

@@ -3,12 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stribeck.audit.evidence import Evidence
 from stribeck.audit.regression import FEWEST, friction_shapes, unexplained
 from stribeck.base.spans import Span
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray
 
 OUTLYING = 5.0
 """Residual beyond which a bin is disturbed [robust standard deviations]."""
@@ -18,7 +17,7 @@ MARGIN = 0.25
 """Time before and after a disturbed bin that is set aside as well [s]."""
 
 
-def disturbed_spans(evidence: Evidence) -> tuple[list[Span], NDArray[np.bool_]]:
+def disturbed_spans(evidence: Evidence) -> tuple[list[Span], BoolArray]:
     """Find the spans whose torques deviate far from model plus robustly fitted friction, and mask their bins."""
     far = np.zeros(len(evidence.rows))
     for k in range(len(evidence.joints)):
@@ -38,7 +37,7 @@ def disturbed_spans(evidence: Evidence) -> tuple[list[Span], NDArray[np.bool_]]:
     return [Span(*span) for span in zip(starts.tolist(), ends.tolist(), strict=True)], inside
 
 
-def rest_of(evidence: Evidence, disturbed: NDArray[np.bool_]) -> Evidence:
+def rest_of(evidence: Evidence, disturbed: BoolArray) -> Evidence:
     """Select the bins outside of disturbed spans."""
     bins = ("rows", "run", "support", "torque", "model", "velocity", "acceleration", "external")
     return replace(evidence, **{name: getattr(evidence, name)[~disturbed] for name in bins})

@@ -5,9 +5,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, IntArray
 from stribeck.differentiation import make_filter
 from stribeck.friction_torque.inverse_dynamics import torque_chunks
 from stribeck.friction_torque.preparation import PreparedLog
@@ -60,9 +59,9 @@ class Evidence:
     robot: Robot
     runs: list[Run]
     stride: int
-    rows: NDArray[np.int64]
-    run: NDArray[np.int64]
-    support: NDArray[np.int64]
+    rows: IntArray
+    run: IntArray
+    support: IntArray
     support_names: tuple[str, ...]
     torque: Array
     model: Array

@@ -3,9 +3,8 @@
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 
 STEP = 5e-4
 """Longest time step of the simulation [s]."""
@@ -30,18 +29,18 @@ class Pieces:
         Sampling period [s], shape (B,).
     """
 
-    joint: NDArray[np.int64]
-    known: NDArray[np.bool_]
+    joint: IntArray
+    known: BoolArray
     command: Array
     lead: int
-    stride: NDArray[np.int64]
+    stride: IntArray
     position: Array
     velocity: Array
     inertia: Array
     others: Array
     period: Array
 
-    def take(self, own: NDArray[np.int64]) -> "Pieces":
+    def take(self, own: IntArray) -> "Pieces":
         """Select some pieces by their numbers."""
         arrays = {field.name: getattr(self, field.name) for field in fields(self)}
         return replace(self, **{name: array[..., own] for name, array in arrays.items() if np.ndim(array)})

@@ -3,12 +3,11 @@
 from collections.abc import Collection
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stribeck.audit.evidence import Evidence
 from stribeck.audit.scale import concerns_most, scale_line
 from stribeck.base.finding import Finding
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray
 from stribeck.robot import Robot
 
 FEW = 0.02
@@ -78,7 +77,7 @@ def _degrees(evidence: Evidence) -> list[Finding]:
     return [Finding.of("position-degrees", names, reach=reach, units=" and ".join(units))]
 
 
-def in_millimeters(robot: Robot, lowest: Array, highest: Array) -> NDArray[np.bool_]:
+def in_millimeters(robot: Robot, lowest: Array, highest: Array) -> BoolArray:
     """Find the prismatic joints whose positions fit the model's limits only as millimeters, shape (n,)."""
     low, high = robot.position_limits
     far = (lowest < low - OUTSIDE) | (highest > high + OUTSIDE)
@@ -100,7 +99,7 @@ def _limits(evidence: Evidence, left_out: Collection[str]) -> list[Finding]:
     reached = other & ((lowest < low + margin) | (highest > high - margin))
     outside = reached & ((lowest < low - OUTSIDE) | (highest > high + OUTSIDE))
 
-    def finding(check: str, joints: NDArray[np.bool_]) -> list[Finding]:
+    def finding(check: str, joints: BoolArray) -> list[Finding]:
         spans = {
             robot.joint_names[k]: f" ({lowest[k]:.3g} to {highest[k]:.3g}, limits {low[k]:.3g} to {high[k]:.3g})"
             for k in np.flatnonzero(joints)

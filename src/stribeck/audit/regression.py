@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from stribeck.audit.evidence import Evidence
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 
 FEWEST = 20
 """Minimum number of bins for a regression [1]."""
@@ -44,7 +43,7 @@ class Fit:
     friction_and_error: float
 
 
-def friction_shapes(evidence: Evidence, k: int, rows: NDArray[np.bool_] | NDArray[np.int64]) -> Array:
+def friction_shapes(evidence: Evidence, k: int, rows: BoolArray | IntArray) -> Array:
     """Compute possible shapes of a joint's friction, and of rotor inertia if the torque includes it, shape (B, f).
 
     The constant comes first. Smoothed signs are 2 % and 20 % of the top speed wide.
@@ -111,7 +110,7 @@ def fit(
     )
 
 
-def regress(shapes: Array, model: Array, torque: Array, run: NDArray[np.int64]) -> tuple[float, float, Array, Array]:
+def regress(shapes: Array, model: Array, torque: Array, run: IntArray) -> tuple[float, float, Array, Array]:
     """Regress a torque on modeled torque and shapes.
 
     Returns
@@ -148,14 +147,14 @@ def unexplained(evidence: Evidence, k: int, sign: float | Array) -> float:
     return float(left**2) / len(torque) / variance
 
 
-def effective_share(regressor: Array, error: Array, run: NDArray[np.int64]) -> float:
+def effective_share(regressor: Array, error: Array, run: IntArray) -> float:
     """Estimate the number of independent samples per sample [1] from the autocorrelation at a lag of one."""
     within = run[1:] == run[:-1]
     product = _lag_one(regressor, within) * _lag_one(error, within)
     return float(np.clip((1 - product) / (1 + product), 1e-3, 1.0))
 
 
-def _lag_one(values: Array, within: NDArray[np.bool_]) -> float:
+def _lag_one(values: Array, within: BoolArray) -> float:
     first, second = values[:-1][within], values[1:][within]
     size = float(np.sqrt((first @ first) * (second @ second)))
     return float(np.clip(first @ second / size, 0.0, 0.999)) if size else 0.0

@@ -7,7 +7,6 @@ from math import ceil
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
 
@@ -16,7 +15,7 @@ from stribeck.audit.hypotheses import Hypothesis, compete, rivals
 from stribeck.audit.motion import angle_between, gravity_torques, tilted
 from stribeck.audit.regression import FEWEST, Fit, fit
 from stribeck.base.finding import Finding
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, IntArray
 from stribeck.dynamics.root_motion import gravity_in_root_link
 from stribeck.dynamics.state import root_quaternions
 from stribeck.robot import Robot
@@ -326,7 +325,7 @@ def _weight_carried(evidence: Evidence) -> float | None:
     return float(product / needed)
 
 
-def _gravity(evidence: Evidence, bins: NDArray[np.int64], feet_of: list[list[str]]) -> Array:
+def _gravity(evidence: Evidence, bins: IntArray, feet_of: list[list[str]]) -> Array:
     """Compute gravity in root link coordinates [m/s^2], shape (B, 3); without an orientation a foot is level."""
     robot, log, rows = evidence.robot, evidence.prepared.log, evidence.rows[bins]
     if log.base_orientation is not None:

@@ -12,8 +12,8 @@ To add a source:
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stribeck.base.typing import BoolArray
 from stribeck.contact.flicker import without_flicker
 from stribeck.contact.forces import foot_loads, force_channel, standing_from_forces
 from stribeck.contact.kinematics import share_at_rest, standing_from_kinematics
@@ -140,7 +140,7 @@ def _find_standing(
     segments: tuple[slice, ...],
     settings: SupportSettings,
     source: Source,
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_], list[str]]:
+) -> tuple[BoolArray, BoolArray, list[str]]:
     """Find standing feet, and feet that carry some load without standing, shape (T, feet) each, and notes."""
     if source == "forces":
         return standing_from_forces(log, robot, feet, segments, settings)

@@ -2,9 +2,8 @@
 
 import numpy as np
 import scipy  # its ndimage is slow to import: loaded at its first use
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray
 
 FLICKER = 0.04
 """Longest gap or blip of a contact [s] that is removed: the fastest robots stand and swing for 0.06 s and more."""
@@ -13,8 +12,8 @@ NOISE = 0.01
 
 
 def without_flicker(
-    standing: NDArray[np.bool_], touching: NDArray[np.bool_], time: Array, segments: tuple[slice, ...]
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    standing: BoolArray, touching: BoolArray, time: Array, segments: tuple[slice, ...]
+) -> tuple[BoolArray, BoolArray]:
     """Remove short gaps and blips of contacts within each segment, shape (T, feet), and extend the feet that touch.
 
     A foot touches where it flickers around a change, and where a gap or blip is longer than noise makes it: it may have
@@ -32,7 +31,7 @@ def without_flicker(
     return cleaned, uncertain
 
 
-def _with_fewer_changes(standing: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:
+def _with_fewer_changes(standing: BoolArray, shortest: int) -> BoolArray:
     """Remove gaps and blips shorter than `shortest` rows from contacts, shape (T, feet).
 
     The result has the fewest rows that differ from `standing`, where each change counts as half of `shortest` rows

@@ -1,9 +1,8 @@
 """Standing feet from foot forces: check sign and unit, then apply a threshold with hysteresis."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray
 from stribeck.contact.phases import switch, up_in_base
 from stribeck.errors import LogError, SettingsError
 from stribeck.log import RobotLog
@@ -16,7 +15,7 @@ TOLERANCE = 0.25
 
 def standing_from_forces(
     log: RobotLog, robot: Robot, feet: tuple[str, ...], segments: tuple[slice, ...], settings: SupportSettings
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_], list[str]]:
+) -> tuple[BoolArray, BoolArray, list[str]]:
     """Find standing feet, and feet that touch the ground without standing, shape (T, feet) each, and notes.
 
     A foot lands when its load rises above `force_on` times the robot's weight, and lifts when its load falls below

@@ -5,10 +5,9 @@ from itertools import combinations, permutations
 
 import numpy as np
 import scipy  # its ndimage is slow to import: loaded at its first use
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray
 from stribeck.contact.phases import switch, up_in_base
 from stribeck.dynamics.state import root_quaternions
 from stribeck.errors import LogError
@@ -21,7 +20,7 @@ SLOWEST = 0.02
 
 def standing_from_kinematics(
     log: RobotLog, robot: Robot, feet: tuple[str, ...], segments: tuple[slice, ...]
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_], list[str]]:
+) -> tuple[BoolArray, BoolArray, list[str]]:
     """Find standing feet, and point feet that may touch the ground without standing, shape (T, feet) each, and notes.
 
     A foot is in the air while it is clearly higher than the lowest foot. Its swing extends before and after that time,
@@ -117,7 +116,7 @@ class _FootPlaces:
         heights = np.asarray(np.einsum("tfi,ti->tf", self.points, up))
         return np.asarray(heights - np.min(heights, axis=1, keepdims=True))
 
-    def compute_speeds(self, ground: NDArray[np.bool_]) -> Array:
+    def compute_speeds(self, ground: BoolArray) -> Array:
         """Compute each foot's mean speed relative to the other feet on the ground [m/s], shape (T, feet)."""
         speeds, seen_from = np.zeros(ground.shape), np.zeros(ground.shape)
         if len(self.time) < 2:
@@ -149,7 +148,7 @@ def _place_feet(log: RobotLog, robot: Robot, feet: tuple[str, ...]) -> _FootPlac
     return _FootPlaces(log.time, points, levels, up)
 
 
-def _find_swings(airborne: NDArray[np.bool_], moving: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _find_swings(airborne: BoolArray, moving: BoolArray) -> BoolArray:
     """Find the feet that swing, shape (T, feet): in the air, or moving just before or after that."""
     swinging = np.empty_like(airborne)
     distance = np.full(airborne.shape, np.inf)
@@ -164,7 +163,7 @@ def _find_swings(airborne: NDArray[np.bool_], moving: NDArray[np.bool_]) -> NDAr
     return swinging
 
 
-def _select_runs(wide: NDArray[np.bool_], core: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _select_runs(wide: BoolArray, core: BoolArray) -> BoolArray:
     """Select the runs of `wide` that overlap `core`."""
     run = np.cumsum(np.diff(wide, prepend=False))
     return wide & np.isin(run, run[core])

@@ -5,9 +5,8 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray
 from stribeck.dynamics.root_motion import gravity_in_root_link
 from stribeck.dynamics.state import root_quaternions
 from stribeck.errors import LogError
@@ -91,8 +90,8 @@ def fixed_phases(segments: tuple[slice, ...], kind: Literal["fixed", "hung"] = "
 
 
 def phases_of_segment(
-    standing: NDArray[np.bool_],
-    touching: NDArray[np.bool_],
+    standing: BoolArray,
+    touching: BoolArray,
     feet: tuple[str, ...],
     time: Array,
     segment: slice,
@@ -169,7 +168,7 @@ def trims(duration: float, start: float, end: float, shortest: float = 0.0) -> t
     return share * start, share * end
 
 
-def switch(signal: Array, on: float, off: float) -> NDArray[np.bool_]:
+def switch(signal: Array, on: float, off: float) -> BoolArray:
     """Apply a threshold with hysteresis: on above `on`, off below `off`, unchanged in between.
 
     Parameters

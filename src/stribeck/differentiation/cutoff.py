@@ -7,7 +7,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, IntArray
 from stribeck.differentiation.savitzky_golay import savgol_cutoff, savgol_kernels, savgol_window
 from stribeck.errors import LogError
 
@@ -123,7 +123,7 @@ def _make_choice(window: int, rate: float, reason: str) -> CutoffChoice:
 
 def _find_windows(
     windows: list[int], rate: float, frequency: Array, signal: Array, noise: Array
-) -> tuple[NDArray[np.int64], Array]:
+) -> tuple[IntArray, Array]:
     """Find, per joint, the index of the window with the least expected error, and the share of the signal it keeps."""
     gain = np.stack([_compute_gain(window, rate, frequency) for window in windows])
     lost = (1 - gain) ** 2 @ signal / signal.sum(axis=0)  # (windows, joints)
@@ -241,7 +241,7 @@ def average_spectra(first: Sequence[Array], second: Sequence[Array], rate: float
     )
 
 
-def _find_part_length(samples: NDArray[np.int64], rate: float) -> int:
+def _find_part_length(samples: IntArray, rate: float) -> int:
     """Find a length that fits most samples of every signal and gives several parts of each.
 
     `samples` counts the samples of each signal in each segment, shape (segments, n).

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.robot import Robot
 from stribeck.robot.kinematics import frame_pose
 from stribeck.robot.rooting import BASE_FRAME
@@ -43,7 +42,7 @@ class State:
     acceleration: Array
     orientation: Orientation | None = None
 
-    def take(self, rows: slice | NDArray[np.int64] | NDArray[np.bool_]) -> State:
+    def take(self, rows: slice | IntArray | BoolArray) -> State:
         """Select samples."""
         turn = self.orientation
         if turn is not None:

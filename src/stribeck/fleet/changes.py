@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 
 SLACK, CLIP = 1.0, 4.0
 """Slack k of the charts, and largest z that counts [standard deviations].
@@ -114,20 +114,16 @@ class _Side:
     """One direction of all charts: the sum, and the number of the first log since it was zero."""
 
     sum: Array
-    first: NDArray[np.int64]
+    first: IntArray
 
-    def add(self, own: slice, z: Array, step: int, known: NDArray[np.bool_]) -> None:
+    def add(self, own: slice, z: Array, step: int, known: BoolArray) -> None:
         """Add the logs of one step."""
         self.first[own][(self.sum[own] == 0) & known] = step
         self.sum[own] = np.where(known, np.maximum(self.sum[own] + z - SLACK, 0.0), self.sum[own])
 
 
 def _measured(
-    alarms: list[tuple[int, int, int, int]],
-    starts: NDArray[np.int64],
-    stops: NDArray[np.int64],
-    values: Array,
-    variance: Array,
+    alarms: list[tuple[int, int, int, int]], starts: IntArray, stops: IntArray, values: Array, variance: Array
 ) -> list[Change]:
     """Compute the means before and after each change."""
     changes = list[Change]()

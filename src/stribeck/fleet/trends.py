@@ -11,9 +11,8 @@ from datetime import datetime
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray
 from stribeck.errors import SettingsError
 from stribeck.fleet.changes import Change, find_changes
 from stribeck.fleet.friction import Channel, Fleet, read_fleet
@@ -166,9 +165,7 @@ def find_trends(store: str | Path, *, logs_per_false_alarm: float = 1000.0) -> T
     )
 
 
-def _type_friction(
-    fleet: Fleet, channel: int, variance: Array, used: NDArray[np.bool_]
-) -> tuple[TypeFriction, list[OddRobot]]:
+def _type_friction(fleet: Fleet, channel: int, variance: Array, used: BoolArray) -> tuple[TypeFriction, list[OddRobot]]:
     """Fit the mixed model of one channel by REML, without robots that stand out."""
     place = asdict(fleet.channels[channel])
     robots, which = np.unique(fleet.robots[used], return_inverse=True)

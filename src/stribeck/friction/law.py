@@ -7,9 +7,8 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray
 
 PRISMATIC_UNITS = {
     "N m": "N",
@@ -126,7 +125,7 @@ class Motion:
 
     velocity: Array
     period: float
-    begins: NDArray[np.bool_]
+    begins: BoolArray
 
     @cached_property
     def legs(self) -> tuple[Array, Array]:

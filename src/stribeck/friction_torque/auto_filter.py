@@ -3,9 +3,8 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray
 from stribeck.differentiation import CutoffChoice, choose_cutoff
 from stribeck.differentiation.cutoff import MIN_SAMPLES, ORDER
 from stribeck.differentiation.savitzky_golay import savgol_cutoff
@@ -88,7 +87,7 @@ def _compute_model_acceleration(robot: Robot, chunk: Chunk, run: slice, position
     return acceleration
 
 
-def _find_independent(inertia: Array) -> NDArray[np.bool_]:
+def _find_independent(inertia: Array) -> BoolArray:
     """Find the joints whose inertia cannot be canceled by other joints, as between coaxial ones, shape (k,)."""
     scale = 1 / np.sqrt(np.diag(inertia))
     values, vectors = np.linalg.eigh(inertia * np.outer(scale, scale))

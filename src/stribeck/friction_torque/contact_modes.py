@@ -12,9 +12,8 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.contact import SupportPhase
 from stribeck.differentiation.averaging import Nodes
 from stribeck.dynamics.loops import without_loop_forces
@@ -45,7 +44,7 @@ class Explained(NamedTuple):
     """
 
     friction: Array
-    usable: NDArray[np.bool_]
+    usable: BoolArray
     wrench: Array
     velocity: Array
     acceleration: Array
@@ -99,7 +98,7 @@ def root_foot(robot: Robot, mode: StandingFeet) -> str | None:
     return next((foot for foot in by_rest if robot.contacts[foot].kind == "surface"), None)
 
 
-def seen_joints(robot: Robot, feet: tuple[str, ...], settings: Settings) -> NDArray[np.bool_]:
+def seen_joints(robot: Robot, feet: tuple[str, ...], settings: Settings) -> BoolArray:
     """Find the joints whose friction torque a fit may use while these feet stand, shape (n,)."""
     if robot.base == "fixed" or takes_wrenches(robot, settings):
         return np.ones(len(robot.joint_names), dtype=bool)
@@ -108,7 +107,7 @@ def seen_joints(robot: Robot, feet: tuple[str, ...], settings: Settings) -> NDAr
     return ~robot.standing(feet) | bool(settings.standing_legs)
 
 
-def swinging_joints(robot: Robot, feet: tuple[str, ...]) -> NDArray[np.bool_]:
+def swinging_joints(robot: Robot, feet: tuple[str, ...]) -> BoolArray:
     """Find the joints of legs whose feet do not stand, shape (n,); none for a fixed base."""
     legs = robot.standing(tuple(robot.contacts))
     return legs & ~robot.standing(tuple(foot for foot in feet if foot in robot.contacts))
@@ -127,7 +126,7 @@ def leaves_open(robot: Robot, feet: tuple[str, ...]) -> bool:
 def by_inverse_dynamics(
     robot: Robot,
     modes: tuple[StandingFeet, ...],
-    mode: NDArray[np.int64],
+    mode: IntArray,
     state: State,
     torque: Array,
     measured: Mapping[str, Array],
@@ -138,7 +137,7 @@ def by_inverse_dynamics(
     usable = np.zeros(torque.shape, dtype=bool)
     wrench = np.full((len(torque), 6), np.nan)
     for k in np.unique(mode):
-        rows: slice | NDArray[np.int64] = np.flatnonzero(mode == k)
+        rows: slice | IntArray = np.flatnonzero(mode == k)
         if len(rows) == len(torque):  # type: ignore[arg-type]
             rows = slice(None)
         part = state if isinstance(rows, slice) else state.take(rows)
@@ -149,7 +148,7 @@ def by_inverse_dynamics(
 
 def _explain(
     robot: Robot, mode: StandingFeet, state: State, torque: Array, measured: Mapping[str, Array], settings: Settings
-) -> tuple[Array, NDArray[np.bool_], Array | float]:
+) -> tuple[Array, BoolArray, Array | float]:
     """Compute friction torque (N, n), joints that a fit may use (n,), and the wrench on a single foot (N, 6) or NaN."""
     rooted, root = contact_root(robot, mode, state)
     wrench, needed = rooted_inverse_dynamics(rooted, state.position, state.velocity, state.acceleration, root)

@@ -5,9 +5,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.contact import SupportPhase
 from stribeck.differentiation import Filter, make_filter
 from stribeck.differentiation.averaging import average_nodes
@@ -47,7 +46,7 @@ class Chunk:
         Predicted ground reaction on the only standing foot, in its frame, shape (N, 6); NaN otherwise.
     """
 
-    rows: NDArray[np.int64]
+    rows: IntArray
     samples: FrictionSamples
     wrench: Array
 
@@ -161,7 +160,7 @@ def torque_chunks(
 
 def _label_rows(
     phases: tuple[SupportPhase, ...], rows: int, longest: int
-) -> tuple[tuple[StandingFeet, ...], NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
+) -> tuple[tuple[StandingFeet, ...], IntArray, IntArray, BoolArray]:
     """Label rows: contact modes, and each row's mode (-1 if not used), block, and whether it is steady.
 
     A block is a phase, or an equal part of a phase longer than `longest` rows.
@@ -265,7 +264,7 @@ def _compute_velocity(log: RobotLog, rows: slice, motion_filter: Filter) -> Arra
 
 
 def _compute_jerk_and_snap(
-    state: State, rows: NDArray[np.int64], reach: int, period: float, columns: NDArray[np.int64]
+    state: State, rows: IntArray, reach: int, period: float, columns: IntArray
 ) -> tuple[Array | None, Array | None]:
     """Compute jerk and snap of the velocity such that it is exact `reach` rows before and after, shape (N, n)."""
     if not reach:

@@ -5,9 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy  # its signal is slow to import: loaded at its first use
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, IntArray
 from stribeck.differentiation.averaging import exponential_nodes
 from stribeck.dynamics.loops import loop_momentum_balance
 from stribeck.dynamics.state import State
@@ -57,7 +56,7 @@ class LogObserver:
         self,
         robot: Robot,
         modes: tuple[StandingFeet, ...],
-        mode: NDArray[np.int64],
+        mode: IntArray,
         time: Array,
         state: State,
         torque: Array,
@@ -85,7 +84,7 @@ class LogObserver:
         wrench = np.full((len(torque), 6), np.nan)
         return Explained(friction, usable, wrench, velocity, acceleration, effort, self._nodes, jerk, snap)
 
-    def _low_pass(self, mode: NDArray[np.int64], time: Array, signals: Array) -> tuple[Array, Array]:
+    def _low_pass(self, mode: IntArray, time: Array, signals: Array) -> tuple[Array, Array]:
         """Filter signals, shape (4, T, n), and collect past velocities, shape (2, T, n).
 
         The signals are p, tau + b, v and tau; see `_average_periods`.

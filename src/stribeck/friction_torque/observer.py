@@ -20,9 +20,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray
 from stribeck.dynamics.loops import loop_momentum_balance
 from stribeck.dynamics.root_motion import ENOUGH_POINTS
 from stribeck.dynamics.state import Orientation, State, root_quaternions
@@ -40,7 +40,7 @@ class _Instant(NamedTuple):
     """Sample: contact mode, joints whose friction is observable in it, and p, tau + b and v, shape (n,) each."""
 
     mode: StandingFeet
-    seen: NDArray[np.bool_]
+    seen: BoolArray
     momentum: Array
     drive: Array
     velocity: Array

@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.differentiation.averaging import Nodes
 
 
@@ -54,9 +53,9 @@ class FrictionSamples:
     velocity: Array
     acceleration: Array
     friction_torque: Array
-    usable: NDArray[np.bool_]
-    block: NDArray[np.int64]
-    support: NDArray[np.int64]
+    usable: BoolArray
+    block: IntArray
+    support: IntArray
     support_names: tuple[str, ...]
     stride: int = 1
     prismatic: tuple[bool, ...] = ()
@@ -75,7 +74,7 @@ class FrictionSamples:
         """Return the unit of the torque of a column if it is not N m or N, or ""."""
         return self.units[column] if self.units else ""
 
-    def velocity_around(self, column: int, rows: NDArray[np.int64]) -> Array | None:
+    def velocity_around(self, column: int, rows: IntArray) -> Array | None:
         """Compute a joint's velocity at the nodes of some samples, shape (rows, K); None without nodes.
 
         With a lag, the mean over the past is the sample's velocity, because exponential weights have -lag, 2 lag^2 and

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stribeck.base.typing import BoolArray
 from stribeck.errors import LogError
 from stribeck.friction_torque.inverse_dynamics import Chunk
 from stribeck.friction_torque.samples import FrictionSamples
@@ -25,7 +25,7 @@ def thin(chunk: Chunk, stride: int) -> FrictionSamples:
     return chunk.samples if stride == 1 else replace(take(chunk.samples, chunk.rows % stride == 0), stride=stride)
 
 
-def take(samples: FrictionSamples, rows: NDArray[np.bool_]) -> FrictionSamples:
+def take(samples: FrictionSamples, rows: BoolArray) -> FrictionSamples:
     """Select samples."""
     taken = {name: value[rows] for name in PER_SAMPLE if (value := getattr(samples, name)) is not None}
     return replace(samples, **taken)

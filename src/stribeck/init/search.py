@@ -7,12 +7,11 @@ from dataclasses import dataclass, replace
 from itertools import combinations, permutations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stribeck.audit import gather
 from stribeck.audit.positions import OUTSIDE
 from stribeck.audit.regression import unexplained
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray
 from stribeck.errors import LogError, SettingsError
 from stribeck.friction_torque.preparation import prepare
 from stribeck.init.names import words
@@ -41,7 +40,7 @@ class Columns:
         given = {name: array for name in signs if (array := getattr(log, name)) is not None}
         return replace(log, **{name: array[:, list(self.order)] * signs[name] for name, array in given.items()})
 
-    def changed_since(self, before: Columns) -> NDArray[np.bool_]:
+    def changed_since(self, before: Columns) -> BoolArray:
         """Find joints whose column or sign differs from before, shape (n,)."""
         order = np.array(self.order) != np.array(before.order)
         return np.asarray(order | (self.position != before.position) | (self.torque != before.torque))
@@ -120,7 +119,7 @@ class Agreement:
     """
 
     left: Array
-    outside: NDArray[np.bool_]
+    outside: BoolArray
 
     @property
     def cost(self) -> float:

@@ -4,9 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, IntArray
 from stribeck.judgement.curve_fit.robust import robust_scale
 from stribeck.judgement.speed import TOP_SPEED_PERCENTILE, top_speed
 
@@ -40,7 +39,7 @@ class Excitation:
     reason: str
 
 
-def excitation(velocity: Array, block: NDArray[np.int64], parameters: int, prismatic: bool) -> Excitation:
+def excitation(velocity: Array, block: IntArray, parameters: int, prismatic: bool) -> Excitation:
     """Judge the motion of a joint by its usable samples, held-out blocks included.
 
     Parameters

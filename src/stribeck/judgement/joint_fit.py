@@ -3,9 +3,8 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray
 from stribeck.friction import FrictionLaw, Parameter
 from stribeck.judgement.curve_fit.problem import to_internal
 from stribeck.result import law_values
@@ -50,7 +49,7 @@ class JointFit:
     covariance: Array
     intervals: Array
     degrees_of_freedom: Array
-    at_bound: NDArray[np.bool_]
+    at_bound: BoolArray
     rms: float
     samples: int
     blocks: int
@@ -121,7 +120,7 @@ def in_channel_unit(fit: JointFit, gain: float) -> JointFit:
     )
 
 
-def near_bound(parameters: tuple[Parameter, ...], values: Array, deviation: Array, units: Array) -> NDArray[np.bool_]:
+def near_bound(parameters: tuple[Parameter, ...], values: Array, deviation: Array, units: Array) -> BoolArray:
     """Find the values that are within 1 % of a standard error of a bound, shape (p,).
 
     `deviation` and `units` refer to internal coordinates. Without information about a parameter its unit is used

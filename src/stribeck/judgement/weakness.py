@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray
 from stribeck.judgement.curve import WIDEST, is_significant, upper_bound
 from stribeck.judgement.joint_fit import JointFit
 from stribeck.judgement.speed import top_speed
@@ -40,9 +39,7 @@ USUAL = Criteria()
 """Criteria for methods that fit each joint individually."""
 
 
-def is_weak(
-    fit: JointFit, velocity: Array, criteria: Criteria = USUAL, unresolved: float = np.nan
-) -> NDArray[np.bool_]:
+def is_weak(fit: JointFit, velocity: Array, criteria: Criteria = USUAL, unresolved: float = np.nan) -> BoolArray:
     """Find the weak parameters, shape (p,), given the velocities of the joint's samples [rad/s], shape (N,).
 
     A parameter is weak if
@@ -85,7 +82,7 @@ def _shape_of_nothing(fit: JointFit) -> list[str]:
     return ["stribeck_velocity", "exponent"] if "stribeck_gain" in insignificant else []
 
 
-def _clears(fit: JointFit, weak: NDArray[np.bool_], velocity: Array) -> bool:
+def _clears(fit: JointFit, weak: BoolArray, velocity: Array) -> bool:
     """Check that a joint moves clearly faster than its Stribeck velocity; true if the latter is unknown."""
     if "stribeck_velocity" not in fit.names or weak[fit.names.index("stribeck_velocity")]:
         return True
@@ -105,7 +102,7 @@ def why_weak(fit: JointFit, curve: tuple[CurvePoint, ...], velocity: Array, pris
 
 
 def weak_by_themselves(
-    fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: bool, unresolved: float = np.nan
+    fit: JointFit, weak: BoolArray, velocity: Array, prismatic: bool, unresolved: float = np.nan
 ) -> str:
     """List the weak parameters and, where known, the missing motion; "" if no parameter is weak."""
     if not weak.any():
@@ -115,7 +112,7 @@ def weak_by_themselves(
     return f"; uncertain parameters: {named}" + (f" ({'; '.join(causes)})" if causes else "")
 
 
-def _causes(fit: JointFit, weak: NDArray[np.bool_], velocity: Array, prismatic: bool, unresolved: float) -> list[str]:
+def _causes(fit: JointFit, weak: BoolArray, velocity: Array, prismatic: bool, unresolved: float) -> list[str]:
     values = dict(zip(fit.names, fit.values.tolist(), strict=True))
     open_ = {name for name, is_open in zip(fit.names, weak, strict=True) if is_open}
     unit = "m/s" if prismatic else "rad/s"

@@ -8,7 +8,7 @@ import numpy as np
 import scipy  # its interpolate is slow to import: loaded at its first use
 from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.log import RobotLog
 from stribeck.log.storage import BLOCK_ROWS, allocate
 
@@ -65,7 +65,7 @@ def slerp(query: Array, time: Array, quaternions: Array) -> Array:
     return result
 
 
-def bridges(query: Array, time: Array, longest: float) -> NDArray[np.bool_]:
+def bridges(query: Array, time: Array, longest: float) -> BoolArray:
     """Find queries outside the samples, or strictly between two samples farther apart than `longest`."""
     if len(time) == 1:
         return np.asarray(query != time[0])
@@ -75,7 +75,7 @@ def bridges(query: Array, time: Array, longest: float) -> NDArray[np.bool_]:
     return np.asarray(outside | (~on_sample & (time[left + 1] - time[left] > longest)))
 
 
-def _bracket(query: Array, time: Array) -> tuple[NDArray[np.int64], Array]:
+def _bracket(query: Array, time: Array) -> tuple[IntArray, Array]:
     """Find the index of the sample before each query, and the share of the way to the next one, in 0...1."""
     left = np.clip(np.searchsorted(time, query, side="right") - 1, 0, len(time) - 2)
     step = time[left + 1] - time[left]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from stribeck.base.frame import data_frame
 from stribeck.base.spans import Span, listed_spans
 from stribeck.base.text_table import TextTable, span
-from stribeck.base.typing import Array, TorqueSource
+from stribeck.base.typing import Array, BoolArray, IntArray, TorqueSource
 from stribeck.errors import LogError
 
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ class RobotLog:
     angular_velocity: Array | None = None
     linear_acceleration: Array | None = None
     foot_names: tuple[str, ...] = ()
-    contact: NDArray[np.bool_] | None = None
+    contact: BoolArray | None = None
     foot_wrench: Array | None = None
     foot_force: Array | None = None
     temperature: Array | None = None
@@ -292,7 +292,7 @@ class RobotLog:
         ]
         return replace(self.take(kept), notes=(*self.notes, *notes), excluded=(*self.excluded, *spans))
 
-    def take(self, rows: slice | NDArray[np.int64] | NDArray[np.bool_]) -> RobotLog:
+    def take(self, rows: slice | IntArray | BoolArray) -> RobotLog:
         """Select rows."""
         return replace(self, **{name: array[rows] for name, array in self.channels().items()})  # type: ignore[arg-type]
 

@@ -5,9 +5,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.errors import LogError, findings_kept
 from stribeck.log import RobotLog
 from stribeck.log.clock import (
@@ -164,7 +163,7 @@ def _without_empty_channels(log: RobotLog) -> tuple[RobotLog, list[str]]:
     return (replace(log, **empty) if empty else log), notes  # type: ignore[arg-type]
 
 
-def _complete_rows(log: RobotLog) -> tuple[NDArray[np.bool_], dict[str, int]]:
+def _complete_rows(log: RobotLog) -> tuple[BoolArray, dict[str, int]]:
     """Find the complete rows, and count the missing or implausible values of each column."""
     keep = np.ones(len(log.time), dtype=bool)
     missing: dict[str, int] = {}
@@ -198,13 +197,13 @@ def _counts(missing: dict[str, int]) -> str:
     return text + (f" and {len(worst) - 6} more columns" if len(worst) > 6 else "")
 
 
-def _repeats(time: Array, keep: NDArray[np.bool_], period: float) -> NDArray[np.int64]:
+def _repeats(time: Array, keep: BoolArray, period: float) -> IntArray:
     """Find the kept rows whose stamp repeats the previous kept one."""
     rows = np.flatnonzero(keep)
     return rows[1:][np.diff(time[rows]) < 0.05 * period]  # so soon after the last, it is the same sample
 
 
-def _cut(log: RobotLog, keep: NDArray[np.bool_]) -> RobotLog:
+def _cut(log: RobotLog, keep: BoolArray) -> RobotLog:
     """Select rows; a selection of all rows is not copied."""
     if keep.all():
         return log

@@ -17,11 +17,9 @@ To add a method:
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from stribeck.base.finding import Finding
 from stribeck.base.spans import Span
+from stribeck.base.typing import BoolArray
 from stribeck.contact import SupportPhases
 from stribeck.errors import LogError
 from stribeck.friction import FrictionLaw
@@ -63,7 +61,7 @@ class Unseen:
     """
 
     fits: Mapping[str, JointFit]
-    usable: NDArray[np.bool_] | None = None
+    usable: BoolArray | None = None
     robot: Robot | None = None
     logs: Sequence[PreparedLog] = ()
     correct: Callable[[RobotLog, int], RobotLog] | None = None

@@ -2,11 +2,9 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, IntArray
 from stribeck.log import RobotLog
 from stribeck.log.interpolation import linear
 from stribeck.robot import Robot
@@ -34,7 +32,7 @@ def corrected_log(
     log: RobotLog,
     number: int | None,
     robot: Robot,
-    columns: NDArray[np.int64],
+    columns: IntArray,
     corrections: CorrectionLayout,
     values: Array,
     delay: float,

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, IntArray
 from stribeck.robot.rooting import RootedModel
 from stribeck.whole_log.fit_checks.payloads import EXPLAINED, Residual
 
@@ -36,7 +35,7 @@ class Force:
     size: float | None
 
 
-def find_force(tree: RootedModel, columns: NDArray[np.int64], position: Array, residual: Residual) -> Force | None:
+def find_force(tree: RootedModel, columns: IntArray, position: Array, residual: Residual) -> Force | None:
     """Find the joint or link whose error or force explains a span; None if none does, or more than two links do.
 
     A point on the axis of a joint may belong to both of its links: to the first one within this link's extent.
@@ -69,7 +68,7 @@ def find_force(tree: RootedModel, columns: NDArray[np.int64], position: Array, r
     return None
 
 
-def _links(tree: RootedModel, columns: NDArray[np.int64], position: Array) -> list[Link]:
+def _links(tree: RootedModel, columns: IntArray, position: Array) -> list[Link]:
     """Compute Jacobians, rotations and tips of the joints' links at some positions."""
     model, data = tree.model, tree.model.createData()
     places = np.argsort(tree.columns)[columns]

@@ -3,9 +3,8 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw
 from stribeck.friction_torque.preparation import PreparedLog
@@ -18,7 +17,7 @@ from stribeck.whole_log.equations.segments import cut_segments
 
 def joints_that_move(
     prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw, settings: Settings
-) -> tuple[NDArray[np.int64], tuple[str, ...], Array]:
+) -> tuple[IntArray, tuple[str, ...], Array]:
     """Find the columns of the torque-controlled joints that move enough, their couplings, and all top speeds.
 
     The top speeds [rad/s] are ordered by joints, then couplings. Only the samples count whose equations the settings
@@ -27,7 +26,7 @@ def joints_that_move(
     velocity, block, used = _some_speeds(prepared, robot, settings)
     names = [robot.joint_names[column] for column in robot.torque_controlled]
 
-    def reason(speed: Array, prismatic: bool, rows: NDArray[np.bool_]) -> str:
+    def reason(speed: Array, prismatic: bool, rows: BoolArray) -> str:
         return excitation(speed[rows], block[rows], len(law.parameters), prismatic).reason
 
     if not used.any() and "wheel" in {contact.kind for contact in robot.contacts.values()}:
@@ -65,7 +64,7 @@ def joints_that_move(
 
 def _some_speeds(
     prepared: Sequence[PreparedLog], robot: Robot, settings: Settings
-) -> tuple[Array, NDArray[np.int64], NDArray[np.bool_]]:
+) -> tuple[Array, IntArray, BoolArray]:
     """Compute speeds of the torque-controlled joints, shape (N, n), their segments, (N,), and those used, (N, n)."""
     cut = []
     for part in prepared:
@@ -90,8 +89,8 @@ def _some_speeds(
         )
     many = sum((segment.last - segment.first) // step for _, step, segment, _ in cut)
     speeds: list[Array] = []
-    blocks: list[NDArray[np.int64]] = []
-    used: list[NDArray[np.bool_]] = []
+    blocks: list[IntArray] = []
+    used: list[BoolArray] = []
     for part, step, segment, with_rows in cut[:: -(-many // 200_000)]:  # long logs: every k-th segment
         position = part.log.position[segment.first : segment.last : step, robot.torque_controlled]
         speeds.append(np.diff(position, axis=0) / (step * part.sampling.period))

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stribeck.base.spans import Span
+from stribeck.base.typing import IntArray
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import AUTO, LAWS, FrictionLaw
 from stribeck.friction.auto import AutoLaw
@@ -92,11 +92,7 @@ def _spans(prepared: Sequence[PreparedLog], fit: WholeLogFit, *, used: bool) -> 
 
 
 def weak_forms(
-    prepared: Sequence[PreparedLog],
-    robot: Robot,
-    columns: NDArray[np.int64],
-    couplings: Sequence[str],
-    settings: Settings,
+    prepared: Sequence[PreparedLog], robot: Robot, columns: IntArray, couplings: Sequence[str], settings: Settings
 ) -> list[WeakForm]:
     """Build the equations of motion of logs, with foot wrenches if every log has them."""
     wrenches = all(part.log.foot_wrench is not None for part in prepared)  # corrections are the same for all logs

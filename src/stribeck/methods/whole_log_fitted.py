@@ -6,9 +6,9 @@ from functools import cached_property
 from itertools import chain
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stribeck.base.spans import Span, listed_spans
+from stribeck.base.typing import IntArray
 from stribeck.judgement.joint_fit import JointFit
 from stribeck.log import RobotLog
 from stribeck.methods.causes_of_spans import Carried
@@ -48,7 +48,7 @@ class WholeLog:
     """
 
     fit: WholeLogFit
-    columns: NDArray[np.int64]
+    columns: IntArray
     couplings: tuple[str, ...]
     robot: Robot
     held_out: Sequence[Sequence[slice]]

@@ -15,10 +15,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri  # avoids the slow import of scipy.stats
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray
 from stribeck.online.baseline import Baseline
 
 APART = 10.0
@@ -102,7 +101,7 @@ class Watchdog:
         self.large, self.small, self.normal_until = np.zeros((3, joints + 2))
 
     def check(
-        self, time: float, changes: Array, covariance: Array, moved: NDArray[np.bool_], payload: tuple[float, float]
+        self, time: float, changes: Array, covariance: Array, moved: BoolArray, payload: tuple[float, float]
     ) -> list[Alarm]:
         """Decide on the alarms after one more second.
 
@@ -136,7 +135,7 @@ class Watchdog:
         """Compute the variance of normal changes since the reference, shape (n,)."""
         return np.asarray(NORMAL**2 + self._spread**2 * PRIOR / (PRIOR + self.learned))
 
-    def _learn(self, changes: Array, moved: NDArray[np.bool_], payload: tuple[float, float]) -> None:
+    def _learn(self, changes: Array, moved: BoolArray, payload: tuple[float, float]) -> None:
         """Average the first minute of motion of joints without an alarm."""
         share = np.where(moved & (self.learned < LEARNED), 1 / (PRIOR + self.learned + 1), 0.0)
         limit = 1.96 * self._spread[:, None]
@@ -146,9 +145,7 @@ class Watchdog:
             mean, seconds = self.payload
             self.payload[:] = mean + (payload[0] - mean) / (PRIOR + seconds + 1), seconds + 1
 
-    def _fit_shared(
-        self, own: Array, covariance: Array, normal: Array, moved: NDArray[np.bool_]
-    ) -> tuple[Array, Array]:
+    def _fit_shared(self, own: Array, covariance: Array, normal: Array, moved: BoolArray) -> tuple[Array, Array]:
         """Fit factors of all friction and of viscous friction to the changes, shape (2,), with standard errors.
 
         Robust generalized least squares; zero for few joints.
@@ -169,7 +166,7 @@ class Watchdog:
             weight = np.minimum(1.0, HUBER / np.sqrt(np.maximum(square, 1e-18)))
         return found, np.sqrt(np.diag(np.linalg.inv(matrix)))
 
-    def _decide(self, time: float, change: Array, normal: Array, random: Array, seen: NDArray[np.bool_]) -> list[Alarm]:
+    def _decide(self, time: float, change: Array, normal: Array, random: Array, seen: BoolArray) -> list[Alarm]:
         """Raise and clear alarms with hysteresis."""
         a, b = self._quantiles
         limit, size = np.sqrt(a**2 * normal + b**2 * random), np.abs(change)

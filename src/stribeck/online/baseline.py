@@ -1,9 +1,8 @@
 """Identified friction of all joints at once, as the baseline of a robot in service."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, IntArray
 from stribeck.errors import SettingsError
 from stribeck.exporters.links import with_bodies
 from stribeck.friction import LawWithState, Stribeck, get_law
@@ -61,7 +60,7 @@ class Baseline:
                 f"{result.path or 'result'}: no joint has friction in N m or N; expected an identified joint"
             )
         self.names = tuple(found)
-        self.columns: NDArray[np.int64] = np.array([robot.joint_names.index(name) for name in found])
+        self.columns: IntArray = np.array([robot.joint_names.index(name) for name in found])
         joints = list(found.values())
         self.sure = np.array([joint.verdict == "identified" for joint in joints])
         curve = np.array([[(p.velocity, p.value, p.standard_error) for p in joint.curve] for joint in joints])

@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray
 from stribeck.errors import SettingsError
 from stribeck.friction_torque.contact_modes import StandingFeet, next_mode
 from stribeck.friction_torque.log_observer import GAP
@@ -30,7 +30,6 @@ from stribeck.online.state import load_state, save_state
 from stribeck.result import Corrections, Result
 from stribeck.robot import Robot
 
-Flags = NDArray[np.bool_]
 WINDOW = 0.05
 """Duration of a window [s]: short compared with a step, long compared with the noise of velocities."""
 TURNED = 5
@@ -118,7 +117,7 @@ class OnlineFriction:
         self._late = np.sin(late) ** 2 / np.sum(np.sin(late) ** 2)
         self._signals = np.empty((6, rows, self._joints))  # position, velocity, torque, p, b, temperature
         self._filled, self._span = 0, rows * self._period
-        self._pending: tuple[float, Array, Array, Flags, Flags] | None = None
+        self._pending: tuple[float, Array, Array, BoolArray, BoolArray] | None = None
         self._mode: StandingFeet | None = None
         self._last = self._settled = -np.inf
 
@@ -219,7 +218,7 @@ class OnlineFriction:
             self._commit(*self._pending)
         return []
 
-    def _measure(self, tree: Tree, position: Array, base: Base) -> tuple[Array, Array, Flags, Flags]:
+    def _measure(self, tree: Tree, position: Array, base: Base) -> tuple[Array, Array, BoolArray, BoolArray]:
         """Compute regressors (n, 4), values, joints that can be used, and standing joints of a window, (n,) each."""
         of, columns = self.baseline, self.baseline.columns
         q, v, tau, p, b, warm = self._signals[:, :, columns]
@@ -235,7 +234,7 @@ class OnlineFriction:
         value = (friction - of.offset - law) / of.level
         return regressor, value, moving & tree.seen[columns], tree.stands[columns]
 
-    def _commit(self, stamp: float, regressor: Array, value: Array, used: Flags, stands: Flags) -> None:
+    def _commit(self, stamp: float, regressor: Array, value: Array, used: BoolArray, stands: BoolArray) -> None:
         """Let the filters use a window that no contact change has followed."""
         if stamp < self.time:  # the clock was set back
             self.checked, self.watchdog.normal_until = -np.inf, self.watchdog.normal_until + (stamp - self.time)

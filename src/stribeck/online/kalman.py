@@ -8,9 +8,8 @@ correlation in time increases the variance of a mean of first-order autoregressi
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray
 
 STATES = 4
 CLIP = 3.0
@@ -66,7 +65,7 @@ class JointFilters:
         grown = self._walk * self._returning / 2 * (1 - kept**2)
         self.covariance[:, range(STATES), range(STATES)] += grown
 
-    def update(self, regressor: Array, value: Array, used: NDArray[np.bool_], stands: NDArray[np.bool_]) -> None:
+    def update(self, regressor: Array, value: Array, used: BoolArray, stands: BoolArray) -> None:
         """Add a measurement of the joints in `used`, shape (n,): regressors x, (n, 4), and values z, (n,).
 
         Joints in `stands`, shape (n,), have other noise, because errors of the model and of the tilt act on them.
@@ -116,7 +115,7 @@ class JointFilters:
         covariance = P - gain[:, :, None] * gain[:, None, :] * left[:, None, None]
         return state, covariance, (mass, float(np.sqrt(variance)) if joints >= 2 else np.inf)
 
-    def _learn_noise(self, error: Array, variance: Array, used: NDArray[np.bool_]) -> None:
+    def _learn_noise(self, error: Array, variance: Array, used: BoolArray) -> None:
         """Average the squares and products of innovations, signed by the direction of motion, for kinds in `used`."""
         self.count += used
         share = np.where(used, 1 / np.minimum(self.count + GUESSED, MEMORY), 0.0)

@@ -6,9 +6,8 @@ hundreds of microseconds for the arrays of a single sample.
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray
 from stribeck.dynamics.momentum import without_gravity
 from stribeck.dynamics.rooted import workspace
 from stribeck.dynamics.state import root_quaternions
@@ -50,8 +49,8 @@ class Tree:
         self._at, self._near = np.tile(pin.neutral(rooted.model), (2, 1))
         self._first = rooted.model.nq - len(self._columns)
         self._payload = _payload_tree(robot, rooted)
-        self.stands: NDArray[np.bool_] = robot.standing(mode.feet)
-        self.seen: NDArray[np.bool_] = ~self.stands | (not leaves_open(robot, mode.feet))
+        self.stands: BoolArray = robot.standing(mode.feet)
+        self.seen: BoolArray = ~self.stands | (not leaves_open(robot, mode.feet))
 
     def momentum(self, position: Array, velocity: Array, base: Base, *, turned: bool = True) -> Array:
         """Compute momentum and b of a sample, shape (2, n), as in `dynamics.momentum`.

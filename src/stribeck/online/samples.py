@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stribeck.base.typing import BoolArray
 from stribeck.contact.phases import HUNG
 from stribeck.differentiation import make_filter
 from stribeck.errors import SettingsError
@@ -94,7 +94,7 @@ def samples_of(log: LogLike, robot: Robot, result: Result) -> Iterator[tuple[Rob
             yield samples, 1 / period
 
 
-def _contacts(prepared: PreparedLog, robot: Robot) -> NDArray[np.bool_] | None:
+def _contacts(prepared: PreparedLog, robot: Robot) -> BoolArray | None:
     """Convert support phases to flags, shape (T, feet), all false where feet touch; None for a held base."""
     phases = prepared.support.phases
     if any(phase.kind in ("fixed", "hung") for phase in phases):

@@ -5,10 +5,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray
 from stribeck.dynamics.state import State
 from stribeck.friction import FrictionLaw, get_law
 from stribeck.friction.law import unit_for
@@ -39,7 +38,7 @@ class PresentMotion:
 
     velocity: Array
     friction_torque: Array
-    usable: NDArray[np.bool_]
+    usable: BoolArray
     period: float
 
     @property
@@ -109,7 +108,7 @@ class PlannedJoint:
         return np.array([self.found.parameters[name].value for name in self.names])
 
     @cached_property
-    def _scales(self) -> NDArray[np.bool_]:
+    def _scales(self) -> BoolArray:
         scales = {each.name for each in self.law.parameters if each.logarithmic}
         return np.array([name in scales for name in self.names], dtype=bool)
 
@@ -150,7 +149,7 @@ class PlannedJoint:
                 found[:, k] -= self.found.friction(velocity, load, 0.0, position)
         return np.asarray(found * self.units)
 
-    def moves(self, velocity: Array) -> NDArray[np.bool_]:
+    def moves(self, velocity: Array) -> BoolArray:
         """Find the samples that are not at rest, shape (T,)."""
         if not self.law.jumps:
             return np.ones(len(velocity), dtype=bool)

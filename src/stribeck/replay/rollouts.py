@@ -12,9 +12,8 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.contact import SupportPhase
 from stribeck.differentiation import make_filter
 from stribeck.dynamics.rooted import RootMotion, joint_inertia, rooted_inverse_dynamics
@@ -155,7 +154,7 @@ def _batches(prepared: PreparedLog, robot: Robot, moving: Sequence[int], setting
 
 def _compared(
     robot: Robot, batch: _Batch, friction: ModelFriction, moving: Sequence[int], settings: Settings
-) -> tuple[Array, Array, NDArray[np.bool_], Array]:
+) -> tuple[Array, Array, BoolArray, Array]:
     """Compute error and change of the velocity after each horizon, mark the valid ones, and compute positions.
 
     The first three have shape (S, H, n), the positions (S, K, n).
@@ -172,7 +171,7 @@ def _compared(
     return predicted - truth, truth - measured[:, :1], counts, position
 
 
-def _simulate(robot: Robot, batch: _Batch, friction: ModelFriction, free: NDArray[np.int64]) -> tuple[Array, Array]:
+def _simulate(robot: Robot, batch: _Batch, friction: ModelFriction, free: IntArray) -> tuple[Array, Array]:
     """Simulate the velocity after each horizon, shape (S, H, n), and positions every `TRACE`, shape (S, K, n).
 
     Joints that are not `free` move as measured.
@@ -218,7 +217,7 @@ def _at(signal: Array, row: float) -> Array:
     return np.asarray((1 - share) * signal[:, before] + share * signal[:, before + 1])
 
 
-def _of_joint(error: Array, change: Array, counts: NDArray[np.bool_]) -> list[RolloutError | None]:
+def _of_joint(error: Array, change: Array, counts: BoolArray) -> list[RolloutError | None]:
     """Summarize a joint's errors after each horizon over the rollouts, shape (S, H) each.
 
     The result is None for horizons with fewer than five rollouts or without a change of velocity.

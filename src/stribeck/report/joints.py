@@ -4,9 +4,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.friction.law import FrictionLaw
 from stribeck.friction.terms.motion import drift
 from stribeck.friction_torque.samples import FrictionSamples
@@ -30,7 +29,7 @@ class JointSamples:
     time: Array
     velocity: Array
     torque: Array
-    rises: NDArray[np.bool_]
+    rises: BoolArray
     period: float
     omitted: tuple[str, ...] = ()
 
@@ -59,7 +58,7 @@ def joint_samples(samples: FrictionSamples, name: str, joint: JointResult | None
     )
 
 
-def _noisy_modes(samples: FrictionSamples, rows: NDArray[np.int64], column: int, joint: JointResult) -> list[int]:
+def _noisy_modes(samples: FrictionSamples, rows: IntArray, column: int, joint: JointResult) -> list[int]:
     """Find the contact modes with large residuals of a fitted joint, as indices; never the quietest one.
 
     Their samples, for example of a standing leg, hardly contribute to the fit.

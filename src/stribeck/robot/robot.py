@@ -10,11 +10,10 @@ from typing import Literal
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from stribeck.base.frozen import freeze_dicts
 from stribeck.base.text_table import TextTable, number, span
-from stribeck.base.typing import Array, TorqueSource
+from stribeck.base.typing import Array, BoolArray, IntArray, TorqueSource
 from stribeck.errors import RobotFileError
 from stribeck.robot.kinematics import frame_pose
 from stribeck.robot.model_file import take_model
@@ -274,18 +273,18 @@ class Robot:
         return tuple(axis.prismatic for axis in self.tree.axes)
 
     @cached_property
-    def torque_controlled(self) -> NDArray[np.int64]:
+    def torque_controlled(self) -> IntArray:
         """Columns of the joints with measured torque (the selection S_tc of (5.3))."""
         given = [k for k, name in enumerate(self.joint_names) if name not in self.position_controlled]
         return np.array(given, dtype=np.int64)
 
     @cached_property
-    def passive_columns(self) -> NDArray[np.int64]:
+    def passive_columns(self) -> IntArray:
         """Columns of the passive joints."""
         return np.array([k for k, name in enumerate(self.joint_names) if name in self.passive], dtype=np.int64)
 
     @cached_property
-    def independent(self) -> NDArray[np.int64]:
+    def independent(self) -> IntArray:
         """Columns of all other joints; their motion determines the motion of the passive joints."""
         return np.setdiff1d(np.arange(len(self.joint_names)), self.passive_columns)
 
@@ -304,7 +303,7 @@ class Robot:
             self._rooted[contact] = root_at(self.tree.model, self.contacts[contact].frame)
         return self._rooted[contact]
 
-    def standing(self, feet: tuple[str, ...]) -> NDArray[np.bool_]:
+    def standing(self, feet: tuple[str, ...]) -> BoolArray:
         """Find the joints between the base and a standing foot, or in a loop with one of them, shape (n,).
 
         Names that are not contacts, such as "hung", count as no foot.

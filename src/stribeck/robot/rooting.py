@@ -9,9 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, IntArray
 from stribeck.errors import RobotFileError
 
 BASE_FRAME = "stribeck_base"
@@ -46,7 +45,7 @@ class RootedModel:
     """
 
     model: pin.Model
-    columns: NDArray[np.int64]
+    columns: IntArray
     floating: bool
     axes: tuple[Axis, ...]
     bodies: dict[int, tuple[int, pin.SE3]]
@@ -57,7 +56,7 @@ class RootedModel:
         return 6 if self.floating else 0
 
     @property
-    def order(self) -> NDArray[np.int64]:
+    def order(self) -> IntArray:
         """Indices in the model's velocity of the root and of the joints in robot order, shape (r + n,)."""
         return np.concatenate([np.arange(self.root_size), self.root_size + np.argsort(self.columns)])
 

@@ -9,9 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.friction import AUTO, FrictionLaw
 from stribeck.result import TermVerdict, Validation
 from stribeck.robot.inertial_parameters import SIZE
@@ -38,7 +37,7 @@ REST = 1.0
 """Longest pause of a disturbance [s]: joints that rest between two moves hide a hand or a payload."""
 
 
-def _runs(flags: NDArray[np.bool_]) -> NDArray[np.int64]:
+def _runs(flags: BoolArray) -> IntArray:
     """Find the runs of true flags: first place, and the place after the last, shape (runs, 2)."""
     return np.flatnonzero(np.diff(flags, prepend=False, append=False)).reshape(-1, 2)
 
@@ -86,7 +85,7 @@ class WholeLogFit:
     statistics: Statistics
     segments: int
     of_segments: int
-    windows: tuple[tuple[int, Array, NDArray[np.bool_]], ...]
+    windows: tuple[tuple[int, Array, BoolArray], ...]
     residual_rms: Array
     validation: tuple[Validation | None, ...]
     held_out: tuple[tuple[int, Segment], ...]

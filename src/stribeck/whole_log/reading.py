@@ -6,9 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import AUTO, FrictionLaw
 from stribeck.friction.presliding import SMOOTH_SIGN
@@ -58,7 +57,7 @@ class Read:
     held: list[Statistics]
     held_out: tuple[tuple[int, Segment], ...]
     unseen: list[WeakEquations]
-    windows: tuple[tuple[int, Array, NDArray[np.bool_]], ...]
+    windows: tuple[tuple[int, Array, BoolArray], ...]
 
 
 def read_with_pilot(

@@ -3,9 +3,8 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray
 from stribeck.friction.presliding import SMOOTH_SIGN, lag_behind
 
 
@@ -91,7 +90,7 @@ class WeakEquations:
     taps: Array
     step: int
     projection: Array | None
-    standing: NDArray[np.bool_]
+    standing: BoolArray
     encoder_response: Array
     root_response: Array
     encoder_noise: Array
@@ -107,11 +106,11 @@ class WeakEquations:
     covariates: Array | None = None
     couplings: Array | None = None
     wrench_noise: Array = field(default_factory=lambda: np.zeros(0))
-    set_aside: NDArray[np.bool_] | None = None
+    set_aside: BoolArray | None = None
     before: Array | None = None
 
     @property
-    def used(self) -> NDArray[np.bool_]:
+    def used(self) -> BoolArray:
         """Mask of used windows, shape (K,)."""
         return np.ones(len(self.time), dtype=bool) if self.set_aside is None else ~self.set_aside
 

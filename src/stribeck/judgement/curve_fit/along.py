@@ -7,9 +7,8 @@ from functools import cached_property
 
 import numpy as np
 import scipy  # ndimage is slow to import and loaded on first use
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.friction.law import Motion
 from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.judgement.speed import top_speed
@@ -36,11 +35,11 @@ class Along:
     """
 
     motion: Motion
-    rows: NDArray[np.int64]
+    rows: IntArray
     kernel: Array
 
     @cached_property
-    def _padded(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    def _padded(self) -> tuple[IntArray, IntArray]:
         """Rows of the motion with the ends of pieces repeated r times, and positions of the N samples in them."""
         reach, count = len(self.kernel) // 2, len(self.motion.velocity)
         ends = self.motion.begins.astype(np.int64)
@@ -58,7 +57,7 @@ class Along:
         layout, rows = self._padded
         return np.asarray(scipy.ndimage.correlate1d(torque[layout], self.kernel, axis=0, mode="nearest")[rows])
 
-    def take(self, rows: slice | NDArray[np.bool_] | NDArray[np.int64]) -> Along:
+    def take(self, rows: slice | BoolArray | IntArray) -> Along:
         """Select some of the N samples."""
         return replace(self, rows=self.rows[rows])
 
@@ -75,14 +74,14 @@ class Along:
         return float(np.median(np.abs(np.diff(velocity)[turns])) / self.motion.period * half**2 / 2)
 
 
-def along(samples: FrictionSamples, column: int, rows: NDArray[np.int64]) -> Along:
+def along(samples: FrictionSamples, column: int, rows: IntArray) -> Along:
     """Find the positions of a joint's samples in its motion."""
     velocity, begins = _motion(samples, column)
     period = samples.period * samples.stride
     return Along(motion=Motion(velocity=velocity, period=period, begins=begins), rows=rows, kernel=_kernel(samples))
 
 
-def state_known(samples: FrictionSamples, column: int, rest: float) -> NDArray[np.bool_]:
+def state_known(samples: FrictionSamples, column: int, rest: float) -> BoolArray:
     """Find the samples before which a joint has moved far enough to forget its initial state, shape (N,).
 
     Speeds below `rest` times the top speed are noise and do not count as motion.
@@ -94,7 +93,7 @@ def state_known(samples: FrictionSamples, column: int, rest: float) -> NDArray[n
     return np.asarray(moved - moved[first] >= FORGOTTEN * top)
 
 
-def _motion(samples: FrictionSamples, column: int) -> tuple[Array, NDArray[np.bool_]]:
+def _motion(samples: FrictionSamples, column: int) -> tuple[Array, BoolArray]:
     """Collect the velocity of all samples [rad/s] and mark those after an interruption, shape (N,)."""
     source = samples.velocity if samples.sharp_velocity is None else samples.sharp_velocity
     period = samples.period * samples.stride

@@ -4,10 +4,9 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtrit  # avoids the slow import of scipy.stats
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 
 ROUNDING = 1e-13
 """Smallest significant eigenvalue relative to the largest [1]; smaller ones are rounding."""
@@ -21,7 +20,7 @@ class Uncertainty:
     degrees_of_freedom: Array
 
 
-def block_covariance(jacobian: Array, residual: Array, block: NDArray[np.int64], prior: Array) -> Uncertainty:
+def block_covariance(jacobian: Array, residual: Array, block: IntArray, prior: Array) -> Uncertainty:
     """Compute the block-robust covariance of a least squares estimate by the linearized jackknife (CR3).
 
     Samples of one block may be correlated in any way; blocks are independent. With J_b, r_b of block b,
@@ -86,7 +85,7 @@ def inverses(matrices: Array) -> Array:
     return np.asarray(inverse * scale[:, :, None] * scale[:, None, :])
 
 
-def intervals_95(values: Array, deviation: Array, freedom: Array, logarithmic: NDArray[np.bool_]) -> Array:
+def intervals_95(values: Array, deviation: Array, freedom: Array, logarithmic: BoolArray) -> Array:
     """Compute 95 % intervals, shape (p, 2).
 
     `deviation` is the standard error of each parameter, or of its logarithm where `logarithmic`.

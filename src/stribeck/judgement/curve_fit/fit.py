@@ -6,11 +6,10 @@ from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares, lsq_linear
 
 from stribeck.base.threads import one_blas_thread
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray
 from stribeck.friction import FrictionLaw
 from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.judgement.curve_fit.covariance import block_covariance, intervals_95
@@ -28,7 +27,7 @@ class Descent:
 
     values: Array
     cost: float
-    at_bound: NDArray[np.bool_]
+    at_bound: BoolArray
     converged: bool
 
 
@@ -191,7 +190,7 @@ def _prior(problem: FitProblem) -> Array:
 
 def validate(
     fits: Mapping[str, JointFit], samples: FrictionSamples, law: FrictionLaw, settings: Settings
-) -> tuple[dict[str, Validation | None], NDArray[np.bool_]]:
+) -> tuple[dict[str, Validation | None], BoolArray]:
     """Validate each joint's fit on the blocks that `fit_law` held out, None without any; mark these samples, (N, n)."""
     found: dict[str, Validation | None] = {}
     held_out = np.zeros(samples.usable.shape, dtype=bool)

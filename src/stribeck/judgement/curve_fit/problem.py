@@ -8,9 +8,8 @@ from functools import cached_property
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.friction import FrictionLaw, LawWithState, Parameter
 from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.judgement.curve_fit.along import Along, along, state_known
@@ -50,13 +49,13 @@ class FitProblem:
     velocity: Array
     friction_torque: Array
     acceleration: Array | None
-    block: NDArray[np.int64]
+    block: IntArray
     around: Array | None = None
     weights: Array | None = None
     along: Along | None = None
 
     @property
-    def logarithmic(self) -> NDArray[np.bool_]:
+    def logarithmic(self) -> BoolArray:
         """Mask of the parameters that are fitted in their logarithm, shape (p,)."""
         return np.array([parameter.logarithmic for parameter in self.parameters])
 
@@ -66,7 +65,7 @@ class FitProblem:
         return np.array([(parameter.lower, parameter.upper) for parameter in self.parameters])
 
     @cached_property
-    def turning(self) -> NDArray[np.int64]:
+    def turning(self) -> IntArray:
         """Samples with a relevant change of velocity within the filter's window."""
         if self.around is None:
             return np.empty(0, dtype=np.int64)
@@ -120,7 +119,7 @@ class FitProblem:
         """Judge the motion of the joint."""
         return excitation(self.velocity, self.block, len(self.parameters), prismatic)
 
-    def take(self, rows: slice | NDArray[np.bool_] | NDArray[np.int64]) -> FitProblem:
+    def take(self, rows: slice | BoolArray | IntArray) -> FitProblem:
         """Select samples of the problem."""
         return replace(
             self,
@@ -133,12 +132,12 @@ class FitProblem:
         )
 
 
-def to_internal(values: Array, logarithmic: NDArray[np.bool_]) -> Array:
+def to_internal(values: Array, logarithmic: BoolArray) -> Array:
     """Convert parameter values, shape (..., p), to internal coordinates, with logarithms of scales."""
     return np.where(logarithmic, np.log(np.where(logarithmic, values, 1.0)), values)
 
 
-def to_external(internal: Array, logarithmic: NDArray[np.bool_]) -> Array:
+def to_external(internal: Array, logarithmic: BoolArray) -> Array:
     """Convert internal coordinates, shape (..., p), to parameter values."""
     return np.where(logarithmic, np.exp(np.where(logarithmic, internal, 0.0)), internal)
 
@@ -179,5 +178,5 @@ def joint_problem(samples: FrictionSamples, joint: str, law: FrictionLaw, settin
 def hold_out(problem: FitProblem, every: int) -> tuple[FitProblem, FitProblem]:
     """Split a problem into training and validation; every n-th of the joint's own blocks is held out."""
     _, number = np.unique(problem.block, return_inverse=True)
-    validation = cast("NDArray[np.bool_]", number % every == every // 2)
+    validation = cast("BoolArray", number % every == every // 2)
     return problem.take(~validation), problem.take(validation)

@@ -20,12 +20,12 @@ import numpy as np
 import zstandard
 from mcap.records import Channel, Chunk, McapRecord, Message, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
-from numpy.typing import NDArray
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Connection
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
+from stribeck.base.typing import IntArray
 from stribeck.errors import LogError
 from stribeck.log.readers.fields import asked_fields, list_numbers, parts_of_fields
 from stribeck.log.readers.join import NANO, Stream, join
@@ -399,7 +399,7 @@ def _make_stream(topic: str, name: str, kind: str, labels: tuple[str, ...], grow
     return Stream(topic, name, kind, labels, stamps, values, stamped_by)
 
 
-def _convert_counter(ticks: NDArray[np.int64], recorded: NDArray[np.int64]) -> NDArray[np.int64] | None:
+def _convert_counter(ticks: IntArray, recorded: IntArray) -> IntArray | None:
     """Convert a millisecond counter to stamps of the recorder's time [ns]; None if it counts something else.
 
     The counter wraps around after 2^32. Messages are counted on board, and recorded after a network delay.

@@ -11,7 +11,7 @@ import pyarrow as pa
 import pyarrow.compute
 from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, IntArray
 from stribeck.errors import LogError
 from stribeck.log.interpolation import bridges, linear, previous
 from stribeck.log.readers.channels import CHANNELS, JOINT_CHANNELS, alias_note, find_aliases
@@ -228,7 +228,7 @@ def _stack_lists(column: pa.Array, width: int, row: int, name: str, path: str) -
     return values
 
 
-def _split_cells(column: pa.Array, row: int, name: str, path: str) -> tuple[NDArray[np.int64], Array]:
+def _split_cells(column: pa.Array, row: int, name: str, path: str) -> tuple[IntArray, Array]:
     """Count the values of each cell, 0 for an empty one, and concatenate all values."""
     if pa.types.is_string(column.type):
         texts = [numbers_in(text, row + k, name, path) for k, text in enumerate(column.to_pylist(), 1)]

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, IntArray
 from stribeck.errors import LogError
 from stribeck.log.readers.channels import ALIASES, CHANNELS, JOINT_CHANNELS, VECTOR_CHANNELS
 from stribeck.log.readers.columns import group_of, source_of_columns
@@ -31,7 +31,7 @@ class _File:
     name: str
     labels: Mapping[str, tuple[str, ...] | None]
     values: Mapping[str, Array]
-    stamps: NDArray[np.int64] | None
+    stamps: IntArray | None
     others: tuple[str, ...]
     notes: list[str]
 
@@ -155,7 +155,7 @@ def _offers(asked: str | list[str], names: Sequence[str]) -> bool:
     return all(one in names for one in asked) if isinstance(asked, list) else any(n.startswith(asked) for n in names)
 
 
-def _to_nanoseconds(stamps: NDArray[np.generic], unit: str | None, path: str) -> NDArray[np.int64]:
+def _to_nanoseconds(stamps: NDArray[np.generic], unit: str | None, path: str) -> IntArray:
     """Convert stamps to nanoseconds."""
     factor = TIME[unit or "s"] * NANO
     known = np.isfinite(stamps.astype(np.float64))
@@ -172,7 +172,7 @@ def _to_nanoseconds(stamps: NDArray[np.generic], unit: str | None, path: str) ->
     return np.round(stamps.astype(np.float64) * factor).astype(np.int64)
 
 
-def _find_stamps(file: _File, clock: _File | None, files: Sequence[_File], path: Path) -> NDArray[np.int64]:
+def _find_stamps(file: _File, clock: _File | None, files: Sequence[_File], path: Path) -> IntArray:
     """Find the stamps of a file without any: from the file of times, or its row numbers if no file has a time."""
     if not file.labels:
         return np.zeros(0, dtype=np.int64)

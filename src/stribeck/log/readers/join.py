@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, IntArray
 from stribeck.errors import LogError
 from stribeck.log.clock import BRIDGED, RATES
 from stribeck.log.interpolation import bridges, linear, previous, slerp
@@ -44,7 +43,7 @@ class Stream:
     message: str
     kind: str
     labels: tuple[str, ...]
-    stamps: NDArray[np.int64]
+    stamps: IntArray
     values: Mapping[str, Array]
     stamped_by: str = "header"
 
@@ -261,7 +260,7 @@ def load_on_one_clock(
 
 
 def _resample(
-    stream: Stream, stamps: NDArray[np.int64], zero: int, table: LogTable, *, held: bool
+    stream: Stream, stamps: IntArray, zero: int, table: LogTable, *, held: bool
 ) -> tuple[dict[str, Array], str]:
     """Resample a stream's channels to the clock's stamps, NaN in pauses, and describe the resampling.
 

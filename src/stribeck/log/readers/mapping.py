@@ -134,9 +134,7 @@ def word_size(values: Array) -> float:
     return size * (3 * size / 4 <= finite.max() < size and finite.min() < size / 4 and not middle.any())
 
 
-def _expand(
-    setting: PerJoint, default: float, channel: str, key: str, labels: Sequence[str], where: str
-) -> NDArray[np.float64]:
+def _expand(setting: PerJoint, default: float, channel: str, key: str, labels: Sequence[str], where: str) -> Array:
     """Expand a setting to one value per column; one more at the end is for column -1, which the log lacks."""
     place = f"{where}: [log.{channel}] {key}"
     if isinstance(setting, dict):

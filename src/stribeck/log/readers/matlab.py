@@ -13,6 +13,7 @@ import numpy as np
 import scipy  # its io is slow to import: loaded at its first use
 from numpy.typing import NDArray
 
+from stribeck.base.typing import Array
 from stribeck.errors import LogError
 from stribeck.log.readers.arrays import WORDS, StoredArray, datasets, source_of_arrays
 from stribeck.log.readers.channels import ALIASES
@@ -69,7 +70,7 @@ def _move_samples(variable: StoredArray, samples: int) -> StoredArray:
     return StoredArray(moved, variable.dtype, lambda: np.moveaxis(variable.read(), axis, 0))
 
 
-def _read_whole(path: str, variable: StoredArray) -> NDArray[np.float64]:
+def _read_whole(path: str, variable: StoredArray) -> Array:
     if variable.dtype.kind not in "fiub":
         raise LogError(f"{path}: contains values of type {variable.dtype}; expected numbers")
     check_size(path, 8 * math.prod(variable.shape))

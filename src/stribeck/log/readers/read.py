@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stribeck.base.outputs import check_name
-from stribeck.base.typing import Array, TorqueSource
+from stribeck.base.typing import Array, BoolArray, TorqueSource
 from stribeck.errors import LogError, SettingsError, errors_about
 from stribeck.log import RobotLog
 from stribeck.log.readers.actuators import check_current, command_and_feedback, through_motors, without_kp
@@ -307,7 +306,7 @@ def _fill(channels: dict[str, Array], selection: Selection, robot: Robot | None)
     ]
 
 
-def _read_flags(contact: Array | None, path: str) -> tuple[NDArray[np.bool_] | None, list[str]]:
+def _read_flags(contact: Array | None, path: str) -> tuple[BoolArray | None, list[str]]:
     """Convert contact flags to booleans; a missing flag keeps the previous value."""
     if contact is None:
         return None, []

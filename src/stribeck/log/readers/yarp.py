@@ -3,10 +3,9 @@
 from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, IntArray
 from stribeck.errors import LogError
 from stribeck.log.readers.channels import VECTOR_CHANNELS
 from stribeck.log.readers.join import NANO, Stream, join
@@ -33,7 +32,7 @@ SENSORS = {
 """Groups of sensors -> kind, channel and number of values."""
 
 
-Arrays = Mapping[str, Callable[[], NDArray[np.float64]]]
+Arrays = Mapping[str, Callable[[], Array]]
 Texts = Mapping[str, tuple[str, ...]]
 
 
@@ -115,7 +114,7 @@ def _is_in_degrees(path: str, root: str, arrays: Arrays, texts: Texts, table: Lo
     )
 
 
-def _read_signal(path: str, name: str, arrays: Arrays, width: int) -> tuple[NDArray[np.int64], Array]:
+def _read_signal(path: str, name: str, arrays: Arrays, width: int) -> tuple[IntArray, Array]:
     """Read stamps [ns], shape (T,), and values, shape (T, width)."""
     if f"{name}.timestamps" not in arrays:
         raise LogError(f"{path}: '{name}' has no 'timestamps'; expected one per sample")

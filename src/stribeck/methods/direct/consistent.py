@@ -11,10 +11,9 @@ squares and the divergence is therefore unique and physically consistent (Lee, W
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, qr
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.robot.inertial_parameters import SIZE, pseudo_inertia
 
 BASIS = pseudo_inertia(np.eye(SIZE))
@@ -26,11 +25,11 @@ class ConsistentFit(NamedTuple):
 
     parameters: Array
     coefficients: Array
-    held: NDArray[np.bool_]
+    held: BoolArray
     hessian: Array
 
 
-def base_parameters(regressor: Array) -> tuple[NDArray[np.int64], float]:
+def base_parameters(regressor: Array) -> tuple[IntArray, float]:
     """Find the independent columns of a regressor (N, p), by QR with column pivoting (Gautier 1991).
 
     For columns of norm 1, those that depend on each other by the structure of the robot have diagonal entries of at
@@ -69,7 +68,7 @@ def divergence(parameters: Array, nominal: Array) -> tuple[float, Array, Array]:
 
 
 def minimise(
-    information: Array, right: Array, nominal: Array, weight: float, precision: Array, bounded: NDArray[np.bool_]
+    information: Array, right: Array, nominal: Array, weight: float, precision: Array, bounded: BoolArray
 ) -> ConsistentFit:
     """Minimize a sum of squares and the weighted divergence, by Newton's method.
 

@@ -5,9 +5,8 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.judgement.curve_fit.covariance import Uncertainty, inverses, jackknife
 from stribeck.judgement.curve_fit.robust import TUNING, robust_scale
 from stribeck.methods.direct.consistent import base_parameters, minimise
@@ -43,13 +42,13 @@ class DirectFit:
 
     change: Array
     coefficients: Array
-    held: NDArray[np.bool_]
+    held: BoolArray
     covariance: Array
     freedom: Array
     known: Array
     deviation: Array
     overdispersion: float
-    base_columns: NDArray[np.int64]
+    base_columns: IntArray
     condition: float
     converged: bool
 
@@ -59,7 +58,7 @@ def fit_direct(
     nominal: Array,
     weight: float,
     prior_std: Array,
-    bounded: NDArray[np.bool_],
+    bounded: BoolArray,
     regression: Regression,
 ) -> DirectFit:
     """Fit bodies and friction together.
@@ -260,7 +259,7 @@ def _spread(weighted: Weighted, x: Array, before: Spread, regression: Regression
     return Spread(deviation, root_std, tuple(ratios) if regression == "robust" else ())
 
 
-def _design_effect(information: Array, penalty: Array, scores: Sequence[Array], free: NDArray[np.bool_]) -> float:
+def _design_effect(information: Array, penalty: Array, scores: Sequence[Array], free: BoolArray) -> float:
     """Compute the mean design effect tr(T^-1 sum g g^T) / tr(T^-1 A), at least 1 (Rao and Scott 1981).
 
     The scores g belong to clusters of two kinds; the larger effect is used.

@@ -5,9 +5,8 @@ from dataclasses import dataclass, field, replace
 from itertools import groupby, pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.contact import SupportPhase
 from stribeck.differentiation import make_filter
 from stribeck.dynamics.rooted import inertia_matrix
@@ -62,7 +61,7 @@ class RowMaker:
     robot: Robot
     law: FrictionLaw
     settings: Settings
-    joints: NDArray[np.int64]
+    joints: IntArray
     couplings: Array
     rest: Array
     corrections: CorrectionLayout
@@ -149,13 +148,7 @@ class RowMaker:
         return np.hstack([self.law.jacobian(speed, none) for speed in speeds.T])
 
     def _of_mode(
-        self,
-        mode: ContactMode,
-        state: State,
-        torque: Array,
-        law_columns: Array,
-        seen: NDArray[np.bool_],
-        clusters: NDArray[np.int64],
+        self, mode: ContactMode, state: State, torque: Array, law_columns: Array, seen: BoolArray, clusters: IntArray
     ) -> Iterator[DirectRows]:
         """Yield the rows of samples in one contact mode if any seen joint moves; `seen` has shape (K, all joints)."""
         on_joints = acting(self.couplings)
@@ -190,7 +183,7 @@ class RowMaker:
         )
 
 
-def _in_pieces(modes: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:
+def _in_pieces(modes: IntArray) -> Iterator[IntArray]:
     """Yield the sample indices of each contact mode in chunks."""
     for mode in np.unique(modes):
         places = np.flatnonzero(modes == mode)

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 
 ROOT = 6
 """Number of a floating root's unknowns, and of its kinds of rows, which precede those of the joints."""
@@ -41,9 +40,9 @@ class DirectRows:
     left: Array
     columns: Array
     effects: Array
-    used: NDArray[np.bool_]
-    kind: NDArray[np.int64]
-    clusters: NDArray[np.int64]
+    used: BoolArray
+    kind: IntArray
+    clusters: IntArray
 
     def weights(self, scale: Array, root_std: Array) -> Weights:
         """Compute the weights of rows that are scaled by D = diag(scale), shape (K, m), zero for unused rows.

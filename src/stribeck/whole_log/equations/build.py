@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, IntArray
 from stribeck.contact import SupportPhase
 from stribeck.dynamics.root_motion import gravity_in_root_link
 from stribeck.dynamics.state import Orientation, State, orientation_from_derivatives, root_quaternions
@@ -51,7 +50,7 @@ class WeakForm:
 
     robot: Robot
     log: RobotLog
-    joints: NDArray[np.int64]
+    joints: IntArray
     segments: tuple[Segment, ...]
     contact_modes: dict[tuple[str, ...], ContactMode]
     window: filters.Window
@@ -222,7 +221,7 @@ def acting(couplings: Array) -> Array:
 def weak_form(
     robot: Robot,
     log: RobotLog,
-    joints: Sequence[int] | NDArray[np.int64],
+    joints: Sequence[int] | IntArray,
     phases: tuple[SupportPhase, ...],
     unbroken: tuple[slice, ...],
     period: float,

@@ -18,9 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.dynamics.loops import without_loop_forces
 from stribeck.dynamics.root_motion import ENOUGH_POINTS, base_root, flying_root, hung_root, standing_root
 from stribeck.dynamics.rooted import RootMotion, inertia_matrix, rooted_inverse_dynamics, workspace
@@ -64,8 +63,8 @@ class ContactMode:
     rooted: RootedModel
     foot: str
     feet: tuple[str, ...]
-    joints: NDArray[np.int64]
-    with_rows: NDArray[np.bool_]
+    joints: IntArray
+    with_rows: BoolArray
     hung: bool = False
     gyroscope: bool = False
     sensor: int | None = None
@@ -90,7 +89,7 @@ class ContactMode:
         return len(self.rows) - unknown
 
     @property
-    def rows(self) -> NDArray[np.int64]:
+    def rows(self) -> IntArray:
         """Rows of the equation of motion: the root's six, if free or sensed, the joints'; as in `inertia_matrix`."""
         without = self.hung or (self.foot and self.sensor is None)
         own = np.arange(0 if without else self.rooted.root_size)
@@ -185,7 +184,7 @@ class ContactMode:
 def find_contact_mode(
     robot: Robot,
     feet: tuple[str, ...],
-    joints: NDArray[np.int64],
+    joints: IntArray,
     sensed: Sequence[str] = (),
     *,
     loops: bool = True,
@@ -216,7 +215,7 @@ def find_contact_mode(
 def find_contact_modes(
     robot: Robot,
     segments: Sequence[Segment],
-    joints: NDArray[np.int64],
+    joints: IntArray,
     settings: Settings,
     *,
     tilted: bool,

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from math import comb
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.log.storage import allocate
 
 POSITION_FLOOR = 1e-7
@@ -121,7 +120,7 @@ def without_spikes(signal: Array, unbroken: tuple[slice, ...], floor: float, *, 
     return cleaned, count
 
 
-def _spikes(column: Array, inside: NDArray[np.bool_], noise: float, smooth: bool) -> NDArray[np.int64]:
+def _spikes(column: Array, inside: BoolArray, noise: float, smooth: bool) -> IntArray:
     """Find the rows of a channel's spikes, given the standard deviation of its noise."""
     if len(column) < PREDICTIONS.shape[1]:
         return np.zeros(0, dtype=np.int64)
@@ -138,7 +137,7 @@ def _spikes(column: Array, inside: NDArray[np.bool_], noise: float, smooth: bool
     return rows[off[rows] > SPIKE * _median_deviation(off[near], 1)] if len(rows) else rows
 
 
-def _between(column: Array, rows: NDArray[np.int64]) -> Array:
+def _between(column: Array, rows: IntArray) -> Array:
     """Compute the cubic through the two nearest other samples on either side of rows."""
     good = np.ones(len(column), dtype=bool)
     good[rows] = False

@@ -7,9 +7,8 @@ from functools import cache
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, IntArray
 from stribeck.dynamics.rooted import RootMotion, model_motion, workspace
 from stribeck.dynamics.state import State
 from stribeck.robot import Robot
@@ -18,7 +17,7 @@ from stribeck.robot.rooting import BASE_FRAME, RootedModel
 
 
 def inertia_regressors(
-    robot: Robot, rooted: RootedModel, rows: NDArray[np.int64], state: State, root: RootMotion | None
+    robot: Robot, rooted: RootedModel, rows: IntArray, state: State, root: RootMotion | None
 ) -> Array:
     """Compute the derivatives of inverse dynamics by the bodies' inertial parameters, shape (K, rows, 10 bodies).
 
@@ -42,7 +41,7 @@ def inertia_regressors(
 
 
 @cache
-def _bodies_in(rooted: RootedModel, tree: RootedModel) -> tuple[NDArray[np.int64], dict[int, Array]]:
+def _bodies_in(rooted: RootedModel, tree: RootedModel) -> tuple[IntArray, dict[int, Array]]:
     """Map the bodies of the robot's own tree to a rerooted tree, and transform their parameters.
 
     Only bodies between the two roots change their frame.
@@ -54,7 +53,7 @@ def _bodies_in(rooted: RootedModel, tree: RootedModel) -> tuple[NDArray[np.int64
     return np.array([joint - 1 for joint, _ in homes]), moves
 
 
-def zero_regressors(rooted: RootedModel, rows: NDArray[np.int64], state: State, root: RootMotion | None) -> Array:
+def zero_regressors(rooted: RootedModel, rows: IntArray, state: State, root: RootMotion | None) -> Array:
     """Compute minus the rows' derivatives by joint positions, then by the tilt, shape (K, rows, all joints + 3).
 
     These are the effects of encoder zeros and of the tilt of an IMU. Rows are counted as `inertia_matrix` orders them.

@@ -16,9 +16,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.robot.inertial_parameters import SIZE
 from stribeck.whole_log.equations.corrections import CORRECTIONS
 from stribeck.whole_log.model.terms import DELAY, GAIN, ROTOR
@@ -123,7 +122,7 @@ class _Score:
         return float(along @ along), vectors @ along, np.linalg.norm(vectors, axis=1)
 
 
-def find_causes(fit: Fit, statistics: Statistics, limbs: Mapping[str, NDArray[np.bool_]], discount: float) -> Causes:
+def find_causes(fit: Fit, statistics: Statistics, limbs: Mapping[str, BoolArray], discount: float) -> Causes:
     """Find the cause of a log's errors, with its rivals.
 
     Parameters
@@ -219,7 +218,7 @@ def _score(fit: Fit, statistics: Statistics) -> _Score:
     return _Score(score, information, np.append(fit.model.prior_std**-2, np.diag(A)[outside]))
 
 
-def _outside(fit: Fit) -> NDArray[np.int64]:
+def _outside(fit: Fit) -> IntArray:
     """Find the columns of each joint's delay, of its rotor inertia and of its gain, which no fit contains."""
     joints, per_joint = len(fit.internal), fit.laws.jacobians(fit.internal).shape[1]
     terms = fit.laws.terms
@@ -228,7 +227,7 @@ def _outside(fit: Fit) -> NDArray[np.int64]:
     return np.concatenate([place + per_joint * np.arange(joints) for place in places])
 
 
-def _causes(fit: Fit, limbs: Mapping[str, NDArray[np.bool_]]) -> Iterator[Columns]:
+def _causes(fit: Fit, limbs: Mapping[str, BoolArray]) -> Iterator[Columns]:
     """Yield the columns of all causes that the fit does not estimate anyway; values are in the units of `Cause`."""
     model, layout, priors, joints = fit.model, fit.model.layout, fit.model.priors, len(fit.internal)
     c = layout.size

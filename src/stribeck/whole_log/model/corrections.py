@@ -10,9 +10,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, IntArray
 from stribeck.robot.inertial_parameters import SIZE
 from stribeck.settings import Priors
 from stribeck.whole_log.constants import WIDEST_PRIOR
@@ -47,7 +46,7 @@ class Layout:
         """Return the slice from one named part to another, both included."""
         return slice(self._ends[first][0], self._ends[last or first][1])
 
-    def places(self, first: str, last: str | None = None) -> NDArray[np.int64]:
+    def places(self, first: str, last: str | None = None) -> IntArray:
         """Return the indices from one named part to another, both included."""
         return np.arange(self.size)[self.part(first, last)]
 
@@ -112,7 +111,7 @@ class ModelCorrections:
 
     layout: Layout
     bodies: Bodies
-    loaded: NDArray[np.int64]
+    loaded: IntArray
     prior_mean: Array
     prior_std: Array
     priors: Priors
@@ -170,7 +169,7 @@ class ModelCorrections:
         own["log_effects"] = self.priors.log_offset * self.torque * own["log_effects"]
         return np.concatenate(list(own.values()))
 
-    def groups(self) -> Iterator[NDArray[np.int64]]:
+    def groups(self) -> Iterator[IntArray]:
         """Yield groups of coordinates that share a prior standard deviation.
 
         The groups are masses, centers, moments, grouped corrections, and the contrasts of each effect of a joint.
@@ -195,7 +194,7 @@ class ModelCorrections:
         places = self.layout.places("log_effects").reshape(contrasts, effects, joints)
         return self.held(places[:, 1:].ravel(), 0.0)
 
-    def held(self, places: NDArray[np.int64], values: Array | float) -> ModelCorrections:
+    def held(self, places: IntArray, values: Array | float) -> ModelCorrections:
         """Hold coordinates at values."""
         mean, deviation = self.prior_mean.copy(), self.prior_std.copy()
         mean[places], deviation[places] = values, HELD

@@ -10,9 +10,8 @@ from itertools import product
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.friction import AUTO, FrictionLaw, Parameter
 from stribeck.judgement.curve_fit.problem import to_external, to_internal
 from stribeck.settings import Priors
@@ -51,7 +50,7 @@ class Laws:
     top_speed: Array
     torque: Array
     priors: Priors
-    free: NDArray[np.bool_]
+    free: BoolArray
     group_prior: Array | None = field(default=None, kw_only=True)
 
     @cached_property
@@ -65,7 +64,7 @@ class Laws:
         own = self.law.parameters
         return [k for k, p in enumerate(own) if p.logarithmic or (p.unit == "1" and p.lower >= 0)]
 
-    def of(self, joints: Sequence[int] | NDArray[np.int64]) -> Self:
+    def of(self, joints: Sequence[int] | IntArray) -> Self:
         """Select the laws of some joints; repeated joints are repeated."""
         return replace(
             self,
@@ -75,7 +74,7 @@ class Laws:
             free=self.free[joints],
         )
 
-    def only(self, free: NDArray[np.bool_]) -> Self:
+    def only(self, free: BoolArray) -> Self:
         """Restrict the laws to these of their parameters, shape (n, w)."""
         return replace(self, free=free & self.free)
 
@@ -86,7 +85,7 @@ class Laws:
         return to_internal(np.array(values), self.logarithmic)
 
     @cached_property
-    def logarithmic(self) -> NDArray[np.bool_]:
+    def logarithmic(self) -> BoolArray:
         """Mask of parameters that are fitted by their logarithm, shape (w,)."""
         return np.array([parameter.logarithmic for parameter in self.parameters])
 

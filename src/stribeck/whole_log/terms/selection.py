@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray
 from stribeck.friction.terms import BASE, LADDER
 from stribeck.friction.terms.term import Term
 from stribeck.result import JointResult, TermDecision, TermVerdict
@@ -139,7 +139,7 @@ def _errors(falls: Array) -> Array:
     return np.asarray(np.std(falls, axis=-1, ddof=1) * np.sqrt(falls.shape[-1]))
 
 
-def _pays(gain: ArrayLike, error: ArrayLike) -> NDArray[np.bool_]:
+def _pays(gain: ArrayLike, error: ArrayLike) -> BoolArray:
     return np.asarray(gain) > np.maximum(error, LEAST_GAIN)
 
 

@@ -17,9 +17,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.friction import AUTO
 from stribeck.friction.terms import LADDER
 from stribeck.whole_log.model.laws import Laws
@@ -98,7 +97,7 @@ def _eliminated(whole: Statistics, fold: Statistics | None, fit: Fit) -> Iterabl
         yield information, information @ own_theta - slope[rows] - cross @ shift, curved, curved @ own_theta - tilt
 
 
-def _without(inverse: Array, own: NDArray[np.bool_], rest: NDArray[np.bool_], vectors: Array) -> Array:
+def _without(inverse: Array, own: BoolArray, rest: BoolArray, vectors: Array) -> Array:
     """Multiply vectors by the inverse of a matrix without some rows and columns, given the inverse of the whole."""
     cross = inverse[np.ix_(own, rest)]
     return np.asarray(
@@ -153,7 +152,7 @@ class Trials:
         """Names of a joint's parameters."""
         return [parameter.name for parameter in self.laws.parameters]
 
-    def having(self, kept: Iterable[str]) -> NDArray[np.bool_]:
+    def having(self, kept: Iterable[str]) -> BoolArray:
         """Mark the parameters of a joint with these terms, shape (w,)."""
         without = {name for own in PARAMETERS.values() for name in own} | NO_TERM
         if self.laws.law.name != AUTO:  # the shape is fixed
@@ -169,7 +168,7 @@ class Trials:
         others = [name for name in PARAMETERS if name not in SHAPES]
         return {shape: self._fits(self.having([*others, shape])) for shape in SHAPES}
 
-    def _fits(self, having: NDArray[np.bool_]) -> Around:
+    def _fits(self, having: BoolArray) -> Around:
         laws, folds = self.laws.only(having), self.folds
         n, count, q = folds.right.shape
         whole, _ = best_starts(laws, folds.information[:, 0], folds.right[:, 0])
@@ -178,7 +177,7 @@ class Trials:
         ends, _ = problem.best(whole[owners])
         return self._near(np.arange(n), ends.reshape(n, count, -1))
 
-    def _near(self, joints: NDArray[np.int64], internal: Array) -> Around:
+    def _near(self, joints: IntArray, internal: Array) -> Around:
         """Expand chi^2 around coordinates of some joints in each fold, shape (j, F + 1, w)."""
         folds, (mean, deviation) = self.folds, (each[joints, None] for each in self.laws.prior)
         j, count, w = internal.shape
@@ -216,7 +215,7 @@ class Trials:
         return self.around[next(iter(set(kept) & set(SHAPES)), "") if self.laws.law.name == AUTO else ""]
 
 
-def _step(around: Around, joint: int, wanted: NDArray[np.bool_], low: Array, neutral: Array) -> Array:
+def _step(around: Around, joint: int, wanted: BoolArray, low: Array, neutral: Array) -> Array:
     """Compute a joint's Newton step in each fold, shape (F + 1, w), with absent terms at their neutral values."""
     x, curvature = around.internal[joint], around.curvature[joint]
     target = np.where(wanted, np.nan, neutral)

@@ -4,11 +4,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from stribeck.base.finding import Finding
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, IntArray
 from stribeck.log import RobotLog
 from stribeck.log.interpolation import slerp
 from stribeck.log.storage import allocate
@@ -27,7 +26,7 @@ WRENCH = (3, 3, 1)
 """Numbers of corrections of a wrench sensor: zeros of forces, of moments, and gain."""
 
 
-def _scaled(log: RobotLog, _: Robot, joints: NDArray[np.int64], gains: Array) -> RobotLog:
+def _scaled(log: RobotLog, _: Robot, joints: IntArray, gains: Array) -> RobotLog:
     factors, scaled = np.ones(log.torque.shape[1]), allocate(log.torque.shape)
     factors[joints] -= gains
     np.multiply(log.torque, factors, out=scaled)
@@ -45,7 +44,7 @@ GAINS = Correction(
 """Gains of torque sensors [1]. Their mean is one, because a common gain scales all friction."""
 
 
-def _moved(log: RobotLog, _: Robot, __: NDArray[np.int64], zeros: Array) -> RobotLog:
+def _moved(log: RobotLog, _: Robot, __: IntArray, zeros: Array) -> RobotLog:
     position = allocate(log.position.shape)
     np.subtract(log.position, zeros, out=position)
     return replace(log, position=position)
@@ -71,7 +70,7 @@ ZEROS = Correction(
 """Zeros of encoders [rad]."""
 
 
-def _turned(log: RobotLog, robot: Robot, _: NDArray[np.int64], tilt: Array) -> RobotLog:
+def _turned(log: RobotLog, robot: Robot, _: IntArray, tilt: Array) -> RobotLog:
     if log.base_orientation is None or robot.base_frame != BASE_FRAME:
         return log
     turned = Rotation.from_quat(log.base_orientation) * Rotation.from_rotvec(-tilt)
@@ -110,7 +109,7 @@ def _turning(signals: Signals) -> Array:
     return -(signals.by_angles[:, :, -3:] @ rate[:, :, None])
 
 
-def _shifted(log: RobotLog, robot: Robot, _: NDArray[np.int64], delay: Array) -> RobotLog:
+def _shifted(log: RobotLog, robot: Robot, _: IntArray, delay: Array) -> RobotLog:
     if log.base_orientation is None or robot.base_frame != BASE_FRAME:
         return log
     return replace(log, base_orientation=slerp(log.time + delay.sum(), log.time, log.base_orientation))

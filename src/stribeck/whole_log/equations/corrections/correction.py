@@ -6,10 +6,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stribeck.base.finding import Finding
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, IntArray
 from stribeck.dynamics.rooted import RootMotion
 from stribeck.dynamics.state import State
 from stribeck.log import RobotLog
@@ -136,7 +135,7 @@ class Correction:
     scales: Callable[[Priors, CorrectionLayout], Any] | None = None
     count: Callable[[Robot, Sequence[str]], int] | None = None
     size: Callable[[CorrectionLayout], int] | None = None
-    apply: Callable[[RobotLog, Robot, NDArray[np.int64], Array], RobotLog] | None = None
+    apply: Callable[[RobotLog, Robot, IntArray, Array], RobotLog] | None = None
     grouped: bool = False
     kind: str = ""
     apart: bool = False
