@@ -1,6 +1,6 @@
 """Compose the result and its evidence from a method's fits and the friction torque of the samples."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +10,7 @@ from stribeck.base.finding import merged
 from stribeck.base.version import __version__
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw
-from stribeck.friction_torque.preparation import PreparedLog, log_names
+from stribeck.friction_torque.preparation import Logs, log_names
 from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.friction_torque.stage import LogsFriction, thinned_samples
 from stribeck.friction_torque.thinning import join_logs, take
@@ -32,7 +32,7 @@ from stribeck.whole_log.terms.selection import with_terms
 def compose(
     fitted: Fitted,
     friction: LogsFriction,
-    prepared: Sequence[PreparedLog],
+    prepared: Logs,
     robot: Robot,
     law: FrictionLaw,
     settings: Settings,
@@ -176,7 +176,7 @@ def _joints(
 
 
 def _torque_r2(
-    fitted: Fitted, friction: LogsFriction, prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw
+    fitted: Fitted, friction: LogsFriction, prepared: Logs, robot: Robot, law: FrictionLaw
 ) -> dict[str, TorqueR2]:
     """Compute the share of each joint's torque that is explained on held-out parts."""
     if fitted.unseen is None:
@@ -192,7 +192,7 @@ def _torque_r2(
     }
 
 
-def _position_ranges(prepared: Sequence[PreparedLog], robot: Robot) -> dict[str, tuple[float, float]]:
+def _position_ranges(prepared: Logs, robot: Robot) -> dict[str, tuple[float, float]]:
     """Find the lowest and highest position of each joint [rad], [m]."""
     low = np.min([np.nanmin(part.log.position, axis=0) for part in prepared], axis=0)
     high = np.max([np.nanmax(part.log.position, axis=0) for part in prepared], axis=0)
@@ -214,7 +214,7 @@ def _evidence(
     fitted: Fitted,
     friction: LogsFriction,
     shown: tuple[FrictionSamples, FrictionSamples],
-    prepared: Sequence[PreparedLog],
+    prepared: Logs,
     correction: tuple[FrictionSamples, FrictionSamples] | None,
     origin: list[tuple[str, str]],
 ) -> Evidence:
@@ -237,9 +237,7 @@ def _evidence(
     )
 
 
-def _phases(
-    fitted: Fitted, friction: LogsFriction, prepared: Sequence[PreparedLog]
-) -> list[tuple[float, float, str, bool]]:
+def _phases(fitted: Fitted, friction: LogsFriction, prepared: Logs) -> list[tuple[float, float, str, bool]]:
     """List the phases of the timeline: contact modes, and spans that are excluded or set aside."""
     found: list[tuple[float, float, str, bool]] = []
     for k, (part, log) in enumerate(zip(friction.logs, (each.log for each in prepared), strict=True)):
@@ -249,9 +247,7 @@ def _phases(
     return found
 
 
-def _before_and_after(
-    friction: LogsFriction, prepared: Sequence[PreparedLog], robot: Robot
-) -> tuple[FrictionSamples, FrictionSamples]:
+def _before_and_after(friction: LogsFriction, prepared: Logs, robot: Robot) -> tuple[FrictionSamples, FrictionSamples]:
     """Select samples of free and swinging limbs, with robot and logs as given and as corrected.
 
     These limbs show best how a model affects friction.

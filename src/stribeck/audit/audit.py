@@ -16,7 +16,7 @@ from stribeck.audit.torque import check_slow, check_torques, check_unexplained, 
 from stribeck.base.finding import Finding, merged
 from stribeck.base.spans import exclude_options, listed_spans
 from stribeck.errors import LogError, errors_about, findings_kept
-from stribeck.friction_torque.preparation import PreparedLog, log_names
+from stribeck.friction_torque.preparation import Logs, PreparedLog, log_names
 from stribeck.log.sampling import SHORT
 from stribeck.result import Result
 from stribeck.robot import Robot
@@ -43,7 +43,7 @@ def audit(prepared: PreparedLog, robot: Robot, settings: Settings) -> list[Findi
     return findings(evidence, delays(evidence), settings)
 
 
-def audit_or_stop(prepared: Sequence[PreparedLog], robot: Robot, settings: Settings, force: bool) -> list[Finding]:
+def audit_or_stop(prepared: Logs, robot: Robot, settings: Settings, force: bool) -> list[Finding]:
     """Check several logs; a finding of several logs is reported once, with their paths.
 
     Raises

@@ -11,7 +11,7 @@ A, b, F, o and the initial state of each piece minimize the distance to measured
 System Identification, 1999, section 7.2).
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -22,7 +22,7 @@ from stribeck.base.finding import Finding
 from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.dynamics.rooted import joint_inertia
 from stribeck.friction_torque.inverse_dynamics import torque_chunks
-from stribeck.friction_torque.preparation import PreparedLog
+from stribeck.friction_torque.preparation import Logs, PreparedLog
 from stribeck.log import RobotLog
 from stribeck.log.interpolation import with_command_delay
 from stribeck.result import JointResult
@@ -61,7 +61,7 @@ PERIOD = 0.02
 
 
 def with_found_delays(
-    prepared: Sequence[PreparedLog], robot: Robot, settings: Settings, unseen: Sequence[PreparedLog] = ()
+    prepared: Logs, robot: Robot, settings: Settings, unseen: Logs = ()
 ) -> tuple[list[PreparedLog], list[Finding]]:
     """Find the delay of the commands, one per joint for all logs, and compute the torques with it.
 
@@ -110,7 +110,7 @@ def _text(value: float, error: float) -> str:
     return f"{1e3 * value:.1f} ± {2e3 * error:.1f} ms"
 
 
-def command_delays(logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> tuple[Array, Array]:
+def command_delays(logs: Logs, robot: Robot, settings: Settings) -> tuple[Array, Array]:
     """Estimate the delay of each joint's commands in all logs and its standard error [s], shape (n,) each.
 
     A joint that does not move enough gets the common delay of the others.
@@ -174,7 +174,7 @@ class _Piece:
     others: Array
 
 
-def _pieces(logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> Pieces | None:
+def _pieces(logs: Logs, robot: Robot, settings: Settings) -> Pieces | None:
     """Cut pieces out of logs in which a joint of a swinging limb, or of an arm, moves in one direction."""
     found = [piece for part in logs for piece in _cut(part, robot, settings)]
     chosen = [

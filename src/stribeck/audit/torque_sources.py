@@ -1,6 +1,5 @@
 """Torques of logs whose source is a current or a command."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,13 +7,13 @@ import numpy as np
 from stribeck.audit.command_delay import with_found_delays
 from stribeck.audit.unknown_gains import Gain, find_gains, gain_findings, with_gains
 from stribeck.base.finding import Finding
-from stribeck.friction_torque.preparation import PreparedLog
+from stribeck.friction_torque.preparation import Logs, PreparedLog
 from stribeck.robot import Robot
 from stribeck.settings import Settings
 
 
 def find_torques(
-    prepared: Sequence[PreparedLog], robot: Robot, settings: Settings, unseen: Sequence[PreparedLog] = ()
+    prepared: Logs, robot: Robot, settings: Settings, unseen: Logs = ()
 ) -> tuple[list[PreparedLog], list[Finding], dict[str, float], Robot]:
     """Find unknown torque constants, kp and delays of commands, and compute the torques with them.
 

@@ -21,7 +21,7 @@ from stribeck.audit.regression import FEWEST, friction_shapes, regress
 from stribeck.base.finding import Finding, listed
 from stribeck.base.typing import Array
 from stribeck.errors import LogError
-from stribeck.friction_torque.preparation import PreparedLog, log_names
+from stribeck.friction_torque.preparation import Logs, PreparedLog, log_names
 from stribeck.robot import Robot
 from stribeck.settings import Priors, Settings
 
@@ -43,7 +43,7 @@ class Gain:
     unknown: str = ""
 
 
-def find_gains(prepared: Sequence[PreparedLog], robot: Robot, settings: Settings) -> dict[str, Gain]:
+def find_gains(prepared: Logs, robot: Robot, settings: Settings) -> dict[str, Gain]:
     """Estimate the torque constants, or kp, that the robot file lacks, by joint.
 
     Raises

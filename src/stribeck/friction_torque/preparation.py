@@ -46,6 +46,10 @@ class PreparedLog:
     notes: tuple[str, ...] = ()
 
 
+Logs = Sequence[PreparedLog]
+"""Prepared logs of one robot."""
+
+
 def prepare(log: LogLike, robot: Robot, settings: Settings) -> PreparedLog:
     """Read a log, resample it evenly and find its support phases.
 
@@ -113,6 +117,6 @@ def _read(log: LogLike, robot: Robot) -> RobotLog:
     return log
 
 
-def log_names(prepared: Sequence[PreparedLog]) -> list[str]:
+def log_names(prepared: Logs) -> list[str]:
     """Name each log for messages: by its path, or its number."""
     return [part.log.path or ("log" if len(prepared) == 1 else f"log {k}") for k, part in enumerate(prepared, 1)]

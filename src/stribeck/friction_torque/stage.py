@@ -1,6 +1,6 @@
 """Friction torque of all logs: every sample for the table, a thinned selection for fit and report."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -14,7 +14,7 @@ from stribeck.differentiation import make_filter, resolve_auto
 from stribeck.errors import errors_about
 from stribeck.friction_torque.auto_filter import cutoff_from_log
 from stribeck.friction_torque.inverse_dynamics import Chunk, support_name, torque_chunks
-from stribeck.friction_torque.preparation import PreparedLog, Progress
+from stribeck.friction_torque.preparation import Logs, PreparedLog, Progress
 from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.friction_torque.table import friction_table
 from stribeck.friction_torque.thinning import MOST_KEPT, join, join_logs, thin
@@ -104,7 +104,7 @@ class FrictionTorqueStage:
         log, robot, settings = self._given
         return with_filter(log, robot, settings.model_copy(update={"filter": FilterSettings()}))[0].filter.cutoff
 
-    def __call__(self, logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> LogsFriction:
+    def __call__(self, logs: Logs, robot: Robot, settings: Settings) -> LogsFriction:
         """Compute the friction torque of logs for a robot, with one filter for all logs.
 
         Raises
@@ -117,7 +117,7 @@ class FrictionTorqueStage:
             self._last = asked, self._compute(logs, robot, settings)
         return self._last[1]
 
-    def _compute(self, logs: Sequence[PreparedLog], robot: Robot, settings: Settings) -> LogsFriction:
+    def _compute(self, logs: Logs, robot: Robot, settings: Settings) -> LogsFriction:
         filter_, notes = self._filter
         settings = settings.model_copy(update={"filter": filter_})
         if settings.observer_bandwidth == "auto":

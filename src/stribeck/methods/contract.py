@@ -3,7 +3,7 @@
 To add a method:
 
 1. Write `methods/<name>.py` with a function `find` that is a `Find` and returns a `Fitted`. A method that fits the
-   friction torque calls `friction_torque(prepared, robot, settings)`, which is computed once for fit, table and report.
+   friction torque calls `torque(prepared, robot, settings)`, which is computed once for fit, table and report.
    A method that corrects the robot or the logs returns the corrected ones.
 2. Create a `Method`. `uses` is `SHARED`, without settings that the method overrides, plus its own settings, with dots
    as after `--set`. All other settings are refused. `laws` are the laws that it can fit; `defaults` contains the
@@ -23,7 +23,7 @@ from stribeck.base.typing import BoolArray
 from stribeck.contact import SupportPhases
 from stribeck.errors import LogError
 from stribeck.friction import FrictionLaw
-from stribeck.friction_torque.preparation import PreparedLog, Progress
+from stribeck.friction_torque.preparation import Logs, Progress
 from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.friction_torque.stage import LogsFriction, thinned_samples
 from stribeck.friction_torque.thinning import join_logs
@@ -63,10 +63,10 @@ class Unseen:
     fits: Mapping[str, JointFit]
     usable: BoolArray | None = None
     robot: Robot | None = None
-    logs: Sequence[PreparedLog] = ()
+    logs: Logs = ()
     correct: Callable[[RobotLog, int], RobotLog] | None = None
 
-    def samples(self, friction: LogsFriction, prepared: Sequence[PreparedLog], robot: Robot) -> list[FrictionSamples]:
+    def samples(self, friction: LogsFriction, prepared: Logs, robot: Robot) -> list[FrictionSamples]:
         """Compute held-out samples with the original and, if the fit corrects them, with the corrected robot and logs.
 
         Both use the filter of the friction torque. Samples of standing legs are not usable. None without samples.
@@ -82,10 +82,7 @@ class Unseen:
 
 
 def joined_samples(
-    logs: Sequence[PreparedLog],
-    robot: Robot,
-    settings: Settings,
-    correct: Callable[[RobotLog, int], RobotLog] | None = None,
+    logs: Logs, robot: Robot, settings: Settings, correct: Callable[[RobotLog, int], RobotLog] | None = None
 ) -> FrictionSamples | None:
     """Compute the friction torque of parts of logs, corrected if asked; None if no part is longer than the filter."""
     used = ((k, part) for k, part in enumerate(logs) if part.support.phases)
@@ -145,7 +142,7 @@ class Fitted:
     fits: Mapping[str, JointFit]
     validations: Mapping[str, Validation | None]
     robot: Robot
-    logs: Sequence[PreparedLog]
+    logs: Logs
     unseen: Unseen | None = None
     correct: Callable[[RobotLog], RobotLog] | None = None
     settings: Settings | None = None
@@ -160,11 +157,11 @@ class Fitted:
     notes: Sequence[str] = ()
 
 
-FrictionTorque = Callable[[Sequence[PreparedLog], Robot, Settings], LogsFriction]
+FrictionTorque = Callable[[Logs, Robot, Settings], LogsFriction]
 """Function that computes the friction torque of logs: `stribeck.friction_torque.stage.FrictionTorqueStage`."""
 
 
-Find = Callable[[Sequence[PreparedLog], Robot, FrictionLaw, Settings, FrictionTorque, Progress], Fitted]
+Find = Callable[[Logs, Robot, FrictionLaw, Settings, FrictionTorque, Progress], Fitted]
 """Function that estimates the friction of a robot from its logs.
 
 It raises a LogError or a SettingsError if a log cannot be used, and a NothingIdentifiedError if no joint moves enough.

@@ -5,12 +5,11 @@ low-pass (`friction_torque.log_observer`). All have the same lag, so that no par
 """
 
 from collections import ChainMap
-from collections.abc import Sequence
 
 from stribeck.base.finding import Finding
 from stribeck.errors import SettingsError
 from stribeck.friction import LAWS, LAWS_WITH_STATE, FrictionLaw, LawWithState
-from stribeck.friction_torque.preparation import PreparedLog, Progress
+from stribeck.friction_torque.preparation import Logs, Progress
 from stribeck.judgement.curve_fit.fit import fit_law, validate
 from stribeck.methods.contract import SHARED, Fitted, FrictionTorque, Method, Unseen
 from stribeck.robot import Robot
@@ -18,12 +17,7 @@ from stribeck.settings import Settings
 
 
 def find(
-    prepared: Sequence[PreparedLog],
-    robot: Robot,
-    law: FrictionLaw,
-    settings: Settings,
-    friction_torque: FrictionTorque,
-    progress: Progress,
+    prepared: Logs, robot: Robot, law: FrictionLaw, settings: Settings, torque: FrictionTorque, progress: Progress
 ) -> Fitted:
     """Fit the law to every joint that moves enough; every n-th block is held out.
 
@@ -38,7 +32,7 @@ def find(
                 f"'{law.name}' over; set it to 'auto' or 'savitzky-golay'"
             )
         settings = settings.model_copy(update={"averaged_law": True})
-    samples = friction_torque(prepared, robot, settings).samples
+    samples = torque(prepared, robot, settings).samples
     progress("fitting", 0.0)
     fits = fit_law(samples, law, settings)
     validations, unseen = validate(fits, samples, law, settings)

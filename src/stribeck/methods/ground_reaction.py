@@ -3,7 +3,7 @@
 After Hashlamon and Erbatur 2016; docs/other-methods.md has the equations.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +14,7 @@ from stribeck.errors import SettingsError
 from stribeck.friction import LAWS, FrictionLaw
 from stribeck.friction_torque.contact_modes import swinging_joints
 from stribeck.friction_torque.foot_wrenches import require_wrenches
-from stribeck.friction_torque.preparation import PreparedLog, Progress
+from stribeck.friction_torque.preparation import Logs, PreparedLog, Progress
 from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.friction_torque.thinning import MOST_KEPT
 from stribeck.judgement.curve import ROUNDING
@@ -29,12 +29,7 @@ from stribeck.settings import Settings
 
 
 def find(
-    prepared: Sequence[PreparedLog],
-    robot: Robot,
-    law: FrictionLaw,
-    settings: Settings,
-    friction_torque: FrictionTorque,
-    progress: Progress,
+    prepared: Logs, robot: Robot, law: FrictionLaw, settings: Settings, torque: FrictionTorque, progress: Progress
 ) -> Fitted:
     """Run the curve fit on friction torques from the wrenches, and compare swinging with standing legs."""
     if robot.base == "fixed":
@@ -45,8 +40,8 @@ def find(
     for part in prepared:
         require_wrenches(part.log, robot)
     logs, notes, unknown = zip(*(_zeroed(part, robot) for part in prepared), strict=True)
-    fitted = curve_fit.find(logs, robot, law, settings, friction_torque, progress)
-    swings = _swings(fitted.fits, friction_torque(logs, robot, settings).samples, robot, law, settings)
+    fitted = curve_fit.find(logs, robot, law, settings, torque, progress)
+    swings = _swings(fitted.fits, torque(logs, robot, settings).samples, robot, law, settings)
     without_zero = dict.fromkeys(foot for of_log in unknown for foot in of_log)
     shown = {joint: f"{joint} ({text})" for joint, (text, _) in swings.items()}
     note = f"friction of swinging legs relative to the same legs standing: {', '.join(shown.values())}"

@@ -1,13 +1,11 @@
 """Selection of joints that move enough, and their top speeds, before the fit."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw
-from stribeck.friction_torque.preparation import PreparedLog
+from stribeck.friction_torque.preparation import Logs
 from stribeck.judgement.excitation import excitation, why_none
 from stribeck.robot import Robot
 from stribeck.settings import Settings
@@ -16,7 +14,7 @@ from stribeck.whole_log.equations.segments import cut_segments
 
 
 def joints_that_move(
-    prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw, settings: Settings
+    prepared: Logs, robot: Robot, law: FrictionLaw, settings: Settings
 ) -> tuple[IntArray, tuple[str, ...], Array]:
     """Find the columns of the torque-controlled joints that move enough, their couplings, and all top speeds.
 
@@ -62,9 +60,7 @@ def joints_that_move(
     return robot.torque_controlled[moves], tuple(couplings), top_speeds
 
 
-def _some_speeds(
-    prepared: Sequence[PreparedLog], robot: Robot, settings: Settings
-) -> tuple[Array, IntArray, BoolArray]:
+def _some_speeds(prepared: Logs, robot: Robot, settings: Settings) -> tuple[Array, IntArray, BoolArray]:
     """Compute speeds of the torque-controlled joints, shape (N, n), their segments, (N,), and those used, (N, n)."""
     cut = []
     for part in prepared:

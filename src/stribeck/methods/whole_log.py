@@ -16,7 +16,7 @@ from stribeck.base.typing import IntArray
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import AUTO, LAWS, FrictionLaw
 from stribeck.friction.auto import AutoLaw
-from stribeck.friction_torque.preparation import PreparedLog, Progress
+from stribeck.friction_torque.preparation import Logs, PreparedLog, Progress
 from stribeck.judgement.excitation import NOISE_FACTOR
 from stribeck.judgement.weakness import Criteria
 from stribeck.log import RobotLog
@@ -38,7 +38,7 @@ CRITERIA = Criteria(assumes_exact_law=False, shares_shapes=True)
 
 
 def identify_whole_log(
-    prepared: Sequence[PreparedLog],
+    prepared: Logs,
     robot: Robot,
     law: FrictionLaw,
     settings: Settings,
@@ -82,7 +82,7 @@ def identify_whole_log(
     )
 
 
-def _spans(prepared: Sequence[PreparedLog], fit: WholeLogFit, *, used: bool) -> list[list[Span]]:
+def _spans(prepared: Logs, fit: WholeLogFit, *, used: bool) -> list[list[Span]]:
     """Find the spans of each log whose windows are used, or set aside."""
     names = [Path(part.log.path).name if len(prepared) > 1 else "" for part in prepared]
     return [
@@ -92,7 +92,7 @@ def _spans(prepared: Sequence[PreparedLog], fit: WholeLogFit, *, used: bool) -> 
 
 
 def weak_forms(
-    prepared: Sequence[PreparedLog], robot: Robot, columns: IntArray, couplings: Sequence[str], settings: Settings
+    prepared: Logs, robot: Robot, columns: IntArray, couplings: Sequence[str], settings: Settings
 ) -> list[WeakForm]:
     """Build the equations of motion of logs, with foot wrenches if every log has them."""
     wrenches = all(part.log.foot_wrench is not None for part in prepared)  # corrections are the same for all logs
@@ -113,12 +113,7 @@ def weak_forms(
 
 
 def find(
-    prepared: Sequence[PreparedLog],
-    robot: Robot,
-    law: FrictionLaw,
-    settings: Settings,
-    friction_torque: FrictionTorque,  # noqa: ARG001 - it uses the weak form
-    progress: Progress,
+    prepared: Logs, robot: Robot, law: FrictionLaw, settings: Settings, _: FrictionTorque, progress: Progress
 ) -> Fitted:
     """Run `identify_whole_log`, and correct the robot and logs.
 
@@ -149,7 +144,7 @@ def find(
     )
 
 
-def _unseen(found: WholeLog, prepared: Sequence[PreparedLog], robot: Robot) -> Unseen | None:
+def _unseen(found: WholeLog, prepared: Logs, robot: Robot) -> Unseen | None:
     """Evaluate the fit without the held-out segments on their undisturbed parts, with the delay of the whole logs."""
     if not any(found.held_out):
         return None
@@ -174,7 +169,7 @@ def _without(log: RobotLog, parts: Sequence[slice], spans: Sequence[Span]) -> li
     return [slice(*pair) for pair in edges.reshape(-1, 2).tolist()]
 
 
-def usual_corrections(prepared: Sequence[PreparedLog], robot: Robot) -> Literal["inertia", "calibration"]:
+def usual_corrections(prepared: Logs, robot: Robot) -> Literal["inertia", "calibration"]:
     """Choose the default corrections: calibration is included if the robot stands on one sole at a time.
 
     On a fixed base and on both feet, gains and friction are correlated; loops of point feet cannot be used with encoder

@@ -8,7 +8,7 @@ import numpy as np
 from stribeck.base.typing import Array
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw, Parameter
-from stribeck.friction_torque.preparation import PreparedLog, Progress
+from stribeck.friction_torque.preparation import Logs, PreparedLog, Progress
 from stribeck.friction_torque.stage import with_filter
 from stribeck.judgement.curve_fit.covariance import intervals_95
 from stribeck.judgement.curve_fit.fit import validate_values
@@ -57,12 +57,7 @@ class JointColumns:
 
 
 def find(
-    prepared: Sequence[PreparedLog],
-    robot: Robot,
-    law: FrictionLaw,
-    settings: Settings,
-    friction_torque: FrictionTorque,  # noqa: ARG001 - it has other equations
-    progress: Progress,
+    prepared: Logs, robot: Robot, law: FrictionLaw, settings: Settings, _: FrictionTorque, progress: Progress
 ) -> Fitted:
     """Fit friction and bodies to all blocks but every n-th, which is held out."""
     progress("building the regressor", 0.0)
@@ -110,7 +105,7 @@ def find(
 
 
 def _row_maker(
-    prepared: Sequence[PreparedLog], robot: Robot, law: FrictionLaw, settings: Settings
+    prepared: Logs, robot: Robot, law: FrictionLaw, settings: Settings
 ) -> tuple[RowMaker, tuple[str, ...], Array]:
     """Create the builder of rows, and list the moving joints and couplings and their top speeds [rad/s]."""
     joints, couplings, top_speed = joints_that_move(prepared, robot, law, settings)
@@ -127,7 +122,7 @@ def _row_maker(
     return maker, names, top_speed
 
 
-def _parts(prepared: Sequence[PreparedLog], blocks: Sequence[Block]) -> list[PreparedLog]:
+def _parts(prepared: Logs, blocks: Sequence[Block]) -> list[PreparedLog]:
     """Cut the support phases of the logs to some blocks."""
     return [
         replace(part, support=cut(part.support, [block.rows for block in blocks if block.log == number]))
@@ -160,7 +155,7 @@ def _rms(parts: Sequence[Array]) -> float:
 
 
 def _validations(
-    fitted: Fitted, law: FrictionLaw, settings: Settings, training: Sequence[PreparedLog]
+    fitted: Fitted, law: FrictionLaw, settings: Settings, training: Logs
 ) -> Mapping[str, Validation | None]:
     """Validate each joint's law on the held-out blocks with the corrected robot."""
     assert fitted.unseen is not None

@@ -14,7 +14,7 @@ from stribeck.dynamics.state import State
 from stribeck.friction import FrictionLaw
 from stribeck.friction_torque.contact_modes import contact_modes, seen_joints, swinging_joints
 from stribeck.friction_torque.inverse_dynamics import differentiate, orientation_filter, require_channels, spans
-from stribeck.friction_torque.preparation import PreparedLog
+from stribeck.friction_torque.preparation import Logs, PreparedLog
 from stribeck.methods.direct.rows import ROOT, DirectRows
 from stribeck.robot import Robot
 from stribeck.settings import Settings
@@ -67,7 +67,7 @@ class RowMaker:
     corrections: CorrectionLayout
     _modes: dict[tuple[str, ...], ContactMode] = field(default_factory=dict)
 
-    def blocks(self, prepared: Sequence[PreparedLog]) -> list[Block]:
+    def blocks(self, prepared: Logs) -> list[Block]:
         """Split the logs into blocks: support phases, or equal parts of longer ones."""
         found = []
         for number, part in enumerate(prepared):
@@ -81,9 +81,7 @@ class RowMaker:
                 found += [Block(number, feet, *edge, phase) for edge in pairwise(edges)]
         return found
 
-    def rows(
-        self, prepared: Sequence[PreparedLog], blocks: Sequence[Block], numbers: Sequence[int]
-    ) -> list[DirectRows]:
+    def rows(self, prepared: Logs, blocks: Sequence[Block], numbers: Sequence[int]) -> list[DirectRows]:
         """Build the rows of some blocks, with given block numbers."""
         columns = self.corrections.inertial_parameters.size * (ROOT + len(self.joints))
         stride = -(-sum(block.last - block.first for block in blocks) * columns // 20_000_000)  # 160 MB
