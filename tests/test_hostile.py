@@ -29,7 +29,7 @@ from tests.log.readers.formats import WRITERS, synthetic_log
 
 from stribeck.cli import console
 from stribeck.cli.options import FORMATS
-from stribeck.cli.truth import print_truth
+from stribeck.cli.simulation import print_truth
 from stribeck.errors import StribeckError
 from stribeck.fleet.store import compact, key_of, rows_of, time_of, write_row
 from stribeck.friction import get_law

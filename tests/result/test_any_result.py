@@ -14,7 +14,7 @@ from tests.result.made import estimate, joint, result
 from tests.robot.test_robot import write_robot
 
 from stribeck.cli import console
-from stribeck.cli.truth import print_truth
+from stribeck.cli.simulation import print_truth
 from stribeck.errors import SettingsError
 from stribeck.exporters import export
 from stribeck.result import (

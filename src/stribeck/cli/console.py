@@ -23,15 +23,8 @@ if TYPE_CHECKING:
     from stribeck.result.compare import Comparison
 
 ERRORS = Console(stderr=True, emoji=False)
-STYLES = {
-    "identified": "green",
-    "weak": "yellow",
-    "no friction": "cyan",
-    "not excited": "dim",
-    "opposite": "red",
-    "no": "red",
-    "ALARM": "red",
-}
+STYLES = {"identified": "green", "weak": "yellow", "no friction": "cyan", "not excited": "dim"}
+STYLES |= dict.fromkeys(("opposite", "no", "ALARM"), "red")
 WIDE = 165
 """Minimum width of a terminal [columns] for friction at three speeds; narrower tables show the middle speed."""
 PLAIN_WIDTH = 185
