@@ -15,7 +15,7 @@ from stribeck.log import RobotLog
 from stribeck.methods.whole_log import identify_whole_log
 from stribeck.methods.whole_log_findings import find_problems
 from stribeck.methods.whole_log_fitted import WholeLog
-from stribeck.whole_log import reading
+from stribeck.whole_log import constants
 from stribeck.whole_log.constants import WIDEST_PRIOR
 from stribeck_simulation.sensors.measure import with_noise
 
@@ -166,7 +166,7 @@ def test_a_delay_is_found_beside_the_friction(arm: Robot, exact: RobotLog, delay
 def test_of_a_long_log_evenly_spread_segments_are_read(
     arm: Robot, exact: RobotLog, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(reading, "MOST_SEGMENTS", 6)
+    monkeypatch.setattr(constants, "MOST_SEGMENTS", 6)
     found = whole_log(exact, arm)
     assert found.fit.segments == 6 + len(found.fit.held_out) < found.fit.of_segments
     assert (

@@ -12,16 +12,8 @@ from stribeck.base.threads import one_blas_thread
 from stribeck.base.typing import TorqueSource
 from stribeck.errors import LogError
 from stribeck.friction_torque.preparation import prepare
+from stribeck.init import columns
 from stribeck.init.by_dynamics import answer_by_dynamics, by_logged_name, multiply_scale
-from stribeck.init.columns import (
-    find_columns,
-    find_command,
-    normalized_ranges,
-    orientation_order,
-    position_and_velocity_units,
-    servo_ticks,
-    time_unit,
-)
 from stribeck.init.draft import Draft, ask_for_torque_source, write_contacts
 from stribeck.init.model import read_model
 from stribeck.init.names import match, words
@@ -98,9 +90,9 @@ def _answer_from_log(draft: Draft, log: Path) -> None:
         draft.ask("log", f"the log cannot be used with these settings: {error}.")
         return
     _write_idle_joints(draft, read)
-    if order := orientation_order(read):
+    if order := columns.orientation_order(read):
         draft.set("log.base_orientation", "order", order, "with this order the base is upright.")
-    if turn := servo_ticks(read):
+    if turn := columns.servo_ticks(read):
         _write_ticks(draft, read, turn)
     lengths = in_millimeters(robot, np.nanmin(read.position, axis=0), np.nanmax(read.position, axis=0))
     for channel in ("position", "velocity"):
@@ -109,11 +101,11 @@ def _answer_from_log(draft: Draft, log: Path) -> None:
             why = "these positions are within the model's limits only as millimeters."
             draft.set(f"log.{channel}", "scale", multiply_scale(robot, draft.table("log"), channel, factors), why)
     timed = "time" in source.channels
-    for channel, unit, why in position_and_velocity_units(read, robot) if timed and not turn else []:
+    for channel, unit, why in columns.position_and_velocity_units(read, robot) if timed and not turn else []:
         draft.set(f"log.{channel}", "unit", unit, why)
         if channel == "position" and read.command is not None:
             draft.set("log.desired_position", "unit", unit, "as the positions.")
-        if channel == "position" and unit == "deg" and (ranges := normalized_ranges(read, robot)):
+        if channel == "position" and unit == "deg" and (ranges := columns.normalized_ranges(read, robot)):
             _ask_for_normalized(draft, ranges)
     if not timed:
         draft.ask("log.rate", "without a rate, nothing else was checked; `stribeck inspect` checks signs and units.")
@@ -124,12 +116,12 @@ def _answer_from_log(draft: Draft, log: Path) -> None:
 def _find_channels(draft: Draft, log: Path) -> tuple[Recording, TorqueSource | None]:
     """Find the arrays or columns of each channel."""
     table = draft.table("log")
-    named, torque_source = find_columns(open_log(log, LogTable()))
+    named, torque_source = columns.find_columns(open_log(log, LogTable()))
     for channel, found in named.items():
         draft.note(f"log.{channel}", f"the log has {channel.replace('_', ' ')} under this name.")
         table[channel] = dict(found)
     source, _ = name_motors(open_log(log, LogTable.model_validate(table)), LogTable(), draft.facts.joints)
-    if not {"torque", "desired_position"} & set(source.channels) and (name := find_command(source)):
+    if not {"torque", "desired_position"} & set(source.channels) and (name := columns.find_command(source)):
         draft.set("log.desired_position", "name", name, "the log has desired positions under this name.")
         source = open_log(log, LogTable.model_validate(table))
     if "torque" not in source.channels and "desired_position" in source.channels:
@@ -182,7 +174,7 @@ def _find_time_unit(draft: Draft, source: Recording) -> bool:
         return True
     coarse = np.mean(np.diff(stamps) == 0) > 0.5
     mean = mean_step(stamps, (slice(0, len(stamps)),))
-    unit = source.time_unit or time_unit(np.array([0.0, mean]) if coarse else stamps)
+    unit = source.time_unit or columns.time_unit(np.array([0.0, mean]) if coarse else stamps)
     if unit != "s" and source.time_unit is None:
         draft.set("log.time", "unit", unit, "found from the length of its steps.")
     if coarse:

@@ -8,17 +8,7 @@ import numpy as np
 
 from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.errors import LogError, findings_kept
-from stribeck.log import RobotLog
-from stribeck.log.clock import (
-    REPEATED,
-    STEP,
-    even,
-    longest_step,
-    mean_step,
-    rate_of_rows,
-    refuse_wrong_time,
-    typical_step,
-)
+from stribeck.log import RobotLog, clock
 from stribeck.log.plausibility import check_plausible
 from stribeck.log.storage import allocate
 from stribeck.log.writers import column_names
@@ -77,7 +67,7 @@ def regularise(log: RobotLog, log_table: LogTable) -> tuple[RobotLog, Sampling]:
     Parameters
     ----------
     log_table
-        `max_gap` overrides the longest step [s] that is interpolated, `longest_step`.
+        `max_gap` overrides the longest step [s] that is interpolated, `clock.longest_step`.
 
     Raises
     ------
@@ -86,10 +76,10 @@ def regularise(log: RobotLog, log_table: LogTable) -> tuple[RobotLog, Sampling]:
         (`stribeck.log.plausibility`).
     """
     where, rows = log.path or "log", len(log.time)
-    refuse_wrong_time(log.time, log.path)
+    clock.refuse_wrong_time(log.time, log.path)
     log, missing, duplicates, notes = _remove_incomplete(log, where)
-    step = typical_step(log.time, where)
-    longest = longest_step(step, log_table.max_gap)
+    step = clock.typical_step(log.time, where)
+    longest = clock.longest_step(step, log_table.max_gap)
     segments, gaps = _split(log.time, longest)
     if max(part.stop - part.start for part in segments) < FEWEST:
         raise LogError(
@@ -109,9 +99,9 @@ def regularise(log: RobotLog, log_table: LogTable) -> tuple[RobotLog, Sampling]:
         )
     with findings_kept(notes):
         notes += check_plausible(log)
-    period = mean_step(log.time, _split(log.time, STEP * step)[0])  # even if longer steps are interpolated
+    period = clock.mean_step(log.time, _split(log.time, clock.STEP * step)[0])  # even if longer steps are interpolated
     jitter = max(float(np.abs(np.diff(log.time[part]) - period).max(initial=0)) for part in segments)
-    log, segments, period, how = even(_normalize_orientation(log), segments, period, jitter)
+    log, segments, period, how = clock.even(_normalize_orientation(log), segments, period, jitter)
     return log, Sampling(
         rate=1 / period,
         period=period,
@@ -141,9 +131,11 @@ def _remove_incomplete(log: RobotLog, where: str) -> tuple[RobotLog, dict[str, i
         )
     if missing:
         notes.append(f"{len(keep) - complete} rows with missing values were removed: {_counts(missing)}.")
-    again = _repeats(log.time, keep, typical_step(log.time[keep], where))
-    coarse = len(again) > (1 - REPEATED) * complete and np.any(log.position[again] != log.position[again - 1], axis=1)
-    remedy = f"; if the rows are evenly spaced, set [log] rate = {rate_of_rows(log.time[keep]):.4g}" * bool(
+    again = _repeats(log.time, keep, clock.typical_step(log.time[keep], where))
+    coarse = len(again) > (1 - clock.REPEATED) * complete and np.any(
+        log.position[again] != log.position[again - 1], axis=1
+    )
+    remedy = f"; if the rows are evenly spaced, set [log] rate = {clock.rate_of_rows(log.time[keep]):.4g}" * bool(
         np.mean(coarse) > 0.5
     )
     keep[again] = False

@@ -9,14 +9,7 @@ import pinocchio as pin
 
 from stribeck.base.typing import Array
 from stribeck.errors import RobotFileError
-from stribeck.robot.model_check import (
-    check_finite,
-    check_inertias,
-    check_urdf,
-    moving_joints,
-    require_same_joints,
-    require_same_mass,
-)
+from stribeck.robot import model_check
 from stribeck.robot.rooting import is_floating
 from stribeck.robot.xml_file import XmlFile, read_xml
 
@@ -61,20 +54,20 @@ def take_model(model: pin.Model, base: Literal["floating", "fixed"] | None) -> t
         If it contains numbers that are not finite, or has no free flyer although the base is floating.
     """
     name = str(model.name)
-    check_finite(Path(name), model)
+    model_check.check_finite(Path(name), model)
     if base == "floating" and not is_floating(model):
         raise RobotFileError(
             f"{name}: this Pinocchio model has a fixed root; expected one built with pin.JointModelFreeFlyer(), "
             'or base="fixed"'
         )
     if base == "fixed" and is_floating(model):
-        return _without_joints(model, [1], pin.neutral(model)), check_inertias(name, model, {})
-    return pin.Model(model), check_inertias(name, model, {})
+        return _without_joints(model, [1], pin.neutral(model)), model_check.check_inertias(name, model, {})
+    return pin.Model(model), model_check.check_inertias(name, model, {})
 
 
 def _build_from_urdf(xml: XmlFile, root: pin.JointModelFreeFlyer | None) -> tuple[pin.Model, list[str]]:
     """Build the model of a URDF of any encoding, without the elements that make Pinocchio complain."""
-    notes, impossible = check_urdf(xml)
+    notes, impossible = model_check.check_urdf(xml)
     for parent, kept in ((xml.root, ("link", "joint")), *((link, ("inertial",)) for link in xml.root.findall("link"))):
         for element in list(parent):
             if element.tag not in kept:
@@ -85,11 +78,11 @@ def _build_from_urdf(xml: XmlFile, root: pin.JointModelFreeFlyer | None) -> tupl
     model = pin.buildModelFromXML(xml.text)
     if root and not (is_floating(model) and all(parent > 0 for parent in list(model.parents)[2:])):
         model = pin.buildModelFromXML(xml.text, root)
-    check_finite(xml.path, model)
-    require_same_joints(xml.path, moving_joints(xml.root), model)
+    model_check.check_finite(xml.path, model)
+    model_check.require_same_joints(xml.path, model_check.moving_joints(xml.root), model)
     masses = [float(element.get("value", "nan")) for element in xml.root.findall("link/inertial/mass")]
-    require_same_mass(xml.path, sum(masses), model)
-    return model, notes + check_inertias(xml.path.name, model, impossible)
+    model_check.require_same_mass(xml.path, sum(masses), model)
+    return model, notes + model_check.check_inertias(xml.path.name, model, impossible)
 
 
 def _build_from_mjcf(xml: XmlFile, root: pin.JointModelFreeFlyer | None) -> tuple[pin.Model, list[str]]:
@@ -104,7 +97,7 @@ def _build_from_mjcf(xml: XmlFile, root: pin.JointModelFreeFlyer | None) -> tupl
     check_file(xml)
     compiled = compile_mjcf(xml.path)
     model = pin.buildModelFromMJCF(str(xml.path))
-    check_finite(xml.path, model)
+    model_check.check_finite(xml.path, model)
     notes = check_mjcf(xml.path, compiled, model)
     if root and not is_floating(model):
         fixed, model = model, pin.Model()

@@ -12,15 +12,7 @@ from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import AUTO, FrictionLaw
 from stribeck.friction.presliding import SMOOTH_SIGN
 from stribeck.settings import Priors
-from stribeck.whole_log.constants import (
-    ENOUGH,
-    FOLDS,
-    LEAST_SEGMENTS,
-    MOST_EQUATIONS,
-    MOST_SEGMENTS,
-    PILOT_SEGMENTS,
-    ROUNDS,
-)
+from stribeck.whole_log import constants
 from stribeck.whole_log.equations.equation_sequence import EquationSequence
 from stribeck.whole_log.equations.segments import Segment
 from stribeck.whole_log.model.basis import Basis, make_basis
@@ -75,7 +67,7 @@ def read_with_pilot(
         late = equations.delayed(delay)
         return [late[place] for place in pilot_places(late.feet, count)]
 
-    size = max(PILOT_SEGMENTS, 240 // len(speed))  # few joints need more segments, and take less time
+    size = max(constants.PILOT_SEGMENTS, 240 // len(speed))  # few joints need more segments, and take less time
 
     def start(delay: float = 0.0) -> tuple[Laws, Terms, Pilot]:
         pilot = fit_pilot(segments, size, layout, basis, speed, rest, priors, delay)
@@ -91,7 +83,7 @@ def read_with_pilot(
         tried.append((pilot.delay, late))
         if not pilot.delay and len(tried) == 1 and abs(late) > 3 * priors.torque_delay:  # less may be presliding
             laws, terms, pilot = start(late)
-        elif not pilot.delay or len(tried) > ROUNDS or abs(late) < max(LINEAR, 3 * error):
+        elif not pilot.delay or len(tried) > constants.ROUNDS or abs(late) < max(LINEAR, 3 * error):
             return read
         else:
             pilot = pilot.later(secant_step(tried))
@@ -104,11 +96,13 @@ def _read(
     columns = Columns(basis, terms)
     held_out = pilot_places(late.feet)[: len(late) // 4]
     equations = np.mean([each.part.residual.size for each in pilot.groups])  # of a segment
-    needed = (friction_error(pilot, columns) / ENOUGH) ** 2 * sum(each.count for each in pilot.groups) / equations
-    enough = max(LEAST_SEGMENTS, int(min(MOST_SEGMENTS, float(needed))))
-    most = min(MOST_SEGMENTS, enough, max(FOLDS, int(MOST_EQUATIONS / equations)))
+    needed = (
+        (friction_error(pilot, columns) / constants.ENOUGH) ** 2 * sum(each.count for each in pilot.groups) / equations
+    )
+    enough = max(constants.LEAST_SEGMENTS, int(min(constants.MOST_SEGMENTS, float(needed))))
+    most = min(constants.MOST_SEGMENTS, enough, max(constants.FOLDS, int(constants.MOST_EQUATIONS / equations)))
     training = _spread([k for k in range(len(late)) if k not in held_out], most)
-    count = min(FOLDS, len(training))
+    count = min(constants.FOLDS, len(training))
     sampled = min(count, 2 * max(1, round(15 * count / len(training))))  # about 30 segments; left and right alternate
     folds = [*(training[k::count] for k in range(count)), held_out]
     found, unseen, windows = accumulate(
