@@ -10,18 +10,6 @@ import numpy as np
 
 from stribeck.base.typing import Array, BoolArray
 
-PRISMATIC_UNITS = {
-    "N m": "N",
-    "rad": "m",
-    "N m s/rad": "N s/m",
-    "rad/s": "m/s",
-    "s/rad": "s/m",
-    "kg m^2": "kg",
-    "N m/K": "N/K",
-    "N m s/(rad K)": "N s/(m K)",
-}
-"""Unit of a revolute joint's parameter -> unit of the same parameter of a prismatic joint."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Parameter:
@@ -46,7 +34,9 @@ class Parameter:
 
 def unit_for(parameter: Parameter, prismatic: bool, torque: str = "") -> str:
     """Return the unit of a parameter for a revolute or a prismatic joint whose torque has a unit, N m or N if empty."""
-    unit = PRISMATIC_UNITS.get(parameter.unit, parameter.unit) if prismatic else parameter.unit
+    unit = parameter.unit
+    if prismatic:
+        unit = unit.replace("N m", "N").replace("kg m^2", "kg").replace("rad", "m")
     return unit.replace("N" if prismatic else "N m", torque) if torque else unit
 
 

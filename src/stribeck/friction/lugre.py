@@ -8,8 +8,7 @@ import scipy  # its linalg is slow to import: loaded at its first use
 
 from stribeck.base.typing import Array
 from stribeck.friction.law import LawWithState, Motion, Parameter
-from stribeck.friction.parameters import COULOMB, OFFSET, STRIBECK_GAIN, STRIBECK_VELOCITY, VISCOUS
-from stribeck.friction.stribeck import bell, from_coefficients
+from stribeck.friction.stribeck import Stribeck, bell, from_coefficients
 from stribeck.friction.stribeck_exponent import StribeckExponent
 
 STEADY = StribeckExponent()
@@ -37,11 +36,7 @@ class LuGre(LawWithState):
     name: ClassVar[str] = "lugre"
     title: ClassVar[str] = "LuGre, with presliding"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        VISCOUS,
-        COULOMB,
-        STRIBECK_GAIN,
-        STRIBECK_VELOCITY,
-        OFFSET,
+        *Stribeck.parameters[:-1],
         Parameter(
             name="bristle_travel",
             symbol="d",

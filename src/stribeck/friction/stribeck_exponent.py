@@ -7,8 +7,8 @@ import numpy as np
 
 from stribeck.base.typing import Array
 from stribeck.friction.law import FrictionLaw, Parameter
-from stribeck.friction.parameters import COULOMB, OFFSET, STRIBECK_GAIN, STRIBECK_VELOCITY, VISCOUS
-from stribeck.friction.stribeck import from_coefficients
+from stribeck.friction.parameters import OFFSET
+from stribeck.friction.stribeck import Stribeck, from_coefficients
 
 
 class StribeckExponent(FrictionLaw):
@@ -24,10 +24,7 @@ class StribeckExponent(FrictionLaw):
     name: ClassVar[str] = "stribeck-exponent"
     title: ClassVar[str] = "Stribeck with a free exponent"
     parameters: ClassVar[tuple[Parameter, ...]] = (
-        VISCOUS,
-        COULOMB,
-        STRIBECK_GAIN,
-        STRIBECK_VELOCITY,
+        *Stribeck.parameters[:4],
         Parameter(
             name="exponent", symbol="delta", unit="1", lower=0.2, upper=8.0, starts=(0.7, 1.3, 2.5), logarithmic=True
         ),

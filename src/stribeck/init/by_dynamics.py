@@ -19,18 +19,10 @@ from stribeck.log import RobotLog
 from stribeck.log.readers import read_log
 from stribeck.robot import Robot
 
-UNEXPLAINED = (
-    "torque-scale",
-    "torque-gain",
-    "several-causes",
-    "torque-unexplained",
-    "bodies-differ",
-    "payload",
-    "gravity",
-)
-"""Checks whose findings may be due to positions in another unit."""
 QUESTIONS = ("torque-scale", "torque-gain", "several-causes", "bodies-differ", "payload", "gravity")
 """Checks whose remedies depend on what the user knows about the robot."""
+UNEXPLAINED = (*QUESTIONS, "torque-unexplained")
+"""Checks whose findings may be due to positions in another unit."""
 
 
 def answer_by_dynamics(draft: Draft, log: Path, unsure: Sequence[str]) -> None:

@@ -40,18 +40,15 @@ class Carried:
 
 
 def find_causes_of_spans(
-    robot: Robot,
-    equations: EquationSequence,
-    fit: WholeLogFit,
-    aside: Sequence[Sequence[Span]],
-    starts: Sequence[float],
+    robot: Robot, equations: EquationSequence, fit: WholeLogFit, aside: Sequence[Sequence[Span]]
 ) -> tuple[list[Carried], dict[Span, str], dict[str, str]]:
     """Find the payloads of a tree on a fixed base, words on the cause of other spans, and where joints rub.
 
-    `aside` are each log's spans that are set aside, `starts` its start [s].
+    `aside` are each log's spans that are set aside.
     """
     if robot.base != "fixed" or robot.loops:
         return [], {}, {}
+    starts = [form.log.start for form in equations.forms]
     spans = {(k, starts[k] + each.start, starts[k] + each.end): each for k, own in enumerate(aside) for each in own}
     columns, delayed = Columns(fit.fit.laws.basis, fit.beside), equations.delayed(fit.delay)
     residuals = {place: residual_in(delayed, place, columns, fit.components, fit.fit.values) for place in spans}

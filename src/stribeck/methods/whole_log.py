@@ -16,7 +16,7 @@ from stribeck.base.typing import IntArray
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import AUTO, LAWS, FrictionLaw
 from stribeck.friction.auto import AutoLaw
-from stribeck.friction_torque.preparation import Logs, PreparedLog, Progress
+from stribeck.friction_torque.preparation import Logs, PreparedLog, Progress, quiet
 from stribeck.judgement.excitation import NOISE_FACTOR
 from stribeck.judgement.weakness import Criteria
 from stribeck.log import RobotLog
@@ -38,11 +38,7 @@ CRITERIA = Criteria(assumes_exact_law=False, shares_shapes=True)
 
 
 def identify_whole_log(
-    prepared: Logs,
-    robot: Robot,
-    law: FrictionLaw,
-    settings: Settings,
-    progress: Callable[[float], None] = lambda _: None,
+    prepared: Logs, robot: Robot, law: FrictionLaw, settings: Settings, progress: Callable[[float], None] = quiet
 ) -> WholeLog:
     """Fit a law to all joints that move enough, together with the model's corrections.
 
@@ -64,9 +60,8 @@ def identify_whole_log(
     held_out: list[list[slice]] = [[] for _ in forms]
     for log, segment in fit.held_out:
         held_out[log].append(slice(segment.first, segment.last))
-    aside, starts = _spans(prepared, fit, used=False), [part.log.start for part in prepared]
-    clear = fit.set_aside <= FEW
-    carried, causes, rubbing = ([], {}, {}) if clear else find_causes_of_spans(robot, equations, fit, aside, starts)
+    aside, clear = _spans(prepared, fit, used=False), fit.set_aside <= FEW
+    carried, causes, rubbing = ([], {}, {}) if clear else find_causes_of_spans(robot, equations, fit, aside)
     robot = corrected_robot(robot, equations.corrections, fit.corrections)
     return WholeLog(
         fit=fit,

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from stribeck.errors import LogError
 from stribeck.log.readers.channels import CHANNELS, FOOT_CHANNELS, JOINT_CHANNELS, WRENCH, alias_note, find_aliases
-from stribeck.log.readers.recording import Channel, Loaded, Recording, foreign, listed
+from stribeck.log.readers.recording import Channel, Loaded, Recording, Wanted, foreign, listed
 from stribeck.log.storage import BLOCK_ROWS, allocate, check_size
 from stribeck.settings import LogTable
 
@@ -162,7 +162,7 @@ def source_of_arrays(
         for key in keys:
             _check(arrays[key], key, name, path)
 
-    def load(wanted: Mapping[str, Sequence[int]]) -> Loaded:
+    def load(wanted: Wanted) -> Loaded:
         check_size(path, sum(part.size for name in wanted for part in parts[name]))
         with foreign(path, what):
             loaded = {name: _load(name, parts[name], list(columns), path) for name, columns in wanted.items()}

@@ -15,7 +15,7 @@ from stribeck.base.typing import Array, IntArray
 from stribeck.errors import LogError
 from stribeck.log.interpolation import bridges, linear, previous
 from stribeck.log.readers.channels import CHANNELS, JOINT_CHANNELS, alias_note, find_aliases
-from stribeck.log.readers.recording import Arrays, Channel, Loaded, Recording, listed
+from stribeck.log.readers.recording import Arrays, Channel, Loaded, Recording, Wanted, listed
 from stribeck.log.storage import allocate, check_size
 from stribeck.settings import LogTable
 
@@ -147,9 +147,7 @@ def _columns_of(
     return labels, found
 
 
-def _load(
-    used: Mapping[str, list[str]], table: Table, notes: Sequence[str], wanted: Mapping[str, Sequence[int]]
-) -> Loaded:
+def _load(used: Mapping[str, list[str]], table: Table, notes: Sequence[str], wanted: Wanted) -> Loaded:
     """Read columns, batch by batch, directly into their arrays to save memory."""
     plan = {name: [table.places[used[name][k]] if k >= 0 else None for k in own] for name, own in wanted.items()}
     if table.on_disk:

@@ -12,7 +12,7 @@ from stribeck.errors import LogError
 from stribeck.log.clock import BRIDGED, RATES
 from stribeck.log.interpolation import bridges, linear, previous, slerp
 from stribeck.log.readers.channels import COMMAND, JOINT_CHANNELS, VECTOR_CHANNELS, WRENCH
-from stribeck.log.readers.recording import Arrays, Channel, Loaded, Recording, listed
+from stribeck.log.readers.recording import Arrays, Channel, Loaded, Recording, Wanted, listed
 from stribeck.log.readers.unitree import ORDERS
 from stribeck.settings import LogTable
 
@@ -209,11 +209,7 @@ def _refuse_slow(stream: Stream, clock: Stream, path: str) -> None:
 
 
 def load_on_one_clock(
-    parts: Mapping[str, list[Part]],
-    table: LogTable,
-    path: str,
-    found: Sequence[str],
-    wanted: Mapping[str, Sequence[int]],
+    parts: Mapping[str, list[Part]], table: LogTable, path: str, found: Sequence[str], wanted: Wanted
 ) -> Loaded:
     """Resample columns to the clock of the joint states, over the common time of all streams."""
     used = {

@@ -15,15 +15,8 @@ from stribeck.settings import ChannelTable, LogTable, PerJoint
 
 TURN = 2 * np.pi  # [rad]
 ANGLE = {"rad": 1.0, "deg": TURN / 360, "turn": TURN, "m": 1.0, "mm": 1e-3}
-SPEED = {
-    "rad/s": 1.0,
-    "deg/s": TURN / 360,
-    "rpm": TURN / 60,
-    "krpm": TURN / 0.06,
-    "turn/s": TURN,
-    "m/s": 1.0,
-    "mm/s": 1e-3,
-}
+SPEED = {"rad/s": 1.0, "deg/s": TURN / 360, "rpm": TURN / 60, "krpm": TURN / 0.06, "turn/s": TURN}
+SPEED |= {"m/s": 1.0, "mm/s": 1e-3}
 EFFORT = {"Nm": 1.0, "N m": 1.0, "mNm": 1e-3, "kNm": 1e3, "N": 1.0, "mN": 1e-3, "kN": 1e3}
 CURRENT = {"A": 1.0, "mA": 1e-3}
 UNWRAPPED = ("position", "velocity", "torque")

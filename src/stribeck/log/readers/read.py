@@ -37,17 +37,9 @@ def open_bag(path: Path, table: LogTable) -> Recording:
     return bags.open_bag(path, table)
 
 
-FORMATS: dict[str, Callable[[Path, LogTable], Recording]] = {
-    ".npz": open_npz,
-    ".h5": open_hdf5,
-    ".hdf5": open_hdf5,
-    ".mat": open_matlab,
-    ".csv": open_csv,
-    ".parquet": open_parquet,
-    ".mcap": open_bag,
-    ".db3": open_bag,
-    ".bag": open_bag,
-}
+FORMATS: dict[str, Callable[[Path, LogTable], Recording]] = {".npz": open_npz, ".h5": open_hdf5, ".hdf5": open_hdf5}
+FORMATS |= {".mat": open_matlab, ".csv": open_csv, ".parquet": open_parquet}
+FORMATS |= dict.fromkeys((".mcap", ".db3", ".bag"), open_bag)
 """Readers by suffix. A rosbag2 is a folder with a metadata.yaml, a LeRobot dataset a folder with a meta/info.json."""
 
 

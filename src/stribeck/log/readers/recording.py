@@ -25,8 +25,8 @@ from stribeck.errors import LogError, StribeckError
 from stribeck.log.storage import too_large
 
 Arrays = dict[str, NDArray[np.generic]]
-
-
+Wanted = Mapping[str, Sequence[int]]
+"""Numbers of the columns to load, by channel."""
 Loaded = tuple[Arrays, list[str]]
 """Loaded columns by channel, shape (T, columns) each, and notes on changes."""
 
@@ -70,7 +70,7 @@ class Recording:
 
     path: str
     channels: Mapping[str, Channel]
-    load: Callable[[Mapping[str, Sequence[int]]], Loaded]
+    load: Callable[[Wanted], Loaded]
     others: tuple[str, ...] = ()
     wide: frozenset[str] = frozenset()
     time_unit: str | None = None
