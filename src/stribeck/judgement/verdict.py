@@ -61,7 +61,7 @@ def judge(
         moved = problem.excitation(prismatic)
         if joint not in fits or not moved.samples:
             shared = not moved.samples and all("+" in support for support in samples.support_names)
-            results[joint] = _not_excited(replace(moved, reason=ALWAYS_STANDS) if shared else moved)
+            results[joint] = not_excited(replace(moved, reason=ALWAYS_STANDS) if shared else moved)
         else:
             passive = not added_power(samples, column, fits[joint].by_name.get("offset", 0.0))
             unit = samples.torque_unit(column)
@@ -100,7 +100,8 @@ def filled(samples: FrictionSamples, fits: Mapping[str, JointFit], law: Friction
     return replace(samples, usable=usable, friction_torque=friction)
 
 
-def _not_excited(moved: Excitation) -> JointResult:
+def not_excited(moved: Excitation) -> JointResult:
+    """Make the result of a joint that moves too little, or in no part that the method can use."""
     return JointResult(
         parameters={},
         verdict="not excited",

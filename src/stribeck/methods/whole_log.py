@@ -91,19 +91,10 @@ def weak_forms(
 ) -> list[WeakForm]:
     """Build the equations of motion of logs, with foot wrenches if every log has them."""
     wrenches = all(part.log.foot_wrench is not None for part in prepared)  # corrections are the same for all logs
+    motions = [(part.support.phases, part.sampling.segments, part.sampling.period) for part in prepared]
     return [
-        weak_form(
-            robot,
-            part.log,
-            columns,
-            part.support.phases,
-            part.sampling.segments,
-            part.sampling.period,
-            settings,
-            wrenches=wrenches,
-            couplings=couplings,
-        )
-        for part in prepared
+        weak_form(robot, part.log, columns, *motion, settings, wrenches=wrenches, couplings=couplings)
+        for part, motion in zip(prepared, motions, strict=True)
     ]
 
 

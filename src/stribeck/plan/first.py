@@ -8,12 +8,14 @@ import numpy as np
 from stribeck.base.typing import Array
 from stribeck.base.version import __version__
 from stribeck.errors import SettingsError
+from stribeck.judgement.excitation import Excitation
+from stribeck.judgement.verdict import not_excited
 from stribeck.plan.collision import load_self_collision
 from stribeck.plan.information import dynamics_of
 from stribeck.plan.selection import chosen_joints, gravity, planned_joint, reach_of
 from stribeck.plan.series import Task
 from stribeck.plan.trajectory import Trajectory, design
-from stribeck.result import JointResult, LogSummary, Result
+from stribeck.result import LogSummary, Result
 from stribeck.robot import Robot
 
 NOISE, RATE = 0.01, 1000.0
@@ -63,14 +65,7 @@ def _before_the_first_log(robot: Robot) -> Result:
     """Make a result in which no joint has moved; a trajectory may use half of the model's speed limits."""
     speeds = np.where(np.isfinite(robot.speed_limits), robot.speed_limits / 4, 0.0).tolist()
     joints = {
-        name: JointResult(
-            parameters={},
-            verdict="not excited",
-            reason="no log",
-            samples=0,
-            velocity_range=(-speed, speed),
-            reversals=0,
-        )
+        name: not_excited(Excitation(samples=0, blocks=0, velocity_range=(-speed, speed), reversals=0, reason="no log"))
         for name, speed in zip(robot.joint_names, speeds, strict=True)
     }
     log = LogSummary(path="", sha256="", duration=0.0, rate=0.0, samples_used=0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -81,35 +81,27 @@ class FitProblem:
             result[self.turning] = np.einsum("nkp,k->np", values, self.weights).reshape(-1, *result.shape[1:])
         return result
 
-    def law_torque(self, values: Array) -> Array:
-        """Compute the filtered torque of the law [N m] for parameter values of the law, shape (N,)."""
+    def _of_law(self, kind: str, values: Any) -> Array:
+        """Compute the `torque` or `jacobian` of the law at values, or its `basis` for a shape, filtered."""
         if self.along is not None and isinstance(self.law, LawWithState):
-            return self.along.average(self.law.torque_along(self.along.motion, values))
-        return self.average(lambda velocity: self.law.torque(velocity, values))
-
-    def law_jacobian(self, values: Array) -> Array:
-        """Compute the derivatives of `law_torque`, shape (N, p)."""
-        if self.along is not None and isinstance(self.law, LawWithState):
-            return self.along.average(self.law.jacobian_along(self.along.motion, values))
-        return self.average(lambda velocity: self.law.jacobian(velocity, values))
+            return self.along.average(getattr(self.law, f"{kind}_along")(self.along.motion, values))
+        return self.average(lambda velocity: cast(Array, getattr(self.law, kind)(velocity, values)))
 
     def basis(self, shape: Mapping[str, float]) -> Array:
         """Compute the filtered basis of the law for given nonlinear parameters, shape (N, k)."""
-        if self.along is not None and isinstance(self.law, LawWithState):
-            return self.along.average(self.law.basis_along(self.along.motion, shape))
-        return self.average(lambda velocity: self.law.basis(velocity, shape))
+        return self._of_law("basis", shape)
 
     def predict(self, values: Array) -> Array:
         """Compute the torque [N m] for parameter values, shape (p,) -> (N,)."""
         if self.acceleration is None:
-            return self.law_torque(values)
-        return np.asarray(self.law_torque(values[:-1]) + values[-1] * self.acceleration)
+            return self._of_law("torque", values)
+        return np.asarray(self._of_law("torque", values[:-1]) + values[-1] * self.acceleration)
 
     def jacobian(self, values: Array) -> Array:
         """Compute the derivatives of `predict`, shape (N, p)."""
         if self.acceleration is None:
-            return self.law_jacobian(values)
-        return np.column_stack([self.law_jacobian(values[:-1]), self.acceleration])
+            return self._of_law("jacobian", values)
+        return np.column_stack([self._of_law("jacobian", values[:-1]), self.acceleration])
 
     def internal_jacobian(self, values: Array) -> Array:
         """Compute the derivatives in internal coordinates, dR/d(ln p) = p dR/dp for scales, shape (N, p)."""
