@@ -9,7 +9,7 @@ import tempfile
 from pathlib import Path
 
 from benchmarks.report import arguments, report
-from stribeck.exporters.joints import JointTerms
+from stribeck.exporters.joints import WrittenJoint
 from stribeck.exporters.target import Request
 from stribeck.exporters.text_files import c_text
 from stribeck.result import JointResult, LogSummary, ParameterEstimate, Result
@@ -101,7 +101,7 @@ def _request() -> Request:
         stribeck="0",
     )
     robot = Robot.from_file(MODELS / "arm.toml")
-    own = {"elbow": JointTerms(stated={})}
+    own = {"elbow": WrittenJoint(stated={})}
     return Request(result=result, robot=robot, joints=own, forms={"elbow": "all"}, links={}, lines=[], folder=Path())
 
 

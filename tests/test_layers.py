@@ -83,6 +83,17 @@ def test_files_do_not_import_each_other_in_a_circle() -> None:
     assert not below
 
 
+def test_the_name_of_a_class_means_one_thing() -> None:
+    names = [
+        node.name
+        for path in MODULES.values()
+        for node in ast.parse(path.read_text()).body
+        if isinstance(node, ast.ClassDef)
+    ]
+    assert len(names) > 100
+    assert len(names) == len(set(names))
+
+
 def test_the_whole_log_fit_does_not_know_robot_and_log() -> None:
     """Only its equations depend on the robot."""
     own = [path for module, path in MODULES.items() if module.startswith("stribeck.whole_log.")]

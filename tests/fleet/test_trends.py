@@ -11,7 +11,7 @@ from tests.fleet.synthetic import write_store
 from stribeck.base.typing import Array
 from stribeck.fleet import connect, find_trends
 from stribeck.fleet.changes import find_changes
-from stribeck.fleet.friction import Channel, Fleet
+from stribeck.fleet.friction import Fleet, JointSpeed
 from stribeck.fleet.report import write_trends
 from stribeck.fleet.spreads import log_variance, outliers, reml
 
@@ -97,7 +97,7 @@ def test_short_stores_raise_no_false_alarms(robots: int, logs: int) -> None:
             robots=np.repeat([f"r{k}" for k in range(robots)], logs),
             start=np.zeros(robots * logs, "M8[us]"),
             log=np.full(robots * logs, "log.npz", dtype=object),
-            channels=[Channel(joint=f"j{k}", velocity=1.0, unit="N m", speed_unit="rad/s") for k in range(21)],
+            channels=[JointSpeed(joint=f"j{k}", velocity=1.0, unit="N m", speed_unit="rad/s") for k in range(21)],
             friction=friction,
             error=0.005 * friction,
         )

@@ -9,6 +9,6 @@ from stribeck.audit.audit import without_dead_joints as without_dead_joints
 from stribeck.audit.audit import without_refined as without_refined
 from stribeck.audit.command_delay import inseparable_delays as inseparable_delays
 from stribeck.audit.delay import delays as delays
-from stribeck.audit.evidence import Evidence as Evidence
+from stribeck.audit.evidence import AuditData as AuditData
 from stribeck.audit.evidence import gather as gather
 from stribeck.audit.torque_sources import find_torques as find_torques

@@ -7,7 +7,7 @@ from stribeck.audit.base import check_base
 from stribeck.audit.channels import check_channels
 from stribeck.audit.delay import Lag, check_delay, delays
 from stribeck.audit.disturbed import disturbed_spans, explained, rest_of, unexplained_joints
-from stribeck.audit.evidence import Evidence, gather
+from stribeck.audit.evidence import AuditData, gather
 from stribeck.audit.inverted import check_inverted
 from stribeck.audit.motion import check_motion
 from stribeck.audit.positions import check_positions
@@ -89,7 +89,7 @@ def model_findings(robot: Robot) -> list[Finding]:
     return [Finding.of("robot-model", text=text) for text in robot.warnings]
 
 
-def findings(evidence: Evidence, late: dict[str, Lag], settings: Settings) -> list[Finding]:
+def findings(evidence: AuditData, late: dict[str, Lag], settings: Settings) -> list[Finding]:
     """Run all checks on a log, given the lag of each joint's torque.
 
     A cause on which the model's torque depends suppresses the checks after it: with frozen positions, exchanged feet
@@ -115,7 +115,7 @@ def findings(evidence: Evidence, late: dict[str, Lag], settings: Settings) -> li
     return sorted(found, key=lambda finding: not finding.stops)
 
 
-def _without_disturbances(evidence: Evidence, late: dict[str, Lag], left_out: set[str]) -> list[Finding]:
+def _without_disturbances(evidence: AuditData, late: dict[str, Lag], left_out: set[str]) -> list[Finding]:
     """Compare torques with the model; what exists only in spans of the log is reported as a disturbance."""
     found = _compare(evidence, late, left_out)
     alien = unexplained_joints(evidence) - left_out
@@ -132,7 +132,7 @@ def _without_disturbances(evidence: Evidence, late: dict[str, Lag], left_out: se
     return [Finding.of("set-aside.audit", spans=listed_spans(spans), exclude=exclude_options(spans)), *again]
 
 
-def _compare(evidence: Evidence, late: dict[str, Lag], left_out: set[str]) -> list[Finding]:
+def _compare(evidence: AuditData, late: dict[str, Lag], left_out: set[str]) -> list[Finding]:
     """Compare torques with the model."""
     if causes := check_motion(evidence):
         return causes
@@ -143,7 +143,7 @@ def _compare(evidence: Evidence, late: dict[str, Lag], left_out: set[str]) -> li
     return [*external, *torques, *delay] or check_unexplained(evidence, left_out)
 
 
-def check_samples(evidence: Evidence) -> list[Finding]:
+def check_samples(evidence: AuditData) -> list[Finding]:
     """Report unused parts of a log: lost samples, and samples after a fall."""
     sampling, time = evidence.prepared.sampling, evidence.prepared.log.time
     found = []

@@ -6,7 +6,7 @@ from itertools import permutations, product
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from stribeck.audit.evidence import Evidence
+from stribeck.audit.evidence import AuditData
 from stribeck.base.finding import Finding
 from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.contact.phases import switch, up_in_base
@@ -22,7 +22,7 @@ LIFT = 0.01
 """Height of a standing foot above the lowest one that contradicts its contact [m]."""
 
 
-def check_base(evidence: Evidence) -> list[Finding]:
+def check_base(evidence: AuditData) -> list[Finding]:
     """Report contradictions between orientation, gyroscope, accelerometer and contacts."""
     if evidence.robot.base == "fixed" or len(evidence.rows) < FEWEST:
         return []
@@ -33,7 +33,7 @@ def check_base(evidence: Evidence) -> list[Finding]:
     return _orientation(evidence) or contacts or _inertial(evidence)
 
 
-def check_contacts(evidence: Evidence) -> list[Finding]:
+def check_contacts(evidence: AuditData) -> list[Finding]:
     """Report feet that are logged as standing although they are in the air."""
     robot, support = evidence.robot, evidence.prepared.support
     feet = tuple(robot.contacts)
@@ -168,7 +168,7 @@ def _rms(vectors: Array) -> float:
     return float(np.sqrt(np.mean(np.sum(vectors**2, axis=1))))
 
 
-def _orientation(evidence: Evidence) -> list[Finding]:
+def _orientation(evidence: AuditData) -> list[Finding]:
     """Compare the base orientation with the kinematics while a sole stands still."""
     log, robot = evidence.prepared.log, evidence.robot
     quaternions = root_quaternions(robot, log.position[evidence.rows], log.base_orientation[evidence.rows])  # type: ignore[index]
@@ -199,7 +199,7 @@ def _orientation(evidence: Evidence) -> list[Finding]:
     return [Finding.of("base-orientation", tilt=tilt)] if tilt > 25.0 else []
 
 
-def _pairs(evidence: Evidence, foot: IntArray) -> tuple[IntArray, IntArray, Array]:
+def _pairs(evidence: AuditData, foot: IntArray) -> tuple[IntArray, IntArray, Array]:
     """Pair bins 0.2 s apart in one run, on one foot; the third value is the time between them [s], shape (P, 1).
 
     Over shorter times soles roll a little where they stand.
@@ -215,7 +215,7 @@ def _pairs(evidence: Evidence, foot: IntArray) -> tuple[IntArray, IntArray, Arra
     return first, last, (evidence.rows[last] - evidence.rows[first])[:, None] * period
 
 
-def _standing_sole(evidence: Evidence) -> IntArray | None:
+def _standing_sole(evidence: AuditData) -> IntArray | None:
     """Find the number of a standing sole in each bin, -1 without one, shape (B,); None if no sole ever stands."""
     contacts = evidence.robot.contacts
     soles = [k for k, contact in enumerate(contacts.values()) if contact.kind == "surface"]
@@ -237,7 +237,7 @@ def _axes_finding(axes: Array, channel: str, turns: _Turns, *, stops: bool) -> F
     )
 
 
-def _inertial(evidence: Evidence) -> list[Finding]:
+def _inertial(evidence: AuditData) -> list[Finding]:
     """Compare gyroscope and accelerometer with the base orientation, assuming the same frame."""
     log, rows = evidence.prepared.log, evidence.rows
     first, last, step = _pairs(evidence, np.zeros(len(rows), dtype=np.int64))

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from stribeck.audit.evidence import Evidence
+from stribeck.audit.evidence import AuditData
 from stribeck.base.finding import Finding
 from stribeck.base.spans import Span, exclude_options, listed_spans
 from stribeck.base.typing import Array
@@ -24,7 +24,7 @@ HELD = 0.95
 """Share of the values that must be held for the same number of samples [1]."""
 
 
-def check_channels(evidence: Evidence) -> list[Finding]:
+def check_channels(evidence: AuditData) -> list[Finding]:
     """Report faults of positions and torques that are visible without a model."""
     log, robot, sampling = evidence.prepared.log, evidence.robot, evidence.prepared.sampling
     found: dict[tuple[str, str], dict[str, str]] = defaultdict(dict)

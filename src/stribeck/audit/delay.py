@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from stribeck.audit.evidence import Evidence, Run
+from stribeck.audit.evidence import AuditData, Run
 from stribeck.audit.regression import friction_shapes
 from stribeck.base.finding import Finding
 from stribeck.base.typing import Array
@@ -32,13 +32,13 @@ class Lag:
     evidence: float
 
 
-def delays(evidence: Evidence) -> dict[str, Lag]:
+def delays(evidence: AuditData) -> dict[str, Lag]:
     """Estimate the lag of each joint's torque; joints with a too poor fit of the model have none."""
     found = {name: _lag(evidence, k) for k, name in enumerate(evidence.joints)}
     return {name: lag for name, lag in found.items() if lag is not None}
 
 
-def check_delay(evidence: Evidence, found: dict[str, Lag]) -> list[Finding]:
+def check_delay(evidence: AuditData, found: dict[str, Lag]) -> list[Finding]:
     """Report low-pass filters, another clock, or a delay of more than a sample or two on which the joints agree.
 
     Three joints must have a delay, if the robot has as many, and 60 % of them must agree; 75 % of fewer than eight.
@@ -63,7 +63,7 @@ def check_delay(evidence: Evidence, found: dict[str, Lag]) -> list[Finding]:
     return [Finding.of("torque-delay", delay=1e3 * middle, count=len(values), agreeing=agreeing, setting=setting)]
 
 
-def _clock(evidence: Evidence) -> float:
+def _clock(evidence: AuditData) -> float:
     """Find the relative error of the torques' clock [1]; zero if a common delay explains the torques as well.
 
     The mean torque over each bin of the model is taken at other times, and regressed like the measured one. Bins with
@@ -106,7 +106,7 @@ def _clock(evidence: Evidence) -> float:
     return float(best) if abs(best) > 0.03 / reach and left(best, 0.0) < 0.5 * plain else 0.0
 
 
-def _lag(evidence: Evidence, k: int) -> Lag | None:
+def _lag(evidence: AuditData, k: int) -> Lag | None:
     """Estimate the lag of a joint's torque; None if the model explains too little of the torque.
 
     For every shift, the torque is regressed on the model's torque, the velocity, smoothed signs of it and a constant,
@@ -155,7 +155,7 @@ def _lag(evidence: Evidence, k: int) -> Lag | None:
     return Lag(delay * period, float(constant), gain)
 
 
-def _known(evidence: Evidence, k: int, shortest: float) -> list[Run]:
+def _known(evidence: AuditData, k: int, shortest: float) -> list[Run]:
     """Cut the runs of one joint into parts of more rows than `shortest` in which its model torque is known."""
     found, stride = [], evidence.stride
     for run in evidence.runs:

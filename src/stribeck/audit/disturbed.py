@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from stribeck.audit.evidence import Evidence
+from stribeck.audit.evidence import AuditData
 from stribeck.audit.regression import FEWEST, friction_shapes, unexplained
 from stribeck.base.spans import Span
 from stribeck.base.typing import Array, BoolArray
@@ -17,7 +17,7 @@ MARGIN = 0.25
 """Time before and after a disturbed bin that is set aside as well [s]."""
 
 
-def disturbed_spans(evidence: Evidence) -> tuple[list[Span], BoolArray]:
+def disturbed_spans(evidence: AuditData) -> tuple[list[Span], BoolArray]:
     """Find the spans whose torques deviate far from model plus robustly fitted friction, and mask their bins."""
     far = np.zeros(len(evidence.rows))
     for k in range(len(evidence.joints)):
@@ -37,18 +37,18 @@ def disturbed_spans(evidence: Evidence) -> tuple[list[Span], BoolArray]:
     return [Span(*span) for span in zip(starts.tolist(), ends.tolist(), strict=True)], inside
 
 
-def rest_of(evidence: Evidence, disturbed: BoolArray) -> Evidence:
+def rest_of(evidence: AuditData, disturbed: BoolArray) -> AuditData:
     """Select the bins outside of disturbed spans."""
     bins = ("rows", "run", "support", "torque", "model", "velocity", "acceleration", "external")
     return replace(evidence, **{name: getattr(evidence, name)[~disturbed] for name in bins})
 
 
-def unexplained_joints(evidence: Evidence) -> set[str]:
+def unexplained_joints(evidence: AuditData) -> set[str]:
     """Find the joints of whose torque model and friction leave more than half."""
     return {name for k, name in enumerate(evidence.joints) if unexplained(evidence, k, 1.0) > 0.5}
 
 
-def explained(whole: Evidence, rest: Evidence) -> set[str]:
+def explained(whole: AuditData, rest: AuditData) -> set[str]:
     """Find the joints that model and friction explain in the larger part of a log, under the loads of the whole log."""
     if 2 * len(rest.rows) < len(whole.rows):
         return set()

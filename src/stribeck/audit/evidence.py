@@ -33,7 +33,7 @@ class Run:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Evidence:
+class AuditData:
     """A prepared log and the model's torque, for the k torque-controlled joints.
 
     Attributes
@@ -99,7 +99,7 @@ class Evidence:
         return standing if len(standing) < len(self.joints) else set()
 
 
-def gather(prepared: PreparedLog, robot: Robot, settings: Settings, most: int = MOST_SAMPLES) -> Evidence:
+def gather(prepared: PreparedLog, robot: Robot, settings: Settings, most: int = MOST_SAMPLES) -> AuditData:
     """Compute the evidence for all checks from at most `most` samples.
 
     The checks compare means over bins of 40 ms, because encoder noise, which large inertias multiply, averages out. The
@@ -143,7 +143,7 @@ def gather(prepared: PreparedLog, robot: Robot, settings: Settings, most: int = 
             here = {"rows": middles, "support": samples.support[part][:count], "run": np.full(count, len(runs))}
             parts.append(here | dict(zip(channels, means, strict=True)))
             runs.append(Run(torque, model, velocity))
-    return Evidence(
+    return AuditData(
         prepared=prepared,
         robot=robot,
         runs=runs,

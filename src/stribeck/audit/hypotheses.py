@@ -13,7 +13,7 @@ from itertools import combinations
 
 import numpy as np
 
-from stribeck.audit.evidence import Evidence
+from stribeck.audit.evidence import AuditData
 from stribeck.audit.motion import gravity_torques
 from stribeck.audit.regression import effective_share, friction_shapes, without
 from stribeck.base.typing import Array
@@ -70,7 +70,7 @@ class Hypothesis:
     explains: bool
 
 
-def compete(evidence: Evidence, joints: Sequence[int]) -> list[Hypothesis]:
+def compete(evidence: AuditData, joints: Sequence[int]) -> list[Hypothesis]:
     """Fit all causes to the torques of some joints, and sort them by cost; empty without enough evidence.
 
     Errors of bodies are multiplied by gains. If gains far from one win, the torques are divided by them first; then
@@ -98,7 +98,7 @@ def compete(evidence: Evidence, joints: Sequence[int]) -> list[Hypothesis]:
     return [replace(found[0], kind="common gain" if common else "gain", places=places, values=values)]
 
 
-def _ranked(evidence: Evidence, joints: Sequence[int]) -> list[Hypothesis]:
+def _ranked(evidence: AuditData, joints: Sequence[int]) -> list[Hypothesis]:
     """Fit all causes as small changes, and sort them by cost."""
     robot, position = evidence.robot, evidence.prepared.log.position
     others = np.delete(position, robot.torque_controlled, axis=1)  # their velocities are not among the evidence
@@ -143,7 +143,7 @@ def rivals(found: Sequence[Hypothesis]) -> list[Hypothesis]:
     return [] if "none" in best or not (found and found[0].explains) else list(best.values())
 
 
-def _gram(evidence: Evidence, among: Sequence[int], slopes: Array) -> tuple[list[int], Array, float]:
+def _gram(evidence: AuditData, among: Sequence[int], slopes: Array) -> tuple[list[int], Array, float]:
     """Compute the joints and the weighted Gram matrix of all columns without friction.
 
     The first column is the torque minus the model's; then the model's torque of each joint, gravity's three directions,
@@ -208,7 +208,7 @@ def _causes(
         yield "body", (body,), unit[:, first : first + SIZE] @ np.linalg.inv(slopes[body]), scales
 
 
-def _possible(evidence: Evidence, found: Hypothesis) -> bool:
+def _possible(evidence: AuditData, found: Hypothesis) -> bool:
     """Whether a cause is physically possible: positive gains, gravity of the given size, a positive mass."""
     if found.kind in ("gain", "common gain"):
         return bool(np.all(found.values > -1))

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from stribeck.audit import Evidence, delays, find_torques, findings, gather, model_findings
+from stribeck.audit import AuditData, delays, find_torques, findings, gather, model_findings
 from stribeck.base.finding import Finding
 from stribeck.base.text_table import TextTable, span
 from stribeck.base.threads import one_blas_thread
@@ -222,7 +222,7 @@ def _inspect(
 
 
 def _inspect_joint(
-    evidence: Evidence, k: int, delay: float | None, sign: Literal["opposite"] | None
+    evidence: AuditData, k: int, delay: float | None, sign: Literal["opposite"] | None
 ) -> JointInspection:
     log, column = evidence.prepared.log, evidence.robot.torque_controlled[k]
     gain = log.unscaled.get(evidence.joints[k])

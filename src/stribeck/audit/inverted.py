@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from stribeck.audit.evidence import Evidence, gather
+from stribeck.audit.evidence import AuditData, gather
 from stribeck.audit.regression import FEWEST, unexplained
 from stribeck.audit.scale import scale_line
 from stribeck.base.finding import Finding
@@ -22,10 +22,10 @@ POOR = 0.2
 """Unexplained share of an arm's torques, exceeded with the given signs and not with the other signs [1]."""
 
 
-def check_inverted(evidence: Evidence, settings: Settings) -> list[Finding]:
+def check_inverted(evidence: AuditData, settings: Settings) -> list[Finding]:
     """Report joints that fit the model far better with the other sign, or legs that do so if they are exchanged."""
     fixed = evidence.robot.base == "fixed"
-    cost_of: Callable[[Evidence], float] = _unexplained if fixed else _motion_of_feet
+    cost_of: Callable[[AuditData], float] = _unexplained if fixed else _motion_of_feet
     given = cost = cost_of(evidence)
     if not cost > (POOR if fixed else 0.0) or evidence.prepared.log.external_torque is not None:
         return []  # an external torque with the wrong sign is like all positions and torques with the wrong sign
@@ -57,7 +57,7 @@ def check_inverted(evidence: Evidence, settings: Settings) -> list[Finding]:
     return [Finding.of("position-sign", sorted(names), what=what, left=100 * cost / given, setting=setting)]
 
 
-def _inverted(evidence: Evidence, joint: str, settings: Settings | None) -> Evidence:
+def _inverted(evidence: AuditData, joint: str, settings: Settings | None) -> AuditData:
     """Invert the position of a joint; with settings, compute the model's torque anew from part of the log."""
     log, column = evidence.prepared.log, evidence.robot.joint_names.index(joint)
     sign = np.where(np.arange(log.position.shape[1]) == column, -1.0, 1.0)
@@ -70,12 +70,12 @@ def _inverted(evidence: Evidence, joint: str, settings: Settings | None) -> Evid
     return gather(prepared, evidence.robot, settings, most=6000) if settings else replace(evidence, prepared=prepared)
 
 
-def _exchanges(evidence: Evidence) -> dict[str, tuple[Evidence, ...]]:
+def _exchanges(evidence: AuditData) -> dict[str, tuple[AuditData, ...]]:
     """Exchange the positions of two legs or of two pairs of legs, also with their contacts, or only contacts."""
     robot, log = evidence.robot, evidence.prepared.log
     legs = {foot: np.flatnonzero(robot.standing((foot,))) for foot in robot.contacts}
     pairs = [(a, b) for a, b in combinations(legs, 2) if len(legs[a]) == len(legs[b]) and not {*legs[a]} & {*legs[b]}]
-    found = dict[str, tuple[Evidence, ...]]()
+    found = dict[str, tuple[AuditData, ...]]()
     for some in (*((pair,) for pair in pairs), *combinations(pairs, 2)):
         order, other = np.arange(log.position.shape[1]), dict[str, str]()
         for a, b in some:
@@ -92,13 +92,13 @@ def _exchanges(evidence: Evidence) -> dict[str, tuple[Evidence, ...]]:
     return found
 
 
-def _unexplained(evidence: Evidence) -> float:
+def _unexplained(evidence: AuditData) -> float:
     """Compute the mean share of the torques that model and friction leave unexplained, with their better signs [1]."""
     shares = [min(unexplained(evidence, k, sign) for sign in (1.0, -1.0)) for k in range(len(evidence.joints))]
     return float(np.mean(shares))
 
 
-def _motion_of_feet(evidence: Evidence) -> float:
+def _motion_of_feet(evidence: AuditData) -> float:
     """Compute the mean rate of standing feet [rad or 1 per bin]: soles turn, and points move relative to others."""
     robot, log = evidence.robot, evidence.prepared.log.take(evidence.rows)
     if log.base_orientation is None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 
-from stribeck.audit.evidence import Evidence
+from stribeck.audit.evidence import AuditData
 from stribeck.audit.regression import FEWEST, effective_share, fit, friction_shapes, without
 from stribeck.base.finding import Finding
 from stribeck.base.typing import Array
@@ -51,7 +51,7 @@ class _Pooled:
     dissipation: float
 
 
-def check_motion(evidence: Evidence) -> list[Finding]:
+def check_motion(evidence: AuditData) -> list[Finding]:
     """Report gravity in another direction, or time at another speed."""
     if len(evidence.rows) < FEWEST:
         return []
@@ -82,7 +82,7 @@ def check_motion(evidence: Evidence) -> list[Finding]:
     return []
 
 
-def _clock_finding(evidence: Evidence, scale: float, how: str) -> Finding:
+def _clock_finding(evidence: AuditData, scale: float, how: str) -> Finding:
     """Report that time must be multiplied by about two or a half."""
     table, exact = evidence.robot.log_table, 2.0 if scale > 1 else 0.5
     present = table.time.scale if isinstance(table.time.scale, float | int) else 1.0
@@ -93,7 +93,7 @@ def _clock_finding(evidence: Evidence, scale: float, how: str) -> Finding:
     return Finding.of("clock", factor=max(scale, 1 / scale), speed=speed, evidence=how, setting=setting)
 
 
-def _velocity_clock(evidence: Evidence) -> list[Finding]:
+def _velocity_clock(evidence: AuditData) -> list[Finding]:
     """Compare the log's velocity with the slope of its position."""
     log = evidence.prepared.log
     if log.velocity is None:
@@ -116,7 +116,7 @@ def angle_between(one: Array, other: Array) -> float:
     return float(np.arctan2(np.linalg.norm(np.cross(one, other)), one @ other))
 
 
-def tilted(evidence: Evidence, gravity: Array) -> Finding:
+def tilted(evidence: AuditData, gravity: Array) -> Finding:
     """Report a base that is tilted: gravity [m/s^2] has another direction than the given one."""
     given = evidence.robot.gravity
     direction = np.linalg.norm(given) * gravity / np.linalg.norm(gravity)
@@ -139,7 +139,7 @@ def _turned(pooled: _Pooled, turned: float, size: float) -> Finding:
     )
 
 
-def _pooled(evidence: Evidence) -> _Pooled | None:
+def _pooled(evidence: AuditData) -> _Pooled | None:
     given = evidence.robot.gravity
     gravity = gravity_torques(evidence, evidence.robot, np.eye(3))
     matrix, vector = np.zeros((4, 4)), np.zeros(4)
@@ -183,14 +183,14 @@ def _pooled(evidence: Evidence) -> _Pooled | None:
     )
 
 
-def _dissipation(evidence: Evidence, joints: Sequence[int], model: Array) -> float:
+def _dissipation(evidence: AuditData, joints: Sequence[int], model: Array) -> float:
     """Average the dissipation of joints with friction, given the torques of a model, shape (B, k)."""
     fits = [fit(evidence, k, model=model[:, k]) for k in joints]
     found = [one.dissipation for one in fits if one is not None and one.friction > one.residual]
     return float(np.mean(found)) if found else 0.0
 
 
-def gravity_torques(evidence: Evidence, robot: Robot, directions: Array) -> Array:
+def gravity_torques(evidence: AuditData, robot: Robot, directions: Array) -> Array:
     """Compute a robot's torques at rest in the postures of the bins.
 
     Parameters

@@ -4,7 +4,7 @@ from collections.abc import Collection
 
 import numpy as np
 
-from stribeck.audit.evidence import Evidence
+from stribeck.audit.evidence import AuditData
 from stribeck.audit.scale import concerns_most, scale_line
 from stribeck.base.finding import Finding
 from stribeck.base.typing import Array, BoolArray
@@ -16,7 +16,7 @@ OUTSIDE = 0.25
 """Distance outside the range beyond which no stop is plausible [rad] or [m]."""
 
 
-def check_positions(evidence: Evidence) -> list[Finding]:
+def check_positions(evidence: AuditData) -> list[Finding]:
     """Report faults of the positions; degrees hide all others."""
     degrees = _degrees(evidence)
     if degrees:
@@ -30,7 +30,7 @@ def check_positions(evidence: Evidence) -> list[Finding]:
     return [*jumps, *_limits(evidence, {name for finding in jumps for name in finding.joints})]
 
 
-def _jumps(evidence: Evidence) -> list[Finding]:
+def _jumps(evidence: AuditData) -> list[Finding]:
     """Report revolute joints whose position jumps by a full turn, within four samples that resampling may smear."""
     log, robot = evidence.prepared.log, evidence.robot
     lowest, highest = evidence.position_range
@@ -51,7 +51,7 @@ def _jumps(evidence: Evidence) -> list[Finding]:
     return [Finding.of("position-jump", jumps, stops=stops)] if jumps else []
 
 
-def _degrees(evidence: Evidence) -> list[Finding]:
+def _degrees(evidence: AuditData) -> list[Finding]:
     """Report positions that fit the model's limits as degrees but not as radians."""
     log, robot = evidence.prepared.log, evidence.robot
     low, high = robot.position_limits
@@ -89,7 +89,7 @@ def _excess(lowest: Array, highest: Array, low: Array, high: Array) -> Array:
     return np.maximum(0.0, np.maximum(low - lowest, highest - high))
 
 
-def _limits(evidence: Evidence, left_out: Collection[str]) -> list[Finding]:
+def _limits(evidence: AuditData, left_out: Collection[str]) -> list[Finding]:
     """Report joints that leave their range, or reach its end, where a stop would carry part of the torque."""
     robot = evidence.robot
     low, high = robot.position_limits

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import nnls
 
-from stribeck.audit.evidence import Evidence
+from stribeck.audit.evidence import AuditData
 from stribeck.base.typing import Array, BoolArray, IntArray
 
 FEWEST = 20
@@ -13,7 +13,7 @@ FEWEST = 20
 
 
 @dataclass(frozen=True, kw_only=True)
-class Fit:
+class GainFit:
     """Fit of one joint: `torque = gain * model + friction + error`.
 
     Attributes
@@ -43,7 +43,7 @@ class Fit:
     friction_and_error: float
 
 
-def friction_shapes(evidence: Evidence, k: int, rows: BoolArray | IntArray) -> Array:
+def friction_shapes(evidence: AuditData, k: int, rows: BoolArray | IntArray) -> Array:
     """Compute possible shapes of a joint's friction, and of rotor inertia if the torque includes it, shape (B, f).
 
     The constant comes first. Smoothed signs are 2 % and 20 % of the top speed wide.
@@ -69,8 +69,8 @@ def without(shapes: Array, *values: Array) -> list[Array]:
 
 
 def fit(
-    evidence: Evidence, k: int, model: Array | None = None, torque: Array | None = None, beside: Array | None = None
-) -> Fit | None:
+    evidence: AuditData, k: int, model: Array | None = None, torque: Array | None = None, beside: Array | None = None
+) -> GainFit | None:
     """Fit a joint's torque to its model; None if there is too little data.
 
     Parameters
@@ -97,7 +97,7 @@ def fit(
     friction = shapes[:, 1:4] @ coefficients[1:4] if shapes.shape[1] >= 4 else np.zeros(len(y))
     speed = evidence.velocity[rows, k]
     size = float(np.linalg.norm(friction) * np.linalg.norm(speed))
-    return Fit(
+    return GainFit(
         gain=gain,
         error=deviation,
         share=1 - float(error @ error) / float(left @ left),
@@ -126,7 +126,7 @@ def regress(shapes: Array, model: Array, torque: Array, run: IntArray) -> tuple[
     return gain, float(np.sqrt(float(error @ error) / freedom / power)), own, error
 
 
-def unexplained(evidence: Evidence, k: int, sign: float | Array) -> float:
+def unexplained(evidence: AuditData, k: int, sign: float | Array) -> float:
     """Compute the share of a torque's variance that model and friction leave unexplained if it has a sign [1].
 
     The sign may differ between bins, shape (B,); bins with the sign 0 are left out. The variance is that of the torque

@@ -10,10 +10,10 @@ import pinocchio as pin
 from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
 
-from stribeck.audit.evidence import Evidence
+from stribeck.audit.evidence import AuditData
 from stribeck.audit.hypotheses import Hypothesis, compete, rivals
 from stribeck.audit.motion import angle_between, gravity_torques, tilted
-from stribeck.audit.regression import FEWEST, Fit, fit
+from stribeck.audit.regression import FEWEST, GainFit, fit
 from stribeck.base.finding import Finding
 from stribeck.base.typing import Array, IntArray
 from stribeck.dynamics.root_motion import gravity_in_root_link
@@ -43,7 +43,7 @@ SOME = 0.08
 """Smallest logarithm of a gain that is reported, if no other cause explains the torques as well [1]."""
 
 
-def judged(found: Fit, largest: float) -> bool:
+def judged(found: GainFit, largest: float) -> bool:
     """Whether the model's variation is large relative to friction and noise, and not tiny relative to other joints'."""
     if found.share < 0.8 or found.leverage < 0.2 or found.swing < 2e-3 * largest:
         return False
@@ -55,11 +55,11 @@ def concerns_most(count: int, examined: int, joints: Sequence[object]) -> bool:
     return count >= max(min(2, len(joints)), MOST * examined)
 
 
-def _off(found: Fit) -> bool:
+def _off(found: GainFit) -> bool:
     return not 1 / NEAR < abs(found.gain) < NEAR and abs(abs(found.gain) - 1) > SURE * found.error
 
 
-def check_scales(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) -> list[Finding]:
+def check_scales(evidence: AuditData, fits: dict[int, GainFit], joints: list[int]) -> list[Finding]:
     """Report torques of implausible size: gains that differ from one, exceeded bounds, levels.
 
     Friction adds to the model's torque, up to ten times the load with large gears: an RMS below 1/8 or above 100 times
@@ -89,7 +89,7 @@ def check_scales(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) ->
     return [_gain_finding(evidence, gains), *bounded]
 
 
-def _gain_finding(evidence: Evidence, gains: Mapping[int, tuple[float, float]]) -> Finding:
+def _gain_finding(evidence: AuditData, gains: Mapping[int, tuple[float, float]]) -> Finding:
     own = gains.items()
     gear = all(not 1 / 12 < abs(gain) < 12 for gain, _ in gains.values())
     return Finding.of(
@@ -103,7 +103,7 @@ def _gain_finding(evidence: Evidence, gains: Mapping[int, tuple[float, float]]) 
     )
 
 
-def _causes(evidence: Evidence, found: Sequence[Hypothesis], off: bool) -> list[Finding]:
+def _causes(evidence: AuditData, found: Sequence[Hypothesis], off: bool) -> list[Finding]:
     """Report the only cause that explains the torques, or a list of causes; empty if its effect is small."""
     if not any(large := [_large(evidence, each, off) for each in found]):
         return []
@@ -125,7 +125,7 @@ def _causes(evidence: Evidence, found: Sequence[Hypothesis], off: bool) -> list[
     return [_gain_finding(evidence, {k: (gain, errors[k]) for k, gain in gains.items()})]
 
 
-def _large(evidence: Evidence, cause: Hypothesis, off: bool) -> bool:
+def _large(evidence: AuditData, cause: Hypothesis, off: bool) -> bool:
     """Whether a cause changes friction noticeably; bodies are corrected by the fit unless they look like a gain."""
     if cause.kind == "gravity":
         return angle_between(evidence.robot.gravity, evidence.robot.gravity + cause.values) > TILTED
@@ -139,7 +139,7 @@ def _large(evidence: Evidence, cause: Hypothesis, off: bool) -> bool:
     return False
 
 
-def _words(evidence: Evidence, cause: Hypothesis) -> str:
+def _words(evidence: AuditData, cause: Hypothesis) -> str:
     if cause.kind == "gravity":
         turned = angle_between(evidence.robot.gravity, evidence.robot.gravity + cause.values)
         return f"a base that is tilted by {np.rad2deg(turned):.2g}°"
@@ -152,7 +152,7 @@ def _words(evidence: Evidence, cause: Hypothesis) -> str:
     return f"gains of torques ({', '.join(f'{evidence.joints[k]} {1 + value:.3g}' for k, value in each)})"
 
 
-def _body_words(evidence: Evidence, cause: Hypothesis) -> str:
+def _body_words(evidence: AuditData, cause: Hypothesis) -> str:
     tree, joint = evidence.robot.tree, cause.places[0] + 1
     own, more = tree.model.inertias[joint], float(cause.values[0])
     if abs(more) < 0.05 * own.mass:  # gravity does not show the mass of a body that only turns
@@ -161,7 +161,7 @@ def _body_words(evidence: Evidence, cause: Hypothesis) -> str:
     return f"{link_of(tree, joint).name} appears {abs(more):.2g} kg {'heavier' if more > 0 else 'lighter'}"
 
 
-def _body_finding(evidence: Evidence, cause: Hypothesis) -> Finding:
+def _body_finding(evidence: AuditData, cause: Hypothesis) -> Finding:
     """Report a body that is heavier or lighter than in the model; what is heavier can be stated as a payload."""
     robot, (mass, *moment), joint = evidence.robot, cause.values[:4].tolist(), cause.places[0] + 1
     if mass < 0.05 * robot.tree.model.inertias[joint].mass:
@@ -173,7 +173,7 @@ def _body_finding(evidence: Evidence, cause: Hypothesis) -> Finding:
     return Finding.of("payload.audit", evidence=_body_words(evidence, cause), tables=table)
 
 
-def _of_rotors_and_tilts(evidence: Evidence) -> Array:
+def _of_rotors_and_tilts(evidence: AuditData) -> Array:
     """Compute the torques of other errors: of a missing rotor per kg m^2, and of an IMU's tilt per rad.
 
     Shape (B, k, 0 to 4): rotors in the torques of link-side sensors, where friction's shapes have none, and three axes.
@@ -190,13 +190,13 @@ def _of_rotors_and_tilts(evidence: Evidence) -> Array:
     return np.dstack([other, tilted])
 
 
-def _surely(found: Fit) -> bool:
+def _surely(found: GainFit) -> bool:
     """Whether the gain is wrong even if all of the error is in the model (reverse regression)."""
     other = abs(found.gain) / found.share
     return not 1 / NEAR < other < NEAR and (other > 1) == (abs(found.gain) > 1)
 
 
-def _levels(evidence: Evidence, joints: list[int]) -> dict[int, float]:
+def _levels(evidence: AuditData, joints: list[int]) -> dict[int, float]:
     """Divide the RMS of the torque by the model's, for the joints with the largest loads and nonzero torque."""
     model = np.array([_rms(evidence.model[:, k]) for k in joints])
     if len(model) == 0 or not model.max() > 0:
@@ -211,7 +211,7 @@ def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(finite**2))) if len(finite) else 0.0
 
 
-def _scale_of_all(evidence: Evidence, gains: dict[int, float]) -> Finding:
+def _scale_of_all(evidence: AuditData, gains: dict[int, float]) -> Finding:
     """Report torques in another unit, or factors that are no unit with all causes that they may have."""
     middle = float(np.median(list(gains.values())))
     common = all(abs(np.log(gain / middle)) < 0.3 for gain in gains.values())
@@ -247,7 +247,7 @@ def _unit(factor: float) -> float | None:
     return nearest if abs(np.log(factor / nearest)) < (NEARBY if nearest in (1e3, 1e-3) else EXACT) else None
 
 
-def _out_of_bounds(evidence: Evidence, joints: list[int]) -> list[Finding]:
+def _out_of_bounds(evidence: AuditData, joints: list[int]) -> list[Finding]:
     """Report torques that contradict the robot's weight or the model's effort limits.
 
     These limit the scale of joints whose model torque is too small a share of the torque for a gain.
@@ -269,7 +269,7 @@ def _out_of_bounds(evidence: Evidence, joints: list[int]) -> list[Finding]:
     return [Finding.of(check, over, stops=most, setting=setting)]
 
 
-def _over_limits(evidence: Evidence) -> dict[int, float]:
+def _over_limits(evidence: AuditData) -> dict[int, float]:
     """Divide the largest torque of each joint by its effort limit.
 
     Limits below the torque that the motion requires are ignored.
@@ -282,7 +282,7 @@ def _over_limits(evidence: Evidence) -> dict[int, float]:
     return {k: float(reached[k] / limits[k]) for k in np.flatnonzero(np.isfinite(limits) & (limits > needed)).tolist()}
 
 
-def _weight_carried(evidence: Evidence) -> float | None:
+def _weight_carried(evidence: AuditData) -> float | None:
     """Estimate the share of the robot's weight that the torques of standing legs carry; None if undetermined.
 
     The wrenches W on the feet are unknown, but `S^T tau = g - J^T W` at rest. With P the null space of J (and of the
@@ -325,7 +325,7 @@ def _weight_carried(evidence: Evidence) -> float | None:
     return float(product / needed)
 
 
-def _gravity(evidence: Evidence, bins: IntArray, feet_of: list[list[str]]) -> Array:
+def _gravity(evidence: AuditData, bins: IntArray, feet_of: list[list[str]]) -> Array:
     """Compute gravity in root link coordinates [m/s^2], shape (B, 3); without an orientation a foot is level."""
     robot, log, rows = evidence.robot, evidence.prepared.log, evidence.rows[bins]
     if log.base_orientation is not None:
@@ -340,13 +340,13 @@ def _gravity(evidence: Evidence, bins: IntArray, feet_of: list[list[str]]) -> Ar
     )
 
 
-def check_external(evidence: Evidence, left_out: Collection[str] = ()) -> list[Finding]:
+def check_external(evidence: AuditData, left_out: Collection[str] = ()) -> list[Finding]:
     """Report external torques with a wrong sign or size; joints that are omitted have been reported.
 
     The measured torque minus friction and inverse dynamics is the opposite of the external torque, if friction resists;
     otherwise the measured torque is wrong.
     """
-    off: dict[str, Fit] = {}
+    off: dict[str, GainFit] = {}
     for k, name in enumerate(evidence.joints):
         external = evidence.external[:, k]
         if name in left_out or not external.any():

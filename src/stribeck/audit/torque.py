@@ -6,8 +6,8 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from stribeck.audit.channels import unmeasured
-from stribeck.audit.evidence import Evidence
-from stribeck.audit.regression import FEWEST, Fit, fit, friction_shapes, regress, unexplained, without
+from stribeck.audit.evidence import AuditData
+from stribeck.audit.regression import FEWEST, GainFit, fit, friction_shapes, regress, unexplained, without
 from stribeck.audit.scale import BINS_FOR_GAIN, MOST, NEAR, SURE, check_scales, concerns_most, judged, scale_line
 from stribeck.base.finding import Finding, listed
 from stribeck.base.typing import Array
@@ -17,7 +17,7 @@ LEAST_BINS = 24
 """Minimum number of bins for any comparison with the model [1]."""
 
 
-def check_torques(evidence: Evidence, left_out: Collection[str] = ()) -> list[Finding]:
+def check_torques(evidence: AuditData, left_out: Collection[str] = ()) -> list[Finding]:
     """Report swapped joints, wrong signs and wrong scales; joints that are omitted have been reported."""
     if len(evidence.rows) < LEAST_BINS:
         return []
@@ -39,13 +39,13 @@ def check_torques(evidence: Evidence, left_out: Collection[str] = ()) -> list[Fi
     return [*swapped, *_signs(evidence, fits, joints), *check_scales(evidence, signed, joints)]
 
 
-def _only_noise(evidence: Evidence, k: int, found: Fit, largest: float) -> bool:
+def _only_noise(evidence: AuditData, k: int, found: GainFit, largest: float) -> bool:
     """Whether a torque hardly varies, and not with the model's large variation: with a wrong unit it does."""
     small = evidence.torque[:, k].std() < 0.05 * found.swing
     return bool(small and found.share < 0.5 and found.swing > 0.1 * largest)
 
 
-def check_unexplained(evidence: Evidence, left_out: Collection[str] = ()) -> list[Finding]:
+def check_unexplained(evidence: AuditData, left_out: Collection[str] = ()) -> list[Finding]:
     """Report torques that the model fails to explain, for example because whole joints are exchanged.
 
     A joint carries a load if the model's torque varies by half of the measured one, in standard deviations.
@@ -65,7 +65,7 @@ def check_unexplained(evidence: Evidence, left_out: Collection[str] = ()) -> lis
     return [Finding.of("torque-unexplained", names, count=len(carrying), left=left)]
 
 
-def _opposite(found: Fit) -> bool:
+def _opposite(found: GainFit) -> bool:
     """Whether both model and friction indicate the other sign, or the model overwhelmingly."""
     return found.gain < -SURE * found.error and (
         found.dissipation < -0.5
@@ -74,7 +74,7 @@ def _opposite(found: Fit) -> bool:
     )
 
 
-def _signs(evidence: Evidence, fits: dict[int, Fit], joints: list[int]) -> list[Finding]:
+def _signs(evidence: AuditData, fits: dict[int, GainFit], joints: list[int]) -> list[Finding]:
     """Report torques that model and friction explain far better with the other sign.
 
     The better sign must leave less than 40 % of the variance, and less than 20 % of the variance left by the other
@@ -100,7 +100,7 @@ def _percent(share: float) -> str:
     return f"{100 * share:.2g}" if share < 1 else f"{100 * share:.0f}"
 
 
-def check_unsigned(evidence: Evidence, left_out: Collection[str] = ()) -> list[Finding]:
+def check_unsigned(evidence: AuditData, left_out: Collection[str] = ()) -> list[Finding]:
     """Report torques that never change their sign although the motion requires it."""
     joints = [k for k, name in enumerate(evidence.joints) if name not in left_out]
     negated = [evidence.joints[k] for k in joints if _negated_one_way(evidence, k)]
@@ -123,7 +123,7 @@ def check_unsigned(evidence: Evidence, left_out: Collection[str] = ()) -> list[F
     return [Finding.of("torque-unsigned", [evidence.joints[k] for k in sure], stops=most)]
 
 
-def _touches_zero(evidence: Evidence, k: int) -> bool:
+def _touches_zero(evidence: AuditData, k: int) -> bool:
     """Whether a moving joint's torque approaches zero from one side three times, and exceeds 2 % only on that side."""
     if not evidence.moves(k) or not evidence.runs:
         return False
@@ -136,7 +136,7 @@ def _touches_zero(evidence: Evidence, k: int) -> bool:
     return int(np.count_nonzero(near[1:] & ~near[:-1])) >= 3
 
 
-def _folded(evidence: Evidence, k: int) -> bool:
+def _folded(evidence: AuditData, k: int) -> bool:
     """Whether the absolute value of the model's torque explains a torque better than the signed value."""
     model = evidence.model[:, k]
     torque = np.abs(evidence.torque[:, k])
@@ -146,7 +146,7 @@ def _folded(evidence: Evidence, k: int) -> bool:
     return folded.share > 0.6 and 0.5 < folded.gain < 2 and folded.residual < 0.7 * plain.residual
 
 
-def _negated_one_way(evidence: Evidence, k: int) -> bool:
+def _negated_one_way(evidence: AuditData, k: int) -> bool:
     """Whether model and friction explain a torque far better if it is inverted in one direction of motion."""
     rows = np.isfinite(evidence.model[:, k])
     if rows.sum() < LEAST_BINS or not evidence.moves(k):
@@ -161,7 +161,7 @@ def _negated_one_way(evidence: Evidence, k: int) -> bool:
     return plain > 0.2 and signed < 0.05  # plain is up to 0.15 for sound torques
 
 
-def check_slow(evidence: Evidence) -> list[Finding]:
+def check_slow(evidence: AuditData) -> list[Finding]:
     """Report the friction of joints that are too slow for a fit: half of the torque's step between both directions."""
     found = {}
     for k, name in enumerate(evidence.joints):
@@ -183,7 +183,7 @@ def check_slow(evidence: Evidence) -> list[Finding]:
     return [Finding.of("slow-motion", found)] if found else []
 
 
-def _swapped(evidence: Evidence, joints: list[int]) -> list[Finding]:
+def _swapped(evidence: AuditData, joints: list[int]) -> list[Finding]:
     """Report torques that other joints' models explain far better than their own."""
     joints = [k for k in joints if np.isfinite(evidence.model[:, k]).sum() >= LEAST_BINS]
     if len(joints) < 2:
@@ -215,7 +215,7 @@ def _swapped(evidence: Evidence, joints: list[int]) -> list[Finding]:
     return [Finding.of("joints-swapped", names, stops=most, groups=listed(parts))]
 
 
-def _cross_fits(evidence: Evidence, joints: list[int]) -> tuple[Array, Array, Array]:
+def _cross_fits(evidence: AuditData, joints: list[int]) -> tuple[Array, Array, Array]:
     """Compute relative residual variance, gain and share of each torque (row) on each model (column)."""
     left, gain, share = np.ones((3, len(joints), len(joints)))
     for column, k in enumerate(joints):

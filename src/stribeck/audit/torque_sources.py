@@ -16,7 +16,7 @@ import numpy as np
 import pinocchio as pin
 
 from stribeck.audit.command_delay import with_found_delays
-from stribeck.audit.evidence import Evidence, gather
+from stribeck.audit.evidence import AuditData, gather
 from stribeck.audit.motion import gravity_torques
 from stribeck.audit.regression import FEWEST, friction_shapes, regress
 from stribeck.base.finding import Finding, listed
@@ -106,7 +106,7 @@ def _drawn(robot: Robot, priors: Priors, seed: int) -> Robot:
     return replace(robot, tree=replace(robot.tree, model=model))
 
 
-def _gain(logs: Sequence[tuple[Evidence, Array]], k: int, factor: float) -> Gain:
+def _gain(logs: Sequence[tuple[AuditData, Array]], k: int, factor: float) -> Gain:
     """Estimate the gain of torque-controlled joint k, whose channel is multiplied by a factor, from all logs together.
 
     Each log comes with static torques of the model and of the drawn models, shape (1 + MODELS, B, k). Samples slower

@@ -27,7 +27,7 @@ Quantity = tuple[float, str]
 
 
 @dataclass(frozen=True, kw_only=True)
-class JointTerms:
+class WrittenJoint:
     """The friction and rotor inertia of a joint in a target's file.
 
     Attributes
@@ -90,7 +90,7 @@ def joint_terms(
     include_weak: bool = False,
     *,
     any_unit: bool = False,
-) -> dict[str, JointTerms]:
+) -> dict[str, WrittenJoint]:
     """Select the exported terms of each joint.
 
     All of a joint's friction is stated if its curve, or its Coulomb or viscous friction in any direction, is
@@ -132,15 +132,15 @@ def joint_terms(
     return {name: found for name, found in terms.items() if found.stated}
 
 
-def _terms(joint: JointResult, form: Form | None, good: Collection[str], beyond: Beyond | None) -> JointTerms:
+def _terms(joint: JointResult, form: Form | None, good: Collection[str], beyond: Beyond | None) -> WrittenJoint:
     there = joint.parameters
     quantities = {name: (found.value, found.unit) for name, found in there.items()}
     if form is None:
         left_out = {name: own for name, own in quantities.items() if name in UNSTEADY}
         if joint.verdict == "no friction":
-            return JointTerms(stated={"friction": (0.0, joint.units()[1])}, left_out=left_out, note=joint.reason)
+            return WrittenJoint(stated={"friction": (0.0, joint.units()[1])}, left_out=left_out, note=joint.reason)
         steady = {name: own for name, own in quantities.items() if name not in UNSTEADY}
-        return JointTerms(stated=steady if _has_friction(joint, good) else {}, left_out=left_out, beyond=beyond)
+        return WrittenJoint(stated=steady if _has_friction(joint, good) else {}, left_out=left_out, beyond=beyond)
     words, rotor, (unit, units) = form.words, {}, _units(joint)
     if "armature" in there and "armature" in words and there["armature"].verdict in good:
         rotor[words["armature"]] = _rounded(there["armature"].value, there["armature"].standard_error), "kg m^2"
@@ -148,13 +148,13 @@ def _terms(joint: JointResult, form: Form | None, good: Collection[str], beyond:
     left_out = {name: own for name, own in quantities.items() if name in formless}
     if joint.verdict == "no friction" and joint.curve:
         zero = {words[name]: (0.0, units[name]) for name in words if name in units and name != "stribeck_velocity"}
-        return JointTerms(stated=zero | rotor, left_out=left_out, note=joint.reason, plain=(0.0, 0.0, False))
+        return WrittenJoint(stated=zero | rotor, left_out=left_out, note=joint.reason, plain=(0.0, 0.0, False))
     if not _has_friction(joint, good):
-        return JointTerms(stated=rotor, left_out=left_out)
+        return WrittenJoint(stated=rotor, left_out=left_out)
     found, errors = nearest(joint, form, beyond), _errors(joint)
     rounded = {name: _rounded(value, errors.get(name, 0.0)) for name, value in found.numbers.items()}
     friction = {words[name]: (value, units[name]) for name, value in rounded.items() if name in words}
-    return JointTerms(
+    return WrittenJoint(
         stated=friction | rotor,
         projected={name: own for name, own in quantities.items() if name not in FORMLESS and name not in form.of_law},
         remains=(found.remains, unit),

@@ -12,7 +12,7 @@ import numpy as np
 from stribeck.base.typing import Array
 from stribeck.exporters.beyond import top_speed
 from stribeck.exporters.forms import Form
-from stribeck.exporters.joints import JointTerms, joint_terms
+from stribeck.exporters.joints import WrittenJoint, joint_terms
 from stribeck.friction import get_law
 from stribeck.friction.terms import BEYOND_VELOCITY
 from stribeck.result import BODY_COORDINATES, BodyCorrection, Corrections, JointResult, ParameterEstimate, Result
@@ -156,7 +156,7 @@ def joint_ranges(
     }
 
 
-def _ranges(joint: JointResult, found: JointTerms, draws: Sequence[JointTerms], form: Form) -> JointRanges:
+def _ranges(joint: JointResult, found: WrittenJoint, draws: Sequence[WrittenJoint], form: Form) -> JointRanges:
     values = {word: np.array([each.stated[word][0] for each in draws]) for word in found.stated}
     numbers = {word: _range(own) for word, own in values.items()}
     if joint.verdict == "no friction" and form.words.get("coulomb") in numbers:  # up to the bound
@@ -171,7 +171,7 @@ def _ranges(joint: JointResult, found: JointTerms, draws: Sequence[JointTerms], 
 
 
 def _of_friction(
-    joint: JointResult, found: JointTerms, draws: Mapping[str, Array], words: Mapping[str, str]
+    joint: JointResult, found: WrittenJoint, draws: Mapping[str, Array], words: Mapping[str, str]
 ) -> Range | None:
     """Compute the range of friction divided by its estimate: the widest of rest, slow motion and top speed."""
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pinocchio as pin
 
 from stribeck.exporters.forms import Form
-from stribeck.exporters.joints import JointTerms
+from stribeck.exporters.joints import WrittenJoint
 from stribeck.exporters.samples import JointRanges
 from stribeck.result import Result
 from stribeck.robot import Robot
@@ -35,7 +35,7 @@ class Request:
 
     result: Result
     robot: Robot
-    joints: Mapping[str, JointTerms]
+    joints: Mapping[str, WrittenJoint]
     forms: Mapping[str, str]
     links: Mapping[str, pin.Inertia]
     lines: list[str]
@@ -83,7 +83,7 @@ def summary(
     result: Result,
     robot: Robot,
     target: Target,
-    joints: Mapping[str, JointTerms | JointRanges],
+    joints: Mapping[str, WrittenJoint | JointRanges],
     impossible: list[str],
     *,
     inertia: bool = False,
@@ -110,7 +110,7 @@ def summary(
     warm = ", ".join(f"{name} {mean:.3g}" for name, mean in temperatures.items() if mean is not None)
     scaled = {name: joint for name, joint in result.joints.items() if joint.torque_unit and name not in joints}
     kept = ", ".join(name for name in result.joints if name not in joints and name not in scaled)
-    slow = ", ".join(name for name, terms in joints.items() if isinstance(terms, JointTerms) and terms.beyond)
+    slow = ", ".join(name for name, terms in joints.items() if isinstance(terms, WrittenJoint) and terms.beyond)
     changed, unchanged = "Cannot store corrected inertias", "Not identified or not requested"
     if target.models:
         changed = (

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from stribeck.base.outputs import staged_folder, whole_or_not_at_all
 from stribeck.errors import NothingIdentifiedError, SettingsError, did_you_mean
-from stribeck.exporters.joints import JointTerms, joint_terms
+from stribeck.exporters.joints import WrittenJoint, joint_terms
 from stribeck.exporters.links import corrected_links
 from stribeck.exporters.samples import drawn, joint_ranges
 from stribeck.exporters.target import Request, summary
@@ -83,7 +83,7 @@ def export(
     Joint elbow
     Joint slide
     """
-    choice = Choice(joints=joints, include_weak=include_weak, friction=friction, inertia=inertia)
+    choice = FileContent(joints=joints, include_weak=include_weak, friction=friction, inertia=inertia)
     request = _request(*_read(result, robot), Path(path), target, choice)
     for name, own in request.joints.items():
         if strict and (lost := [*own.projected, *own.left_out]):
@@ -141,7 +141,7 @@ def export_samples(
     result, robot = _read(result, robot)
     if not 1 <= count <= 100_000:  # in one folder
         raise SettingsError(f"export: {count} samples were requested; expected 1 to 100,000")
-    choice = Choice(joints=joints, include_weak=include_weak, friction=friction, inertia=inertia)
+    choice = FileContent(joints=joints, include_weak=include_weak, friction=friction, inertia=inertia)
     forms = _request(result, robot, Path(folder), target, choice).forms  # the same in all files
     own = TARGETS[target]
     paths = [Path(folder) / f"{k:03d}{own.suffix}" for k in range(count)]
@@ -209,7 +209,7 @@ def export_ranges(
 
 
 @dataclass(frozen=True, kw_only=True)
-class Choice:
+class FileContent:
     """Arguments of `export` that select the content of a file."""
 
     joints: Collection[str] | None
@@ -224,7 +224,7 @@ def _read(result: Result | str | Path, robot: Robot | str | Path) -> tuple[Resul
 
 
 def _request(
-    result: Result, robot: Robot, path: Path, target: str, choice: Choice, forms: Mapping[str, str] | None = None
+    result: Result, robot: Robot, path: Path, target: str, choice: FileContent, forms: Mapping[str, str] | None = None
 ) -> Request:
     """Collect the content of a file, with one friction model, one per joint, or the first that is close enough."""
     if target not in TARGETS:
@@ -253,7 +253,7 @@ def _request(
     return Request(result=result, robot=robot, joints=found, forms=forms, links=links, lines=lines, folder=path.parent)
 
 
-def _best(tried: Mapping[str, Mapping[str, JointTerms]]) -> dict[str, str]:
+def _best(tried: Mapping[str, Mapping[str, WrittenJoint]]) -> dict[str, str]:
     """Choose the friction model of each joint, given its terms by model: the first close one, or the closest."""
     losses: dict[str, dict[str, float]] = {}
     for name, terms in tried.items():

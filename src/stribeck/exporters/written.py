@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from stribeck.base.text_table import aligned
-from stribeck.exporters.joints import FORMLESS, JointTerms
+from stribeck.exporters.joints import FORMLESS, WrittenJoint
 from stribeck.result import JointResult, Result
 from stribeck.robot import Robot
 from stribeck.robot.model_file import load_model
@@ -12,7 +12,7 @@ LEGEND = "Coulomb friction at mean load + viscous friction times the speed v, in
 HEAD = ("joint", "in the model", "identified", "written", "largest difference")
 
 
-def table_of_joints(result: Result, robot: Robot, joints: Mapping[str, JointTerms]) -> list[str]:
+def table_of_joints(result: Result, robot: Robot, joints: Mapping[str, WrittenJoint]) -> list[str]:
     """Format one line per joint with Coulomb friction Fc and viscous friction Fv as "Fc + Fv v".
 
     The difference between written and identified friction is the largest from the slow to the top speed of the log,

@@ -13,7 +13,7 @@ from stribeck.fleet.store import IDENTIFIED, connect, naming_damaged_files
 
 
 @dataclass(frozen=True)
-class Channel:
+class JointSpeed:
     """Joint and speed at which its friction is followed, with their units."""
 
     joint: str
@@ -44,7 +44,7 @@ class Fleet:
     robots: NDArray[np.str_]
     start: NDArray[np.datetime64]
     log: NDArray[np.object_]
-    channels: list[Channel]
+    channels: list[JointSpeed]
     friction: Array
     error: Array
 
@@ -90,7 +90,7 @@ def read_fleet(store: str | Path) -> Fleet:
         robots=np.array(logs["robot"], dtype=str),
         start=np.array(logs["start"], dtype="datetime64[us]"),
         log=np.array(logs["log"], dtype=object),
-        channels=[Channel(*each) for each, kept in zip(channels, followed, strict=True) if kept],
+        channels=[JointSpeed(*each) for each, kept in zip(channels, followed, strict=True) if kept],
         friction=found[0][:, followed],
         error=found[1][:, followed],
     )

@@ -15,12 +15,12 @@ import numpy as np
 from stribeck.base.typing import Array, BoolArray
 from stribeck.errors import SettingsError
 from stribeck.fleet.changes import Change, find_changes
-from stribeck.fleet.friction import Channel, Fleet, read_fleet
+from stribeck.fleet.friction import Fleet, JointSpeed, read_fleet
 from stribeck.fleet.spreads import log_variance, outliers, reml
 
 
 @dataclass(frozen=True, kw_only=True)
-class TypeFriction(Channel):
+class TypeFriction(JointSpeed):
     """Friction of a joint of this robot type at one speed.
 
     `friction` has the standard error `standard_error`; `robot_spread` and `log_spread` are standard deviations from
@@ -36,7 +36,7 @@ class TypeFriction(Channel):
 
 
 @dataclass(frozen=True, kw_only=True)
-class OddRobot(Channel):
+class OddRobot(JointSpeed):
     """Robot whose joint differs from the type: its friction at `velocity`, that of the others, and their spread."""
 
     robot: str
@@ -53,7 +53,7 @@ class OddRobot(Channel):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Alarm(Channel):
+class FrictionChange(JointSpeed):
     """Change of a joint's friction: first log with it and its start, and the log in which it was seen.
 
     `before` and `after` are the friction at `velocity`; `standard_error` is that of their difference.
@@ -84,7 +84,7 @@ class Trends:
 
     friction: list[TypeFriction]
     odd: list[OddRobot]
-    alarms: list[Alarm]
+    alarms: list[FrictionChange]
     logs_per_false_alarm: float
     fleet: Fleet = field(repr=False)
 
@@ -202,7 +202,7 @@ def _clearest(odd: list[OddRobot]) -> list[OddRobot]:
     return list(found.values())
 
 
-def _alarms(fleet: Fleet, changes: list[Change]) -> list[Alarm]:
+def _alarms(fleet: Fleet, changes: list[Change]) -> list[FrictionChange]:
     """Make one alarm of the changes of a joint at its speeds; the most significant speed is shown."""
     groups: dict[tuple[str, str], list[list[Change]]] = {}
     for change in sorted(changes, key=lambda each: each.first):
@@ -217,7 +217,7 @@ def _alarms(fleet: Fleet, changes: list[Change]) -> list[Alarm]:
             change = max(group, key=lambda each: abs(each.after - each.before) / each.error)
             seen = min(each.seen for each in group)
             found.append(
-                Alarm(
+                FrictionChange(
                     **asdict(fleet.channels[change.channel]),
                     robot=robot,
                     start=fleet.start[change.first].astype(datetime),

@@ -14,7 +14,7 @@ from stribeck.base.finding import Finding
 from stribeck.errors import LogError, SettingsError, errors_about
 from stribeck.friction_torque.preparation import prepare
 from stribeck.init.draft import Draft
-from stribeck.init.search import Columns, as_given, find_columns_by_dynamics, unit_by_dynamics
+from stribeck.init.search import ColumnMatch, as_given, find_columns_by_dynamics, unit_by_dynamics
 from stribeck.log import RobotLog
 from stribeck.log.readers import read_log
 from stribeck.robot import Robot
@@ -101,7 +101,7 @@ def _apply_setting(draft: Draft, finding: Finding) -> bool:
     return True
 
 
-def _write_columns(draft: Draft, robot: Robot, columns: Columns, log: RobotLog) -> bool:
+def _write_columns(draft: Draft, robot: Robot, columns: ColumnMatch, log: RobotLog) -> bool:
     """Write the order and signs found; return whether they changed."""
     table = draft.table("log")
     changed = columns.order != as_given(len(robot.joint_names)).order

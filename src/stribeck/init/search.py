@@ -26,7 +26,7 @@ BETTER = 30.0
 
 
 @dataclass(frozen=True, eq=False)
-class Columns:
+class ColumnMatch:
     """Column of the log for each joint, and the signs of its position and torque, shape (n,) each."""
 
     order: tuple[int, ...]
@@ -40,18 +40,18 @@ class Columns:
         given = {name: array for name in signs if (array := getattr(log, name)) is not None}
         return replace(log, **{name: array[:, list(self.order)] * signs[name] for name, array in given.items()})
 
-    def changed_since(self, before: Columns) -> BoolArray:
+    def changed_since(self, before: ColumnMatch) -> BoolArray:
         """Find joints whose column or sign differs from before, shape (n,)."""
         order = np.array(self.order) != np.array(before.order)
         return np.asarray(order | (self.position != before.position) | (self.torque != before.torque))
 
 
-def as_given(joints: int) -> Columns:
+def as_given(joints: int) -> ColumnMatch:
     """Make columns in their original order, with their original signs."""
-    return Columns(tuple(range(joints)), np.ones(joints), np.ones(joints))
+    return ColumnMatch(tuple(range(joints)), np.ones(joints), np.ones(joints))
 
 
-def find_columns_by_dynamics(log: RobotLog, robot: Robot, unsure: Sequence[int]) -> Columns:
+def find_columns_by_dynamics(log: RobotLog, robot: Robot, unsure: Sequence[int]) -> ColumnMatch:
     """Find the order and signs that agree best with the model.
 
     The search starts from the given columns, and makes steps as long as each makes the log far more likely. A step
@@ -89,7 +89,7 @@ def unit_by_dynamics(log: RobotLog, robot: Robot) -> str:
     return best
 
 
-def _descend(best: Columns, log: RobotLog, robot: Robot, unsure: Sequence[int]) -> Columns:
+def _descend(best: ColumnMatch, log: RobotLog, robot: Robot, unsure: Sequence[int]) -> ColumnMatch:
     """Make all steps that make the log far more likely."""
     now = _compare(best.of(log), robot)
     tried = 0
@@ -163,7 +163,7 @@ def _find_paths(robot: Robot) -> dict[int, list[int]]:
     return {path[0]: path for path in ([tree.column(joint) for joint in joints] for joints in paths)}
 
 
-def _list_changes(now: Columns, robot: Robot, bad: Sequence[int], unsure: Sequence[int]) -> Iterator[Columns]:
+def _list_changes(now: ColumnMatch, robot: Robot, bad: Sequence[int], unsure: Sequence[int]) -> Iterator[ColumnMatch]:
     yield replace(now, torque=-now.torque)
     for column in bad:
         sign = np.where(np.arange(len(now.order)) == column, -1.0, 1.0)
@@ -183,7 +183,7 @@ def _list_changes(now: Columns, robot: Robot, bad: Sequence[int], unsure: Sequen
             yield replace(now, order=tuple(order))
 
 
-def _invert_several(now: Columns, bad: Sequence[int]) -> Iterator[Columns]:
+def _invert_several(now: ColumnMatch, bad: Sequence[int]) -> Iterator[ColumnMatch]:
     """Yield columns with several inverted joints; with parallel axes, inverting only one may be worse."""
     for count in range(2, 1 + (len(bad) if len(bad) <= 7 else 2)):
         for some in combinations(bad, count):

@@ -28,7 +28,7 @@ Curve: TypeAlias = tuple[CurvePoint, ...]
 
 
 @dataclass(frozen=True)
-class Candidate:
+class PlannedMotion:
     """A motion and the friction interval expected from a log of it.
 
     `relative_width` is half of the 95 % interval of the friction curve divided by its value [1]; `needed` is the
@@ -73,7 +73,7 @@ class JointAdvice:
     noise: float
     guessed: bool
     longer: float | None
-    candidates: tuple[Candidate, ...]
+    candidates: tuple[PlannedMotion, ...]
 
 
 def advise(
@@ -157,7 +157,7 @@ def sweep(slow: float, fast: float, joint: PlannedJoint, posture: Array, turns: 
     return int(angle[-1] / np.pi), moving(posture, joint.column, own)
 
 
-def of_pace(name: str, factor: float, joint: PlannedJoint, motion: PresentMotion, top: float) -> Candidate:
+def of_pace(name: str, factor: float, joint: PlannedJoint, motion: PresentMotion, top: float) -> PlannedMotion:
     """Predict the result of an equally long log of the present motion, faster or slower by a factor.
 
     The share of the variance that decreases with the duration of the log scales like noise; the rest stays constant.
@@ -189,12 +189,14 @@ def _widened(point: CurvePoint, factor: float) -> CurvePoint:
 
 def _candidate(
     name: str, slowest: float, fastest: float, reversals: int, duration: float, curve: Curve, fixed: float = 0.0
-) -> Candidate:
+) -> PlannedMotion:
     """Build a candidate; a share `fixed` of its variance does not decrease with the duration."""
     width = width_of(curve)
     turning = duration * MIN_REVERSALS / max(reversals, 1)
     needed = max(_length(width, fixed, duration), float(MIN_BLOCKS), turning)
-    return Candidate(name, slowest, fastest, reversals, duration, curve, width, needed if needed <= LONGEST else None)
+    return PlannedMotion(
+        name, slowest, fastest, reversals, duration, curve, width, needed if needed <= LONGEST else None
+    )
 
 
 def width_of(curve: Curve) -> float:
@@ -238,7 +240,7 @@ def _of_longer(joint: PlannedJoint, duration: float, longer: float | None) -> st
     return f"the present motion is sufficient if recorded {times_as_long}"
 
 
-def _of_best(found: list[Candidate], unit: str, how: Mapping[str, str], *, alternative: bool) -> str:
+def _of_best(found: list[PlannedMotion], unit: str, how: Mapping[str, str], *, alternative: bool) -> str:
     best = found[0]
     spans = best.slowest not in (0.0, best.fastest)
     speed = f"at {best.slowest:.2g} to {best.fastest:.2g} {unit}" if spans else f"up to {best.fastest:.2g} {unit}"

@@ -26,7 +26,7 @@ class Replayed:
     rollouts
         Velocity errors by joint, after each of the horizons; None where too few rollouts are that long.
     predicted
-        Predicted torque by joint at the times of `Motion` [N m], [N], shape (T,); NaN where unknown, and
+        Predicted torque by joint at the times of `LoggedMotion` [N m], [N], shape (T,); NaN where unknown, and
         at rest.
     positions
         Start times and positions of the rollouts by joint [rad], [m], shape (S,) and (S, K).
@@ -54,7 +54,7 @@ class Replayed:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Motion:
+class LoggedMotion:
     """Measured torque and position by joint, shape (T,) each, with their times [s], and the prismatic joints."""
 
     torque_time: Array
@@ -96,7 +96,7 @@ class Replay:
     models: list[Replayed]
     notes: list[str]
     stribeck: str
-    motion: Motion | None = field(default=None, repr=False, compare=False)
+    motion: LoggedMotion | None = field(default=None, repr=False, compare=False)
 
     @property
     def joints(self) -> list[str]:

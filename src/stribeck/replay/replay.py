@@ -19,7 +19,7 @@ from stribeck.friction_torque.stage import thinned_samples, with_filter
 from stribeck.judgement.speed import top_speed
 from stribeck.judgement.torque_error import COMMON, TorqueError, torque_errors
 from stribeck.log import LogLike
-from stribeck.replay.comparison import Motion, Replay, Replayed
+from stribeck.replay.comparison import LoggedMotion, Replay, Replayed
 from stribeck.replay.model_friction import JointFriction, ModelFriction, StatedFriction
 from stribeck.replay.other_model import other_model, with_joints
 from stribeck.replay.rollouts import HORIZONS, RolloutError, massless_joints, rollout_errors
@@ -104,7 +104,7 @@ def replay(
         models=found,
         notes=list(dict.fromkeys([*prepared.notes, *notes])),
         stribeck=__version__,
-        motion=Motion(
+        motion=LoggedMotion(
             torque_time=samples.time,
             torque=_by_joint(samples, samples.torque),
             position_time=prepared.log.time,

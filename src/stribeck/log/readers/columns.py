@@ -24,7 +24,7 @@ NUMBER = r"[._]?(?:(\d+)|\[(\d+)\])"
 
 
 @dataclass(frozen=True)
-class Table:
+class OpenedTable:
     """Opened table.
 
     Attributes
@@ -61,7 +61,7 @@ class Table:
 def spread(
     names: Sequence[str], first: Mapping[str, Sequence[int]]
 ) -> tuple[list[str], dict[str, tuple[str, int | None]], dict[str, int]]:
-    """Compute names, places and widths of a `Table`, given the sizes of the first lists in columns of lists.
+    """Compute names, places and widths of an `OpenedTable`, given the sizes of the first lists in columns of lists.
 
     Columns with more than 1000 values per row contain images or the like, and are not spread.
     """
@@ -79,7 +79,7 @@ def is_list(kind: pa.DataType) -> bool:
     return bool(of_lists and (pa.types.is_floating(kind.value_type) or pa.types.is_integer(kind.value_type)))
 
 
-def source_of_columns(table: Table, settings: LogTable, notes: Sequence[str] = ()) -> Recording:
+def source_of_columns(table: OpenedTable, settings: LogTable, notes: Sequence[str] = ()) -> Recording:
     """Make the recording of a table whose columns are named `<channel>.<label>`, numbered, or named in `[log]`.
 
     The notes follow those on alternative names.
@@ -147,7 +147,7 @@ def _columns_of(
     return labels, found
 
 
-def _load(used: Mapping[str, list[str]], table: Table, notes: Sequence[str], wanted: Wanted) -> Loaded:
+def _load(used: Mapping[str, list[str]], table: OpenedTable, notes: Sequence[str], wanted: Wanted) -> Loaded:
     """Read columns, batch by batch, directly into their arrays to save memory."""
     plan = {name: [table.places[used[name][k]] if k >= 0 else None for k in own] for name, own in wanted.items()}
     if table.on_disk:

@@ -12,7 +12,7 @@ import pyarrow as pa
 
 from stribeck.base.typing import Array
 from stribeck.errors import LogError
-from stribeck.log.readers.columns import Table, source_of_columns
+from stribeck.log.readers.columns import OpenedTable, source_of_columns
 from stribeck.log.readers.recording import Recording, foreign, listed
 from stribeck.log.readers.tables import parquet_table
 from stribeck.log.storage import check_size
@@ -61,7 +61,7 @@ def open_lerobot(path: Path, table: LogTable) -> Recording:
     if twice:
         raise LogError(f"{path / INFO}: contains {listed(twice)} twice; expected one entry per joint and channel")
     places = {name: tables[0].places[column] for name, column in stored.items()}
-    whole = Table(
+    whole = OpenedTable(
         path=str(path),
         names=list(stored) + ["time"] * (time is not None),
         places=places | {"time": ("time", None)} if time is not None else places,
@@ -135,7 +135,7 @@ def _list_names(feature: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(flat(feature.get("names")))
 
 
-def _concatenate_time(tables: Sequence[Table], table: LogTable) -> tuple[Array | None, int]:
+def _concatenate_time(tables: Sequence[OpenedTable], table: LogTable) -> tuple[Array | None, int]:
     """Compute time [s] of all rows, with a pause between episodes, and count the episodes."""
     wanted = ["timestamp", "episode_index"]
     if not set(wanted) <= set(tables[0].names):
@@ -153,7 +153,7 @@ def _concatenate_time(tables: Sequence[Table], table: LogTable) -> tuple[Array |
 
 
 def _read(
-    tables: Sequence[Table], time: Array | None, columns: list[str], free: Collection[str]
+    tables: Sequence[OpenedTable], time: Array | None, columns: list[str], free: Collection[str]
 ) -> Iterator[pa.RecordBatch]:
     """Read columns of all files one after the other, with the computed time."""
     stored = [name for name in columns if name != "time" or time is None]

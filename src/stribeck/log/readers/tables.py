@@ -14,7 +14,7 @@ import pyarrow.csv
 import pyarrow.parquet
 
 from stribeck.errors import LogError
-from stribeck.log.readers.columns import Table, is_list, numbers_in, source_of_columns, spread
+from stribeck.log.readers.columns import OpenedTable, is_list, numbers_in, source_of_columns, spread
 from stribeck.log.readers.recording import Recording, foreign, listed
 from stribeck.log.storage import BLOCK_ROWS
 from stribeck.settings import LogTable
@@ -71,7 +71,7 @@ def open_csv(path: Path, table: LogTable) -> Recording:
     return source_of_columns(csv_table(path, table.columns or first, layout), table)
 
 
-def parquet_table(path: Path) -> Table:
+def parquet_table(path: Path) -> OpenedTable:
     """Open the table of a Parquet file."""
     # Without prefetching and with small buffers, a file with a single row group is not read into memory at once.
     bounds = {"pre_buffer": False, "buffer_size": 1 << 18}
@@ -86,7 +86,7 @@ def parquet_table(path: Path) -> Table:
         lists = [one.name for one in schema if is_list(one.type)]
         head = next(file.iter_batches(HEAD, columns=lists), None) if lists else None
     names, places, widths = spread(schema.names, _measure_lists(head) if head else {})
-    return Table(str(path), names, places, rows, read, lambda name: schema.field(name).type, widths)
+    return OpenedTable(str(path), names, places, rows, read, lambda name: schema.field(name).type, widths)
 
 
 def _measure_lists(head: pa.RecordBatch | pa.Table) -> dict[str, list[int]]:
@@ -98,7 +98,7 @@ def _measure_lists(head: pa.RecordBatch | pa.Table) -> dict[str, list[int]]:
 
 
 @dataclass(frozen=True)
-class Layout:
+class CsvLayout:
     """Cells of the line of names, or of the first line of values if there is none, and how to read the other lines."""
 
     cells: list[str]
@@ -107,7 +107,7 @@ class Layout:
     encoding: str
 
 
-def csv_table(path: Path, names: list[str], layout: Layout) -> Table:
+def csv_table(path: Path, names: list[str], layout: CsvLayout) -> OpenedTable:
     """Open the table of a CSV file."""
     rows, commas, separator = 1, False, layout.separator
     with foreign(str(path), "CSV"), path.open("rb") as file:
@@ -152,10 +152,10 @@ def csv_table(path: Path, names: list[str], layout: Layout) -> Table:
         for name, k in lists.items()
     }
     spread_names, places, widths = spread(names, sizes)
-    return Table(str(path), spread_names, places, rows, read, kind, widths)
+    return OpenedTable(str(path), spread_names, places, rows, read, kind, widths)
 
 
-def find_layout(path: Path) -> Layout:
+def find_layout(path: Path) -> CsvLayout:
     """Find the line of names of a CSV file, after comments and before units, its separator and its encoding.
 
     Units other than SI are appended to the names, for `init`: `position [deg]`.
@@ -186,12 +186,12 @@ def find_layout(path: Path) -> Layout:
     if values == 0 or (
         values > 1 and COMMENT.match(lines[values - 1]) and len(cells[values - 1]) != len(cells[values])
     ):
-        return Layout(_split(lines[values], separator), separator, values, encoding)
+        return CsvLayout(_split(lines[values], separator), separator, values, encoding)
     above, names = (_split(COMMENT.sub("", lines[max(k, 0)]), separator) for k in (values - 2, values - 1))
     if values > 1 and len(above) == len(names) and all(map(UNIT.fullmatch, names)):
         units = [cell.strip("[](){} ") for cell in names]
         names = [f"{name} [{unit}]" * (unit.lower() not in SI) or name for name, unit in zip(above, units, strict=True)]
-    return Layout(names, separator, values, encoding)
+    return CsvLayout(names, separator, values, encoding)
 
 
 def _split(line: str, separator: str) -> list[str]:
@@ -212,7 +212,7 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def table_of_frame(frame: object) -> Table:
+def table_of_frame(frame: object) -> OpenedTable:
     """Open the table of a frame; a named index is a column too.
 
     Raises
@@ -234,4 +234,6 @@ def table_of_frame(frame: object) -> Table:
         with foreign("frame", "a table"):
             yield from data.select(columns).to_batches(max_chunksize=BLOCK_ROWS)
 
-    return Table("frame", names, places, len(data), read, lambda name: data.schema.field(name).type, widths, False)
+    return OpenedTable(
+        "frame", names, places, len(data), read, lambda name: data.schema.field(name).type, widths, False
+    )
