@@ -12,6 +12,7 @@ from tests.models import POSTURES, example_robot
 
 from stribeck import Robot
 from stribeck.audit import audit, gather
+from stribeck.audit.inverted import check_inverted
 from stribeck.audit.torque import check_torques
 from stribeck.base.finding import Finding
 from stribeck.friction import get_law
@@ -158,3 +159,10 @@ def test_the_line_that_mends_a_sign_goes_on_from_the_scale_that_is_there(honest:
     (finding,) = audit(prepare(log, robot, robot.settings), robot, robot.settings)
     for name in robot.joint_names:
         assert f"{name} = {1 if name in finding.joints else -1}" in finding.cure
+
+
+def test_a_log_too_short_for_any_bin_shows_no_sign(honest: dict[str, CleanLog]) -> None:
+    robot, log = honest["talos"].robot, honest["talos"].log.take(slice(200, 300))
+    evidence = gather(prepare(log, robot, robot.settings), robot, robot.settings)
+    none = {name: getattr(evidence, name)[:0] for name in ("rows", "run", "support", "velocity", "model", "torque")}
+    assert check_inverted(replace(evidence, **none, support_names=()), robot.settings) == []

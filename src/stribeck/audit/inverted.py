@@ -101,7 +101,7 @@ def _unexplained(evidence: AuditData) -> float:
 def _motion_of_feet(evidence: AuditData) -> float:
     """Compute the mean rate of standing feet [rad or 1 per bin]: soles turn, and points move relative to others."""
     robot, log = evidence.robot, evidence.prepared.log.take(evidence.rows)
-    if log.base_orientation is None:
+    if log.base_orientation is None or len(evidence.rows) < FEWEST:
         return float("nan")
     turn = Rotation.from_quat(root_quaternions(robot, log.position, log.base_orientation))
     together = evidence.run[1:] == evidence.run[:-1]
