@@ -12,8 +12,8 @@ from tests.models import POSTURES, example_robot
 
 from stribeck import Robot
 from stribeck.audit import audit, gather
-from stribeck.audit.inverted import check_inverted
 from stribeck.audit.torque import check_torques
+from stribeck.audit.trials import check_by_trial
 from stribeck.base.finding import Finding
 from stribeck.friction import get_law
 from stribeck.friction_torque.preparation import prepare
@@ -165,4 +165,4 @@ def test_a_log_too_short_for_any_bin_shows_no_sign(honest: dict[str, CleanLog]) 
     robot, log = honest["talos"].robot, honest["talos"].log.take(slice(200, 300))
     evidence = gather(prepare(log, robot, robot.settings), robot, robot.settings)
     none = {name: getattr(evidence, name)[:0] for name in ("rows", "run", "support", "velocity", "model", "torque")}
-    assert check_inverted(replace(evidence, **none, support_names=()), robot.settings) == []
+    assert check_by_trial(replace(evidence, **none, support_names=()), robot.settings) == []

@@ -8,11 +8,11 @@ from stribeck.audit.channels import check_channels
 from stribeck.audit.delay import Lag, check_delay, delays
 from stribeck.audit.disturbed import disturbed_spans, explained, rest_of, unexplained_joints
 from stribeck.audit.evidence import AuditData, gather
-from stribeck.audit.inverted import check_inverted
 from stribeck.audit.motion import check_motion
 from stribeck.audit.positions import check_positions
 from stribeck.audit.scale import check_external
 from stribeck.audit.torque import check_slow, check_torques, check_unexplained, check_unsigned
+from stribeck.audit.trials import check_by_trial
 from stribeck.base.finding import Finding, merged
 from stribeck.base.spans import exclude_options, listed_spans
 from stribeck.errors import LogError, errors_about, findings_kept
@@ -106,10 +106,10 @@ def findings(evidence: AuditData, late: dict[str, Lag], settings: Settings) -> l
     left_out |= {name for finding in (*unsigned, *coarse) for name in finding.joints}
     lost = any(f.check == "channel-frozen" and f.channel == "position" for f in channels)
     lost = lost or any(f.check in ("position-degrees", "position-jump") for f in positions)
-    inverted = [] if lost else check_inverted(evidence, settings)
-    lost = lost or bool(inverted) or any(f.check == "position-limits" for f in positions)
+    by_trial = [] if lost else check_by_trial(evidence, settings)
+    lost = lost or bool(by_trial) or any(f.check == "position-limits" for f in positions)
     base = [] if lost else check_base(evidence)
-    found = [*channels, *positions, *inverted, *base, *samples, *unsigned]
+    found = [*channels, *positions, *by_trial, *base, *samples, *unsigned]
     if not lost and not any(f.stops for f in found):
         found += [*_without_disturbances(evidence, late, left_out), *check_slow(evidence)]
     return sorted(found, key=lambda finding: not finding.stops)

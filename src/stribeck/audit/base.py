@@ -55,8 +55,7 @@ def check_contacts(evidence: AuditData) -> list[Finding]:
     order = _best_order(standing, lift)
     if order is not None:
         pairs = ", ".join(f"{feet[k]} as {feet[j]}" for k, j in enumerate(order) if j != k)
-        setting = "foot_names" if support.source == "flags" else "foot_names or foot_order"
-        return [Finding.of("contacts-swapped", pairs=pairs, setting=setting)]
+        return [Finding.of("contacts-swapped", pairs=pairs, setting=contact_setting(support.source))]
     others = np.column_stack([np.delete(lift, k, axis=1).min(axis=1) for k in range(len(feet))])
     ground = np.where(standing, height, np.inf).min(axis=1, keepdims=True)  # a swinging foot may be below it
     above = np.where(standing, height - ground, 0.0)
@@ -71,6 +70,11 @@ def check_contacts(evidence: AuditData) -> list[Finding]:
         if _repeats(~standing[:, k], others[:, k])
     ]
     return [Finding.of("contact-stuck", evidence="; ".join(parts))] if parts else []
+
+
+def contact_setting(source: str) -> str:
+    """Name the settings with the order of the contacts that come from a source."""
+    return "foot_names" if source == "flags" else "foot_names or foot_order"
 
 
 def _heights(log: RobotLog, robot: Robot, standing: BoolArray) -> Array:

@@ -1,4 +1,7 @@
-"""Inverted positions and exchanged legs, by trial: with which standing feet rest, or the torques of an arm fit."""
+"""Trials of other signs and orders: inverted positions, exchanged legs and exchanged contacts.
+
+A trial is better if standing feet move less, or if the model explains more of the torques of a robot on a fixed base.
+"""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -7,6 +10,7 @@ from itertools import combinations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from stribeck.audit.base import contact_setting
 from stribeck.audit.evidence import AuditData, gather
 from stribeck.audit.regression import FEWEST, unexplained
 from stribeck.audit.scale import scale_line
@@ -16,39 +20,39 @@ from stribeck.dynamics.state import root_quaternions
 from stribeck.settings import Settings
 
 BETTER = 0.8
-"""Largest cost with the other sign, relative to the given sign and to the other sign of the next best joint [1]."""
-CONTACTS = "contacts of "
+"""Largest cost of the best trial, relative to the cost without a change and to the cost of the next best trial [1]."""
 POOR = 0.2
-"""Unexplained share of an arm's torques, exceeded with the given signs and not with the other signs [1]."""
+"""Unexplained share of a fixed robot's torques that calls for trials, and that the best trial must not exceed [1]."""
+
+Trials = dict[str, tuple[AuditData, ...]]
+"""Evidence with a change, in one or two variants, by joint or by description."""
 
 
-def check_inverted(evidence: AuditData, settings: Settings) -> list[Finding]:
-    """Report joints that fit the model far better with the other sign, or legs that do so if they are exchanged."""
+def check_by_trial(evidence: AuditData, settings: Settings) -> list[Finding]:
+    """Report inverted positions, exchanged legs or exchanged contacts."""
     fixed = evidence.robot.base == "fixed"
     cost_of: Callable[[AuditData], float] = _unexplained if fixed else _motion_of_feet
     given = cost = cost_of(evidence)
     if not cost > (POOR if fixed else 0.0) or evidence.prepared.log.external_torque is not None:
         return []  # an external torque with the wrong sign is like all positions and torques with the wrong sign
-    names: list[str] = []
     shown = np.flatnonzero(evidence.robot.standing(tuple(evidence.robot.contacts)) | fixed)
     examined = {evidence.robot.joint_names[column] for column in shown} & set(evidence.joints)
-    exchanges = {} if fixed else _exchanges(evidence)
+    legs, contacts = ({}, {}) if fixed else _exchanges(evidence)
+    names: list[str] = []
     while len(names) < len(examined):
-        trials = {name: _inverted(evidence, name, settings if fixed else None) for name in examined - set(names)}
-        costs = {name: cost_of(trial) for name, trial in trials.items()}
-        if not names:
-            costs |= {legs: min(map(cost_of, own)) for legs, own in exchanges.items()}
+        signs = {name: (_inverted(evidence, name, settings if fixed else None),) for name in examined - set(names)}
+        trials = signs if names else {**signs, **legs, **contacts}
+        costs = {key: min(map(cost_of, own)) for key, own in trials.items()}
         best, *others = sorted(costs, key=costs.__getitem__)
-        if costs[best] > BETTER * min([cost, *(costs[name] for name in others)]):
+        if costs[best] > BETTER * min([cost, *(costs[key] for key in others)]):
             break
-        if best.startswith(CONTACTS):
-            flags = evidence.prepared.support.source == "flags"
-            setting = "foot_names" if flags else "foot_names or foot_order"
-            return [Finding.of("contacts-swapped", pairs=best.removeprefix(CONTACTS), setting=setting)]
-        if best in exchanges:
+        if best in contacts:
+            setting = contact_setting(evidence.prepared.support.source)
+            return [Finding.of("contacts-swapped", pairs=best, setting=setting)]
+        if best in legs:
             return [Finding.of("legs-exchanged", legs=best, left=100 * costs[best] / given)]
         names.append(best)
-        evidence, cost = trials[best], costs[best]
+        (evidence,), cost = signs[best], costs[best]
     if not names or (fixed and cost > POOR):
         return []
     channels = ("position", "velocity")[: 1 + (evidence.prepared.log.velocity is not None)]
@@ -70,12 +74,12 @@ def _inverted(evidence: AuditData, joint: str, settings: Settings | None) -> Aud
     return gather(prepared, evidence.robot, settings, most=6000) if settings else replace(evidence, prepared=prepared)
 
 
-def _exchanges(evidence: AuditData) -> dict[str, tuple[AuditData, ...]]:
-    """Exchange the positions of two legs or of two pairs of legs, also with their contacts, or only contacts."""
+def _exchanges(evidence: AuditData) -> tuple[Trials, Trials]:
+    """Exchange two legs or two pairs of legs, without and with their contacts; and only the contacts."""
     robot, log = evidence.robot, evidence.prepared.log
     legs = {foot: np.flatnonzero(robot.standing((foot,))) for foot in robot.contacts}
     pairs = [(a, b) for a, b in combinations(legs, 2) if len(legs[a]) == len(legs[b]) and not {*legs[a]} & {*legs[b]}]
-    found = dict[str, tuple[AuditData, ...]]()
+    exchanged, contacts = Trials(), Trials()
     for some in (*((pair,) for pair in pairs), *combinations(pairs, 2)):
         order, other = np.arange(log.position.shape[1]), dict[str, str]()
         for a, b in some:
@@ -86,10 +90,9 @@ def _exchanges(evidence: AuditData) -> dict[str, tuple[AuditData, ...]]:
         names = tuple("+".join(other.get(foot, foot) for foot in name.split("+")) for name in evidence.support_names)
         position = log.position[:, order]
         trial = replace(evidence, prepared=replace(evidence.prepared, log=replace(log, position=position)))
-        words = ", ".join(f"{a} and {b}" for a, b in some)
-        found[words] = (trial, replace(trial, support_names=names))
-        found[CONTACTS + ", ".join(f"{a} as {b}" for a, b in other.items())] = (replace(evidence, support_names=names),)
-    return found
+        exchanged[", ".join(f"{a} and {b}" for a, b in some)] = (trial, replace(trial, support_names=names))
+        contacts[", ".join(f"{a} as {b}" for a, b in other.items())] = (replace(evidence, support_names=names),)
+    return exchanged, contacts
 
 
 def _unexplained(evidence: AuditData) -> float:
@@ -99,7 +102,10 @@ def _unexplained(evidence: AuditData) -> float:
 
 
 def _motion_of_feet(evidence: AuditData) -> float:
-    """Compute the mean rate of standing feet [rad or 1 per bin]: soles turn, and points move relative to others."""
+    """Compute how much standing feet move from bin to bin, mean; NaN if too few of them stand.
+
+    It is the rotation of soles [rad], and the motion of points relative to each other, divided by the leg's length [1].
+    """
     robot, log = evidence.robot, evidence.prepared.log.take(evidence.rows)
     if log.base_orientation is None or len(evidence.rows) < FEWEST:
         return float("nan")
