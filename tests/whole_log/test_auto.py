@@ -146,7 +146,7 @@ def test_a_logged_temperature_takes_the_place_of_time(arm: Robot) -> None:
     assert reasons[2].startswith("its temperature changes by 0.9")
     assert reasons[3] == "the log has no temperature of this joint throughout"
     assert others[0].terms is not None
-    assert others[0].terms["coulomb_drift"].reason == "the log has temperatures, which say more than time"
+    assert others[0].terms["coulomb_drift"].reason == "the log has temperatures, which explain drift better than time"
 
 
 def test_friction_and_torque_that_change_over_position_are_found(arm: Robot) -> None:

@@ -8,9 +8,9 @@ form. Its coefficients c solve
 The RMS of the residual is reported. Where the form leaves the inner half of the curve's 95 % interval, the weights of
 these speeds are raised (Lawson 1961), if that puts the form inside the interval.
 
-A joint with extrapolated friction (`beyond`) has one more residual, whose weight
-is halved until this residual moves the form within the log by no more than the room: a quarter of the 95 % interval,
-minus the error of the form. Forms without Coulomb friction fit neither, and keep the weight.
+A joint with extrapolated friction (`beyond`) has one more residual, whose weight is halved until this residual moves
+the form within the log by no more than the room: a quarter of the 95 % interval, minus the error of the form. Forms
+without Coulomb friction fit neither, and keep the weight.
 """
 
 from collections.abc import Mapping

@@ -113,10 +113,8 @@ def summary(
     slow = ", ".join(name for name, terms in joints.items() if isinstance(terms, WrittenJoint) and terms.beyond)
     changed, unchanged = "Cannot store corrected inertias", "Not identified or not requested"
     if target.models:
-        changed = (
-            "Kept the model's inertias, which differ from the estimates (`--with inertia` writes these), of the links"
-        )
-        changed = "Changed inertias of the links driven by" if inertia else f"{changed} driven by"
+        kept_inertia = "Kept the model's inertias (`--with inertia` writes the estimates) of the links driven by"
+        changed = "Changed inertias of the links driven by" if inertia else kept_inertia
         unchanged = "Not identified; the model's friction is kept for"
     nearest = "Physically impossible estimate; the nearest valid inertia was written for the links driven by"
     sentences = {

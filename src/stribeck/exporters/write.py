@@ -78,7 +78,7 @@ def export(
     >>> lines = export("out/result.json", "robot.toml", "found.urdf", "urdf")
     >>> for line in lines[6:]:
     ...     print(line.partition(":")[0])
-    Kept the model's inertias, which differ from the estimates (`--with inertia` writes these), of the links driven by
+    Kept the model's inertias (`--with inertia` writes the estimates) of the links driven by
     Joint shoulder
     Joint elbow
     Joint slide

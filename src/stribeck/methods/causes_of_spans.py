@@ -39,10 +39,18 @@ class Carried:
         return f"{{ link = {json.dumps(self.link)}, mass = {self.mass:.4g}, com = [{com}], spans = [{spans}] }}"
 
 
+@dataclass(frozen=True, eq=False)
+class Rub:
+    """Place where a joint rubs, e.g. "near 0.65 rad", and the spans in which it does."""
+
+    where: str
+    spans: frozenset[Span]
+
+
 def find_causes_of_spans(
     robot: Robot, equations: EquationSequence, fit: WholeLogFit, aside: Sequence[Sequence[Span]]
-) -> tuple[list[Carried], dict[Span, str], dict[str, str]]:
-    """Find the payloads of a tree on a fixed base, words on the cause of other spans, and where joints rub.
+) -> tuple[list[Carried], dict[Span, str], dict[str, Rub]]:
+    """Find the payloads of a tree on a fixed base, words on the cause of other spans, and joints that rub.
 
     `aside` are each log's spans that are set aside.
     """
@@ -66,14 +74,15 @@ def find_causes_of_spans(
             causes[spans[place]] = _words(robot, column, force, form.log.torque[rows, column])
             if causes[spans[place]].startswith("only"):
                 alone.setdefault(column, {})[spans[place]] = np.percentile(position[:, column], [10, 90])
-    rubbing: dict[str, str] = {}
+    rubbing: dict[str, Rub] = {}
     for column, ranges in alone.items():
         travel = max(float(np.ptp(form.log.position[:, column])) for form in delayed.forms)
         low, high = max(own[0] for own in ranges.values()), min(own[1] for own in ranges.values())
         if len(ranges) > 2 and low < high < low + 0.5 * travel:
             unit = "m" if robot.prismatic[column] else "rad"
-            rubbing[robot.joint_names[column]] = where = f"near {(low + high) / 2:.2g} {unit}"
-            causes |= dict.fromkeys(ranges, f"{robot.joint_names[column]} rubs {where}")
+            rub = Rub(f"near {(low + high) / 2:.2g} {unit}", frozenset(ranges))
+            rubbing[robot.joint_names[column]] = rub
+            causes |= dict.fromkeys(ranges, f"{robot.joint_names[column]} rubs {rub.where}")
     return carried, causes, rubbing
 
 

@@ -124,7 +124,7 @@ def find(
         couplings=tuple(robot.couplings),
         set_aside=found.set_aside,
         disturbed=found.disturbed,
-        rubbing=found.rubbing,
+        rubbing={joint: rub.where for joint, rub in found.rubbing.items()},
         findings=find_problems(found),
         notes=[*(note for _, note in cleaned if note), *found.notes],
     )

@@ -68,8 +68,8 @@ def _of_disturbances(found: WholeLog) -> list[Finding]:
     problems = []
     explained = {span for payload in found.carried for span in payload.spans}
     if aside := [span for span in chain(*found.set_aside) if span not in explained]:
-        rubs = {f"{joint} rubs {where}" for joint, where in found.rubbing.items()}
-        others = [span for span in aside if found.disturbances.get(span) not in rubs]  # a joint may rub in every log
+        rubs = {span for rub in found.rubbing.values() for span in rub.spans}
+        others = [span for span in aside if span not in rubs]  # a joint rubs whenever it passes the place
         spans, rest = listed_spans(aside, found.disturbances), listed_spans(list(chain(*found.used)))
         check = "set-aside" if others else "set-aside.rubs"
         problems.append(Finding.of(check, spans=spans, rest=rest, exclude=exclude_options(others)))

@@ -11,7 +11,7 @@ from stribeck.base.spans import Span, listed_spans
 from stribeck.base.typing import IntArray
 from stribeck.judgement.joint_fit import JointFit
 from stribeck.log import RobotLog
-from stribeck.methods.causes_of_spans import Carried
+from stribeck.methods.causes_of_spans import Carried, Rub
 from stribeck.methods.corrected import corrected_log
 from stribeck.result import Corrections, Validation
 from stribeck.robot import Robot
@@ -44,7 +44,7 @@ class WholeLog:
     disturbances
         Words on the cause of other spans set aside, if it is clear.
     rubbing
-        Where joints rub, in spans set aside, by joint.
+        Joints that rub in spans set aside.
     """
 
     fit: WholeLogFit
@@ -56,7 +56,7 @@ class WholeLog:
     used: Sequence[Sequence[Span]]
     carried: Sequence[Carried] = ()
     disturbances: Mapping[Span, str] = field(default_factory=dict)
-    rubbing: Mapping[str, str] = field(default_factory=dict)
+    rubbing: Mapping[str, Rub] = field(default_factory=dict)
 
     @property
     def joints(self) -> tuple[str, ...]:

@@ -23,7 +23,7 @@ def _not_warmed(seen: Seen) -> str:
 
 def _no_drift(seen: Seen) -> str:
     if seen.temperature is not None:
-        return "the log has temperatures, which say more than time"
+        return "the log has temperatures, which explain drift better than time"
     short = seen.duration < SHORTEST_DRIFT
     return f"the log lasts {seen.duration:.3g} s; {SHORTEST_DRIFT:.0f} s are needed" if short else ""
 

@@ -1,4 +1,4 @@
-"""Term of the law `auto`: what the fit, the result, planning and exports need to know of it."""
+"""Term of the law `auto`, for the fit, results, plans and exports."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from stribeck.friction.law import Parameter
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Seen:
-    """What a log shows of a joint.
+    """Properties of a joint's motion that decide whether the log can show a term.
 
     Attributes
     ----------
@@ -54,10 +54,10 @@ class Term:
     needs, part_of
         Another term that must be present, and a term that includes the parameters.
     over
-        What the friction depends on in addition to velocity.
+        Quantity that the friction depends on in addition to velocity.
     settings, find
-        Fields of `JointResult` with settings, and the function that finds them, with an array of shape (n,) for each,
-        from the residual of the pilot (`whole_log/model/unexplained.py`); NaN for a joint without the term.
+        Fields of `JointResult` with settings, and the function that finds them from the residual of the pilot
+        (`whole_log/model/unexplained.py`): one array of shape (n,) per setting, NaN for a joint without the term.
     refuse
         Function that states why the log cannot show the term; "" if it can.
     doubt

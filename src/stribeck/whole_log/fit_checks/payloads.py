@@ -131,9 +131,10 @@ def find_payloads(residuals: Mapping[tuple[int, float, float], Residual]) -> lis
         else:
             groups.append((body, mass, products[body].copy(), [span]))
     found = []
-    single = [body for body, _, _, own in groups if all(_of_one_joint(residuals[span]) for span in own)]
-    for body, _, product, own in groups:
-        if single.count(body) > 1 and all(_of_one_joint(residuals[span]) for span in own):
+    single = [all(_of_one_joint(residuals[span]) for span in own) for *_, own in groups]
+    bodies = [body for (body, *_), alone in zip(groups, single, strict=True) if alone]
+    for (body, _, product, own), alone in zip(groups, single, strict=True):
+        if alone and bodies.count(body) > 1:
             continue
         (mass, *centre), _ = _point_mass(product)
         found.append(Payload(body, mass, np.array(centre), tuple(own)))

@@ -27,7 +27,7 @@ def find_corrections(
     wrenches: int = 0,
     command_delays: Sequence[tuple[float, float]] = (),
 ) -> CorrectionLayout:
-    """List what is corrected: nothing, inertias and the torques' delay, all sensors' calibration, rotor inertias.
+    """List the corrections: none, inertias and the delay of torques, or also the calibration of sensors; and rotors.
 
     `names` are joints, then couplings; `wrenches` is the number of wrench sensors. The delays of commands, which come
     with their standard errors [s], are not corrected: they were found before, and only their errors matter.

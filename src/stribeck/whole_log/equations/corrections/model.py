@@ -38,6 +38,7 @@ PAYLOADS = Correction(
     scales=lambda _, layout: np.outer(layout.payloads, np.repeat(PAYLOAD, [1, 3, 6])).ravel(),
     size=lambda layout: SIZE * len(layout.payloads),
 )
+"""Inertial parameters of payloads."""
 
 
 def _by_rotors(signals: Signals) -> Array:
