@@ -170,7 +170,7 @@ def _joints(
             joints[name] = with_terms(joints[name], terms, noise)
     for name, where in fitted.rubbing.items():
         if joints[name].verdict == "identified":
-            reason = f"the joint rubs {where}, and the curve holds elsewhere; find what rubs"
+            reason = f"the joint rubs {where}, and the curve is valid elsewhere; find what rubs"
             joints[name] = replace(joints[name], verdict="weak", reason=reason)
     return joints
 

@@ -132,7 +132,7 @@ def _large(evidence: AuditData, cause: Hypothesis, off: bool) -> bool:
     if cause.kind == "body":
         return off
     for k, change in zip(cause.places, np.resize(cause.values, len(cause.places)), strict=True):
-        # a gain that errors of all bodies hide from the torques is no gain
+        # errors of all bodies can imitate a gain; a real one also shows in the fit of its torque
         own = fit(evidence, k)
         if abs(np.log1p(change)) > SOME and (own is None or abs(np.log(abs(own.gain))) > SOME / 2):
             return True

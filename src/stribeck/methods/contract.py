@@ -134,7 +134,7 @@ class Fitted:
     disturbed
         Phrase on the spans in which something disturbs the joints; empty if nothing does.
     rubbing
-        Place where a joint rubs, by joint: its curve holds elsewhere.
+        Place where a joint rubs, by joint: its curve is valid elsewhere.
     findings, notes
         Findings for the user, and sentences on the processing.
     """

@@ -111,7 +111,8 @@ def residual_in(
 def find_payloads(residuals: Mapping[tuple[int, float, float], Residual]) -> list[Payload]:
     """Find the spans that a payload explains, from the residual in each, and merge the spans of equal payloads.
 
-    Different masses on one body that load only one joint are no payloads: the joint rubs, or its torque is wrong.
+    Different masses on one body, each seen in the torque of only one joint, are not payloads: the joint rubs, or its
+    torque is wrong.
     """
     groups: list[tuple[int, float, Array, list[tuple[int, float, float]]]] = []
     for span, residual in residuals.items():
