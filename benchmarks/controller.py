@@ -97,7 +97,6 @@ def _request() -> Request:
         law="auto",
         method="whole-log",
         joints={"elbow": joint},
-        warnings=[],
         stribeck="0",
     )
     robot = Robot.from_file(MODELS / "arm.toml")

@@ -50,9 +50,7 @@ def identified(robot: Robot) -> Result:
     )
     summary = LogSummary(path="log", sha256="", duration=60.0, rate=1000.0, samples_used=1000)
     joints = dict.fromkeys(robot.joint_names, joint)
-    return Result(
-        robot=robot.name, log=summary, law="auto", method="whole-log", joints=joints, warnings=[], stribeck="0"
-    )
+    return Result(robot=robot.name, log=summary, law="auto", method="whole-log", joints=joints, stribeck="0")
 
 
 def times(online: OnlineFriction, log: RobotLog, length: int) -> Iterator[tuple[float, float]]:

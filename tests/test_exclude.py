@@ -34,7 +34,7 @@ def identify(folder: Path, output: str, *options: str) -> int:
 def test_a_disturbance_is_named_in_time_and_its_remedy_can_be_pasted(pushed: Path) -> None:
     assert identify(pushed, "first") == 0
     (found,) = (each for each in read_result(pushed / "first/result.json").findings if each.check == "set-aside")
-    options = re.findall(r"--exclude \S+", found.cure)
+    options = re.findall(r"--exclude \S+", found.remedy)
     start, end = map(float, re.findall(r"[\d.]+", options[0]))
     assert (len(options), start, end) == (1, pytest.approx(6.0, abs=0.3), pytest.approx(9.0, abs=0.3))
     assert f"from {start:g} to {end:g} s" in found.text
@@ -63,7 +63,7 @@ def test_a_table_that_is_touched_does_not_refuse_the_log_or_hide_wrong_units(tmp
         assert identify(tmp_path, output, "--method", method) == 0
         result = read_result(tmp_path / output / "result.json")
         (found,) = (each for each in result.findings if each.check == "set-aside")
-        spans = sorted(tuple(map(float, each)) for each in re.findall(r"--exclude ([\d.]+):([\d.]+)", found.cure))
+        spans = sorted(tuple(map(float, each)) for each in re.findall(r"--exclude ([\d.]+):([\d.]+)", found.remedy))
         np.testing.assert_allclose(spans, [(4, 7), (12, 15), (21, 24)], atol=0.4)
         assert sum(joint.verdict == "identified" for joint in result.joints.values()) >= identified
         if identified:  # on held-out parts that nothing touches

@@ -104,7 +104,6 @@ def compose(
         joints={name: found[name] for name in friction.samples.joint_names},
         couplings={name: CouplingResult(**vars(found[name]), joints=own) for name, own in couplings.items()},
         findings=findings,
-        warnings=[str(finding) for finding in findings],
         corrections=_with_command_delays(fitted.corrections, prepared[0].log),
         stribeck=__version__,
         evidence=_evidence(

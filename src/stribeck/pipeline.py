@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
-from stribeck.audit import audit_or_stop, consequences, find_torques, without_dead_joints, without_refined
+from stribeck.audit import audit_or_stop, find_torques, reconciled, without_dead_joints
 from stribeck.base.outputs import check_outputs, whole_or_not_at_all
 from stribeck.base.threads import one_blas_thread
 from stribeck.compose import compose
@@ -111,13 +111,10 @@ def identify(
         del friction_torque  # and the corrected logs: composing the result corrects the held-out parts once more
         fitted = replace(fitted, logs=())
         result = compose(fitted, samples, prepared, robot, friction_law, settings, chosen, gain_errors)
-        dropped = {str(each) for each in consequences(audited, result.findings)}
-        audited = without_refined(audited, result, len(prepared))
         return replace(
             result,
             held_out=[held_out_log(log, fitted, result, robot, samples.settings) for log in unseen],
-            findings=[*audited, *(each for each in result.findings if str(each) not in dropped)],
-            warnings=[*(str(each) for each in audited), *(each for each in result.warnings if each not in dropped)],
+            findings=reconciled(audited, result, len(prepared)),
         )
 
 

@@ -11,6 +11,7 @@ from tests.cli.test_cli import run
 
 from stribeck import Robot, Settings, identify, read_result
 from stribeck.base.finding import Finding, merged
+from stribeck.base.spans import Span
 from stribeck.errors import StribeckError
 from stribeck.settings import FilterSettings
 
@@ -79,9 +80,9 @@ def test_equal_findings_name_all_their_logs() -> None:
     assert counted == [("dead", ("a",), 8), ("frozen", ("a",), 1), ("dead", ("b",), 1)]
     assert found[0].text == "0.npz, 1.npz, 2.npz, 3.npz, 4.npz, 5.npz and 2 more: it is"
     assert merged([("0.npz", [dead])]) == [dead]
-    pushed = [replace(dead, cure=f"exclude these spans: --exclude {k}:9") for k in (3, 4)]
+    pushed = [replace(dead, cure="exclude these spans", exclude=(Span(k, 9),)) for k in (3, 4)]
     (both,) = merged([(f"in/{k}.npz", [own]) for k, own in enumerate(pushed)])
-    assert both.cure == "exclude these spans: --exclude 0.npz:3:9 --exclude 1.npz:4:9"
+    assert both.remedy == "exclude these spans: --exclude 0.npz:3:9 --exclude 1.npz:4:9"
 
 
 @pytest.mark.parametrize("rows", [2, 15, 16, 30, 45])

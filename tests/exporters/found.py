@@ -98,7 +98,6 @@ def found_in(robot: Robot, law: str = "coulomb-viscous", seed: int = 0) -> tuple
         law=law,
         method="whole-log",
         joints={name: joint_result(FRICTION) for name in robot.joint_names},
-        warnings=[],
         stribeck="0",
         corrections=Corrections(chi_square=1.0, bodies=bodies),
     )

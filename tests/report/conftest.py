@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from tests.samples import make_samples
 
+from stribeck.base.finding import Finding
 from stribeck.base.typing import Array
 from stribeck.friction import get_law
 from stribeck.friction_torque.samples import FrictionSamples
@@ -144,7 +145,7 @@ def build_result(joints: int = 6, duration: float = 40.0, period: float = 0.002,
         law="stribeck",
         method="curve-fit",
         joints=dict(zip(names, found, strict=True)),
-        warnings=["left_hip_roll: passivity violated in 29 % of the samples; the model's inertia may be off."],
+        findings=[Finding.of("passivity", ["left_hip_roll"], evidence="left_hip_roll (1.4 W)")],
         stribeck="0.1.0",
         evidence=Evidence(
             samples=samples,

@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 from tests.report.conftest import make_walk, truth_of
 
+from stribeck.base.finding import Finding
 from stribeck.report import write_report
 from stribeck.result import Result
 from stribeck.result.joint import TorqueR2
@@ -24,7 +25,8 @@ def page(browser: Any, result: Result, tmp_path_factory: pytest.TempPathFactory)
     evidence = replace(result.evidence, samples=replace(samples, joint_names=names))
     r2 = TorqueR2(nominal=0.91, corrected=0.985)
     joints = {long if name == old else name: replace(joint, torque_r2=r2) for name, joint in result.joints.items()}
-    changed = replace(result, robot=long, joints=joints, evidence=evidence, warnings=[long, *result.warnings])
+    findings = [Finding(check=long, text=long), *result.findings]
+    changed = replace(result, robot=long, joints=joints, evidence=evidence, findings=findings)
     write_report(changed, path, reference=truth_of(result), further=[walk_section(make_walk())])
     browser.get(path.as_uri())
     return browser

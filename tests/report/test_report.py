@@ -98,7 +98,7 @@ def test_the_first_screen_comes_first_and_the_rest_is_folded(html: str) -> None:
     folded = [values for tag, values in page.tags if tag == "details"]
     assert sum(values["class"] == "section" for values in folded) == len(FOLDED)
     assert not any("open" in values for values in folded)
-    for expected in ("identified", "not excited", "N m s/rad", "left_hip_roll: passivity", "3f3f3f", "walker.urdf"):
+    for expected in ("identified", "not excited", "N m s/rad", "left_hip_roll (1.4 W): friction adds power", "3f3f3f", "walker.urdf"):
         assert expected in page.text
 
 
@@ -136,15 +136,15 @@ def test_joints_have_a_line_a_panel_and_a_row_and_those_without_friction_one_lin
     assert panel.count("data-chart") == 1  # the raw samples
 
 
-def test_findings_come_before_warnings_with_what_mends_them(result: Result, tmp_path: Path) -> None:
+def test_findings_are_sorted_by_severity_and_have_remedies(result: Result, tmp_path: Path) -> None:
     cure = "[log.torque] delay = 0.002"
     delay = Finding(check="delay", text="torques are late", cure=cure, joints=("left_hip_roll",))
     sign = Finding(check="sign", text="torques <are> reversed", cure="[log.torque] scale = -1", stops=True)
-    changed = replace(result, findings=[delay, sign], warnings=[str(delay), str(sign), "something else"])
+    changed = replace(result, findings=[delay, sign])
     html = written(changed, tmp_path)
     section = html[html.index('<section id="warnings"') :].partition("</section>")[0]
-    assert section.count("<li") == 3
-    assert section.index("reversed") < section.index("late") < section.index("something else")
+    assert section.count("<li") == 2
+    assert section.index("reversed") < section.index("late")
     for finding in (delay, sign):
         assert f'<code class="cure">{finding.cure}</code>' in section
         assert f"<code>{finding.place}</code>" in section
@@ -184,7 +184,7 @@ def test_texts_are_escaped(result: Result, tmp_path: Path) -> None:
     )
     joints = {evil if name == "left_hip_yaw" else name: joint for name, joint in result.joints.items()}
     joints[evil] = replace(joints[evil], reason=evil)
-    changed = replace(result, robot=evil, warnings=[evil], joints=joints, evidence=evidence)
+    changed = replace(result, robot=evil, findings=[Finding(check=evil, text=evil)], joints=joints, evidence=evidence)
     html = written(changed, tmp_path)
     assert "<script>alert" not in html
     assert Page(html).text.count('alert("x")') >= 8

@@ -31,7 +31,7 @@ def joint(values: dict[str, float | ParameterEstimate] | None = None, **changed:
 
 def result(law: str = "stribeck", path: str = "a.npz", **joints: JointResult) -> Result:
     log = LogSummary(path=path, sha256="0", duration=1.0, rate=1000.0, samples_used=100)
-    return Result(robot="r & d", log=log, law=law, method="curve-fit", joints=joints, warnings=[], stribeck="0")
+    return Result(robot="r & d", log=log, law=law, method="curve-fit", joints=joints, stribeck="0")
 
 
 def of_one_log(found: Result) -> Result:

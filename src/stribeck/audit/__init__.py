@@ -2,11 +2,10 @@
 
 from stribeck.audit.audit import audit as audit
 from stribeck.audit.audit import audit_or_stop as audit_or_stop
-from stribeck.audit.audit import consequences as consequences
 from stribeck.audit.audit import findings as findings
 from stribeck.audit.audit import model_findings as model_findings
+from stribeck.audit.audit import reconciled as reconciled
 from stribeck.audit.audit import without_dead_joints as without_dead_joints
-from stribeck.audit.audit import without_refined as without_refined
 from stribeck.audit.command_delay import inseparable_delays as inseparable_delays
 from stribeck.audit.delay import delays as delays
 from stribeck.audit.evidence import AuditData as AuditData

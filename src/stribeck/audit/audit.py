@@ -14,21 +14,13 @@ from stribeck.audit.scale import check_external
 from stribeck.audit.torque import check_slow, check_torques, check_unexplained, check_unsigned
 from stribeck.audit.trials import check_by_trial
 from stribeck.base.finding import Finding, merged
-from stribeck.base.spans import exclude_options, listed_spans
+from stribeck.base.spans import listed_spans
 from stribeck.errors import LogError, errors_about, findings_kept
 from stribeck.friction_torque.preparation import Logs, PreparedLog, log_names
 from stribeck.log.sampling import SHORT
 from stribeck.result import Result
 from stribeck.robot import Robot
 from stribeck.settings import Settings
-
-FAULTY = (
-    *("channel-clipped", "channel-coarse", "channel-frozen", "channel-held", "joints-swapped", "position-jump"),
-    *("position-limits", "torque-clock", "torque-filtered", "torque-sign", "torque-unsigned"),
-)
-"""Faults of a channel that no correction of the fit describes."""
-SYMPTOMS = ("chi-square", "heterogeneity", "set-aside", "passivity")
-"""Findings of the fit that name no cause."""
 
 
 def audit(prepared: PreparedLog, robot: Robot, settings: Settings) -> list[Finding]:
@@ -70,18 +62,18 @@ def without_dead_joints(robot: Robot, audited: Sequence[Finding]) -> Robot:
     return replace(robot, position_controlled=(*robot.position_controlled, *dead)) if dead else robot
 
 
-def consequences(audited: Sequence[Finding], fitted: Sequence[Finding]) -> list[Finding]:
-    """List the causes in the findings of a fit that follow from a faulty channel, which distorts all corrections."""
-    faulty = any(finding.check in FAULTY for finding in audited)
-    return [finding for finding in fitted if faulty and finding.check not in SYMPTOMS]
+def reconciled(audited: Sequence[Finding], result: Result, logs: int) -> list[Finding]:
+    """Combine the findings of the audit and of the fit.
 
-
-def without_refined(audited: Sequence[Finding], result: Result, logs: int) -> list[Finding]:
-    """Leave out findings that the fit makes more precisely: spans set aside, and the torque delay of one log."""
+    Causes that the fit finds beside a fault that distorts all corrections follow from it. The fit finds the spans that
+    are set aside and the torque delay of one log more precisely than the audit.
+    """
     refined = {"set-aside"} if {"set-aside", "payload"} & {each.check for each in result.findings} else set()
     if logs == 1 and result.corrections and result.corrections.torque_delay:
         refined.add("torque-delay")
-    return [finding for finding in audited if finding.check not in refined]
+    distorted = any(each.has("distorts") for each in audited)
+    fitted = [each for each in result.findings if not distorted or each.has("symptom")]
+    return [*(each for each in audited if each.check not in refined), *fitted]
 
 
 def model_findings(robot: Robot) -> list[Finding]:
@@ -129,7 +121,7 @@ def _without_disturbances(evidence: AuditData, late: dict[str, Lag], left_out: s
     known = explained(evidence, rest)
     if checks - {finding.check for finding in found} or only_there - known or not (only_there | alien) & known:
         return found
-    return [Finding.of("set-aside.audit", spans=listed_spans(spans), exclude=exclude_options(spans)), *again]
+    return [Finding.of("set-aside.audit", spans=listed_spans(spans), exclude=spans), *again]
 
 
 def _compare(evidence: AuditData, late: dict[str, Lag], left_out: set[str]) -> list[Finding]:

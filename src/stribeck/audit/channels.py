@@ -1,14 +1,13 @@
 """Checks of single channels: dead, frozen, clipped, or held for several samples."""
 
-import json
 from collections import defaultdict
 from collections.abc import Iterable
 
 import numpy as np
 
 from stribeck.audit.evidence import AuditData
-from stribeck.base.finding import Finding
-from stribeck.base.spans import Span, exclude_options, listed_spans
+from stribeck.base.finding import Finding, Setting
+from stribeck.base.spans import Span, listed_spans
 from stribeck.base.typing import Array
 from stribeck.robot import Robot
 
@@ -57,15 +56,19 @@ def check_channels(evidence: AuditData) -> list[Finding]:
                 found["channel-frozen", channel][joint] = f" ({listed_spans(spans)})"
     return [
         Finding.of(
-            check, joints, channel=channel, exclude=exclude_options(frozen[channel]), setting=unmeasured(robot, joints)
+            check,
+            joints,
+            channel=channel,
+            settings=[unmeasured(robot, joints)],
+            exclude=frozen[channel] if check == "channel-frozen" else (),
         )
         for (check, channel), joints in found.items()
     ]
 
 
-def unmeasured(robot: Robot, joints: Iterable[str]) -> str:
-    """Write the value of position_controlled that leaves joints out in addition to the present ones."""
-    return json.dumps([*robot.position_controlled, *joints], ensure_ascii=False)
+def unmeasured(robot: Robot, joints: Iterable[str]) -> Setting:
+    """Make the setting that leaves joints out in addition to the present ones."""
+    return Setting("robot", "position_controlled", [*robot.position_controlled, *joints])
 
 
 def coarse_step(torque: Array) -> float:

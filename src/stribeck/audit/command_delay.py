@@ -18,7 +18,7 @@ from itertools import pairwise
 import numpy as np
 
 from stribeck.audit.joint_simulation import STEP, Pieces, linearize
-from stribeck.base.finding import Finding
+from stribeck.base.finding import Finding, Setting
 from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.dynamics.rooted import joint_inertia
 from stribeck.friction_torque.inverse_dynamics import torque_chunks
@@ -98,12 +98,13 @@ def _report(robot: Robot, value: Array, error: Array) -> list[Finding]:
     if robot.command_delay is not None:
         return found
     if np.all(np.abs(value - value.mean()) < np.maximum(2 * error, 1e-3)):
-        evidence, setting = _text(value.mean(), error.mean()), f"{value.mean():.4f}"
+        evidence = _text(value.mean(), error.mean())
+        delay: float | dict[str, float] = round(float(value.mean()), 4)
     else:
         each = list(zip([robot.joint_names[k] for k in own], value, error, strict=True))
         evidence = ", ".join(f"{_text(late, off)} ({name})" for name, late, off in each)
-        setting = "{ " + ", ".join(f"{name} = {late:.4f}" for name, late, _ in each) + " }"
-    return [Finding.of("command-delay", evidence=evidence, setting=setting), *found]
+        delay = {name: round(float(late), 4) for name, late, _ in each}
+    return [Finding.of("command-delay", evidence=evidence, settings=[Setting("robot", "command_delay", delay)]), *found]
 
 
 def _text(value: float, error: float) -> str:

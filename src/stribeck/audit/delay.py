@@ -7,7 +7,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from stribeck.audit.evidence import AuditData, Run
 from stribeck.audit.regression import friction_shapes
-from stribeck.base.finding import Finding
+from stribeck.base.finding import Finding, Setting
 from stribeck.base.typing import Array
 
 MOST_SAMPLES = 6000
@@ -59,8 +59,8 @@ def check_delay(evidence: AuditData, found: dict[str, Lag]) -> list[Finding]:
     needed = (0.6 if len(values) >= 8 else 0.75) * len(values)
     if abs(middle) < max(LEAST * period, 4.0 * error) or agreeing < max(2.0, needed):
         return []
-    setting = evidence.robot.log_table.torque.delay + middle
-    return [Finding.of("torque-delay", delay=1e3 * middle, count=len(values), agreeing=agreeing, setting=setting)]
+    setting = Setting("log.torque", "delay", round(evidence.robot.log_table.torque.delay + middle, 5))
+    return [Finding.of("torque-delay", delay=1e3 * middle, count=len(values), agreeing=agreeing, settings=[setting])]
 
 
 def _clock(evidence: AuditData) -> float:

@@ -8,7 +8,7 @@ import pinocchio as pin
 
 from stribeck.audit.evidence import AuditData
 from stribeck.audit.regression import FEWEST, effective_share, fit, friction_shapes, without
-from stribeck.base.finding import Finding
+from stribeck.base.finding import Finding, Setting, rounded
 from stribeck.base.typing import Array
 from stribeck.dynamics.loops import without_loop_forces
 from stribeck.dynamics.root_motion import gravity_in_root_link
@@ -86,11 +86,11 @@ def _clock_finding(evidence: AuditData, scale: float, how: str) -> Finding:
     """Report that time must be multiplied by about two or a half."""
     table, exact = evidence.robot.log_table, 2.0 if scale > 1 else 0.5
     present = table.time.scale if isinstance(table.time.scale, float | int) else 1.0
-    setting = f"scale = {present * exact:.4g} in [log.time]"
+    setting = Setting("log.time", "scale", present * exact)
     if table.rate is not None:
-        setting = f"rate = {table.rate / exact:.6g} in [log]"
+        setting = Setting("log", "rate", table.rate / exact)
     speed = "slowly" if scale > 1 else "fast"
-    return Finding.of("clock", factor=max(scale, 1 / scale), speed=speed, evidence=how, setting=setting)
+    return Finding.of("clock", factor=max(scale, 1 / scale), speed=speed, evidence=how, settings=[setting])
 
 
 def _velocity_clock(evidence: AuditData) -> list[Finding]:
@@ -120,8 +120,12 @@ def tilted(evidence: AuditData, gravity: Array) -> Finding:
     """Report a base that is tilted: gravity [m/s^2] has another direction than the given one."""
     given = evidence.robot.gravity
     direction = np.linalg.norm(given) * gravity / np.linalg.norm(gravity)
-    setting = ", ".join(f"{value:.4g}" for value in np.round(direction, 3) + 0.0)
-    return Finding.of("gravity.tilted", angle=np.rad2deg(angle_between(gravity, given)), stops=False, setting=setting)
+    angle = np.rad2deg(angle_between(gravity, given))
+    return Finding.of("gravity.tilted", angle=angle, stops=False, settings=[_gravity_setting(direction)])
+
+
+def _gravity_setting(gravity: Array) -> Setting:
+    return Setting("robot", "gravity", [rounded(value, 4) for value in np.round(gravity, 3) + 0.0])
 
 
 def _turned(pooled: _Pooled, turned: float, size: float) -> Finding:
@@ -135,7 +139,7 @@ def _turned(pooled: _Pooled, turned: float, size: float) -> Finding:
         turned="upside down" if turned > np.deg2rad(150) else f"turned by {np.rad2deg(turned):.0f}°",
         direction=np.round(pooled.gravity, 1).tolist(),
         left=100 * pooled.left,
-        setting=", ".join(f"{value:.4g}" for value in np.round(size * direction, 3) + 0.0),
+        settings=[_gravity_setting(size * direction)],
     )
 
 

@@ -5,8 +5,8 @@ from collections.abc import Collection
 import numpy as np
 
 from stribeck.audit.evidence import AuditData
-from stribeck.audit.scale import concerns_most, scale_line
-from stribeck.base.finding import Finding
+from stribeck.audit.scale import concerns_most, scale_setting
+from stribeck.base.finding import Finding, Setting
 from stribeck.base.typing import Array, BoolArray
 from stribeck.robot import Robot
 
@@ -24,8 +24,8 @@ def check_positions(evidence: AuditData) -> list[Finding]:
     lengths = in_millimeters(evidence.robot, *evidence.position_range)
     if lengths.any():
         names = [name for name, wrong in zip(evidence.robot.joint_names, lengths, strict=True) if wrong]
-        setting = scale_line(evidence.robot, dict.fromkeys(names, 1e-3), "position")
-        return [Finding.of("position-limits.millimeters", names, stops=True, setting=setting)]
+        setting = scale_setting(evidence.robot, dict.fromkeys(names, 1e-3), "position")
+        return [Finding.of("position-limits.millimeters", names, stops=True, settings=[setting])]
     jumps = _jumps(evidence)
     return [*jumps, *_limits(evidence, {name for finding in jumps for name in finding.joints})]
 
@@ -48,7 +48,8 @@ def _jumps(evidence: AuditData) -> list[Finding]:
         if count:
             jumps[name] = f" ({count} times)"
     stops = concerns_most(len(jumps), len(robot.joint_names), robot.joint_names)
-    return [Finding.of("position-jump", jumps, stops=stops)] if jumps else []
+    unwrap = Setting("log.position", "unwrap", True)
+    return [Finding.of("position-jump", jumps, stops=stops, settings=[unwrap])] if jumps else []
 
 
 def _degrees(evidence: AuditData) -> list[Finding]:
@@ -70,11 +71,11 @@ def _degrees(evidence: AuditData) -> list[Finding]:
     if not of_limits and not of_speed:
         return []
     names = [robot.joint_names[k] for k in np.flatnonzero(wide if of_limits else fast)]
-    units = ['unit = "deg" in [log.position]']
-    units += ['unit = "deg" in [log.desired_position]'] * (log.command is not None)
-    units += ['unit = "deg/s" in [log.velocity]'] * (log.velocity is not None)
+    units = [Setting("log.position", "unit", "deg")]
+    units += [Setting("log.desired_position", "unit", "deg")] * (log.command is not None)
+    units += [Setting("log.velocity", "unit", "deg/s")] * (log.velocity is not None)
     reach = float(np.maximum(-lowest, highest)[turning].max())
-    return [Finding.of("position-degrees", names, reach=reach, units=" and ".join(units))]
+    return [Finding.of("position-degrees", names, reach=reach, settings=units)]
 
 
 def in_millimeters(robot: Robot, lowest: Array, highest: Array) -> BoolArray:

@@ -1,7 +1,6 @@
 """Scale of torques and external torques, by the model, its effort limits and the robot's weight."""
 
 import json
-import re
 from collections.abc import Collection, Mapping, Sequence
 from math import ceil
 
@@ -14,7 +13,7 @@ from stribeck.audit.evidence import AuditData
 from stribeck.audit.hypotheses import Hypothesis, compete, rivals
 from stribeck.audit.motion import angle_between, gravity_torques, tilted
 from stribeck.audit.regression import FEWEST, GainFit, fit
-from stribeck.base.finding import Finding
+from stribeck.base.finding import Finding, Setting, rounded
 from stribeck.base.typing import Array, IntArray
 from stribeck.dynamics.root_motion import gravity_in_root_link
 from stribeck.dynamics.state import root_quaternions
@@ -99,7 +98,7 @@ def _gain_finding(evidence: AuditData, gains: Mapping[int, tuple[float, float]])
             for k, (gain, error) in gains.items()
         },
         gear=", as if a gear ratio were missing" if gear else "",
-        setting=scale_line(evidence.robot, {evidence.joints[k]: 1 / abs(gain) for k, (gain, _) in own}),
+        settings=[scale_setting(evidence.robot, {evidence.joints[k]: 1 / abs(gain) for k, (gain, _) in own})],
     )
 
 
@@ -224,7 +223,7 @@ def _scale_of_all(evidence: AuditData, gains: dict[int, float]) -> Finding:
         factor=middle,
         guess=guess,
         evidence=", ".join(f"{evidence.joints[k]} {gain:.3g}" for k, gain in list(gains.items())[:6]),
-        setting=scale_line(evidence.robot, dict.fromkeys(evidence.joints, 1 / (unit or 1.0))),
+        settings=[scale_setting(evidence.robot, dict.fromkeys(evidence.joints, 1 / (unit or 1.0)))],
         causes=_possible_causes(middle if common else None),
     )
 
@@ -255,18 +254,19 @@ def _out_of_bounds(evidence: AuditData, joints: list[int]) -> list[Finding]:
     carried = _weight_carried(evidence)
     if carried is not None and not 1 / FAR < carried < FAR:
         unit = _unit(carried)
-        setting = scale_line(evidence.robot, dict.fromkeys(evidence.joints, 1 / (unit or 1.0)))
-        named = f", as if they were in {UNITS[unit]}" if unit else ""
-        remedy = f"Set {setting}" if unit else f"Find the cause: {_possible_causes(carried)}"
-        return [Finding.of("torque-scale.weight", evidence.joints, factor=carried, unit=named, remedy=remedy)]
+        if unit is None:
+            causes = _possible_causes(carried)
+            return [Finding.of("torque-scale.weight-unclear", evidence.joints, factor=carried, causes=causes)]
+        setting, named = scale_setting(evidence.robot, dict.fromkeys(evidence.joints, 1 / unit)), UNITS[unit]
+        return [Finding.of("torque-scale.weight", evidence.joints, factor=carried, unit=named, settings=[setting])]
     reached = {k: times for k, times in _over_limits(evidence).items() if k in joints}
     over = {evidence.joints[k]: f" ({times:.3g} times)" for k, times in reached.items() if times > FAR}
     if not over:
         return []
     most = concerns_most(len(over), len(reached), evidence.joints)
-    setting = scale_line(evidence.robot, dict.fromkeys(evidence.joints if most else over, 1e-3))
+    setting = scale_setting(evidence.robot, dict.fromkeys(evidence.joints if most else over, 1e-3))
     check = "torque-scale.limits" if most else "torque-gain.limits"
-    return [Finding.of(check, over, stops=most, setting=setting)]
+    return [Finding.of(check, over, stops=most, settings=[setting])]
 
 
 def _over_limits(evidence: AuditData) -> dict[int, float]:
@@ -367,29 +367,30 @@ def check_external(evidence: AuditData, left_out: Collection[str] = ()) -> list[
                 for name, found in off.items()
             },
             stops=len(off) >= MOST * len(evidence.joints),
-            setting=scale_line(evidence.robot, {name: found.gain for name, found in off.items()}, "external_torque"),
+            settings=[
+                scale_setting(evidence.robot, {name: each.gain for name, each in off.items()}, "external_torque")
+            ],
         )
     ]
 
 
-def scale_line(robot: Robot, factors: Mapping[str, float], channel: str = "torque") -> str:
-    """Write the setting that multiplies a channel by a factor per joint, in addition to the present scale.
+def scale_setting(robot: Robot, factors: Mapping[str, float], channel: str = "torque") -> Setting:
+    """Make the setting that multiplies a channel by a factor per joint, in addition to the present scale.
 
-    It is one number if all joints with a torque have the same factor, otherwise one value per joint name of the log.
+    It is one number if all joints with a torque have the same factor, otherwise one value per joint name of the log;
+    without a value if the present scale is a list in the log's joint order.
     """
-    present = getattr(robot.log_table, channel).scale
+    table, present = f"log.{channel}", getattr(robot.log_table, channel).scale
     joints = [robot.joint_names[column] for column in robot.torque_controlled]
     if isinstance(present, list):
-        return f"scale, a list in the log's joint order, in [log.{channel}]"
+        return Setting(table, "scale")
     if set(factors) == set(joints) and len(set(factors.values())) == 1 and not isinstance(present, dict):
-        return f"scale = {present * next(iter(factors.values())):.4g} in [log.{channel}]"
+        return Setting(table, "scale", rounded(present * next(iter(factors.values())), 4))
     logged = {model: name for name, model in robot.log_table.joint_names.items()}
     scales = {}
     for joint in joints:
         name = logged.get(joint, joint)
         before = present.get(name, 1.0) if isinstance(present, dict) else present
         if joint in factors or before != 1:
-            scales[name] = before * factors.get(joint, 1.0)
-    keys = {name: name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else f'"{name}"' for name in scales}
-    shown = [f"{keys[name]} = {scale:.4g}" for name, scale in scales.items()]
-    return f"scale = {{ {', '.join(shown[:16])}{', ...' if len(shown) > 16 else ''} }} in [log.{channel}]"
+            scales[name] = rounded(before * factors.get(joint, 1.0), 4)
+    return Setting(table, "scale", scales)

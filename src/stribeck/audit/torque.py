@@ -8,7 +8,7 @@ from scipy.optimize import linear_sum_assignment
 from stribeck.audit.channels import unmeasured
 from stribeck.audit.evidence import AuditData
 from stribeck.audit.regression import FEWEST, GainFit, fit, friction_shapes, regress, unexplained, without
-from stribeck.audit.scale import BINS_FOR_GAIN, MOST, NEAR, SURE, check_scales, concerns_most, judged, scale_line
+from stribeck.audit.scale import BINS_FOR_GAIN, MOST, NEAR, SURE, check_scales, concerns_most, judged, scale_setting
 from stribeck.base.finding import Finding, listed
 from stribeck.base.typing import Array
 from stribeck.judgement.excitation import MIN_SPEED
@@ -31,7 +31,7 @@ def check_torques(evidence: AuditData, left_out: Collection[str] = ()) -> list[F
     if dead:
         setting = unmeasured(evidence.robot, dead)
         return [
-            Finding.of("channel-dead.noise", dead, channel="torque", setting=setting),
+            Finding.of("channel-dead.noise", dead, channel="torque", settings=[setting]),
             *check_torques(evidence, [*left_out, *dead]),
         ]
     fits = {k: found for k, found in every.items() if judged(found, largest)}
@@ -92,8 +92,8 @@ def _signs(evidence: AuditData, fits: dict[int, GainFit], joints: list[int]) -> 
     most = concerns_most(len(opposite), len(opposite | agreeing | set(fits)), joints)
     same, other = (_percent(float(np.median([left[k][side] for k in opposite]))) for side in (0, 1))
     inverted = evidence.joints if most and len(joints) > 1 and not agreeing else names
-    setting = scale_line(evidence.robot, dict.fromkeys(inverted, -1.0))
-    return [Finding.of("torque-sign", names, stops=most, same=same, other=other, setting=setting)]
+    setting = scale_setting(evidence.robot, dict.fromkeys(inverted, -1.0))
+    return [Finding.of("torque-sign", names, stops=most, same=same, other=other, settings=[setting])]
 
 
 def _percent(share: float) -> str:

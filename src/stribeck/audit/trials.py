@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from stribeck.audit.base import contact_setting
 from stribeck.audit.evidence import AuditData, gather
 from stribeck.audit.regression import FEWEST, unexplained
-from stribeck.audit.scale import scale_line
+from stribeck.audit.scale import scale_setting
 from stribeck.base.finding import Finding
 from stribeck.base.typing import Array
 from stribeck.dynamics.state import root_quaternions
@@ -56,9 +56,9 @@ def check_by_trial(evidence: AuditData, settings: Settings) -> list[Finding]:
     if not names or (fixed and cost > POOR):
         return []
     channels = ("position", "velocity")[: 1 + (evidence.prepared.log.velocity is not None)]
-    setting = " and ".join(scale_line(evidence.robot, dict.fromkeys(names, -1.0), channel) for channel in channels)
+    own = [scale_setting(evidence.robot, dict.fromkeys(names, -1.0), channel) for channel in channels]
     what = "the unexplained torque" if fixed else "the motion of standing feet"
-    return [Finding.of("position-sign", sorted(names), what=what, left=100 * cost / given, setting=setting)]
+    return [Finding.of("position-sign", sorted(names), what=what, left=100 * cost / given, settings=own)]
 
 
 def _inverted(evidence: AuditData, joint: str, settings: Settings | None) -> AuditData:

@@ -1,6 +1,5 @@
 """Problems found in a log, a robot file or a fit; their messages are in `findings.toml`."""
 
-import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -9,8 +8,29 @@ from importlib.resources import files
 from pathlib import PurePath
 from typing import Any, Self
 
+from stribeck.base.spans import Span, exclude_options, longest
+from stribeck.base.toml import in_toml
+
 FRICTION = "friction-"
 """Prefix of the checks whose findings concern the friction itself."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Setting of a robot file: its table, e.g. "log.torque", its key and its value; None if only the user knows it."""
+
+    table: str
+    key: str
+    value: Any = None
+
+    def __str__(self) -> str:
+        value = "" if self.value is None else f" = {in_toml(self.value)}"
+        return f"{self.key}{value} in [{self.table}]"
+
+
+def rounded(value: float, digits: int) -> float:
+    """Round a value of a setting to some digits."""
+    return float(f"{value:.{digits}g}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,7 +44,11 @@ class Finding:
     text
         Problem, place and evidence.
     cure
-        Remedy, with the line of the robot file if one fixes the problem; empty if no remedy is known.
+        Remedy without the spans to exclude; empty if no remedy is known.
+    settings
+        Settings of the robot file that `stribeck init` writes; empty if the user must decide.
+    exclude
+        Spans to exclude.
     joints
         Affected joints; empty if the finding concerns the whole log or robot.
     channel
@@ -38,6 +62,8 @@ class Finding:
     check: str
     text: str
     cure: str = ""
+    settings: tuple[Setting, ...] = ()
+    exclude: tuple[Span, ...] = ()
     joints: tuple[str, ...] = ()
     channel: str = ""
     logs: tuple[str, ...] = ()
@@ -51,6 +77,8 @@ class Finding:
         *,
         channel: str = "",
         stops: bool | None = None,
+        settings: Sequence[Setting] = (),
+        exclude: Sequence[Span] = (),
         **values: object,
     ) -> Self:
         """Make a finding from its entry in the catalogue.
@@ -63,20 +91,41 @@ class Finding:
             Affected joints, each with its evidence if a mapping is given; `{joints}` in the template lists them.
         channel, stops
             Override the catalogue's; `stops` is required where the catalogue states a condition.
+        settings
+            Settings that fix the problem; `{settings}` in the template lists them.
+        exclude
+            Spans to exclude, of which the longest are kept.
         values
             Values for the fields of the template.
         """
         entry = next(entries[kind] for entries in catalogue().values() if kind in entries)
         channel = channel or entry.get("channel", "")
         shown = [f"{name}{note}" for name, note in joints.items()] if isinstance(joints, Mapping) else joints
-        text, cure = message(entry, {"joints": listed(shown), "channel": channel, **values})
-        check, _, _ = kind.partition(".")
-        stops = entry.get("stops") is True if stops is None else stops
-        return cls(check=check, text=text, cure=cure, joints=tuple(dict.fromkeys(joints)), channel=channel, stops=stops)
+        fields = {"joints": listed(shown), "channel": channel, "settings": " and ".join(map(str, settings)), **values}
+        text, cure = message(entry, fields)
+        return cls(
+            check=kind.split(".")[0],
+            text=text,
+            cure=cure,
+            settings=tuple(settings) if entry.get("init") else (),
+            exclude=tuple(longest(exclude)),
+            joints=tuple(dict.fromkeys(joints)),
+            channel=channel,
+            stops=entry.get("stops") is True if stops is None else stops,
+        )
+
+    @property
+    def remedy(self) -> str:
+        """Remedy with the options that exclude spans."""
+        return f"{self.cure}: {exclude_options(self.exclude)}" if self.exclude else self.cure
 
     def __str__(self) -> str:
         """Join text and remedy in one line."""
-        return f"{self.text}. {self.cure}" if self.cure else self.text
+        return f"{self.text}. {self.remedy}" if self.cure else self.text
+
+    def has(self, mark: str) -> bool:
+        """Whether the catalogue marks the check, e.g. as "symptom"."""
+        return any(entries.get(self.check, {}).get(mark, False) for entries in catalogue().values())
 
     @property
     def on_friction(self) -> bool:
@@ -112,8 +161,9 @@ def catalogue() -> dict[str, dict[str, dict[str, Any]]]:
 
 
 def message(entry: Mapping[str, Any], values: Mapping[str, object]) -> tuple[str, str]:
-    """Fill values into the text and the remedy of an entry of the catalogue."""
-    return entry["text"].format_map(values), entry.get("remedy", "").format_map(values)
+    """Fill values into the text and the remedy of an entry of the catalogue; those of an example may exclude spans."""
+    remedy = entry.get("remedy", "").format_map(values) + (f": {values['exclude']}" if "exclude" in values else "")
+    return entry["text"].format_map(values), remedy
 
 
 def listed(names: Sequence[str]) -> str:
@@ -133,7 +183,7 @@ def merged(by_log: Sequence[tuple[str, Sequence[Finding]]]) -> list[Finding]:
     groups: dict[tuple[object, ...], list[tuple[str, Finding]]] = {}
     for path, findings in by_log:
         for each in findings:
-            each = replace(each, cure=each.cure.replace("--exclude ", f"--exclude {PurePath(path).name}:"))
+            each = replace(each, exclude=tuple(span._replace(log=PurePath(path).name) for span in each.exclude))
             groups.setdefault((each.check, each.channel, each.joints, each.stops), []).append((path, each))
     found = []
     for group in groups.values():
@@ -143,6 +193,6 @@ def merged(by_log: Sequence[tuple[str, Sequence[Finding]]]) -> list[Finding]:
             text = f"{listed(logs)}: {first.text}"
         else:
             text = f"{logs[0]}: {first.text}" + (f" (also in {listed(logs[1:])})" if logs[1:] else "")
-        options = "".join(f" {own}" for _, each in group[1:] for own in re.findall(r"--exclude \S+", each.cure))
-        found.append(replace(first, text=text, logs=logs, cure=first.cure + options))
+        spans = tuple(span for _, each in group for span in each.exclude)
+        found.append(replace(first, text=text, logs=logs, exclude=spans))
     return found

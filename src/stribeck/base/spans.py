@@ -20,7 +20,7 @@ MOST = 5
 def listed_spans(spans: Sequence[Span], notes: Mapping[Span, str] | None = None) -> str:
     """List spans, largest first, only the first few of many: "40.2 to 70.1 s (note), 81 to 83.5 s and 2 more"."""
     shown = []
-    for span in _by_length(spans)[:MOST]:
+    for span in longest(spans, MOST):
         name, note = f"{span.log} " if span.log else "", f" ({notes[span]})" if notes and span in notes else ""
         shown.append(f"{name}{' to '.join(_ends(span))} s{note}")
     return ", ".join(shown) + (f" and {len(spans) - MOST} more" if len(spans) > MOST else "")
@@ -28,13 +28,13 @@ def listed_spans(spans: Sequence[Span], notes: Mapping[Span, str] | None = None)
 
 def exclude_options(spans: Sequence[Span]) -> str:
     """Format the options that exclude spans: "--exclude 40.2:70.1 --exclude 81:83.5"."""
-    parts = [[span.log, *_ends(span)] if span.log else _ends(span) for span in _by_length(spans)[:20]]
+    parts = [[span.log, *_ends(span)] if span.log else _ends(span) for span in spans]
     return " ".join(f"--exclude {':'.join(each)}" for each in parts)
 
 
-def _by_length(spans: Sequence[Span]) -> list[Span]:
-    """Sort spans, the longest first."""
-    return sorted(spans, key=lambda span: span.start - span.end)
+def longest(spans: Sequence[Span], most: int = 20) -> list[Span]:
+    """Select the longest spans, the longest first."""
+    return sorted(spans, key=lambda span: span.start - span.end)[:most]
 
 
 def _ends(span: Span) -> list[str]:

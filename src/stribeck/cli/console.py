@@ -124,7 +124,7 @@ def print_result(result: Result) -> None:
         step = advice(own)
         step = f"{step[0].upper()}{step[1:]} ({verdict_place(own.verdict)})."
         say([f"{name} {own.verdict}: {main_reason(own)}. {step}"])
-    say(f"warning: {warning}" for warning in result.warning_lines)
+    say(f"warning: {finding.line}" for finding in result.findings)
 
 
 def _lines_of_joints(result: Result, *, all_speeds: bool) -> TextTable:

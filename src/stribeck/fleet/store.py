@@ -98,7 +98,7 @@ def rows_of(result: Result) -> dict[str, list[dict[str, Any]]]:
         rows["curves"] += _curve(joint, found)
     rows["parameters"] = [row for row in parameter_rows(result) if row["parameter"]]
     rows["findings"] = [
-        {"check": each.check, "joints": list(each.joints), "text": each.text, "remedy": each.cure}
+        {"check": each.check, "joints": list(each.joints), "text": each.text, "remedy": each.remedy}
         for each in result.findings
     ]
     rows["corrections"] = list(_corrections(result))

@@ -1,7 +1,5 @@
 """Settings found with the model's dynamics: the audit's findings, and order and signs of a log's columns."""
 
-import re
-import tomllib
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -51,8 +49,7 @@ def answer_by_dynamics(draft: Draft, log: Path, unsure: Sequence[str]) -> None:
         if unit is True and (unit := unit_by_dynamics(read, robot)):
             _write_unit(draft, unit, read)
             continue
-        taken = [_apply_setting(draft, finding) for finding in left]
-        if any(taken):
+        if sum(_apply_settings(draft, finding) for finding in left):
             continue
         if searched or any(finding.check in ("torque-unsigned", "legs-exchanged") for finding in left):
             break  # a torque without a sign does not show signs, and whole legs are exchanged first
@@ -77,28 +74,18 @@ def _write_unit(draft: Draft, unit: str, log: RobotLog) -> None:
         draft.set("log.velocity", "unit", f"{unit}/s", "as the positions.")
 
 
-def _apply_setting(draft: Draft, finding: Finding) -> bool:
-    """Apply the setting that a finding suggests; return whether it is new.
-
-    Signs and order are found by another search, and the user is asked about gears and zeros.
-    """
-    if finding.check in ("torque-sign", "joints-swapped", "torque-gain", "position-limits", "position-sign"):
-        return False
-    found = re.match(r"Set (\w+ = (?:\{[^}]*\}|\[[^\]]*\]|\S+)) in \[([a-z._]+)\]", finding.cure)
-    if found is None or "..." in found[1]:
-        return False
-    try:
-        ((key, value),) = tomllib.loads(found[1]).items()
-    except tomllib.TOMLDecodeError:  # joint names may have any character
-        return False
-    if finding.check == "torque-scale" and isinstance(value, dict):
-        return False  # different factors per joint may be gears or a wrong order: ask
-    table = draft.table(found[2])
-    new = {**table.get(key, {}), **value} if isinstance(value, dict) else value
-    if table.get(key) == new:
-        return False
-    draft.set(found[2], key, new, f"{finding.text}.")
-    return True
+def _apply_settings(draft: Draft, finding: Finding) -> bool:
+    """Apply the settings of a finding; return whether one is new."""
+    changed = False
+    for each in finding.settings:
+        if finding.check == "torque-scale" and isinstance(each.value, dict):
+            continue  # different factors per joint may be gears or a wrong order: ask
+        before = draft.table(each.table).get(each.key, {})
+        new = {**before, **each.value} if isinstance(each.value, dict) else each.value
+        if before != new:
+            draft.set(each.table, each.key, new, f"{finding.text}.")
+            changed = True
+    return changed
 
 
 def _write_columns(draft: Draft, robot: Robot, columns: ColumnMatch, log: RobotLog) -> bool:

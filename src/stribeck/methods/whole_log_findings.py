@@ -5,9 +5,9 @@ from itertools import chain
 
 import numpy as np
 
-from stribeck.audit.scale import scale_line
-from stribeck.base.finding import Finding
-from stribeck.base.spans import exclude_options, listed_spans
+from stribeck.audit.scale import scale_setting
+from stribeck.base.finding import Finding, Setting
+from stribeck.base.spans import listed_spans
 from stribeck.base.typing import Array
 from stribeck.friction.terms.motion import drift
 from stribeck.judgement.curve import BETWEEN_LOGS
@@ -72,7 +72,7 @@ def _of_disturbances(found: WholeLog) -> list[Finding]:
         others = [span for span in aside if span not in rubs]  # a joint rubs whenever it passes the place
         spans, rest = listed_spans(aside, found.disturbances), listed_spans(list(chain(*found.used)))
         check = "set-aside" if others else "set-aside.rubs"
-        problems.append(Finding.of(check, spans=spans, rest=rest, exclude=exclude_options(others)))
+        problems.append(Finding.of(check, spans=spans, rest=rest, exclude=others))
     if found.carried:
         tables = ", ".join(payload.table for payload in found.carried)
         problems.append(Finding.of("payload", masses="; ".join(map(str, found.carried)), tables=tables))
@@ -134,19 +134,21 @@ def _of_drift(found: WholeLog) -> list[Finding]:
 
 def _of_delays(found: WholeLog) -> list[Finding]:
     """Find delays of torques and base orientation, and torques that may be late or not."""
-    corrections, table, problems = found.corrections, found.robot.log_table, []
+    corrections, problems = found.corrections, list[Finding]()
     late = corrections.torque_delay
     joints = tuple(name for name, own in found.terms.items() if own.verdicts["presliding"].kept)
     if late and joints and late[1] > 0.7 * found.fit.fit.model.priors.torque_delay:
         size, error = 1e3 * late[0], 2e3 * late[1]
         problems.append(Finding.of("torque-delay.ambiguous", joints, size=size, error=error))
-    for check, delay, already in (
-        ("torque-delay.fit", corrections.torque_delay, table.torque),
-        ("base-orientation-delay", corrections.base_delay, table.base_orientation),
+    for check, delay, channel in (
+        ("torque-delay.fit", corrections.torque_delay, "torque"),
+        ("base-orientation-delay", corrections.base_delay, "base_orientation"),
     ):
         if delay and abs(delay[0]) > max(1.5e-3, 3 * delay[1]):  # [s]
             words = f"{1e3 * abs(delay[0]):.2g} ms {'late' if delay[0] > 0 else 'early'}"
-            problems.append(Finding.of(check, size=words, setting=already.delay + delay[0]))
+            before = getattr(found.robot.log_table, channel).delay
+            setting = Setting(f"log.{channel}", "delay", round(before + delay[0], 4))
+            problems.append(Finding.of(check, size=words, settings=[setting]))
     return problems
 
 
@@ -167,8 +169,8 @@ def _finding(cause: Cause, robot: Robot, joints: Sequence[str], model: Correctio
     if cause.kind in ("scale", "gain"):
         factor = np.exp(size) if cause.kind == "scale" else 1 / (1 - size)
         check, own = ("torque-gain.fit", names) if names else ("torque-scale.fit", _measured(robot))
-        setting = scale_line(robot, dict.fromkeys(own, 1 / factor))
-        return Finding.of(check, own, factor=factor, error=error * factor, setting=setting, stops=False)
+        settings = [scale_setting(robot, dict.fromkeys(own, 1 / factor))]
+        return Finding.of(check, own, factor=factor, error=error * factor, settings=settings, stops=False)
     if correction := next((each for each in CORRECTIONS if each.kind == cause.kind), None):
         assert correction.finding is not None, "a kind of a cause has a finding"
         return correction.finding(cause.places, cause.values, cause.errors, robot)

@@ -69,6 +69,4 @@ def _before_the_first_log(robot: Robot) -> Result:
         for name, speed in zip(robot.joint_names, speeds, strict=True)
     }
     log = LogSummary(path="", sha256="", duration=0.0, rate=0.0, samples_used=0)
-    return Result(
-        robot=robot.name, log=log, law="coulomb-viscous", method="", joints=joints, warnings=[], stribeck=__version__
-    )
+    return Result(robot=robot.name, log=log, law="coulomb-viscous", method="", joints=joints, stribeck=__version__)

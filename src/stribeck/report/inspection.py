@@ -14,7 +14,7 @@ if TYPE_CHECKING:  # only for types: the audit is above this room
 
 def write_inspection(inspection: Inspection, path: str | Path) -> None:
     """Write an inspection as one self-contained HTML file, completely or not at all."""
-    findings = _section("findings", "warnings", findings=inspection.audit, warnings=[]) if inspection.audit else None
+    findings = _section("findings", "warnings", findings=inspection.audit) if inspection.audit else None
     sections = [
         findings,
         _section("joints", "inspection_joints", rows=_joint_rows(inspection.joints)),

@@ -1,6 +1,5 @@
 """First screen of the report: results, trust, next steps, and one line per joint."""
 
-import re
 from collections.abc import Sequence
 from pathlib import PurePath
 from statistics import median
@@ -27,7 +26,7 @@ def heading(result: Result, law: FrictionLaw, reference: Reference = NO_REFERENC
     """Render the lead of the page: log, law, number of joints per verdict, friction, trust and next step."""
     joints = result.joints
     named = {verdict: [name for name, joint in joints.items() if joint.verdict == verdict] for verdict in VERDICTS}
-    findings, texts = parted(result)
+    findings = by_severity(result.findings)
     flagged = {name for finding in findings if finding.on_friction for name in finding.joints}
     identified = named["identified"]
     distrusted = {
@@ -63,7 +62,7 @@ def heading(result: Result, law: FrictionLaw, reference: Reference = NO_REFERENC
         urgent=urgent,
         affected=_named(urgent.joints) if urgent else "",
         steps=[(_named(names), what) for what, names in steps.items()],
-        warnings=len(findings) + len(texts),
+        warnings=len(findings),
     )
 
 
@@ -130,7 +129,7 @@ def first_screen(result: Result, evidence: Evidence, reference: Reference = NO_R
     curves = {name: curve for name, curve in drawn.items() if curve is not None}
     charts, finer = curve_charts(curves)
     anchors = {name: f"joint-{index}" for index, name in enumerate(result.joints)}
-    flagged, places = flagged_joints(result), [f"c{k}" for k in range(len(curves))]
+    flagged, places = {name for each in result.findings for name in each.joints}, [f"c{k}" for k in range(len(curves))]
     rows, without, bounds = [], [], []
     for index, (name, joint) in enumerate(result.joints.items()):
         if joint.verdict != "no friction":
@@ -210,24 +209,13 @@ def _bound_text(bound: tuple[float, str]) -> str:
 
 
 def warnings(result: Result) -> Section | None:
-    """Render the findings, then other warnings; None without any."""
-    findings, texts = parted(result)
-    if not findings and not texts:
+    """Render the findings; None without any."""
+    if not result.findings:
         return None
-    body = render("warnings.html.j2", findings=findings, warnings=texts)
+    body = render("warnings.html.j2", findings=by_severity(result.findings))
     return Section(anchor="warnings", title="Warnings", body=body)
 
 
-def parted(result: Result) -> tuple[list[Finding], list[str]]:
-    """Sort the findings by severity (fatal, then on friction), and list the other warnings."""
-    said = {str(finding) for finding in result.findings}
-    findings = sorted(result.findings, key=lambda finding: (not finding.stops, not finding.on_friction))
-    return findings, list(dict.fromkeys(text for text in result.warnings if text not in said))
-
-
-def flagged_joints(result: Result) -> set[str]:
-    """List the joints that findings concern or warnings name."""
-    named = set(re.findall(r"[^\s,;:()]+", " ".join(result.warnings)))
-    return {
-        name for name in result.all_friction if name in named or any(name in each.joints for each in result.findings)
-    }
+def by_severity(findings: Sequence[Finding]) -> list[Finding]:
+    """Sort findings: fatal ones first, then those on friction."""
+    return sorted(findings, key=lambda finding: (not finding.stops, not finding.on_friction))

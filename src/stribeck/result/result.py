@@ -68,8 +68,7 @@ class LogSummary:
 class Result:
     """Result of an identification; `result.json` contains all but `evidence`.
 
-    `findings` are structured (check, joints, text, remedy); `warnings` contain them as plain text. `path` is the
-    result.json that the result was read from.
+    `findings` are structured (check, joints, text, remedy). `path` is the result.json that the result was read from.
 
     Examples
     --------
@@ -85,7 +84,6 @@ class Result:
     law: str
     method: str
     joints: dict[str, JointResult]
-    warnings: list[str]
     stribeck: str
     couplings: dict[str, CouplingResult] = field(default_factory=dict)
     findings: list[Finding] = field(default_factory=list)
@@ -111,10 +109,9 @@ class Result:
         return {**self.joints, **self.couplings}
 
     @property
-    def warning_lines(self) -> list[str]:
-        """Warnings; warnings of findings include the command that explains them."""
-        explained = {str(finding): finding.line for finding in self.findings}
-        return [explained.get(warning, warning) for warning in self.warnings]
+    def warnings(self) -> list[str]:
+        """Findings as one line each."""
+        return [str(finding) for finding in self.findings]
 
     def __repr__(self) -> str:
         return f"Result({self.robot!r}, law {self.law}, method {self.method}, {verdict_counts(self)})"
@@ -175,7 +172,7 @@ class Result:
 
     def to_json(self) -> str:
         """Format the content of result.json."""
-        plain = asdict(replace(self, evidence=None))
+        plain = asdict(replace(self, evidence=None)) | {"warnings": self.warnings}
         for kind in ("joints", "couplings"):
             plain[kind] = {name: _joint_to_plain(joint) for name, joint in plain[kind].items()}
         optional = ("couplings", "corrections", "held_out", "findings")
@@ -208,7 +205,9 @@ def read_result(path: str | Path) -> Result:
     if (largest := _largest(document)) > LARGEST:
         raise SettingsError(f"{path}: contains the number {largest:.3g}; expected numbers up to {LARGEST:g}")
     try:
-        return Result(**TypeAdapter(_Document).validate_json(text, strict=True), path=str(path))
+        content: dict[str, Any] = {**TypeAdapter(_Document).validate_json(text, strict=True)}
+        del content["warnings"]  # the findings as text
+        return Result(**content, path=str(path))
     except ValidationError as error:
         raise SettingsError(f"{path}: {describe(error)}; expected a result.json") from error
 

@@ -82,8 +82,8 @@ def test_the_delay_of_a_command_is_found_and_taken_out(log, tmp_path):
     assert all(abs(joint.delay) < 1e-3 for joint in found.joints.values() if joint.delay)
     (finding,) = [each for each in found.audit if each.check == "command-delay"]
     assert "command_delay = 0.00" in finding.cure
-    setting = float(finding.cure.split("=")[1].split()[0])
-    assert setting == pytest.approx(8e-3, abs=1e-3)
+    (setting,) = finding.settings
+    assert setting.value == pytest.approx(8e-3, abs=1e-3)
     corrected = read_log(path, robot(tmp_path, GAINS + "command_delay = 0.008\n"))
     inner = slice(shift, -shift)
     np.testing.assert_allclose(corrected.torque[inner], log.torque[inner], atol=1e-6)

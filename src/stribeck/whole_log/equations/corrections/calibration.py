@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from stribeck.base.finding import Finding
+from stribeck.base.finding import Finding, Setting
 from stribeck.base.typing import Array, IntArray
 from stribeck.log import RobotLog
 from stribeck.log.interpolation import slerp
@@ -118,7 +118,8 @@ def _shifted(log: RobotLog, robot: Robot, _: IntArray, delay: Array) -> RobotLog
 def _delay_finding(_: Sequence[int], values: Array, __: Array, robot: Robot) -> Finding:
     delay, before = float(values[0]), robot.log_table.base_orientation.delay
     size = f"{1e3 * abs(delay):.2g} ms {'late' if delay > 0 else 'early'}"
-    return Finding.of("base-orientation-delay", size=size, setting=before + delay)
+    setting = Setting("log.base_orientation", "delay", round(before + delay, 4))
+    return Finding.of("base-orientation-delay", size=size, settings=[setting])
 
 
 BASE_DELAY = Correction(
