@@ -18,6 +18,7 @@ from stribeck.judgement.excitation import why_none
 from stribeck.judgement.joint_fit import JointFit, in_channel_unit, with_gain_error
 from stribeck.judgement.own_friction import own_friction
 from stribeck.judgement.passivity import passivity_violated
+from stribeck.judgement.reason import Reason
 from stribeck.judgement.torque_error import torque_r2
 from stribeck.judgement.verdict import filled, judge, with_torque_r2
 from stribeck.log import RobotLog
@@ -169,8 +170,8 @@ def _joints(
             joints[name] = with_terms(joints[name], terms, noise)
     for name, where in fitted.rubbing.items():
         if joints[name].verdict == "identified":
-            reason = f"the joint rubs {where}, and the curve is valid elsewhere; find what rubs"
-            joints[name] = replace(joints[name], verdict="weak", reason=reason)
+            why = Reason(f"the joint rubs {where}, and the curve is valid elsewhere", remedy="find what rubs")
+            joints[name] = replace(joints[name], verdict="weak", **why.fields)
     return joints
 
 

@@ -164,7 +164,7 @@ UNEVEN = (point(0.1, 1.0, 0.1), point(0.5, 1.0, 0.6), point(1.0, 2.0, 0.7))
         ({"verdict": "weak", "curve": UNEVEN}, "record more motion near 0.5 rad/s"),  # where it is least known
         ({"verdict": "weak", "validation": NOTHING}, "check the model, signs and delays"),
         ({"verdict": "weak", "curve": FLAT}, "check the torque signal or record a longer log"),
-        ({"verdict": "not excited", "reason": NOT_FITTED}, "record longer motion between contact changes"),
+        ({"verdict": "not excited"} | NOT_FITTED.fields, "record longer motion between contact changes"),
         ({"verdict": "not excited", "reason": "?"}, "record faster and longer motion in both directions"),
     ],
 )

@@ -101,12 +101,12 @@ def print_result(result: Result) -> None:
     """Print one line per joint, its parameters unless the law is "auto", reasons of weak verdicts, and warnings."""
     from stribeck.friction import AUTO
     from stribeck.result.joint import verdict_place
-    from stribeck.result.tables import advice, main_reason
+    from stribeck.result.tables import advice, bound_text, main_reason
 
     print_table(_lines_of_joints(result, all_speeds=terminal().width >= WIDE))
     without = {name: joint for name, joint in result.all_friction.items() if joint.verdict == "no friction"}
     if without:
-        bounds = ", ".join(f"{name} ({joint.reason.rpartition(', ')[2]})" for name, joint in without.items())
+        bounds = ", ".join(f"{name} ({bound_text(joint)})" for name, joint in without.items())
         say([f"friction below the resolution of the log: {bounds} ({verdict_place('no friction')})"])
     if result.law != AUTO:
         print_table(_columns_of_parameters(result))

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from stribeck.base.text_table import aligned
 from stribeck.exporters.joints import FORMLESS, WrittenJoint
 from stribeck.result import JointResult, Result
+from stribeck.result.tables import bound_text
 from stribeck.robot import Robot
 from stribeck.robot.model_file import load_model
 
@@ -45,7 +46,7 @@ def _in_the_model(robot: Robot) -> dict[str, tuple[float, float, bool]]:
 def _identified(joint: JointResult) -> str:
     """Format identified friction, mean of both directions; "..." stands for terms beyond Coulomb and viscous ones."""
     if joint.verdict == "no friction":
-        return joint.reason.rpartition(", ")[2] or "none"
+        return bound_text(joint) or "none"
     found = {
         key: [joint.values[key + way] for way in ("", "_positive", "_negative") if key + way in joint.values]
         for key in ("coulomb", "viscous")

@@ -7,6 +7,7 @@ import numpy as np
 
 from stribeck.base.typing import Array, IntArray
 from stribeck.judgement.curve_fit.robust import robust_scale
+from stribeck.judgement.reason import Reason
 from stribeck.judgement.speed import TOP_SPEED_PERCENTILE, top_speed
 
 MIN_BLOCKS = 6
@@ -30,13 +31,13 @@ NOISE_FACTOR = 4.0
 
 @dataclass(frozen=True, kw_only=True)
 class Excitation:
-    """Motion of one joint: counts, speeds [rad/s] or [m/s], and why it is not excited ("" if it is)."""
+    """Motion of one joint: counts, speeds [rad/s] or [m/s], and why it is not excited (None if it is)."""
 
     samples: int
     blocks: int
     velocity_range: tuple[float, float]
     reversals: int
-    reason: str
+    reason: Reason | None
 
 
 def excitation(velocity: Array, block: IntArray, parameters: int, prismatic: bool) -> Excitation:
@@ -78,34 +79,36 @@ def count_reversals(velocity: Array, threshold: float) -> int:
     return int(np.count_nonzero(np.diff(side)))
 
 
-def _too_few(samples: int, parameters: int, blocks: int) -> str:
+def _too_few(samples: int, parameters: int, blocks: int) -> Reason | None:
     needed = MIN_SAMPLES_PER_PARAMETER * parameters
     if samples < needed:
-        return f"{samples} usable samples, but {parameters} parameters need at least {needed}; record a longer motion"
+        few = f"{samples} usable samples, but {parameters} parameters need at least {needed}"
+        return Reason(few, remedy="record a longer motion")
     if blocks < MIN_BLOCKS:
-        return f"the motion is too short: {blocks} blocks (steps or seconds); record at least {MIN_BLOCKS}"
-    return ""
+        remedy = f"record at least {MIN_BLOCKS}"
+        return Reason(f"the motion is too short: {blocks} blocks", " (steps or seconds)", remedy)
+    return None
 
 
-def _too_slow(velocity: Array, noise: float, reversals: int, prismatic: bool) -> str:
+def _too_slow(velocity: Array, noise: float, reversals: int, prismatic: bool) -> Reason | None:
     unit = "m/s" if prismatic else "rad/s"
     least = MIN_SPEED[prismatic]
     backward, forward = np.percentile(velocity, [100 - TOP_SPEED_PERCENTILE, TOP_SPEED_PERCENTILE])
     span = f"between {backward:.3g} and {forward:.3g} {unit}"
     if max(forward, -backward) < least:
-        return f"moves only {span}; move the joint faster than {least} {unit} in both directions"
+        return Reason(f"moves only {span}", remedy=f"move the joint faster than {least} {unit} in both directions")
     if max(forward, -backward) < NOISE_FACTOR * noise:
-        least = NOISE_FACTOR * noise
-        return f"moves {span}, hardly more than the velocity's noise; move the joint faster than {least:.3g} {unit}"
+        remedy = f"move the joint faster than {NOISE_FACTOR * noise:.3g} {unit}"
+        return Reason(f"moves {span}, hardly more than the velocity's noise", remedy=remedy)
     if min(forward, -backward) < least:
-        other = f"faster than {least} {unit} in the other direction, too"
-        return f"moves in only one direction, {span}; move the joint {other}"
+        remedy = f"move the joint faster than {least} {unit} in the other direction, too"
+        return Reason(f"moves in only one direction, {span}", remedy=remedy)
     if reversals < MIN_REVERSALS:
-        return f"only {reversals} reversals; reverse the direction at least {MIN_REVERSALS} times"
-    return ""
+        return Reason(f"only {reversals} reversals", remedy=f"reverse the direction at least {MIN_REVERSALS} times")
+    return None
 
 
-def why_none(reasons: Mapping[str, str]) -> str:
+def why_none(reasons: Mapping[str, object]) -> str:
     """Explain why no joint can be identified, given the reason of each joint; at most three joints are named."""
     listed = dict(list(reasons.items())[:3])
     if len(set(reasons.values())) == 1:

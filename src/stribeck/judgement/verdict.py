@@ -12,6 +12,7 @@ from stribeck.judgement.curve_fit.problem import FitProblem, joint_problem
 from stribeck.judgement.excitation import Excitation
 from stribeck.judgement.joint_fit import JointFit
 from stribeck.judgement.passivity import added_power, positive_power_fraction
+from stribeck.judgement.reason import Reason
 from stribeck.judgement.weakness import USUAL, Criteria, is_weak, weak_by_themselves, why_weak
 from stribeck.result import CurvePoint, JointResult, ParameterEstimate, TorqueR2, Validation, Verdict
 from stribeck.settings import Settings
@@ -21,12 +22,14 @@ UNEXPLAINED = 0.3
 
 Undisturbed logs of arms and walks reach 0.26; logs in which a hand or a payload is part of the fit start at 0.32."""
 
-NOT_FITTED = "too little motion in the parts that the method can use; record longer motion between contact changes"
+NOT_FITTED = Reason(
+    "too little motion in the parts that the method can use", remedy="record longer motion between contact changes"
+)
 """Reason for a joint that moves, but not in the contact modes that the fit uses."""
 
-ALWAYS_STANDS = (
-    "0 usable samples: several feet or wheels always stand, which leaves the contact forces on this joint unknown; "
-    "set the radius of any ball feet in [contacts], lift one foot at a time, or hang or jack the robot up"
+ALWAYS_STANDS = Reason(
+    "0 usable samples: several feet or wheels always stand, which leaves the contact forces on this joint unknown",
+    remedy="set the radius of any ball feet in [contacts], lift one foot at a time, or hang or jack the robot up",
 )
 """Reason for a joint of a leg that always shares the load with others."""
 
@@ -66,12 +69,14 @@ def judge(
             passive = not added_power(samples, column, fits[joint].by_name.get("offset", 0.0))
             unit = samples.torque_unit(column)
             found = _judge_joint(fits[joint], problem, moved, validations[joint], (prismatic, unit), criteria, passive)
-            found = replace(found, torque_unit=unit or None)
-            found = replace(found, reason="; ".join([found.reason, found.unit_note][: 1 + bool(unit)]))
+            if unit:
+                found = replace(found, torque_unit=unit)
+                found = replace(found, reason=f"{found.reason}; {found.unit_note}")
             left = found.validation.unexplained if found.validation else 0.0
             if disturbed and found.verdict == "identified" and left > UNEXPLAINED:
-                why = f"something else acts on this joint {disturbed}; on held-out parts, {100 * left:.0f} % of the"
-                found = replace(found, verdict="weak", reason=f"{why} friction torque stays unexplained")
+                part = f"; on held-out parts, {100 * left:.0f} % of the friction torque stays unexplained"
+                why = Reason(f"something else acts on this joint {disturbed}", part)
+                found = replace(found, verdict="weak", **why.fields)
             results[joint] = found
     return results
 
@@ -84,10 +89,8 @@ def with_torque_r2(joint: JointResult, r2: TorqueR2 | None, fixed: bool) -> Join
     found = replace(joint, torque_r2=r2 if joint.curve else None)
     if joint.verdict != "identified" or r2 is None or not fixed or r2.best >= 0:
         return found
-    why = (
-        f"model and friction predict held-out torques worse than their mean does (R² = {r2.best:.2f}); check the model"
-    )
-    return replace(found, verdict="weak", reason=why)
+    worse = "model and friction predict held-out torques worse than their mean does"
+    return replace(found, verdict="weak", **Reason(worse, f" (R² = {r2.best:.2f})", "check the model").fields)
 
 
 def filled(samples: FrictionSamples, fits: Mapping[str, JointFit], law: FrictionLaw) -> FrictionSamples:
@@ -105,7 +108,7 @@ def not_excited(moved: Excitation) -> JointResult:
     return JointResult(
         parameters={},
         verdict="not excited",
-        reason=moved.reason or NOT_FITTED,
+        **(moved.reason or NOT_FITTED).fields,
         samples=moved.samples,
         velocity_range=moved.velocity_range,
         reversals=moved.reversals,
@@ -129,12 +132,11 @@ def _judge_joint(
     added = positive_power_fraction(problem.velocity, problem.friction_torque - fit.by_name.get("offset", 0.0))
     wrong_sign = "" if passive else f"the fitted friction adds power in {100 * added:.0f} % of the samples"
     verdict, reason = _verdict(fit, curve, problem, validation, prismatic, wrong_sign)
-    if verdict == "identified":
-        reason += f" ({moved.blocks} blocks, {moved.reversals} reversals)"
+    details = f" ({moved.blocks} blocks, {moved.reversals} reversals)" if verdict == "identified" else ""
     if is_significant(curve):
-        reason += weak_by_themselves(fit, weak, problem.velocity, prismatic, unresolved)
+        details += weak_by_themselves(fit, weak, problem.velocity, prismatic, unresolved)
         if not fit.converged:
-            reason += "; the fit did not converge because the parameters are hardly distinguishable"
+            details += "; the fit did not converge because the parameters are hardly distinguishable"
     return JointResult(
         parameters={
             parameter.name: ParameterEstimate(
@@ -149,7 +151,7 @@ def _judge_joint(
             if verdict != "no friction" or parameter.name in ("offset", "armature")  # torques other than friction
         },
         verdict=verdict,
-        reason=reason,
+        **reason._replace(details=reason.details + details).fields,
         samples=moved.samples,
         velocity_range=moved.velocity_range,
         reversals=moved.reversals,
@@ -167,18 +169,18 @@ def _verdict(
     validation: Validation | None,
     prismatic: bool,
     wrong_sign: str,
-) -> tuple[Verdict, str]:
+) -> tuple[Verdict, Reason]:
     """Decide the verdict on a joint that moves, and state the reason."""
     most = upper_bound(curve)
     significant = is_significant(curve)
     useless = validation is not None and validation.rms >= validation.rms_zero_friction
     unseen = not wrong_sign and most <= 0.5 * fit.rms and (useless or not significant)
     if most <= ROUNDING or unseen:
-        return "no friction", f"no friction detected, below {most:.2g} {curve[0].unit}"
+        return "no friction", Reason(f"no friction detected, below {most:.2g} {curve[0].unit}")
     if wrong_sign and not significant:
-        return "weak", f"{wrong_sign}; check torque sign, delay and model"
+        return "weak", Reason(wrong_sign, remedy="check torque sign, delay and model")
     if (width := relative_width(curve)) > WIDEST:
         return "weak", why_weak(fit, curve, problem.velocity, prismatic)
     if useless:
-        return "weak", "the law explains held-out blocks no better than zero friction"
-    return "identified", f"friction known to within {100 * width:.2g} %"
+        return "weak", Reason("the law explains held-out blocks no better than zero friction")
+    return "identified", Reason(f"friction known to within {100 * width:.2g} %")

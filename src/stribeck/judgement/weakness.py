@@ -7,6 +7,7 @@ import numpy as np
 from stribeck.base.typing import Array, BoolArray
 from stribeck.judgement.curve import WIDEST, is_significant, upper_bound
 from stribeck.judgement.joint_fit import JointFit
+from stribeck.judgement.reason import Reason
 from stribeck.judgement.speed import top_speed
 from stribeck.result import CurvePoint
 from stribeck.result.tables import least_known
@@ -89,16 +90,16 @@ def _clears(fit: JointFit, weak: BoolArray, velocity: Array) -> bool:
     return top_speed(velocity) >= CLEARED * float(fit.values[fit.names.index("stribeck_velocity")])
 
 
-def why_weak(fit: JointFit, curve: tuple[CurvePoint, ...], velocity: Array, prismatic: bool) -> str:
+def why_weak(fit: JointFit, curve: tuple[CurvePoint, ...], velocity: Array, prismatic: bool) -> Reason:
     """Describe the speed at which the friction curve is least known, and how many samples are near it."""
     point, unit = least_known(curve), "m/s" if prismatic else "rad/s"
     force, (low, high) = point.unit, point.interval_95
     residual = f"residual {fit.rms:.2g} {force} in {fit.blocks} blocks"
     if not is_significant(curve):
-        return f"friction is between 0 and {upper_bound(curve):.3g} {force} ({residual})"
+        return Reason(f"friction is between 0 and {upper_bound(curve):.3g} {force}", f" ({residual})")
     near = float(np.mean(np.abs(np.abs(velocity) - point.velocity) < 0.2 * curve[-1].velocity))
     text = f"friction near {point.velocity:.2g} {unit} is {low:.3g} to {high:.3g} {force}"
-    return f"{text} ({100 * near:.1f} % of the samples are near this speed; {residual})"
+    return Reason(text, f" ({100 * near:.1f} % of the samples are near this speed; {residual})")
 
 
 def weak_by_themselves(

@@ -7,6 +7,7 @@ from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw
 from stribeck.friction_torque.preparation import Logs
 from stribeck.judgement.excitation import excitation, why_none
+from stribeck.judgement.reason import Reason
 from stribeck.robot import Robot
 from stribeck.settings import Settings
 from stribeck.whole_log.equations.contact_mode import find_contact_modes
@@ -24,7 +25,7 @@ def joints_that_move(
     velocity, block, used = _some_speeds(prepared, robot, settings)
     names = [robot.joint_names[column] for column in robot.torque_controlled]
 
-    def reason(speed: Array, prismatic: bool, rows: BoolArray) -> str:
+    def reason(speed: Array, prismatic: bool, rows: BoolArray) -> Reason | None:
         return excitation(speed[rows], block[rows], len(law.parameters), prismatic).reason
 
     if not used.any() and "wheel" in {contact.kind for contact in robot.contacts.values()}:

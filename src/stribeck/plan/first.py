@@ -9,6 +9,7 @@ from stribeck.base.typing import Array
 from stribeck.base.version import __version__
 from stribeck.errors import SettingsError
 from stribeck.judgement.excitation import Excitation
+from stribeck.judgement.reason import Reason
 from stribeck.judgement.verdict import not_excited
 from stribeck.plan.collision import load_self_collision
 from stribeck.plan.information import dynamics_of
@@ -65,7 +66,9 @@ def _before_the_first_log(robot: Robot) -> Result:
     """Make a result in which no joint has moved; a trajectory may use half of the model's speed limits."""
     speeds = np.where(np.isfinite(robot.speed_limits), robot.speed_limits / 4, 0.0).tolist()
     joints = {
-        name: not_excited(Excitation(samples=0, blocks=0, velocity_range=(-speed, speed), reversals=0, reason="no log"))
+        name: not_excited(
+            Excitation(samples=0, blocks=0, velocity_range=(-speed, speed), reversals=0, reason=Reason("no log"))
+        )
         for name, speed in zip(robot.joint_names, speeds, strict=True)
     }
     log = LogSummary(path="", sha256="", duration=0.0, rate=0.0, samples_used=0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 import sys
 from collections import Counter
 from collections.abc import Sequence
@@ -171,8 +170,7 @@ def _cell(joint: JointResult, parameter: str) -> str:
 def advice(joint: JointResult) -> str:
     """Recommend the next step for a joint, e.g. "record more motion near 5.7 rad/s"."""
     if joint.verdict == "not excited":
-        _, _, remedy = joint.reason.rpartition("; ")  # the last clause of the reason
-        return remedy if remedy != joint.reason else "record faster and longer motion in both directions"
+        return joint.remedy or "record faster and longer motion in both directions"
     if joint.verdict == "no friction":
         return "none: friction is below the resolution of the log"
     if joint.verdict == "identified":
@@ -182,20 +180,26 @@ def advice(joint: JointResult) -> str:
 
 
 def main_reason(joint: JointResult) -> str:
-    """Select the first clause of a joint's reason, without the evidence."""
-    return re.split(r"; | \(", joint.reason)[0]
+    """Return the main clause of a joint's reason, without the evidence."""
+    return joint.main_reason or joint.reason
+
+
+def bound_text(joint: JointResult) -> str:
+    """Format the upper bound of the friction over all speeds: "below 0.02 N m"; empty without a curve."""
+    most = max((point.interval_95[1] for point in joint.curve), default=0.0)
+    return f"below {most:.2g} {joint.curve[0].unit}" if joint.curve else ""
 
 
 def _of_weak(joint: JointResult) -> str:
     validation = joint.validation
+    if joint.remedy:
+        return joint.remedy
     if not joint.curve:
         return "record faster and longer motion"
     if not any(point.interval_95[0] > 0 for point in joint.curve):
         return "check the torque signal or record a longer log"
     if validation is not None and validation.rms >= validation.rms_zero_friction:
         return "check the model, signs and delays"
-    if joint.reason.startswith("the joint rubs"):
-        return joint.reason.rpartition("; ")[2]
     return f"record more motion near {least_known(joint.curve).velocity:.2g} {joint.units()[0]}"
 
 
