@@ -1,7 +1,7 @@
 """The spine: from logs to a result, one line per stage."""
 
 from collections.abc import Iterator, Sequence
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import cast
@@ -11,8 +11,8 @@ from stribeck.base.outputs import check_outputs, whole_or_not_at_all
 from stribeck.base.threads import one_blas_thread
 from stribeck.compose import compose
 from stribeck.contact.rolling import with_rolling_feet
-from stribeck.errors import LogError, SettingsError, findings_kept
-from stribeck.friction_torque.preparation import Progress, log_path, prepare, quiet
+from stribeck.errors import LogError, findings_kept
+from stribeck.friction_torque.preparation import PreparedLog, Progress, log_path, prepare, quiet
 from stribeck.friction_torque.stage import FrictionTorqueStage
 from stribeck.log import LogLike
 from stribeck.log.overlap import refuse_overlap
@@ -77,22 +77,12 @@ def identify(
     asked = {key: value for key, value in (("law", law), ("method", method)) if value is not None}
     settings = (settings or robot.settings).model_copy(update=asked)
     chosen, friction_law, settings = get_method(settings, robot)
-    _refuse_unknown_joints(settings, robot)
     sources, unseen_sources = _listed(logs), _listed(validate)
     if not sources:
         raise LogError("identify: the list of logs is empty; expected at least one log")
-    if table:
-        files = [*map(log_path, [*sources, *unseen_sources]), robot.path, robot.model_path]
-        check_outputs([Path(table)], [Path(file) for file in files if file], overwrite=True)  # a log in memory has none
-    where = whole_or_not_at_all(table) if table else nullcontext(None)
+    where = _place_of(table, [*sources, *unseen_sources], robot) if table else nullcontext(None)
     with one_blas_thread(), findings_kept(robot.warnings) as findings, where as place:
-        every = []
-        for k, log in enumerate(read := [*sources, *unseen_sources]):
-            progress(f"reading log {k + 1} of {len(read)}", k / len(read))
-            every.append(prepare(log, robot, settings))
-            findings += every[-1].notes
-            *before, last = ((part.prints, part.log.path) for part in every)
-            refuse_overlap(*last, before)
+        every = _prepared([*sources, *unseen_sources], robot, settings, findings, progress)
         # the fit depends on the order of logs: sort them, so that results do not
         prepared = sorted(every[: len(sources)], key=lambda part: (part.log.path, part.log.time[0]))
         unseen = every[len(sources) :]
@@ -111,24 +101,31 @@ def identify(
         del friction_torque  # and the corrected logs: composing the result corrects the held-out parts once more
         fitted = replace(fitted, logs=())
         result = compose(fitted, samples, prepared, robot, friction_law, settings, chosen, gain_errors)
-        return replace(
-            result,
-            held_out=[held_out_log(log, fitted, result, robot, samples.settings) for log in unseen],
-            findings=reconciled(audited, result, len(prepared)),
-        )
+        held_out = [held_out_log(log, fitted, result, robot, samples.settings) for log in unseen]
+        return replace(result, held_out=held_out, findings=reconciled(audited, result, len(prepared)))
+
+
+def _place_of(table: str | Path, sources: Sequence[LogLike], robot: Robot) -> AbstractContextManager[Path]:
+    """Open the place of a table that replaces neither a log nor the robot."""
+    files = [*map(log_path, sources), robot.path, robot.model_path]
+    check_outputs([Path(table)], [Path(file) for file in files if file], overwrite=True)  # a log in memory has none
+    return whole_or_not_at_all(table)
+
+
+def _prepared(
+    sources: Sequence[LogLike], robot: Robot, settings: Settings, findings: list[str], progress: Progress
+) -> list[PreparedLog]:
+    """Prepare logs, refuse logs that share samples, and add notes to the findings."""
+    every: list[PreparedLog] = []
+    for k, log in enumerate(sources):
+        progress(f"reading log {k + 1} of {len(sources)}", k / len(sources))
+        every.append(prepare(log, robot, settings))
+        findings += every[-1].notes
+        *before, last = ((part.prints, part.log.path) for part in every)
+        refuse_overlap(*last, before)
+    return every
 
 
 def _listed(logs: LogLike | Sequence[LogLike]) -> list[LogLike]:
     """Make a list of one log or of several; `prepare` refuses what is not a log."""
     return list(logs) if isinstance(logs, list | tuple | Iterator) else [cast(LogLike, logs)]
-
-
-def _refuse_unknown_joints(settings: Settings, robot: Robot) -> None:
-    """Refuse `fit_armature` for joints whose friction is not identified."""
-    asked = settings.fit_armature if isinstance(settings.fit_armature, list) else []
-    known = [*(robot.joint_names[column] for column in robot.torque_controlled), *robot.couplings]
-    unknown = [joint for joint in asked if joint not in known]
-    if unknown:
-        raise SettingsError(
-            f"[identify] fit_armature names joint '{unknown[0]}'; the torque-controlled joints are {', '.join(known)}"
-        )

@@ -1,5 +1,6 @@
 """Fit of one joint: values and their uncertainty."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -72,6 +73,27 @@ class JointFit:
         values = law_values(law, self.by_name, load)
         assert values is not None, "a fit has all parameters that its law needs"
         return values
+
+    def correlation(self, names: Sequence[str]) -> tuple[tuple[float, ...], ...]:
+        """Compute the correlation of the errors of some parameters; one without error is correlated with none."""
+        own = [self.names.index(name) for name in names]
+        covariance = self.covariance[np.ix_(own, own)]
+        errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        scale = np.divide(1.0, errors, out=np.zeros_like(errors), where=errors > 0)
+        found = covariance * np.outer(scale, scale)
+        np.fill_diagonal(found, 1.0)
+        return tuple(tuple(row) for row in np.round(found.clip(-1.0, 1.0), 6).tolist())
+
+
+def with_armature(fit: JointFit, inertia: float) -> JointFit:
+    """Add the model's rotor inertia [kg m^2] to the fitted one, which is the difference from the model."""
+    rotor = np.array([parameter.name == "armature" for parameter in fit.parameters])
+    if not rotor.any():
+        return fit
+    added = inertia * rotor
+    parameters = [replace(p, lower=p.lower + more) for p, more in zip(fit.parameters, added.tolist(), strict=True)]
+    intervals = fit.intervals + added[:, None]
+    return replace(fit, parameters=tuple(parameters), values=fit.values + added, intervals=intervals)
 
 
 def with_gain_error(fit: JointFit, error: float) -> JointFit:

@@ -51,6 +51,7 @@ def get_method(settings: Settings, robot: Robot) -> tuple[Method, FrictionLaw, S
                 f"[identify] {key} is {value!r}, which the method '{method.name}' does not use; "
                 f"leave it out, or set {key} = {json.dumps(usual[key])}"
             )
+    _refuse_unknown_joints(settings, robot)
     return method, law, settings.model_copy(update=defaults)
 
 
@@ -66,4 +67,15 @@ def _refuse_loops(settings: Settings) -> None:
         raise SettingsError(
             f"[identify] {key} = '{getattr(settings, key)}' takes a robot for a tree, and [[robot.loops]] close it; "
             "leave it out"
+        )
+
+
+def _refuse_unknown_joints(settings: Settings, robot: Robot) -> None:
+    """Refuse `fit_armature` for joints whose friction is not identified."""
+    asked = settings.fit_armature if isinstance(settings.fit_armature, list) else []
+    known = [*(robot.joint_names[column] for column in robot.torque_controlled), *robot.couplings]
+    unknown = [joint for joint in asked if joint not in known]
+    if unknown:
+        raise SettingsError(
+            f"[identify] fit_armature names joint '{unknown[0]}'; the torque-controlled joints are {', '.join(known)}"
         )

@@ -7,6 +7,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from stribeck.base.version import __version__
+from stribeck.log import RobotLog
 from stribeck.result import LogSummary
 from stribeck.settings import Settings, flat
 
@@ -25,19 +26,17 @@ def sha256(path: str) -> str:
     return digest.hexdigest()
 
 
-def log_summary(
-    paths: Sequence[str], durations: Sequence[float], rate: float, samples_used: int, samples: int
-) -> LogSummary:
+def log_summary(logs: Sequence[RobotLog], rate: float, samples_used: int) -> LogSummary:
     """Summarize one log, or several with lists of paths and hashes."""
-    hashes = [sha256(path) for path in paths]
+    paths, hashes = [log.path for log in logs], [sha256(log.path) for log in logs]
     single = len(paths) == 1
     return LogSummary(
-        path=paths[0] if single else list(paths),
+        path=paths[0] if single else paths,
         sha256=hashes[0] if single else hashes,
-        duration=float(sum(durations)),
+        duration=float(sum(log.time[-1] - log.time[0] for log in logs)),
         rate=float(rate),
-        samples_used=int(samples_used),
-        samples=int(samples),
+        samples_used=samples_used,
+        samples=sum(len(log.time) for log in logs),
     )
 
 

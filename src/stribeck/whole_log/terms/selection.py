@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from stribeck.base.typing import Array, BoolArray
 from stribeck.friction.terms import BASE, LADDER
 from stribeck.friction.terms.term import Term
+from stribeck.judgement.reason import Reason
 from stribeck.result import JointResult, TermDecision, TermVerdict
 from stribeck.whole_log.constants import LEAST_GAIN
 
@@ -188,7 +189,7 @@ def with_terms(joint: JointResult, terms: JointTerms, noise: float = 0.0) -> Joi
         unit = joint.torque_unit or "N m"
         sizes = f"residual torque {joint.residual_rms:.2g} {unit} and mean load {terms.mean_load:.2g} {unit}"
         cause = "check for noise, a dead sensor, a wrong sign or a wrong model"
-        found = replace(found, verdict="weak", reason=f"{sizes} are similar: {cause}")
+        found = replace(found, verdict="weak", **Reason(f"{sizes} are similar", remedy=cause).fields)
     kept = (term for term in LADDER if terms.verdicts[term.name].kept)
     settings: dict[str, Any] = {name: terms.settings[name] for term in kept for name in term.settings}
     return replace(
