@@ -8,18 +8,13 @@ import numpy as np
 
 from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.contact import SupportPhase
+from stribeck.contact.mode import ContactMode, contact_modes, takes_wrenches
 from stribeck.differentiation import Filter, make_filter
 from stribeck.differentiation.averaging import average_nodes
 from stribeck.differentiation.filters import sharper_filter
 from stribeck.dynamics.state import State, apparent_gravity, orientation_from_derivatives, root_quaternions
 from stribeck.errors import LogError
-from stribeck.friction_torque.contact_modes import (
-    StandingFeet,
-    by_inverse_dynamics,
-    contact_modes,
-    swinging_joints,
-    takes_wrenches,
-)
+from stribeck.friction_torque.explained import by_inverse_dynamics
 from stribeck.friction_torque.foot_wrenches import require_wrenches
 from stribeck.friction_torque.log_observer import LogObserver
 from stribeck.friction_torque.preparation import PreparedLog
@@ -102,7 +97,7 @@ def torque_chunks(
     phases = prepared.support.phases if phases is None else phases
     flies = observer is None and _uses_orientation(robot, log, settings)
     used = tuple(phase for phase in phases if phase.kind != "flight" or (flies and phase.plausible(period)))
-    labels = _label_rows(used, len(log.time), max(1, round(settings.block / period)))
+    labels = _label_rows(robot, used, len(log.time), max(1, round(settings.block / period)))
     modes, mode_of_row, block_of_row, steady = labels
     labels_of_modes = ["+".join(mode.feet) or "flight" for mode in modes]
     names = tuple(dict.fromkeys(labels_of_modes))
@@ -110,7 +105,7 @@ def torque_chunks(
     motion_filter = motion_filter or make_filter(settings.filter, period)
     turn_filter = orientation_filter(robot, log, motion_filter, period, settings)
     known = robot.torque_controlled
-    swinging = np.array([swinging_joints(robot, mode.feet)[known] for mode in modes])
+    swinging = np.array([mode.swinging[known] for mode in modes])
     nodes = average_nodes(motion_filter.window_weights(), period) if settings.averaged_law else None
     reach = nodes.reach if nodes else 0
     sharper = sharper_filter(settings.filter, period) if nodes else None
@@ -128,11 +123,11 @@ def torque_chunks(
         rows = kept + span.start
         mode = mode_of_row[rows]
         if observer:
-            found = observer(robot, modes, mode, log.time[rows], state, torque, settings)
+            found = observer(modes, mode, log.time[rows], state, torque, settings)
         else:
             wrenches = _select_wrenches(robot, log, wide, motion_filter, settings)
             measured = {foot: wrench[kept + reach] for foot, wrench in wrenches.items()}
-            found = by_inverse_dynamics(robot, modes, mode, state, torque, measured, settings)
+            found = by_inverse_dynamics(modes, mode, state, torque, measured, settings)
         yield Chunk(
             rows=rows,
             wrench=found.wrench,
@@ -159,14 +154,16 @@ def torque_chunks(
 
 
 def _label_rows(
-    phases: tuple[SupportPhase, ...], rows: int, longest: int
-) -> tuple[tuple[StandingFeet, ...], IntArray, IntArray, BoolArray]:
+    robot: Robot, phases: tuple[SupportPhase, ...], rows: int, longest: int
+) -> tuple[tuple[ContactMode, ...], IntArray, IntArray, BoolArray]:
     """Label rows: contact modes, and each row's mode (-1 if not used), block, and whether it is steady.
 
     A block is a phase, or an equal part of a phase longer than `longest` rows.
     """
     used = [
-        (phase, mode) for phase, mode in zip(phases, contact_modes(phases), strict=True) if phase.last > phase.first
+        (phase, mode)
+        for phase, mode in zip(phases, contact_modes(robot, phases), strict=True)
+        if phase.last > phase.first
     ]
     modes = tuple(dict.fromkeys(mode for _, mode in used))
     mode, block, steady = np.full(rows, -1), np.zeros(rows, dtype=np.int64), np.zeros(rows, dtype=bool)

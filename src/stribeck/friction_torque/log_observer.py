@@ -7,12 +7,12 @@ import numpy as np
 import scipy  # its signal is slow to import: loaded at its first use
 
 from stribeck.base.typing import Array, IntArray
+from stribeck.contact.mode import ContactMode
 from stribeck.differentiation.averaging import exponential_nodes
 from stribeck.dynamics.loops import loop_momentum_balance
 from stribeck.dynamics.state import State
-from stribeck.friction_torque.contact_modes import Explained, StandingFeet, contact_root, leaves_open, seen_joints
+from stribeck.friction_torque.explained import Explained
 from stribeck.friction_torque.observer import decay
-from stribeck.robot import Robot
 from stribeck.settings import Settings
 
 GAP = 1.5
@@ -54,8 +54,7 @@ class LogObserver:
 
     def __call__(
         self,
-        robot: Robot,
-        modes: tuple[StandingFeet, ...],
+        modes: tuple[ContactMode, ...],
         mode: IntArray,
         time: Array,
         state: State,
@@ -71,13 +70,13 @@ class LogObserver:
         signals = np.empty((4, *torque.shape))
         for k in np.unique(mode):
             rows = np.flatnonzero(mode == k)
-            part = state.take(rows)
-            rooted, root = contact_root(robot, modes[k], part)
-            momentum, change = loop_momentum_balance(robot, rooted, part.position, part.velocity, root)
-            if leaves_open(robot, modes[k].feet):
-                momentum[:, robot.standing(modes[k].feet)] = np.nan
+            part, own = state.take(rows), modes[k]
+            motion = part.position, part.velocity, own.root(part)
+            momentum, change = loop_momentum_balance(own.robot, own.rooted, *motion)
+            if own.leaves_open:
+                momentum[:, own.standing] = np.nan
             signals[:, rows] = momentum, torque[rows] + change, part.velocity, torque[rows]
-            usable[rows] = seen_joints(robot, modes[k].feet, settings)
+            usable[rows] = own.seen(settings)
         passed, past = self._low_pass(mode, time, signals)
         friction, velocity, acceleration, effort = passed
         jerk, snap = self._differentiate(velocity, acceleration, past)

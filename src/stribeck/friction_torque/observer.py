@@ -23,11 +23,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stribeck.base.typing import Array, BoolArray
+from stribeck.contact.mode import ContactMode
 from stribeck.dynamics.loops import loop_momentum_balance
 from stribeck.dynamics.root_motion import ENOUGH_POINTS
 from stribeck.dynamics.state import Orientation, State, root_quaternions
 from stribeck.errors import LogError, SettingsError
-from stribeck.friction_torque.contact_modes import StandingFeet, contact_root, leaves_open, next_mode
 from stribeck.robot import Robot
 
 
@@ -39,7 +39,7 @@ def decay(bandwidth: ArrayLike, period: float) -> Array:
 class _Instant(NamedTuple):
     """Sample: contact mode, joints whose friction is observable in it, and p, tau + b and v, shape (n,) each."""
 
-    mode: StandingFeet
+    mode: ContactMode
     seen: BoolArray
     momentum: Array
     drive: Array
@@ -181,10 +181,10 @@ class MomentumObserver:
                 )
         if robot.base == "floating" and not feet:
             return None
-        mode = next_mode(self._before.mode if self._before else None, feet)
-        rooted, root = contact_root(robot, mode, State(q[None], v[None], np.zeros((1, joints)), turn))
-        momentum, change = loop_momentum_balance(robot, rooted, q[None], v[None], root)
-        seen = ~robot.standing(feet) | (not leaves_open(robot, feet))
+        mode = (self._before.mode if self._before else ContactMode(robot, ())).followed_by(feet)
+        root = mode.root(State(q[None], v[None], np.zeros((1, joints)), turn))
+        momentum, change = loop_momentum_balance(robot, mode.rooted, q[None], v[None], root)
+        seen = ~mode.standing | (not mode.leaves_open)
         return _Instant(mode, seen, momentum[0], effort + change[0], v)
 
 

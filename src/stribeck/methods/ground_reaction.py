@@ -10,9 +10,9 @@ import numpy as np
 
 from stribeck.base.finding import Finding
 from stribeck.base.typing import Array
+from stribeck.contact.mode import ContactMode
 from stribeck.errors import SettingsError
 from stribeck.friction import LAWS, FrictionLaw
-from stribeck.friction_torque.contact_modes import swinging_joints
 from stribeck.friction_torque.foot_wrenches import require_wrenches
 from stribeck.friction_torque.preparation import Logs, PreparedLog, Progress
 from stribeck.friction_torque.samples import FrictionSamples
@@ -90,7 +90,7 @@ def _swings(
 ) -> dict[str, tuple[str, bool]]:
     """Compare the friction of each leg joint while swinging and while standing; see `_compared`."""
     feet = [tuple(name.split("+")) for name in samples.support_names]
-    swings = np.array([swinging_joints(robot, each)[robot.torque_controlled] for each in feet])[samples.support]
+    swings = np.array([ContactMode(robot, each).swinging[robot.torque_controlled] for each in feet])[samples.support]
     parts = [replace(samples, usable=samples.usable & rows) for rows in (swings, ~swings)]
     found = {}
     for joint, fit in fits.items():

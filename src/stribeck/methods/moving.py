@@ -10,7 +10,7 @@ from stribeck.judgement.excitation import excitation, why_none
 from stribeck.judgement.reason import Reason
 from stribeck.robot import Robot
 from stribeck.settings import Settings
-from stribeck.whole_log.equations.contact_mode import find_contact_modes
+from stribeck.whole_log.equations.contact_mode import rows_of_modes
 from stribeck.whole_log.equations.segments import cut_segments
 
 
@@ -69,7 +69,7 @@ def _some_speeds(prepared: Logs, robot: Robot, settings: Settings) -> tuple[Arra
         step = max(1, round(0.010 / period))  # speeds over 10 ms
         segments = cut_segments(part.support.phases, part.sampling.segments, period, 0, 5 * step)
         tilted = settings.tilt != "flat" and part.log.base_orientation is not None
-        modes = find_contact_modes(
+        modes = rows_of_modes(
             robot,
             segments,
             robot.torque_controlled,

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stribeck.base.typing import Array, BoolArray
+from stribeck.contact.mode import ContactMode
 from stribeck.errors import SettingsError
-from stribeck.friction_torque.contact_modes import StandingFeet, next_mode
 from stribeck.friction_torque.log_observer import GAP
 from stribeck.online.alarms import Alarm, Watchdog
 from stribeck.online.arguments import joined, rows_of, standing_contacts
@@ -104,7 +104,7 @@ class OnlineFriction:
         self.counts = dict.fromkeys(("used", "repeated", "missing", "breaks"), 0)
         self.time, self.checked = -np.inf, -np.inf
         self.motion, self._moved = np.zeros(len(columns)), np.zeros(len(columns), dtype=bool)
-        self._trees: dict[StandingFeet, Tree] = {}
+        self._trees: dict[ContactMode, Tree] = {}
         self._make_window()
 
     def _make_window(self) -> None:
@@ -118,7 +118,7 @@ class OnlineFriction:
         self._signals = np.empty((6, rows, self._joints))  # position, velocity, torque, p, b, temperature
         self._filled, self._span = 0, rows * self._period
         self._pending: tuple[float, Array, Array, BoolArray, BoolArray] | None = None
-        self._mode: StandingFeet | None = None
+        self._mode: ContactMode | None = None
         self._last = self._settled = -np.inf
 
     def update(
@@ -191,7 +191,7 @@ class OnlineFriction:
         if self._mode is None or feet != self._mode.feet:
             support = self.robot.settings.support
             landed = self._mode is not None
-            self._mode = next_mode(self._mode, feet)
+            self._mode = (self._mode or ContactMode(self.robot, ())).followed_by(feet)
             self._filled, self._pending = 0, None
             self._settled = stamp + (support.trim_start + support.trim_end) * landed
         return stamp >= self._settled and (bool(feet) or self.robot.base == "fixed")
@@ -200,7 +200,7 @@ class OnlineFriction:
         """Add position, velocity and torque, shape (3, n), to the window, and evaluate the window if it is full."""
         assert self._mode is not None
         if self._mode not in self._trees:
-            self._trees[self._mode] = Tree(self.robot, self._mode)
+            self._trees[self._mode] = Tree(self._mode)
         tree = self._trees[self._mode]
         row, position = self._filled, signals[0]
         motion = tree.momentum(position, signals[1], base, turned=row % TURNED == 0)

@@ -1,6 +1,6 @@
 """Momentum of a robot and its change, sample by sample, by Pinocchio's compiled recursions.
 
-Same quantities as `dynamics.momentum.momentum_balance` and `friction_torque.contact_modes.contact_root`, which need
+Same quantities as `dynamics.momentum.momentum_balance` and `ContactMode.root`, which need
 hundreds of microseconds for the arrays of a single sample.
 """
 
@@ -8,11 +8,11 @@ import numpy as np
 import pinocchio as pin
 
 from stribeck.base.typing import Array, BoolArray
+from stribeck.contact.mode import ContactMode
 from stribeck.dynamics.momentum import without_gravity
 from stribeck.dynamics.rooted import workspace
 from stribeck.dynamics.state import root_quaternions
 from stribeck.errors import LogError
-from stribeck.friction_torque.contact_modes import StandingFeet, leaves_open, root_foot
 from stribeck.robot import Robot
 from stribeck.robot.rooting import BASE_FRAME, RootedModel
 
@@ -29,18 +29,15 @@ class Tree:
 
     Parameters
     ----------
-    robot
-        Robot model.
     mode
         Contact mode, which determines the root, the joints between base and standing feet, `stands`, and the joints
         with observable friction, `seen`, shape (n,).
     """
 
-    def __init__(self, robot: Robot, mode: StandingFeet) -> None:
+    def __init__(self, mode: ContactMode) -> None:
+        robot, rooted = mode.robot, mode.rooted
         self._robot, self._mode = robot, mode
-        surface = root_foot(robot, mode) if robot.base == "floating" else None
-        rooted = robot.rooted_at(surface) if surface else robot.tree
-        self._surface, self._carried = surface, robot.carried(mode.feet)
+        self._surface, self._carried = mode.surface, robot.carried(mode.feet)
         self._model, self._data = workspace(rooted)
         self._weightless, self._other = workspace(without_gravity(rooted))
         self._columns, self._size = rooted.columns, rooted.root_size
@@ -49,8 +46,8 @@ class Tree:
         self._at, self._near = np.tile(pin.neutral(rooted.model), (2, 1))
         self._first = rooted.model.nq - len(self._columns)
         self._payload = _payload_tree(robot, rooted)
-        self.stands: BoolArray = robot.standing(mode.feet)
-        self.seen: BoolArray = ~self.stands | (not leaves_open(robot, mode.feet))
+        self.stands: BoolArray = mode.standing
+        self.seen: BoolArray = ~self.stands | (not mode.leaves_open)
 
     def momentum(self, position: Array, velocity: Array, base: Base, *, turned: bool = True) -> Array:
         """Compute momentum and b of a sample, shape (2, n), as in `dynamics.momentum`.

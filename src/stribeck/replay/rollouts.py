@@ -15,17 +15,11 @@ import numpy as np
 
 from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.contact import SupportPhase
+from stribeck.contact.mode import ContactMode, contact_modes
 from stribeck.differentiation import make_filter
 from stribeck.dynamics.rooted import RootMotion, joint_inertia, rooted_inverse_dynamics
 from stribeck.dynamics.state import State
 from stribeck.friction_torque.auto_filter import MASSLESS
-from stribeck.friction_torque.contact_modes import (
-    StandingFeet,
-    contact_modes,
-    contact_root,
-    seen_joints,
-    swinging_joints,
-)
 from stribeck.friction_torque.inverse_dynamics import differentiate, orientation_filter
 from stribeck.friction_torque.preparation import PreparedLog
 from stribeck.replay.model_friction import ModelFriction
@@ -77,7 +71,7 @@ class _Batch:
     `steady` the duration of the support [s].
     """
 
-    mode: StandingFeet
+    mode: ContactMode
     states: list[State]
     torque: Array
     period: float
@@ -125,16 +119,16 @@ def _batches(prepared: PreparedLog, robot: Robot, moving: Sequence[int], setting
     margin = max(motion_filter.half_width, turn_filter.half_width)
     shortest, longest = int(np.ceil(HORIZONS[0] / period)) + 1, int(np.ceil(HORIZONS[-1] / period)) + 2
     rows = owners = np.zeros(0, dtype=int)
-    spans: list[tuple[int, SupportPhase, StandingFeet]] = []
+    spans: list[tuple[int, SupportPhase, ContactMode]] = []
     for segment in prepared.sampling.segments:
-        for phase, mode in zip(phases, contact_modes(phases), strict=True):
+        for phase, mode in zip(phases, contact_modes(robot, phases), strict=True):
             row, stop = max(phase.first, segment.start + margin), min(phase.last, segment.stop - margin)
-            seen = bool(mode.feet) and seen_joints(robot, mode.feet, settings)[moving].any()
+            seen = bool(mode.feet) and mode.seen(settings)[moving].any()
             if stop - row > shortest and seen:
                 rows = np.append(rows, np.arange(row, stop - shortest))
                 owners = np.append(owners, np.full(stop - shortest - row, len(spans)))
                 spans.append((stop, phase, mode))
-    by_mode: dict[StandingFeet, list[tuple[int, int, SupportPhase]]] = {}
+    by_mode: dict[ContactMode, list[tuple[int, int, SupportPhase]]] = {}
     for place in np.unique(np.linspace(0, len(rows) - 1, min(STARTS, len(rows))).astype(int)):
         stop, phase, mode = spans[owners[place]]
         by_mode.setdefault(mode, []).append((int(rows[place]), stop, phase))
@@ -160,10 +154,10 @@ def _compared(
     The first three have shape (S, H, n), the positions (S, K, n).
     """
     measured = np.stack([state.velocity for state in batch.states])
-    simulated = np.isin(np.arange(len(robot.joint_names)), moving) & seen_joints(robot, batch.mode.feet, settings)
-    predicted, position = _simulate(robot, batch, friction, np.flatnonzero(simulated))
+    simulated = np.isin(np.arange(len(robot.joint_names)), moving) & batch.mode.seen(settings)
+    predicted, position = _simulate(batch, friction, np.flatnonzero(simulated))
     truth = np.stack([_at(measured, horizon / batch.period) for horizon in HORIZONS], axis=1)
-    swinging = swinging_joints(robot, batch.mode.feet)
+    swinging = batch.mode.swinging
     lasts = np.where(swinging, batch.reach[:, None, None], np.minimum(batch.steady, batch.reach)[:, None, None])
     lasts = np.where(simulated, lasts + STEP / 2, -1.0)  # equal within half a step
     counts = lasts >= np.array(HORIZONS)[None, :, None]
@@ -171,15 +165,14 @@ def _compared(
     return predicted - truth, truth - measured[:, :1], counts, position
 
 
-def _simulate(robot: Robot, batch: _Batch, friction: ModelFriction, free: IntArray) -> tuple[Array, Array]:
+def _simulate(batch: _Batch, friction: ModelFriction, free: IntArray) -> tuple[Array, Array]:
     """Simulate the velocity after each horizon, shape (S, H, n), and positions every `TRACE`, shape (S, K, n).
 
     Joints that are not `free` move as measured.
     """
-    roots = [contact_root(robot, batch.mode, state) for state in batch.states]
-    rooted, first = roots[0]
-    names = [name for name in ("gravity", "velocity", "acceleration") if getattr(first, name, None) is not None]
-    root = {name: np.stack([getattr(motion, name) for _, motion in roots]) for name in names}
+    roots, rooted = [batch.mode.root(state) for state in batch.states], batch.mode.rooted
+    names = [name for name in ("gravity", "velocity", "acceleration") if getattr(roots[0], name, None) is not None]
+    root = {name: np.stack([getattr(motion, name) for motion in roots]) for name in names}
     motion = [np.stack([getattr(state, name) for state in batch.states]) for name in ("position", "velocity")]
     acceleration = np.stack([state.acceleration for state in batch.states])
     acceleration[:, :, free] = 0.0

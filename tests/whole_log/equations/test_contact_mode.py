@@ -9,7 +9,7 @@ from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
 from stribeck.settings import FilterSettings, Settings
 from stribeck.whole_log.equations.build import WeakForm, weak_form
-from stribeck.whole_log.equations.contact_mode import find_contact_mode, null_projection
+from stribeck.whole_log.equations.contact_mode import null_projection, rows_of_mode
 from stribeck_simulation.prescribed.exact import Truth, exact_log
 from stribeck_simulation.robots import MODELS
 from stribeck_simulation.run import POSTURES
@@ -60,7 +60,7 @@ def test_no_projected_row_has_a_contact_force_in_it() -> None:
     posture = np.array([POSTURES["quadruped"].get(name, 0.0) for name in robot.joint_names])
     position = posture + 0.1 * generator.standard_normal((4, len(joints)))
     for count, seen in ((1, 15), (2, 12), (3, 9), (4, 6)):
-        support = find_contact_mode(robot, tuple(robot.contacts)[:count], joints)
+        support = rows_of_mode(robot, tuple(robot.contacts)[:count], joints)
         jacobian = support.jacobian(position)[:, :, support.rows]
         projection = null_projection(jacobian)
         assert projection.shape == (4, seen, 18)

@@ -8,18 +8,18 @@ import numpy as np
 
 from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.contact import SupportPhase
+from stribeck.contact.mode import ContactMode, contact_modes
 from stribeck.differentiation import make_filter
 from stribeck.dynamics.rooted import inertia_matrix
 from stribeck.dynamics.state import State
 from stribeck.friction import FrictionLaw
-from stribeck.friction_torque.contact_modes import contact_modes, seen_joints, swinging_joints
 from stribeck.friction_torque.inverse_dynamics import differentiate, orientation_filter, require_channels, spans
 from stribeck.friction_torque.preparation import Logs, PreparedLog
 from stribeck.methods.direct.rows import ROOT, DirectRows
 from stribeck.robot import Robot
 from stribeck.settings import Settings
 from stribeck.whole_log.equations.build import acting
-from stribeck.whole_log.equations.contact_mode import ContactMode, find_contact_mode
+from stribeck.whole_log.equations.contact_mode import ModeRows, rows_of_mode
 from stribeck.whole_log.equations.corrections.correction import CorrectionLayout
 from stribeck.whole_log.equations.regressors import inertia_regressors
 
@@ -65,14 +65,14 @@ class RowMaker:
     couplings: Array
     rest: Array
     corrections: CorrectionLayout
-    _modes: dict[tuple[str, ...], ContactMode] = field(default_factory=dict)
+    _modes: dict[tuple[str, ...], ModeRows] = field(default_factory=dict)
 
     def blocks(self, prepared: Logs) -> list[Block]:
         """Split the logs into blocks: support phases, or equal parts of longer ones."""
         found = []
         for number, part in enumerate(prepared):
             longest = max(1, round(self.settings.block / part.sampling.period))
-            for phase, mode in zip(part.support.phases, contact_modes(part.support.phases), strict=True):
+            for phase, mode in zip(part.support.phases, contact_modes(self.robot, part.support.phases), strict=True):
                 feet = tuple(sorted(mode.feet, key=lambda foot, rested=mode.rested: foot != rested))  # type: ignore[misc]
                 if phase.last == phase.first or phase.kind == "flight":
                     continue
@@ -95,10 +95,10 @@ class RowMaker:
         """List the law's parameters of a joint or coupling; couplings have no parameters that joints can replace."""
         return [i for i, each in enumerate(self.law.parameters) if k < len(self.joints) or each.neutral is None]
 
-    def _mode(self, feet: tuple[str, ...]) -> ContactMode:
+    def _mode(self, feet: tuple[str, ...]) -> ModeRows:
         if feet not in self._modes:
             every = np.ones(len(self.joints), dtype=bool)  # rows are selected by the samples in which they are seen
-            self._modes[feet] = replace(find_contact_mode(self.robot, feet, self.joints), with_rows=every)
+            self._modes[feet] = replace(rows_of_mode(self.robot, feet, self.joints), with_rows=every)
         return self._modes[feet]
 
     def _of_log(
@@ -133,8 +133,8 @@ class RowMaker:
             span_modes, span_clusters = mode_of_row[span][kept], np.stack(clusters)[:, span][:, kept]
             for own in _in_pieces(span_modes):
                 k = int(span_modes[own[0]])
-                seen = seen_joints(self.robot, feet[k], self.settings)
-                moving = seen & (steady[span][kept][own, None] | swinging_joints(self.robot, feet[k]))
+                mode = ContactMode(self.robot, feet[k])
+                moving = mode.seen(self.settings) & (steady[span][kept][own, None] | mode.swinging)
                 yield from self._of_mode(
                     self._mode(feet[k]), state.take(own), torque[own], friction[own], moving, span_clusters[:, own]
                 )
@@ -146,7 +146,7 @@ class RowMaker:
         return np.hstack([self.law.jacobian(speed, none) for speed in speeds.T])
 
     def _of_mode(
-        self, mode: ContactMode, state: State, torque: Array, law_columns: Array, seen: BoolArray, clusters: IntArray
+        self, mode: ModeRows, state: State, torque: Array, law_columns: Array, seen: BoolArray, clusters: IntArray
     ) -> Iterator[DirectRows]:
         """Yield the rows of samples in one contact mode if any seen joint moves; `seen` has shape (K, all joints)."""
         on_joints = acting(self.couplings)

@@ -16,7 +16,7 @@ from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.settings import Settings
 from stribeck.whole_log.equations import filters
-from stribeck.whole_log.equations.contact_mode import ContactMode, find_contact_modes, null_projection, without_forces
+from stribeck.whole_log.equations.contact_mode import ModeRows, null_projection, rows_of_modes, without_forces
 from stribeck.whole_log.equations.corrections import CORRECTIONS, find_corrections
 from stribeck.whole_log.equations.corrections.correction import CorrectionLayout, Signals
 from stribeck.whole_log.equations.noise import NoiseLevels, measure_noise
@@ -52,7 +52,7 @@ class WeakForm:
     log: RobotLog
     joints: IntArray
     segments: tuple[Segment, ...]
-    contact_modes: dict[tuple[str, ...], ContactMode]
+    contact_modes: dict[tuple[str, ...], ModeRows]
     window: filters.Window
     smooth: Array
     sharp: Array
@@ -266,7 +266,7 @@ def weak_form(
     sensed = [foot for foot in surfaces if foot in measured]
     tilted = robot.base == "floating" and settings.tilt != "flat" and log.base_orientation is not None
     gyroscope = log.angular_velocity is not None
-    used = find_contact_modes(robot, segments, columns, settings, tilted=tilted, gyroscope=gyroscope, sensed=sensed)
+    used = rows_of_modes(robot, segments, columns, settings, tilted=tilted, gyroscope=gyroscope, sensed=sensed)
     return WeakForm(
         robot=robot,
         log=log,

@@ -36,7 +36,7 @@ ENOUGH = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class ContactMode:
+class ModeRows:
     """A tree and its contacts.
 
     Attributes
@@ -181,7 +181,7 @@ class ContactMode:
         return encoder, root, unknown
 
 
-def find_contact_mode(
+def rows_of_mode(
     robot: Robot,
     feet: tuple[str, ...],
     joints: IntArray,
@@ -189,30 +189,30 @@ def find_contact_mode(
     *,
     loops: bool = True,
     gyroscope: bool = False,
-) -> ContactMode:
+) -> ModeRows:
     """Build the contact mode of the standing feet (none for a fixed base), some with force sensors (`sensed`).
 
     Without `loops`, several feet, one of them a surface, keep only the rows that contact forces do not act on.
     """
     every = np.ones(len(joints), dtype=bool)
     if robot.base == "fixed":
-        return ContactMode(robot, robot.tree, "", (), joints, every)
+        return ModeRows(robot, robot.tree, "", (), joints, every)
     free = ~robot.standing(feet)[joints]
     if robot.carried(feet):
-        return ContactMode(robot, robot.tree, "", (), joints, free, hung=True, gyroscope=gyroscope)
+        return ModeRows(robot, robot.tree, "", (), joints, free, hung=True, gyroscope=gyroscope)
     surface = next((foot for foot in feet if robot.contacts[foot].kind == "surface"), "")
     rooted = robot.rooted_at(surface) if surface else robot.tree
     others = tuple(foot for foot in feet if foot != surface)
     if surface and others and (free.all() or not loops):
         unknown = 3 if gyroscope else 6  # feet rock on the ground: their motion matters more than these sums
         if free.sum() >= ROWS_PER_UNKNOWN * unknown:
-            return ContactMode(robot, robot.tree, "", (), joints, free, hung=True, gyroscope=gyroscope)
-        return ContactMode(robot, rooted, surface, (), joints, free)
+            return ModeRows(robot, robot.tree, "", (), joints, free, hung=True, gyroscope=gyroscope)
+        return ModeRows(robot, rooted, surface, (), joints, free)
     sensor = sensed.index(surface) if surface in sensed and not others else None
-    return ContactMode(robot, rooted, surface, others, joints, every, sensor=sensor)
+    return ModeRows(robot, rooted, surface, others, joints, every, sensor=sensor)
 
 
-def find_contact_modes(
+def rows_of_modes(
     robot: Robot,
     segments: Sequence[Segment],
     joints: IntArray,
@@ -221,7 +221,7 @@ def find_contact_modes(
     tilted: bool,
     gyroscope: bool,
     sensed: Sequence[str] = (),
-) -> dict[tuple[str, ...], ContactMode]:
+) -> dict[tuple[str, ...], ModeRows]:
     """Build the contact modes of a log that the settings allow, by standing feet.
 
     `tilted` states whether the base orientation is measured and used; flight requires it. Encoder zeros turn the
@@ -233,7 +233,7 @@ def find_contact_modes(
     time: dict[tuple[str, ...], int] = {}
     for segment in segments:
         time[segment.feet] = time.get(segment.feet, 0) + segment.last - segment.first
-    modes = {feet: find_contact_mode(robot, feet, joints, sensed, loops=loops, gyroscope=gyroscope) for feet in time}
+    modes = {feet: rows_of_mode(robot, feet, joints, sensed, loops=loops, gyroscope=gyroscope) for feet in time}
     modes = {
         feet: mode
         for feet, mode in modes.items()

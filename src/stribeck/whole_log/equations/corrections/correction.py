@@ -14,7 +14,7 @@ from stribeck.dynamics.state import State
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.settings import Priors
-from stribeck.whole_log.equations.contact_mode import ContactMode
+from stribeck.whole_log.equations.contact_mode import ModeRows
 from stribeck.whole_log.equations.regressors import inertia_regressors, zero_regressors
 
 
@@ -68,7 +68,7 @@ class Signals:
     """
 
     layout: CorrectionLayout
-    mode: ContactMode
+    mode: ModeRows
     state: State
     on_joints: Array
     torque: Array
