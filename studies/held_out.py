@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
 from stribeck import Robot, identify, read_log
-from stribeck.audit.command_delay import command_delays
 from stribeck.base.typing import Array
+from stribeck.drives.command_delay import command_delays
 from stribeck.dynamics.rooted import rooted_inverse_dynamics
 from stribeck.exporters.links import with_bodies
 from stribeck.friction_torque.preparation import prepare

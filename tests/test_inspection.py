@@ -8,8 +8,8 @@ from tests.arm import arm_log
 from tests.models import POSTURES, example_robot
 
 from stribeck import Robot
-from stribeck.audit.inspection import inspect_log
 from stribeck.friction import get_law
+from stribeck.inspection import inspect_log
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.sensors.measure import with_noise
 

@@ -16,11 +16,11 @@ from scipy.spatial.transform import Rotation
 from studies import held_out, real
 
 from stribeck import Robot, Settings, identify, read_log
-from stribeck.audit.command_delay import command_delays
-from stribeck.audit.inspection import inspect_log
+from stribeck.drives.command_delay import command_delays
 from stribeck.errors import LogError, NothingIdentifiedError
 from stribeck.friction_torque.preparation import prepare
 from stribeck.init import draft_robot_file
+from stribeck.inspection import inspect_log
 from stribeck.settings import FilterSettings, LogTable
 
 ROOT = Path(__file__).parents[1]

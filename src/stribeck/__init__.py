@@ -9,7 +9,6 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from stribeck.audit.inspection import inspect_log as inspect_log
     from stribeck.base.version import __version__ as __version__
     from stribeck.errors import LogError as LogError
     from stribeck.errors import NothingIdentifiedError as NothingIdentifiedError
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
     from stribeck.friction import FrictionLaw as FrictionLaw
     from stribeck.friction.register import register_law as register_law
     from stribeck.friction_torque.observer import MomentumObserver as MomentumObserver
+    from stribeck.inspection import inspect_log as inspect_log
     from stribeck.log import RobotLog as RobotLog
     from stribeck.log.readers import read_log as read_log
     from stribeck.log.writers import write_log as write_log
@@ -50,7 +50,7 @@ _EXPORTS = {
     "compare": "stribeck.result.compare",
     "export": "stribeck.exporters",
     "identify": "stribeck.pipeline",
-    "inspect_log": "stribeck.audit.inspection",
+    "inspect_log": "stribeck.inspection",
     "plan": "stribeck.plan.plan",
     "read_log": "stribeck.log.readers",
     "read_result": "stribeck.result",

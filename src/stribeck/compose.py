@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from stribeck.audit import inseparable_delays, model_findings
+from stribeck.audit import model_findings
 from stribeck.base.finding import merged
 from stribeck.base.version import __version__
+from stribeck.drives import inseparable_delays
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import FrictionLaw
 from stribeck.friction_torque.preparation import Logs, log_names

@@ -6,11 +6,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
-from stribeck.audit import audit_or_stop, find_torques, reconciled, without_dead_joints
+from stribeck.audit import audit_or_stop, reconciled, without_dead_joints
 from stribeck.base.outputs import check_outputs, whole_or_not_at_all
 from stribeck.base.threads import one_blas_thread
 from stribeck.compose import compose
 from stribeck.contact.rolling import with_rolling_feet
+from stribeck.drives import find_torques
 from stribeck.errors import LogError, findings_kept
 from stribeck.friction_torque.preparation import PreparedLog, Progress, log_path, prepare, quiet
 from stribeck.friction_torque.stage import FrictionTorqueStage

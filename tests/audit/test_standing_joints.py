@@ -7,8 +7,8 @@ import pytest
 from tests.mujoco_arm import JOINTS, friction, record, urdf
 
 from stribeck import identify
-from stribeck.audit.inspection import inspect_log
 from stribeck.errors import LogError
+from stribeck.inspection import inspect_log
 
 
 @pytest.mark.parametrize("moving", [0, pytest.param(2, marks=pytest.mark.long)])

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from stribeck.audit.inspection import Inspection, JointInspection
 from stribeck.base.finding import Finding
+from stribeck.inspection import Inspection, JointInspection
 from stribeck.report import write_inspection
 
 

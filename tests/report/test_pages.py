@@ -12,9 +12,9 @@ from tests.fleet.synthetic import write_store
 from tests.report.conftest import make_walk, truth_of
 from tests.report.test_inspection import joint
 
-from stribeck.audit.inspection import Inspection
 from stribeck.fleet.report import write_trends
 from stribeck.fleet.trends import find_trends
+from stribeck.inspection import Inspection
 from stribeck.replay.comparison import Replay, Replayed
 from stribeck.replay.rollouts import RolloutError
 from stribeck.report import write_inspection, write_report

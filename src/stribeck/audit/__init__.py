@@ -6,8 +6,6 @@ from stribeck.audit.audit import findings as findings
 from stribeck.audit.audit import model_findings as model_findings
 from stribeck.audit.audit import reconciled as reconciled
 from stribeck.audit.audit import without_dead_joints as without_dead_joints
-from stribeck.audit.command_delay import inseparable_delays as inseparable_delays
 from stribeck.audit.delay import delays as delays
 from stribeck.audit.evidence import AuditData as AuditData
 from stribeck.audit.evidence import gather as gather
-from stribeck.audit.torque_sources import find_torques as find_torques

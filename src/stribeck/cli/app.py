@@ -91,7 +91,7 @@ def inspect(
     quiet: options.Quiet = False,
 ) -> None:
     """Check a log: rate, gaps, channels, ranges, signs, delays."""
-    from stribeck.audit.inspection import inspect_log
+    from stribeck.inspection import inspect_log
     from stribeck.report.inspection import write_inspection
 
     machine = robot_of(robot, exclude, [log])

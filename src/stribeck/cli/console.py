@@ -16,7 +16,7 @@ from rich.text import Text
 from stribeck.base.text_table import TextTable, number
 
 if TYPE_CHECKING:
-    from stribeck.audit.inspection import Inspection
+    from stribeck.inspection import Inspection
     from stribeck.plan.plan import Plan
     from stribeck.replay.comparison import Replay
     from stribeck.result import CurvePoint, ParameterEstimate, Result

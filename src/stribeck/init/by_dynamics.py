@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from stribeck.audit import delays, find_torques, findings, gather
+from stribeck.audit import delays, findings, gather
 from stribeck.base.finding import Finding
+from stribeck.drives import find_torques
 from stribeck.errors import LogError, SettingsError, errors_about
 from stribeck.friction_torque.preparation import prepare
 from stribeck.init.draft import Draft

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from stribeck.audit import audit_or_stop, find_torques
+from stribeck.audit import audit_or_stop
 from stribeck.base.threads import one_blas_thread
 from stribeck.base.typing import Array
 from stribeck.base.version import __version__
 from stribeck.differentiation import make_filter
+from stribeck.drives import find_torques
 from stribeck.errors import RobotFileError, errors_about, findings_kept
 from stribeck.friction_torque.preparation import PreparedLog, Progress, prepare, quiet
 from stribeck.friction_torque.samples import FrictionSamples

@@ -9,7 +9,7 @@ from stribeck.report.page import Section, render, write_page
 from stribeck.report.timeline import timeline
 
 if TYPE_CHECKING:  # only for types: the audit is above this room
-    from stribeck.audit.inspection import Inspection, JointInspection
+    from stribeck.inspection import Inspection, JointInspection
 
 
 def write_inspection(inspection: Inspection, path: str | Path) -> None:

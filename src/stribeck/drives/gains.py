@@ -15,12 +15,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 
-from stribeck.audit.command_delay import with_found_delays
 from stribeck.audit.evidence import AuditData, gather
 from stribeck.audit.motion import gravity_torques
 from stribeck.audit.regression import FEWEST, friction_shapes, regress
 from stribeck.base.finding import Finding, listed
 from stribeck.base.typing import Array
+from stribeck.drives.command_delay import with_found_delays
 from stribeck.errors import LogError
 from stribeck.friction_torque.preparation import Logs, PreparedLog, log_names
 from stribeck.robot import Robot

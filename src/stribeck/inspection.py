@@ -7,12 +7,13 @@ from typing import Literal
 
 import numpy as np
 
-from stribeck.audit import AuditData, delays, find_torques, findings, gather, model_findings
+from stribeck.audit import AuditData, delays, findings, gather, model_findings
 from stribeck.base.finding import Finding
 from stribeck.base.text_table import TextTable, span
 from stribeck.base.threads import one_blas_thread
 from stribeck.base.typing import Array, TorqueSource
 from stribeck.differentiation import make_filter
+from stribeck.drives import find_torques
 from stribeck.errors import errors_about, findings_kept
 from stribeck.friction_torque.inverse_dynamics import support_name
 from stribeck.friction_torque.preparation import PreparedLog, log_path, prepare

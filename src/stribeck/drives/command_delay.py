@@ -17,9 +17,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from stribeck.audit.joint_simulation import STEP, Pieces, linearize
 from stribeck.base.finding import Finding, Setting
 from stribeck.base.typing import Array, BoolArray, IntArray
+from stribeck.drives.joint_simulation import STEP, Pieces, linearize
 from stribeck.dynamics.rooted import joint_inertia
 from stribeck.friction_torque.inverse_dynamics import torque_chunks
 from stribeck.friction_torque.preparation import Logs, PreparedLog

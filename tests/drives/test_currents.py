@@ -8,7 +8,7 @@ import pytest
 from tests.arm import TRUTH, arm_log, write_arm
 
 from stribeck import Robot, identify, inspect_log
-from stribeck.audit import find_torques, torque_sources
+from stribeck.drives import find_torques, gains
 from stribeck.errors import LogError
 from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
@@ -69,7 +69,7 @@ def test_the_interval_includes_errors_of_the_models_weights(arm):
     robot, log = arm
     amperes, off = replace(in_amperes(robot, log), unscaled={"shoulder": 1.0}), []
     for seed in range(12):
-        wrong = torque_sources._drawn(robot, robot.settings.priors, 1000 + seed)
+        wrong = gains._drawn(robot, robot.settings.priors, 1000 + seed)
         prepared = [prepare(amperes, wrong, robot.settings)]
         converted, _, errors, _ = find_torques(prepared, wrong, robot.settings)
         off.append((converted[0].log.torque[0, 0] / amperes.torque[0, 0] / GAINS[0] - 1) / errors["shoulder"])
