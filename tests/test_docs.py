@@ -31,7 +31,7 @@ from stribeck.friction import AUTO, LAWS, LAWS_WITH_STATE, get_law
 from stribeck.friction.terms import BEYOND_VELOCITY, LADDER
 from stribeck.log.readers.mapping import UNITS, check_table
 from stribeck.methods import METHODS
-from stribeck.result.joint import Verdict, verdict_place
+from stribeck.result.estimates import Verdict, verdict_place
 from stribeck.robot import from_robot_file
 from stribeck.whole_log.fit_checks.misfits import WORDS
 from stribeck_simulation.run import run_scenario

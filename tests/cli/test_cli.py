@@ -26,7 +26,7 @@ from stribeck.errors import SettingsError
 from stribeck.exporters import TARGETS
 from stribeck.friction import AUTO, LAWS, LAWS_WITH_STATE
 from stribeck.methods import METHODS
-from stribeck.result.joint import Verdict
+from stribeck.result.estimates import Verdict
 
 OUTPUTS = ["friction_torque.parquet", "report.html", "result.json"]
 

@@ -7,7 +7,8 @@ import pytest
 from tests.command_logs import clamped_quadruped, hobby_arm, lerobot_arm
 
 from stribeck import Result, Robot, identify, read_log
-from stribeck.drives.command_delay import pooled, with_found_delays
+from stribeck.drives.command_delay import pooled
+from stribeck.drives.torques import with_found_delays
 from stribeck.friction_torque.preparation import prepare
 from stribeck.init.answers import draft_robot_file
 

@@ -9,7 +9,7 @@ from tests.report.conftest import make_walk, truth_of
 from stribeck.base.finding import Finding
 from stribeck.report import write_report
 from stribeck.result import Result
-from stribeck.result.joint import TorqueR2
+from stribeck.result.estimates import TorqueR2
 from stribeck_simulation.pictures.section import walk_section
 
 

@@ -16,7 +16,7 @@ from stribeck.friction import LAWS, get_law
 from stribeck.report import write_report
 from stribeck.report.curves import friction_curve
 from stribeck.result import Corrections, JointResult, Result, TorqueR2
-from stribeck.result.joint import verdict_place
+from stribeck.result.estimates import verdict_place
 from stribeck.result.tables import advice
 from stribeck_simulation.pictures.section import walk_section
 

@@ -5,7 +5,7 @@ from collections.abc import Collection
 import numpy as np
 
 from stribeck.audit.evidence import AuditData
-from stribeck.audit.scale import concerns_most, scale_setting
+from stribeck.audit.units import concerns_most, scale_setting
 from stribeck.base.finding import Finding, Setting
 from stribeck.base.typing import Array, BoolArray
 from stribeck.robot import Robot

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from stribeck.audit.base import contact_setting
 from stribeck.audit.evidence import AuditData, gather
 from stribeck.audit.regression import FEWEST, unexplained
-from stribeck.audit.scale import scale_setting
+from stribeck.audit.units import scale_setting
 from stribeck.base.finding import Finding
 from stribeck.base.typing import Array
 from stribeck.dynamics.state import root_quaternions

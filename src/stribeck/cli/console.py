@@ -100,7 +100,7 @@ def _style(cell: str) -> str:
 def print_result(result: Result) -> None:
     """Print one line per joint, its parameters unless the law is "auto", reasons of weak verdicts, and warnings."""
     from stribeck.friction import AUTO
-    from stribeck.result.joint import verdict_place
+    from stribeck.result.estimates import verdict_place
     from stribeck.result.tables import advice, bound_text, main_reason
 
     print_table(_lines_of_joints(result, all_speeds=terminal().width >= WIDE))

@@ -11,7 +11,7 @@ from stribeck.exporters.forms import ROUNDING, Form, nearest
 from stribeck.friction import get_law
 from stribeck.friction.terms import parameters_over
 from stribeck.result import JointResult, Result
-from stribeck.result.joint import law_values
+from stribeck.result.law_values import law_values
 
 BRISTLES = {"bristle_travel": "bristle_stiffness", "bristle_damping": "bristle_damping"}
 """Number of a friction model by the LuGre parameter that it represents."""

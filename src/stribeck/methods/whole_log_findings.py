@@ -5,7 +5,7 @@ from itertools import chain
 
 import numpy as np
 
-from stribeck.audit.scale import scale_setting
+from stribeck.audit.units import scale_setting
 from stribeck.base.finding import Finding, Setting
 from stribeck.base.spans import listed_spans
 from stribeck.base.typing import Array

@@ -10,7 +10,7 @@ from stribeck.friction.auto import JUMP
 from stribeck.friction.terms import BEYOND_VELOCITY, LADDER
 from stribeck.friction.terms.motion import beyond_velocity, signals
 from stribeck.result import JointResult, Result
-from stribeck.result.joint import law_values
+from stribeck.result.law_values import law_values
 from stribeck.robot import Robot
 
 UNEVEN = {"slope": JUMP}

@@ -15,7 +15,7 @@ from stribeck.judgement.weakness import CLEARED
 from stribeck.plan.information import Dynamics, covariances, expected_curve
 from stribeck.plan.joint import PlannedJoint, PresentMotion, moving
 from stribeck.result import CurvePoint
-from stribeck.result.joint import Verdict
+from stribeck.result.estimates import Verdict
 from stribeck.result.tables import main_reason
 
 LONGEST = 3600.0

@@ -9,7 +9,7 @@ from markupsafe import Markup
 from stribeck.friction.law import FrictionLaw
 from stribeck.friction.terms import BEYOND_VELOCITY
 from stribeck.result import Result
-from stribeck.result.joint import verdict_place
+from stribeck.result.estimates import verdict_place
 from stribeck.result.tables import rounded
 
 MINUS = "\N{MINUS SIGN}"

@@ -1,17 +1,17 @@
 """Results of `identify`: content, storage, comparison and provenance."""
 
+from stribeck.result.estimates import CurvePoint as CurvePoint
+from stribeck.result.estimates import ParameterEstimate as ParameterEstimate
+from stribeck.result.estimates import TermDecision as TermDecision
+from stribeck.result.estimates import TermVerdict as TermVerdict
+from stribeck.result.estimates import TorqueR2 as TorqueR2
+from stribeck.result.estimates import Validation as Validation
+from stribeck.result.estimates import Verdict as Verdict
 from stribeck.result.joint import CouplingResult as CouplingResult
-from stribeck.result.joint import CurvePoint as CurvePoint
 from stribeck.result.joint import JointResult as JointResult
-from stribeck.result.joint import ParameterEstimate as ParameterEstimate
-from stribeck.result.joint import TermDecision as TermDecision
-from stribeck.result.joint import TermVerdict as TermVerdict
-from stribeck.result.joint import TorqueR2 as TorqueR2
-from stribeck.result.joint import Validation as Validation
-from stribeck.result.joint import Verdict as Verdict
-from stribeck.result.joint import at_load as at_load
-from stribeck.result.joint import law_slopes as law_slopes
-from stribeck.result.joint import law_values as law_values
+from stribeck.result.law_values import at_load as at_load
+from stribeck.result.law_values import law_slopes as law_slopes
+from stribeck.result.law_values import law_values as law_values
 from stribeck.result.parts import BODY_COORDINATES as BODY_COORDINATES
 from stribeck.result.parts import BodyCorrection as BodyCorrection
 from stribeck.result.parts import Corrections as Corrections
