@@ -1,6 +1,5 @@
 """Scale of torques and external torques, by the model, its effort limits and the robot's weight."""
 
-import json
 from collections.abc import Collection, Mapping, Sequence
 from math import ceil
 
@@ -13,7 +12,8 @@ from stribeck.audit.hypotheses import Hypothesis, compete, rivals
 from stribeck.audit.motion import angle_between, gravity_torques, tilted
 from stribeck.audit.regression import GainFit, fit
 from stribeck.audit.units import FAR, MOST, UNITS, concerns_most, possible_causes, scale_setting, unit_of
-from stribeck.base.finding import Finding
+from stribeck.base.finding import Finding, Setting, payload_table
+from stribeck.base.spans import Span
 from stribeck.base.typing import Array
 from stribeck.robot.kinematics import link_of
 
@@ -148,10 +148,10 @@ def _body_finding(evidence: AuditData, cause: Hypothesis) -> Finding:
     if mass < 0.05 * robot.tree.model.inertias[joint].mass:
         return Finding.of("bodies-differ.audit", evidence=_body_words(evidence, cause))
     link = link_of(robot.tree, joint)
-    com = ", ".join(f"{value:.4f}" for value in link.placement.actInv(np.array(moment) / mass))
-    end = ceil(float(np.ptp(evidence.prepared.log.time)))
-    table = f"{{ link = {json.dumps(str(link.name))}, mass = {mass:.4g}, com = [{com}], spans = [[0, {end}]] }}"
-    return Finding.of("payload.audit", evidence=_body_words(evidence, cause), tables=table)
+    com = link.placement.actInv(np.array(moment) / mass).tolist()
+    whole = Span(0.0, ceil(float(np.ptp(evidence.prepared.log.time))))
+    setting = Setting("robot", "payload", [payload_table(str(link.name), mass, com, [whole])])
+    return Finding.of("payload.audit", evidence=_body_words(evidence, cause), settings=[setting])
 
 
 def _of_rotors_and_tilts(evidence: AuditData) -> Array:

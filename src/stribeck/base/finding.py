@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
+from math import ceil, floor
 from pathlib import PurePath
 from typing import Any, Self
 
@@ -26,6 +27,14 @@ class Setting:
     def __str__(self) -> str:
         value = "" if self.value is None else f" = {in_toml(self.value)}"
         return f"{self.key}{value} in [{self.table}]"
+
+
+def payload_table(link: str, mass: float, com: Sequence[float], spans: Sequence[Span]) -> dict[str, Any]:
+    """Make an entry of `[[robot.payload]]` from mass [kg], center of mass [m] and spans, which are rounded outward."""
+    outward = [
+        (*((span.log,) if span.log else ()), floor(10 * span.start) / 10, ceil(10 * span.end) / 10) for span in spans
+    ]
+    return {"link": link, "mass": rounded(mass, 4), "com": [round(x, 4) + 0.0 for x in com], "spans": outward}
 
 
 def rounded(value: float, digits: int) -> float:

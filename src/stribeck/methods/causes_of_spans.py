@@ -1,12 +1,12 @@
 """Causes of spans that the whole-log fit set aside: payloads, as `[[robot.payload]]` states them, and forces."""
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import ceil, floor
+from typing import Any
 
 import numpy as np
 
+from stribeck.base.finding import payload_table
 from stribeck.base.spans import MOST, Span, listed_spans
 from stribeck.base.typing import Array
 from stribeck.methods.forces import Force, find_force
@@ -31,12 +31,9 @@ class Carried:
         return f"{self.mass:.3g} kg at {self.link} from {listed_spans(self.spans)}"
 
     @property
-    def table(self) -> str:
-        """Inline table of TOML, with spans rounded outward to tenths of a second."""
-        rounded = [(floor(10 * a) / 10, ceil(10 * b) / 10, log) for a, b, log in sorted(self.spans)]
-        spans = ", ".join(f"[{json.dumps(log) + ', ' if log else ''}{a:g}, {b:g}]" for a, b, log in rounded)
-        com = ", ".join(f"{value:.4f}" for value in self.com)
-        return f"{{ link = {json.dumps(self.link)}, mass = {self.mass:.4g}, com = [{com}], spans = [{spans}] }}"
+    def table(self) -> dict[str, Any]:
+        """Entry of `[[robot.payload]]`."""
+        return payload_table(self.link, self.mass, self.com.tolist(), sorted(self.spans))
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,8 +68,8 @@ def find_causes_of_spans(
         if force := find_force(robot.tree, form.joints, position, residual):
             rows = (form.log.time > residual.time[0]) & (form.log.time < residual.time[-1])
             column = int(form.joints[force.joint])
-            causes[spans[place]] = _words(robot, column, force, form.log.torque[rows, column])
-            if causes[spans[place]].startswith("only"):
+            causes[spans[place]], only = _words(robot, column, force, form.log.torque[rows, column])
+            if only:
                 alone.setdefault(column, {})[spans[place]] = np.percentile(position[:, column], [10, 90])
     rubbing: dict[str, Rub] = {}
     for column, ranges in alone.items():
@@ -86,14 +83,17 @@ def find_causes_of_spans(
     return carried, causes, rubbing
 
 
-def _words(robot: Robot, column: int, force: Force, torque: Array) -> str:
-    """Name a force and its link, or the joint whose torque is wrong, given the joint's torques in the span [N m]."""
+def _words(robot: Robot, column: int, force: Force, torque: Array) -> tuple[str, bool]:
+    """Name a force and its link, or the joint whose torque is wrong, given the joint's torques in the span [N m].
+
+    The second value states whether one torque disagrees with the others, without a reason in itself.
+    """
     if force.size is None:
         name, own = robot.joint_names[column], np.abs(torque)
         clipped = np.mean(own == own.max()) > 0.02  # share of samples exactly at the largest torque
-        return f"the torque of {name} is clipped" if clipped else f"only the torque of {name} disagrees"
+        return f"the torque of {name} is clipped" if clipped else f"only the torque of {name} disagrees", not clipped
     joint = 1 + int(np.argsort(robot.tree.columns)[column])
-    return f"a force of about {float(f'{force.size:.2g}'):g} N on {link_of(robot.tree, joint).name}"
+    return f"a force of about {float(f'{force.size:.2g}'):g} N on {link_of(robot.tree, joint).name}", False
 
 
 def _carried(

@@ -74,8 +74,8 @@ def _of_disturbances(found: WholeLog) -> list[Finding]:
         check = "set-aside" if others else "set-aside.rubs"
         problems.append(Finding.of(check, spans=spans, rest=rest, exclude=others))
     if found.carried:
-        tables = ", ".join(payload.table for payload in found.carried)
-        problems.append(Finding.of("payload", masses="; ".join(map(str, found.carried)), tables=tables))
+        setting = Setting("robot", "payload", [payload.table for payload in found.carried])
+        problems.append(Finding.of("payload", masses="; ".join(map(str, found.carried)), settings=[setting]))
     return problems
 
 
