@@ -10,8 +10,8 @@ from pathlib import Path
 
 from benchmarks.report import arguments, report
 from stribeck.exporters.joints import WrittenJoint
-from stribeck.exporters.target import Request
-from stribeck.exporters.text_files import c_text
+from stribeck.exporters.targets import Request
+from stribeck.exporters.text_files import file_text
 from stribeck.result import JointResult, LogSummary, ParameterEstimate, Result
 from stribeck.robot import Robot
 from stribeck_simulation.robots import MODELS
@@ -67,7 +67,7 @@ def main() -> None:
     options = arguments(__doc__ or "", samples=5_000_000)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder)
-        (path / "friction.h").write_text(c_text(_request()))
+        (path / "friction.h").write_text(file_text("c.h", _request()))
         (path / "main.c").write_text(PROGRAM.replace("COUNT", str(options.samples)))
         subprocess.run(["cc", "-std=gnu99", "-O2", "main.c", "-o", "main", "-lm"], cwd=path, check=True)
         said = subprocess.run([path / "main"], capture_output=True, check=True, text=True).stdout

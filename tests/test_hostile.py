@@ -31,7 +31,8 @@ from stribeck.cli import console
 from stribeck.cli.options import FORMATS
 from stribeck.cli.simulation import print_truth
 from stribeck.errors import StribeckError
-from stribeck.fleet.store import compact, key_of, rows_of, time_of, write_row
+from stribeck.fleet.store import compact, key_of, time_of, write_row
+from stribeck.fleet.worker import rows_of
 from stribeck.friction import get_law
 from stribeck.log.readers import read_log
 from stribeck.log.writers import write_log

@@ -13,7 +13,7 @@ SOURCE = Path(__file__).parents[1] / "src"
 FLOORS = (
     *("errors", "base", "settings", "friction", "robot", "differentiation", "log", "dynamics", "contact"),
     *("friction_torque", "result", "judgement", "whole_log", "audit", "drives", "methods"),
-    *("plan", "exporters", "init", "replay", "inspection", "report", "compose", "pipeline", "fleet", "online", "cli"),
+    *("plan", "exporters", "init", "inspection", "report", "replay", "compose", "pipeline", "fleet", "online", "cli"),
 )
 """Rooms from the ground up: each imports only rooms before it."""
 NARROW = {

@@ -13,12 +13,13 @@ from tests.exporters.test_models import assert_same_dynamics, compiled, read_aga
 
 from stribeck import export
 from stribeck.errors import SettingsError
-from stribeck.exporters.forms import Form, nearest, plain, stribeck
+from stribeck.exporters.forms import Form, nearest
 from stribeck.exporters.joints import joint_terms
 from stribeck.exporters.written import LEGEND
 from stribeck.result import CurvePoint
 
-PLAIN, STRIBECK = plain(), stribeck()
+PLAIN = Form(dict.fromkeys(("coulomb", "viscous"), ""))
+STRIBECK = Form(dict.fromkeys(("coulomb", "viscous", "stribeck_velocity"), ""))
 SIZES = st.floats(0.01, 10.0)
 
 
@@ -48,14 +49,14 @@ def test_friction_is_said_as_it_is_or_by_the_nearest(
     assert best < 1.02 * off(coulomb * (1 + S), viscous)
 
 
-@pytest.mark.parametrize("form", [plain(coulomb="coulomb", viscous="viscous"), None])
+@pytest.mark.parametrize("form", [Form({"coulomb": "coulomb", "viscous": "viscous"}), None])
 def test_what_builds_up_after_a_reversal_is_left_out_by_name(form: Form | None, tmp_path: Path) -> None:
     bending = replace(joint(coulomb=1.0, viscous=0.1, presliding=0.9, offset=0.0), presliding_travel=0.01)
     (terms,) = joint_terms(of_joint(bending, tmp_path)[0], form).values()
     assert terms.left_out["presliding"] == (0.9, "1")
     assert "presliding" not in terms.stated | terms.projected
     assert terms.stated["coulomb"][0] == pytest.approx(1.0)
-    assert form is None or terms.share == pytest.approx(0.0, abs=1e-9)
+    assert form is None or terms.fit.share == pytest.approx(0.0, abs=1e-9)
 
 
 def test_the_mean_over_positions_is_the_identified_curve() -> None:

@@ -118,7 +118,7 @@ def swept(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[..., tuple
         lines = export(result, robot, path, target, friction=form)
         (terms,) = joint_terms(result, TARGETS[target].forms[form or next(iter(TARGETS[target].forms))]).values()
         (line,) = (line for line in lines if line.startswith(f"Joint {name}: "))
-        loss = terms.remains[0] if terms.remains else 0.0
+        loss = terms.fit.remains if terms.fit else 0.0
         return sweep(path, name, robot, speeds), loss, line
 
     return of

@@ -21,10 +21,9 @@ from stribeck.log.writers import write_log
 from stribeck.replay import rollouts
 from stribeck.replay.comparison import Replay, Replayed
 from stribeck.replay.replay import replay
+from stribeck.replay.report import curves_of_replay, pieces, write_replay
 from stribeck.replay.rollouts import HORIZONS
-from stribeck.report.recording import curves_of_replay, write_recording
-from stribeck.report.replay import write_replay
-from stribeck.report.replay_motion import pieces
+from stribeck.report.recording import write_recording
 from stribeck.settings import FilterSettings
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.robots.toro import standing_posture

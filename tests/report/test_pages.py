@@ -16,10 +16,10 @@ from stribeck.fleet.report import write_trends
 from stribeck.fleet.trends import find_trends
 from stribeck.inspection import Inspection
 from stribeck.replay.comparison import Replay, Replayed
+from stribeck.replay.report import write_replay
 from stribeck.replay.rollouts import RolloutError
 from stribeck.report import write_inspection, write_report
 from stribeck.report.comparison import write_comparison
-from stribeck.report.replay import write_replay
 from stribeck.result import Result
 from stribeck.result.compare import compare, compare_sides
 from stribeck_simulation.pictures.section import walk_section

@@ -9,7 +9,7 @@ from tests.whole_log.logs import PLAIN
 
 from stribeck import Robot, identify, write_report
 from stribeck.exporters import TARGETS
-from stribeck.exporters.target import summary
+from stribeck.exporters.targets import summary
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck.result import Result, read_result

@@ -14,7 +14,7 @@ import typer
 from stribeck.base.outputs import check_name, check_outputs, staged_folder
 from stribeck.cli import console, options
 from stribeck.cli.fleet import fleet, trends
-from stribeck.cli.options import REPORT, RESULT, TABLE, files_of, part_of, robot_of
+from stribeck.cli.options import REPORT, RESULT, TABLE, argument, output_option, robot_option
 from stribeck.cli.results import compare, export, plan, replay
 from stribeck.cli.simulation import demo, rehearse, simulate
 from stribeck.cli.watch import watch
@@ -51,9 +51,9 @@ def stribeck(
 
 @command()
 def init(
-    model: Annotated[str, typer.Argument(metavar="MODEL", help="URDF or MJCF file, or package:NAME.")],
-    log: Annotated[Path | None, typer.Argument(metavar="LOG", help="A log of the robot.")] = None,
-    output: Annotated[Path, options.output("FILE", "Robot file to write.")] = Path("robot.toml"),
+    model: Annotated[str, argument("MODEL", "URDF or MJCF file, or package:NAME.")],
+    log: Annotated[Path | None, argument("LOG", "A log of the robot.")] = None,
+    output: Annotated[Path, output_option("FILE", "Robot file to write.")] = Path("robot.toml"),
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
@@ -94,12 +94,12 @@ def inspect(
     from stribeck.inspection import inspect_log
     from stribeck.report.inspection import write_inspection
 
-    machine = robot_of(robot, exclude, [log])
-    check_outputs([output] if output else [], [log, *files_of(machine)], overwrite)
+    machine = options.robot_of(robot, exclude, [log])
+    check_outputs([output] if output else [], [log, *options.files_of(machine)], overwrite)
     with console.progress_bar(quiet) as progress:
         progress("inspecting", 0.1)
         chosen = options.with_settings(machine.settings, {}, settings)
-        found = inspect_log(part_of(log, machine, start, stop), machine, chosen)
+        found = inspect_log(options.part_of(log, machine, start, stop), machine, chosen)
     if output is not None:
         write_inspection(found, output)
     console.show(found, console.print_inspection, [output] if output else [], json=json, quiet=quiet)
@@ -109,7 +109,7 @@ def inspect(
 def identify(
     logs: options.Logs,
     robot: options.RobotFile,
-    output: Annotated[Path, options.output("FOLDER", "Folder for the outputs.")],
+    output: Annotated[Path, output_option("FOLDER", "Folder for the outputs.")],
     law: options.Law = None,
     method: options.Method = None,
     settings: options.Set = [],  # noqa: B006
@@ -128,20 +128,18 @@ def identify(
     Writes result.json, report.html and friction_torque.parquet.
     """
     from stribeck.pipeline import identify as run
-    from stribeck.report import write_report
 
-    machine = robot_of(robot, exclude, [*logs, *validate])
+    machine = options.robot_of(robot, exclude, [*logs, *validate])
     chosen = options.with_settings(machine.settings, {"law": law, "method": method}, settings)
     outputs = [*(output / name for name in (RESULT, REPORT, TABLE)), *([rerun] if rerun else [])]
-    check_outputs(outputs, [*logs, *validate, *files_of(machine)], overwrite)
+    check_outputs(outputs, [*logs, *validate, *options.files_of(machine)], overwrite)
     if rerun:
         require_extra("rerun", "rerun")
     with staged_folder(output) as staging, console.progress_bar(quiet) as progress:
-        parts = [part_of(log, machine, start, stop) for log in logs]
+        parts = [options.part_of(log, machine, start, stop) for log in logs]
         result = run(parts, machine, chosen, table=staging / TABLE, validate=validate, force=force, progress=progress)
         progress("writing the report", 0.9)
-        (staging / RESULT).write_text(result.to_json(), encoding="utf-8")
-        write_report(result, staging / REPORT)
+        options.write_result(result, staging)
         if rerun:
             from stribeck.report.recording import curves_of_result, write_recording
 
@@ -158,10 +156,8 @@ command()(replay)
 @command()
 def convert(
     log: options.LogFile,
-    output: Annotated[Path, options.output("FILE", "File to write: .npz or .parquet.")],
-    robot: Annotated[
-        Path | None, typer.Option("--robot", "-r", metavar="FILE", help="Robot file with joint order, units and signs.")
-    ] = None,
+    output: Annotated[Path, output_option("FILE", "File to write: .npz or .parquet.")],
+    robot: Annotated[Path | None, robot_option("Robot file with joint order, units and signs.")] = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
@@ -171,7 +167,7 @@ def convert(
     from stribeck.robot import Robot
 
     machine = Robot.from_file(robot) if robot else None
-    check_outputs([output], [log, *(files_of(machine) if machine else [])], overwrite)
+    check_outputs([output], [log, *(options.files_of(machine) if machine else [])], overwrite)
     with console.progress_bar(quiet) as progress:
         progress("reading", 0.1)
         found = read_log(log, machine)
@@ -194,9 +190,7 @@ command()(demo)
 
 @command()
 def explain(
-    name: Annotated[
-        str | None, typer.Argument(metavar="NAME", help="Verdict or check, e.g. weak, torque-sign.")
-    ] = None,
+    name: Annotated[str | None, argument("NAME", "Verdict or check, e.g. weak, torque-sign.")] = None,
 ) -> None:
     """Explain a verdict or a finding, or list their names."""
     from stribeck.cli.explain import explanation, explanation_names

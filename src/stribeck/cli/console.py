@@ -118,12 +118,12 @@ def print_result(result: Result) -> None:
         ]
         numbers = ["RMS\nwith friction", "RMS\nwithout friction", "R²"]
         print_table(TextTable(title="torque error [N m]", left=["joint"], right=numbers, rows=rows))
-    poor = {name: joint for name, joint in result.all_friction.items() if joint.verdict in ("weak", "not excited")}
     say([result.log.usage])
-    for name, own in poor.items():
-        step = advice(own)
-        step = f"{step[0].upper()}{step[1:]} ({verdict_place(own.verdict)})."
-        say([f"{name} {own.verdict}: {main_reason(own)}. {step}"])
+    for name, own in result.all_friction.items():
+        if own.verdict in ("weak", "not excited"):
+            step = advice(own)
+            step = f"{step[0].upper()}{step[1:]} ({verdict_place(own.verdict)})."
+            say([f"{name} {own.verdict}: {main_reason(own)}. {step}"])
     say(f"warning: {finding.line}" for finding in result.findings)
 
 

@@ -1,14 +1,12 @@
 """Explanations of verdicts and findings for the console."""
 
 import tomllib
+from functools import partial
 from pathlib import Path
-from textwrap import fill
+from textwrap import fill as fold
 
 from stribeck.base.finding import catalogue, message
 from stribeck.errors import SettingsError, did_you_mean
-
-WIDTH = 100
-"""Width of an explanation [columns]."""
 
 VERDICTS: dict[str, dict[str, str]] = tomllib.loads(Path(__file__).with_name("verdicts.toml").read_text("utf-8"))
 """Explanation and remedy of each verdict, by its name in commands."""
@@ -28,14 +26,14 @@ def explanation(name: str) -> str:
     SettingsError
         If no verdict and no check has this name.
     """
-    name = name.replace(" ", "-")
+    name, fill = name.replace(" ", "-"), partial(fold, width=100)  # [columns]
     if name in VERDICTS:
         text, remedy = VERDICTS[name]["text"], VERDICTS[name]["remedy"]
-        return "\n\n".join([name, fill(text, WIDTH), fill(f"Remedy: {remedy}", WIDTH)])
+        return "\n\n".join([name, fill(text), fill(f"Remedy: {remedy}")])
     entry = next((section[name] for section in catalogue().values() if "explanation" in section.get(name, {})), None)
     if entry is None:
         near = did_you_mean(name, explanation_names()) or "; `stribeck explain` lists all names"
         raise SettingsError(f"'{name}' is neither a verdict nor a check{near}")
     text, example = " ".join(entry["explanation"].split()), ". ".join(filter(None, message(entry, entry["example"])))
     parts = [text, f"Example: {example}.", entry.get("advice", "")]
-    return "\n\n".join([name, *(fill(part, WIDTH) for part in parts if part)])
+    return "\n\n".join([name, *(fill(part) for part in parts if part)])

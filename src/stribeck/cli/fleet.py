@@ -11,29 +11,23 @@ import typer
 
 from stribeck.base.outputs import check_outputs, resumable
 from stribeck.cli import console, options
-from stribeck.cli.options import REPORT
+from stribeck.cli.options import REPORT, argument, option, output_option, robot_option
 from stribeck.errors import SettingsError, require_extra
 
 
 def fleet(
-    logs: Annotated[
-        list[str], typer.Argument(metavar="[LOGS]", help="Files, folders, globs or URLs (s3://, gs://).")
-    ] = [],  # noqa: B006
-    output: Annotated[Path | None, options.output("STORE", "Folder of the store.")] = None,
-    robot: Annotated[Path | None, typer.Option("--robot", "-r", metavar="FILE", help="Robot file of all logs.")] = None,
+    logs: Annotated[list[str], argument("[LOGS]", "Files, folders, globs or URLs (s3://, gs://).")] = [],  # noqa: B006
+    output: Annotated[Path | None, output_option("STORE", "Folder of the store.")] = None,
+    robot: Annotated[Path | None, robot_option("Robot file of all logs.")] = None,
     manifest: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="CSV with log, robot_file, robot, and start and note, if known.")
+        Path | None, option("FILE", "CSV with log, robot_file, robot, and start and note, if known.")
     ] = None,
-    workers: Annotated[
-        int, typer.Option("--jobs", metavar="N", help="Logs at a time.", show_default="one per core")
-    ] = -1,
-    backend: Annotated[str, typer.Option(metavar="NAME", help="loky, ray or dask.")] = "loky",
-    timeout: Annotated[float | None, typer.Option(metavar="SECONDS", help="Longest time for one log.")] = None,
-    memory: Annotated[float | None, typer.Option(metavar="GB", help="Most memory for one log.")] = None,
+    workers: Annotated[int, option("N", "Logs at a time.", "--jobs", show_default="one per core")] = -1,
+    backend: Annotated[str, option("NAME", "loky, ray or dask.")] = "loky",
+    timeout: Annotated[float | None, option("SECONDS", "Longest time for one log.")] = None,
+    memory: Annotated[float | None, option("GB", "Most memory for one log.")] = None,
     again: Annotated[bool, typer.Option("--retry-failed", help="Try logs again that failed.")] = False,
-    compacted: Annotated[
-        Path | None, typer.Option("--compact", metavar="STORE", help="Merge the store's files.")
-    ] = None,
+    compacted: Annotated[Path | None, option("STORE", "Merge the store's files.", "--compact")] = None,
     json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> None:
@@ -45,20 +39,12 @@ def fleet(
     require_extra("fleet", "joblib", "duckdb", "fsspec")
     from stribeck.fleet.jobs import jobs_of_logs, jobs_of_manifest
     from stribeck.fleet.run import run_fleet
-    from stribeck.fleet.store import compact
     from stribeck.fleet.worker import Limits
 
     if compacted is not None:
         if logs or robot or manifest or output:
             raise SettingsError("fleet: --compact merges the files of one store; run it without logs and outputs")
-        before, after, damaged = compact(compacted)
-        if json:
-            typer.echo(
-                json_format.dumps({"before": before, "after": after, "damaged": list(map(str, damaged))}, indent=2)
-            )
-        elif not quiet:
-            _print_damaged(map(str, damaged))
-            typer.echo(f"{compacted}: {before} files merged into {after}")
+        _compact(compacted, json=json, quiet=quiet)
         return
     if output is None:
         raise SettingsError("fleet: has no store to write to; expected -o STORE")
@@ -80,17 +66,28 @@ def fleet(
         sys.exit(3)  # a log has no result
 
 
+def _compact(store: Path, *, json: bool, quiet: bool) -> None:
+    """Merge the files of a store, and print their numbers."""
+    from stribeck.fleet.store import compact
+
+    before, after, damaged = compact(store)
+    if json:
+        found = {"before": before, "after": after, "damaged": list(map(str, damaged))}
+        typer.echo(json_format.dumps(found, indent=2))
+    elif not quiet:
+        _print_damaged(map(str, damaged))
+        typer.echo(f"{store}: {before} files merged into {after}")
+
+
 def _print_damaged(paths: Iterable[str]) -> None:
     for path in paths:
         typer.echo(f"set aside as damaged: {path}")
 
 
 def trends(
-    store: Annotated[Path, typer.Argument(metavar="STORE", help="Folder that `stribeck fleet` wrote.")],
-    output: Annotated[Path | None, options.output("FOLDER", "Folder for report.html.")] = None,
-    logs_per_false_alarm: Annotated[
-        float, typer.Option("--logs-per-false-alarm", metavar="N", help="Mean number of logs between false alarms.")
-    ] = 1000.0,
+    store: Annotated[Path, argument("STORE", "Folder that `stribeck fleet` wrote.")],
+    output: Annotated[Path | None, output_option("FOLDER", "Folder for report.html.")] = None,
+    logs_per_false_alarm: Annotated[float, option("N", "Mean number of logs between false alarms.")] = 1000.0,
     overwrite: options.Overwrite = False,
     json: options.Json = False,
     quiet: options.Quiet = False,

@@ -14,6 +14,7 @@ from stribeck.errors import SettingsError
 
 if TYPE_CHECKING:
     from stribeck.log import RobotLog
+    from stribeck.result import Result
     from stribeck.robot import Robot
     from stribeck.settings import Settings
 
@@ -21,74 +22,80 @@ RESULT, REPORT, TABLE = "result.json", "report.html", "friction_torque.parquet"
 FORMATS_READ = "Log: npz, h5, mat, csv, parquet, mcap or bag file, or a folder (rosbag2, LeRobot)."
 
 
-def output(metavar: str, text: str) -> Any:
+def argument(metavar: str, text: str, **more: Any) -> Any:
+    """Build an argument with its help."""
+    return typer.Argument(metavar=metavar, help=text, **more)
+
+
+def option(metavar: str, text: str, *flags: str, **more: Any) -> Any:
+    """Build an option with a value and its help; without flags, its parameter names it."""
+    return typer.Option(*flags, metavar=metavar, help=text, **more)
+
+
+def output_option(metavar: str, text: str) -> Any:
     """Build the option `--output`, `-o`."""
-    return typer.Option("--output", "-o", metavar=metavar, help=text)
+    return option(metavar, text, "--output", "-o")
 
 
-def _choice(metavar: str, text: str, names: tuple[str, ...], default: str = "", flags: tuple[str, ...] = ()) -> Any:
+def robot_option(text: str) -> Any:
+    """Build the option `--robot`, `-r`."""
+    return option("FILE", text, "--robot", "-r")
+
+
+def _choice(metavar: str, text: str, names: tuple[str, ...], default: str = "", *flags: str) -> Any:
     """Build an option whose help and completion list its values; `default` applies without a robot file's entry."""
     text += f": {', '.join(names)}." + f"  [default: {default}, or as in the robot file]" * bool(default)
-    return typer.Option(*flags, metavar=metavar, help=text, autocompletion=lambda: names)
+    return option(metavar, text, *flags, autocompletion=lambda: names)
 
 
-Logs = Annotated[list[Path], typer.Argument(metavar="LOG", help=FORMATS_READ)]
-LogFile = Annotated[Path, typer.Argument(metavar="LOG", help=FORMATS_READ)]
-ResultFile = Annotated[Path, typer.Argument(metavar="RESULT", help="A result.json written by `stribeck identify`.")]
-Page = Annotated[Path | None, output("FILE", "Also write the result as an HTML page.")]
-Recording = Annotated[Path | None, typer.Option("--rerun", metavar="FILE", help="Also write a .rrd file for Rerun.")]
-RobotFile = Annotated[Path, typer.Option("--robot", "-r", metavar="FILE", help="Robot file (robot.toml).")]
+def result_file(path: Path) -> Path:
+    """Return the path of a result, given the file or its folder."""
+    return path / RESULT if path.is_dir() else path
+
+
+Logs = Annotated[list[Path], argument("LOG", FORMATS_READ)]
+LogFile = Annotated[Path, argument("LOG", FORMATS_READ)]
+ResultFile = Annotated[Path, argument("RESULT", "A result.json written by `stribeck identify`.", callback=result_file)]
+Page = Annotated[Path | None, output_option("FILE", "Also write the result as an HTML page.")]
+Recording = Annotated[Path | None, option("FILE", "Also write a .rrd file for Rerun.", "--rerun")]
+RobotFile = Annotated[Path, robot_option("Robot file (robot.toml).")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only errors (and JSON with --json).")]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON on stdout.")]
 Set = Annotated[
-    list[str],
-    typer.Option("--set", metavar="KEY=VALUE", help="Override a setting of [identify], e.g. --set filter.window=31."),
+    list[str], option("KEY=VALUE", "Override a setting of [identify], e.g. --set filter.window=31.", "--set")
 ]
 LAW_NAMES = ("coulomb-viscous", "stribeck", "stribeck-exponent", "asymmetric", "lugre", "auto")
 METHOD_NAMES = ("whole-log", "curve-fit", "observer", "ground-reaction", "direct")
 FORMATS = ("mjcf", "urdf", "drake", "c", "python", "yaml", "table", "isaaclab", "mjlab", "pinocchio", "bam", "usd")
 Force = Annotated[bool, typer.Option("--force", help="Continue although the audit found a fatal error.")]
-From = Annotated[float | None, typer.Option("--from", metavar="SECONDS", help="Start of the used part of each log.")]
-To = Annotated[float | None, typer.Option("--to", metavar="SECONDS", help="End of the used part of each log.")]
+From = Annotated[float | None, option("SECONDS", "Start of the used part of each log.", "--from")]
+To = Annotated[float | None, option("SECONDS", "End of the used part of each log.", "--to")]
 Exclude = Annotated[
-    list[str],
-    typer.Option("--exclude", metavar="A:B", help="Span of each log that is not used [s], or LOG:A:B; repeatable."),
+    list[str], option("A:B", "Span of each log that is not used [s], or LOG:A:B; repeatable.", "--exclude")
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Overwrite existing outputs.")]
 Law = Annotated[str | None, _choice("NAME", "Friction law", LAW_NAMES, "auto")]
 Method = Annotated[str | None, _choice("NAME", "Estimation method", METHOD_NAMES, METHOD_NAMES[0])]
 Format = Annotated[str, _choice("FORMAT", "Format", FORMATS)]
-Samples = Annotated[int | None, typer.Option(metavar="N", help="Draw N models from the uncertainty of the result.")]
+Samples = Annotated[int | None, option("N", "Draw N models from the uncertainty of the result.")]
 Ranges = Annotated[bool, typer.Option("--ranges", help="Write 95 % ranges for domain randomization.")]
-Exported = Annotated[
-    str | None, typer.Option(metavar="NAMES", help="Comma-separated joints to export.  [default: all]")
-]
+Exported = Annotated[str | None, option("NAMES", "Comma-separated joints to export.  [default: all]")]
 Weak = Annotated[bool, typer.Option("--include-weak", help="Also export friction that is weak.")]
 Strict = Annotated[bool, typer.Option("--strict", help="Fail if the format cannot represent all of the friction.")]
 Form = Annotated[
     str | None,
-    typer.Option(
-        metavar="FORM",
-        help="Friction model. mjcf: plain or lugre  [default: the closer fit]; yaml: all or plain  [default: all].",
+    option(
+        "FORM", "Friction model. mjcf: plain or lugre  [default: the closer fit]; yaml: all or plain  [default: all]."
     ),
 ]
 With = Annotated[
     str | None,
-    _choice(
-        "WHAT", "Also write corrected values of a robot model other than friction", ("inertia",), flags=("--with",)
-    ),
+    _choice("WHAT", "Also write corrected values of a robot model other than friction", ("inertia",), "", "--with"),
 ]
-Planned = Annotated[
-    str | None, typer.Option(metavar="NAMES", help="Comma-separated joints.  [default: all weak or not excited]")
-]
-Held = Annotated[
-    str | None,
-    typer.Option(metavar="AXIS", help="Base axis that points up: x, -x, y, ...; if a floating base is held."),
-]
-Validation = Annotated[
-    list[Path], typer.Option("--validate", metavar="LOG", help="Log for validation, not used for the fit.")
-]
-Labels = Annotated[str | None, typer.Option(metavar="A,B", help="Labels of the results.  [default: log file names]")]
+Planned = Annotated[str | None, option("NAMES", "Comma-separated joints.  [default: all weak or not excited]")]
+Held = Annotated[str | None, option("AXIS", "Base axis that points up: x, -x, y, ...; if a floating base is held.")]
+Validation = Annotated[list[Path], option("LOG", "Log for validation, not used for the fit.", "--validate")]
+Labels = Annotated[str | None, option("A,B", "Labels of the results.  [default: log file names]")]
 
 
 def split_names(text: str | None) -> list[str] | None:
@@ -170,9 +177,12 @@ def files_of(robot: Robot) -> list[Path]:
     return [*([Path(robot.path)] if robot.path else []), robot.model_file]
 
 
-def result_file(path: Path) -> Path:
-    """Return the path of a result, given the file or its folder."""
-    return path / RESULT if path.is_dir() else path
+def write_result(result: Result, folder: Path, **shown: Any) -> None:
+    """Write result.json and report.html; `shown` are options of the report."""
+    from stribeck.report import write_report
+
+    (folder / RESULT).write_text(result.to_json(), encoding="utf-8")
+    write_report(result, folder / REPORT, **shown)
 
 
 def planned_robot(source: str, robot: Path | None, held: str | None) -> tuple[Path | None, Robot]:

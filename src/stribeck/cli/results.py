@@ -7,7 +7,7 @@ import typer
 
 from stribeck.base.outputs import check_outputs, staged_folder
 from stribeck.cli import console, options
-from stribeck.cli.options import files_of, part_of, result_file, robot_of, split_names
+from stribeck.cli.options import argument, option, output_option, robot_option
 from stribeck.errors import SettingsError, findings_kept, require_extra
 
 
@@ -15,7 +15,7 @@ def export(
     result: options.ResultFile,
     robot: options.RobotFile,
     to: options.Format,
-    output: Annotated[Path, options.output("PATH", "File to write, or folder for --samples.")],
+    output: Annotated[Path, output_option("PATH", "File to write, or folder for --samples.")],
     samples: options.Samples = None,
     ranges: options.Ranges = False,
     joints: options.Exported = None,
@@ -32,38 +32,34 @@ def export(
     from stribeck.result import read_result
     from stribeck.robot import Robot
 
-    found = read_result(result_file(result))
+    found = read_result(result)
     machine = Robot.from_file(robot)
-    chosen: dict[str, Any] = {"joints": split_names(joints), "include_weak": include_weak}
+    chosen: dict[str, Any] = {"joints": options.split_names(joints), "include_weak": include_weak}
     if more not in (None, "inertia"):
         raise SettingsError(f"--with {more}: expected inertia")
     inertia = more == "inertia"
     if ranges and (samples is not None or strict or inertia or friction is not None):
         raise SettingsError("--ranges takes neither --samples, --strict, --friction nor --with; leave them out")
-    if samples is not None:
-        if output.is_dir() and any(output.iterdir()) and not overwrite:
-            raise SettingsError(f"{output}: already exists", option="choose another -o, or pass --overwrite")
-        with findings_kept([*machine.warnings, *found.warnings]):
-            paths = export_samples(found, machine, output, to, samples, friction=friction, inertia=inertia, **chosen)
-        if not quiet:
-            console.print_paths(paths)
-        return
-    check_outputs([output], [result_file(result), *files_of(machine)], overwrite)
+    if samples is None:
+        check_outputs([output], [result, *options.files_of(machine)], overwrite)
+    elif output.is_dir() and any(output.iterdir()) and not overwrite:
+        raise SettingsError(f"{output}: already exists", option="choose another -o, or pass --overwrite")
+    lines, paths = list[str](), [output]
     with findings_kept([*machine.warnings, *found.warnings]):
-        if ranges:
+        if samples is not None:
+            paths = export_samples(found, machine, output, to, samples, friction=friction, inertia=inertia, **chosen)
+        elif ranges:
             lines = export_ranges(found, machine, output, to, **chosen)
         else:
             lines = write_model(found, machine, output, to, strict=strict, friction=friction, inertia=inertia, **chosen)
     if not quiet:
-        typer.echo("\n".join(lines))
-        console.print_paths([output])
+        for line in lines:
+            typer.echo(line)
+        console.print_paths(paths)
 
 
 def compare(
-    results: Annotated[
-        list[Path],
-        typer.Argument(metavar="RESULT", help="Two results, older first; or one, to compare left and right."),
-    ],
+    results: Annotated[list[Path], argument("RESULT", "Two results, older first; or one, to compare left and right.")],
     names: options.Labels = None,
     output: options.Page = None,
     json: options.Json = False,
@@ -76,9 +72,9 @@ def compare(
     from stribeck.result.compare import compare as compare_two
     from stribeck.result.compare import compare_sides
 
-    files = [result_file(path) for path in results]
+    files = [options.result_file(path) for path in results]
     check_outputs([output] if output else [], files, overwrite)
-    labels = split_names(names)
+    labels = options.split_names(names)
     if len(files) > 2:
         raise SettingsError(f"compare: {len(files)} results were given; expected two, or one to compare left and right")
     if labels and len(files) == 1:
@@ -96,18 +92,13 @@ def compare(
 
 def plan(
     source: Annotated[
-        str,
-        typer.Argument(
-            metavar="RESULT", help="A result.json; before the first log, a robot file or a model (as for `init`)."
-        ),
+        str, argument("RESULT", "A result.json; before the first log, a robot file or a model (as for `init`).")
     ],
-    robot: Annotated[
-        Path | None, typer.Option("--robot", "-r", metavar="FILE", help="Robot file (robot.toml) of the result.")
-    ] = None,
-    output: Annotated[Path | None, options.output("FOLDER", "Folder for plan.json and trajectory.csv.")] = None,
+    robot: Annotated[Path | None, robot_option("Robot file (robot.toml) of the result.")] = None,
+    output: Annotated[Path | None, output_option("FOLDER", "Folder for plan.json and trajectory.csv.")] = None,
     joints: options.Planned = None,
     held: options.Held = None,
-    duration: Annotated[float, typer.Option(metavar="SECONDS", help="Duration of the trajectory.")] = 60.0,
+    duration: Annotated[float, option("SECONDS", "Duration of the trajectory.")] = 60.0,
     json: options.Json = False,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
@@ -120,8 +111,8 @@ def plan(
 
     file, machine = options.planned_robot(source, robot, held)
     outputs = [output / name for name in ("plan.json", "trajectory.csv")] if output else []
-    asked = split_names(joints)
-    check_outputs(outputs, [*([file] if file else []), *files_of(machine)], overwrite)
+    asked = options.split_names(joints)
+    check_outputs(outputs, [*([file] if file else []), *options.files_of(machine)], overwrite)
     with console.progress_bar(quiet) as progress:
         found = run(
             file, machine, joints=asked, held=held, duration=duration if output or not file else None, progress=progress
@@ -137,8 +128,8 @@ def plan(
 def replay(
     log: options.LogFile,
     robot: options.RobotFile,
-    model: Annotated[Path, typer.Option("--model", "-m", metavar="FILE", help="URDF or MJCF with friction to test.")],
-    output: Annotated[Path | None, options.output("FOLDER", "Folder for replay.json and replay.html.")] = None,
+    model: Annotated[Path, option("FILE", "URDF or MJCF with friction to test.", "--model", "-m")],
+    output: Annotated[Path | None, output_option("FOLDER", "Folder for replay.json and replay.html.")] = None,
     settings: options.Set = [],  # noqa: B006
     start: options.From = None,
     stop: options.To = None,
@@ -154,24 +145,24 @@ def replay(
     Compares the model of the robot file with another model, without and with the friction of the latter.
     """
     from stribeck.replay.replay import replay as run
-    from stribeck.report.replay import write_replay
+    from stribeck.replay.report import curves_of_replay, write_replay
 
-    machine = robot_of(robot, exclude, [log])
+    machine = options.robot_of(robot, exclude, [log])
     chosen = options.with_settings(machine.settings, {}, settings)
     outputs = [output / name for name in ("replay.json", "replay.html")] if output else []
     if rerun:
         require_extra("rerun", "rerun")
         outputs.append(rerun)
-    check_outputs(outputs, [log, model, *files_of(machine)], overwrite)
+    check_outputs(outputs, [log, model, *options.files_of(machine)], overwrite)
     with console.progress_bar(quiet) as progress:
-        part = part_of(log, machine, start, stop)
+        part = options.part_of(log, machine, start, stop)
         found = run(part, machine, model, chosen, force=force, progress=progress)
     if output is not None:
         with staged_folder(output) as staging:
             (staging / "replay.json").write_text(found.to_json(), encoding="utf-8")
             write_replay(found, staging / "replay.html")
     if rerun:
-        from stribeck.report.recording import curves_of_replay, write_recording
+        from stribeck.report.recording import write_recording
 
         write_recording(curves_of_replay(found), rerun, found.robot)
     console.show(found, console.print_replay, outputs, json=json, quiet=quiet)

@@ -7,13 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from stribeck.base.outputs import check_outputs, staged_folder
 from stribeck.base.text_table import TextTable, number, span
 from stribeck.cli import console, options
 from stribeck.cli.console import print_table, say
-from stribeck.cli.options import REPORT, RESULT, TABLE
+from stribeck.cli.options import REPORT, RESULT, TABLE, argument, option, output_option
 from stribeck.errors import SettingsError, StribeckError, require_extra
 
 if TYPE_CHECKING:
@@ -21,10 +19,8 @@ if TYPE_CHECKING:
 
 
 def simulate(
-    scenario: Annotated[
-        Path, typer.Argument(metavar="SCENARIO", help="Scenario file: robot, motion, sensors and friction.")
-    ],
-    output: Annotated[Path, options.output("FILE", "Log to write (.npz).")],
+    scenario: Annotated[Path, argument("SCENARIO", "Scenario file: robot, motion, sensors and friction.")],
+    output: Annotated[Path, output_option("FILE", "Log to write (.npz).")],
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
@@ -46,14 +42,13 @@ def simulate(
 
 
 def demo(
-    output: Annotated[Path, options.output("FOLDER", "Folder for the log and the results.")] = Path("demo"),
+    output: Annotated[Path, output_option("FOLDER", "Folder for the log and the results.")] = Path("demo"),
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
     """Identify a simulated walking humanoid, compare with truth."""
     require_extra("simulation", "mujoco", "daqp")
     from stribeck.pipeline import identify as run
-    from stribeck.report import write_report
     from stribeck.robot import Robot
     from stribeck_simulation.demo import FILES, make_demo, truth_reference
     from stribeck_simulation.pictures.section import walk_section
@@ -65,21 +60,20 @@ def demo(
         result = run([example.log], machine, table=staging / TABLE, progress=progress)
         result = _moved(result, str(staging), str(output))
         progress("writing the report", 0.9)
-        (staging / RESULT).write_text(result.to_json(), encoding="utf-8")
         truth = truth_reference(result, example.law, example.parameters)
-        write_report(result, staging / REPORT, reference=truth, further=[walk_section(example.walk)])
+        options.write_result(result, staging, reference=truth, further=[walk_section(example.walk)])
     if not quiet:
         print_truth(result, example.parameters)
         console.print_paths([output / name for name in (example.log.name, RESULT, TABLE, REPORT)])
 
 
 def rehearse(
-    robot: Annotated[Path, typer.Argument(metavar="ROBOT", help="Robot file (robot.toml).")],
-    log: Annotated[Path | None, typer.Argument(metavar="LOG", help="A log with the motion to expect.")] = None,
-    output: Annotated[Path, options.output("FOLDER", "Folder for the simulated log and its result.")] = Path(
+    robot: Annotated[Path, argument("ROBOT", "Robot file (robot.toml).")],
+    log: Annotated[Path | None, argument("LOG", "A log with the motion to expect.")] = None,
+    output: Annotated[Path, output_option("FOLDER", "Folder for the simulated log and its result.")] = Path(
         "rehearsal"
     ),
-    duration: Annotated[float, typer.Option(metavar="SECONDS", help="Duration of the motion without LOG.")] = 60.0,
+    duration: Annotated[float, option("SECONDS", "Duration of the motion without LOG.")] = 60.0,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
@@ -91,7 +85,6 @@ def rehearse(
     from stribeck.log.writers import write_log
     from stribeck.pipeline import identify as run
     from stribeck.plan.present import first_motion, measured_robot, motion_of_log
-    from stribeck.report import write_report
     from stribeck.robot import Robot
     from stribeck_simulation.demo import truth_reference
     from stribeck_simulation.rehearsal import rehearse as simulated
@@ -112,8 +105,7 @@ def rehearse(
         write_log(found.log, staging / "log.npz")
         result = run(found.log, machine, table=staging / TABLE, progress=progress)
         progress("writing the report", 0.9)
-        (staging / RESULT).write_text(result.to_json(), encoding="utf-8")
-        write_report(result, staging / REPORT, reference=truth_reference(result, found.law, found.parameters))
+        options.write_result(result, staging, reference=truth_reference(result, found.law, found.parameters))
     if not quiet:
         print_expectation(result, found.parameters, motion.notes)
         console.print_paths(outputs)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json as json_format
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import asdict
 from importlib import import_module
@@ -18,7 +18,7 @@ from rich.text import Text
 from stribeck.base.text_table import TextTable, number, span
 from stribeck.cli import options
 from stribeck.cli.console import drawn, print_table, terminal
-from stribeck.cli.options import result_file
+from stribeck.cli.options import option
 from stribeck.errors import SettingsError, require_extra
 
 if TYPE_CHECKING:
@@ -29,13 +29,11 @@ if TYPE_CHECKING:
 def watch(
     result: options.ResultFile,
     robot: options.RobotFile,
-    log: Annotated[Path | None, typer.Option(metavar="LOG", help="Log to replay.")] = None,
-    mcap: Annotated[Path | None, typer.Option(metavar="FILE", help="MCAP to follow; - for standard input.")] = None,
-    speed: Annotated[float | None, typer.Option(metavar="N", help="Speed of the replay; 1 is real time.")] = None,
-    state: Annotated[Path | None, typer.Option(metavar="FILE", help="State to continue, saved each minute.")] = None,
-    hours: Annotated[
-        float, typer.Option("--hours-per-false-alarm", metavar="H", help="Mean time between false alarms.")
-    ] = 100.0,
+    log: Annotated[Path | None, option("LOG", "Log to replay.")] = None,
+    mcap: Annotated[Path | None, option("FILE", "MCAP to follow; - for standard input.")] = None,
+    speed: Annotated[float | None, option("N", "Speed of the replay; 1 is real time.")] = None,
+    state: Annotated[Path | None, option("FILE", "State to continue, saved each minute.")] = None,
+    hours: Annotated[float, option("H", "Mean time between false alarms.", "--hours-per-false-alarm")] = 100.0,
     rerun: Annotated[bool, typer.Option("--rerun", help="Also stream to the Rerun viewer.")] = False,
     json: options.Json = False,
     quiet: options.Quiet = False,
@@ -54,8 +52,8 @@ def watch(
     from stribeck.result import read_result
     from stribeck.robot import Robot
 
-    machine, found = Robot.from_file(robot), read_result(result_file(result))
-    online, saved, shown = None, time.monotonic(), float("-inf")
+    machine, found = Robot.from_file(robot), read_result(result)
+    online, saved = None, time.monotonic()
     with ExitStack() as stack:
         live = None if json or quiet else _live_table(stack)
         for part, rate in stream_of(log, mcap, machine, found):
@@ -63,13 +61,10 @@ def watch(
                 online = estimator_for(found, machine, rate, hours)
                 if state is not None and state.exists():
                     online.load(state)
-                    shown = online.checked
+                shown = online.checked
             for batch in _paced(part, rate, speed):
-                alarms = feed(online, batch)
-                for alarm in alarms if json else []:
-                    typer.echo(json_format.dumps({"alarm": asdict(alarm)}))
-                if alarms and not (json or quiet):
-                    _print_alarms(alarms, live)
+                for alarm in feed(online, batch):
+                    _print_alarm(alarm, live, json=json, quiet=quiet)
                 if online.checked != shown:
                     shown = online.checked
                     _show(online, live, json=json, rerun=rerun)
@@ -115,9 +110,11 @@ def _live_table(stack: ExitStack) -> Live | None:
     return stack.enter_context(Live(console=out, auto_refresh=False)) if out.is_terminal else None
 
 
-def _print_alarms(alarms: Sequence[Alarm], live: Live | None) -> None:
-    """Print alarms, above a live table if there is one."""
-    for alarm in alarms:
+def _print_alarm(alarm: Alarm, live: Live | None, *, json: bool, quiet: bool) -> None:
+    """Print an alarm as JSON, or as a line, above a live table if there is one."""
+    if json:
+        typer.echo(json_format.dumps({"alarm": asdict(alarm)}))
+    elif not quiet:
         line = Text(f"{alarm.time:.1f} s  {alarm.line}", style="red" if alarm.raised else "green")
         (live.console if live else terminal()).print(line, soft_wrap=True)
 

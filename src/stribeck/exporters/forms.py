@@ -41,16 +41,22 @@ class Form:
 
     Attributes
     ----------
-    numbers
-        Names of the coefficients: "viscous" of v, "coulomb" of sign(v), "stribeck" of exp(-(v / vs)^2) sign(v),
-        "gear_load" of 2 |load| sign(v), because motor and load act on both sides of a gear.
     words
         Name in the target format, by number: coefficients, "static" (holding torque at rest), "stribeck_velocity",
         "bristle_stiffness", "bristle_damping" and "armature".
     """
 
-    numbers: tuple[str, ...]
     words: Mapping[str, str]
+
+    @property
+    def numbers(self) -> tuple[str, ...]:
+        """Names of the coefficients.
+
+        "viscous" of v, "coulomb" of sign(v), "stribeck" of exp(-(v / vs)^2) sign(v) with a Stribeck velocity, and
+        "gear_load" of 2 |load| sign(v), because motor and load act on both sides of a gear.
+        """
+        names = {*self.words, "stribeck" if "stribeck_velocity" in self.words else ""}
+        return tuple(name for name in ("coulomb", "viscous", "stribeck", "gear_load") if name in names)
 
     @property
     def of_law(self) -> set[str]:
@@ -65,26 +71,6 @@ class Form:
         columns = {"viscous": velocity, "coulomb": sign, "stribeck": sign * rise}
         columns["gear_load"] = 2 * np.abs(load) * sign * ("load" in found)
         return np.column_stack([columns[name] for name in self.numbers])
-
-
-def viscous(**words: str) -> Form:
-    """Make the form Fv v."""
-    return Form(("viscous",), words)
-
-
-def plain(**words: str) -> Form:
-    """Make the form Fc sign(v) + Fv v."""
-    return Form(("coulomb", "viscous"), words)
-
-
-def stribeck(**words: str) -> Form:
-    """Make the form Fc sign(v) + Fv v + Fs exp(-(v / vs)^2) sign(v), with Fs = Fc S."""
-    return Form(("coulomb", "viscous", "stribeck"), words)
-
-
-def gear(**words: str) -> Form:
-    """Make the Stribeck form with friction proportional to the torques on both sides of a gear."""
-    return Form(("coulomb", "viscous", "stribeck", "gear_load"), words)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,6 +98,11 @@ class Nearest:
     largest: tuple[float, float]
     close: bool
     far: float
+
+    @property
+    def share(self) -> float:
+        """Approximation error divided by the friction [1]."""
+        return self.remains / self.of if self.of else 0.0
 
 
 def nearest(joint: JointResult, form: Form, beyond: Beyond | None = None) -> Nearest:

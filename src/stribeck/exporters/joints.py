@@ -7,7 +7,7 @@ import numpy as np
 
 from stribeck.errors import SettingsError, did_you_mean
 from stribeck.exporters.beyond import Beyond, friction_beyond, top_speed
-from stribeck.exporters.forms import ROUNDING, Form, nearest
+from stribeck.exporters.forms import ROUNDING, Form, Nearest, nearest
 from stribeck.friction import get_law
 from stribeck.friction.terms import parameters_over
 from stribeck.result import JointResult, Result
@@ -36,11 +36,8 @@ class WrittenJoint:
         Quantities by the name in the target format.
     projected
         Parameters missing in the target's friction model; its numbers are fitted to the friction with them.
-    remains, of
-        Root mean square of the approximation error and of the friction itself; None if no friction is stated.
-    largest, close
-        Largest difference from the identified curve, with its unit and speed, None without a difference; and whether
-        the differences are within the inner half of the interval at all speeds of the log.
+    fit, units
+        Fit of the target's friction model, None if no friction is stated, or all of it; units of velocity and friction.
     left_out
         Parameters that the target cannot store.
     note
@@ -53,10 +50,8 @@ class WrittenJoint:
 
     stated: dict[str, Quantity]
     projected: dict[str, Quantity] = field(default_factory=dict)
-    remains: Quantity | None = None
-    of: float = 0.0
-    largest: Quantity | None = None
-    close: bool = True
+    fit: Nearest | None = None
+    units: tuple[str, str] = ("", "")
     left_out: dict[str, Quantity] = field(default_factory=dict)
     note: str = ""
     beyond: Beyond | None = None
@@ -67,20 +62,25 @@ class WrittenJoint:
         text = listed(self.stated) + f" ({self.note})" * bool(self.note)
         if self.projected:
             error = ""
-            if self.remains:
-                share = f"{100 * self.share:.0f}" if self.share > 0.1 else f"{100 * self.share:.1f}"
-                error = f", error {self.remains[0]:.2g} {self.remains[1]}, {share} %"
-            if self.largest:
-                error += f", at most {self.largest[0]:.2g} {self.largest[1]}"
-            text += f" (approximates {listed(self.projected)}{error})"
+            if fit := self.fit:
+                share = f"{100 * fit.share:.0f}" if fit.share > 0.1 else f"{100 * fit.share:.1f}"
+                error = f", error {fit.remains:.2g} {self.units[1]}, {share} %" + ", at most " * bool(self.difference)
+            text += f" (approximates {listed(self.projected)}{error}{self.difference})"
         if self.beyond:
             text += f". {self.beyond}"
         return text + (f". Cannot store: {listed(self.left_out)}" if self.left_out else "")
 
     @property
-    def share(self) -> float:
-        """Approximation error divided by the friction [1]."""
-        return self.remains[0] / self.of if self.remains and self.of else 0.0
+    def numbers(self) -> dict[str, float]:
+        """Stated values by the name in the target format."""
+        return {word: value for word, (value, _) in self.stated.items()}
+
+    @property
+    def difference(self) -> str:
+        """Largest difference from the identified curve, with its speed; "" without a difference."""
+        if self.fit is None or self.fit.largest[0] <= 10 * ROUNDING * self.fit.of:
+            return ""
+        return f"{self.fit.largest[0]:.2g} {self.units[1]} at {self.fit.largest[1]:.2g} {self.units[0]}"
 
 
 def joint_terms(
@@ -141,7 +141,7 @@ def _terms(joint: JointResult, form: Form | None, good: Collection[str], beyond:
             return WrittenJoint(stated={"friction": (0.0, joint.units()[1])}, left_out=left_out, note=joint.reason)
         steady = {name: own for name, own in quantities.items() if name not in UNSTEADY}
         return WrittenJoint(stated=steady if _has_friction(joint, good) else {}, left_out=left_out, beyond=beyond)
-    words, rotor, (unit, units) = form.words, {}, _units(joint)
+    words, rotor, units = form.words, {}, _units(joint)
     if "armature" in there and "armature" in words and there["armature"].verdict in good:
         rotor[words["armature"]] = _rounded(there["armature"].value, there["armature"].standard_error), "kg m^2"
     formless = set(FORMLESS) - ({"armature"} & words.keys())
@@ -157,12 +157,8 @@ def _terms(joint: JointResult, form: Form | None, good: Collection[str], beyond:
     return WrittenJoint(
         stated=friction | rotor,
         projected={name: own for name, own in quantities.items() if name not in FORMLESS and name not in form.of_law},
-        remains=(found.remains, unit),
-        of=found.of,
-        largest=(found.largest[0], f"{unit} at {found.largest[1]:.2g} {joint.units()[0]}")
-        if found.largest[0] > 10 * ROUNDING * found.of
-        else None,
-        close=found.close,
+        fit=found,
+        units=joint.units(),
         beyond=beyond and replace(beyond, friction=found.far),
         plain=(rounded.get("coulomb", 0.0), rounded["viscous"], any(map(rounded.get, ("stribeck", "gear_load")))),
         left_out={name: own for name, own in left_out.items() if words.get(BRISTLES.get(name, name)) not in friction},
@@ -176,13 +172,13 @@ def _has_friction(joint: JointResult, good: Collection[str]) -> bool:
     return known and (joint.verdict in good or any(joint.parameters[name].verdict in good for name in names))
 
 
-def _units(joint: JointResult) -> tuple[str, dict[str, str]]:
-    """Find the unit of a joint's friction, and the units of a friction model's numbers."""
+def _units(joint: JointResult) -> dict[str, str]:
+    """Find the units of a friction model's numbers."""
     speed, unit = joint.units()
     length = speed.removesuffix("/s")
     units = dict.fromkeys(("coulomb", "static", "stribeck"), unit) | {"gear_load": "1", "stribeck_velocity": speed}
     units |= dict.fromkeys(("viscous", "bristle_damping"), f"{unit} s/{length}")
-    return unit, units | {"bristle_stiffness": f"{unit}/{length}"}
+    return units | {"bristle_stiffness": f"{unit}/{length}"}
 
 
 def _errors(joint: JointResult) -> dict[str, float]:

@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from stribeck.base.typing import Array
 from stribeck.exporters.mjcf_of_urdf import mjcf_of_urdf
-from stribeck.exporters.target import Request
+from stribeck.exporters.targets import Request
 from stribeck.robot.model_file import kind_of
 from stribeck.robot.xml_file import read_xml
 
@@ -31,11 +31,11 @@ def drake_text(request: Request) -> str:
     root.setAttribute("xmlns:drake", "http://drake.mit.edu")
     for joint in _children(root, "joint"):
         name = joint.getAttribute("name")
-        stated = request.joints[name].stated if name in request.joints else {}
+        stated = request.numbers(name)
         if "damping" in stated and _child(joint, "dynamics").hasAttribute("friction"):
             _child(joint, "dynamics").removeAttribute("friction")  # included in the damping
         if "rotor_inertia" in stated:
-            _set_rotor(root, name, stated["rotor_inertia"][0])
+            _set_rotor(root, name, stated["rotor_inertia"])
     return _text(root, request.lines)
 
 
@@ -57,12 +57,16 @@ def mjcf_text(request: Request) -> str:
             if name in request.links:
                 _set_mjcf_inertia(_child(body, "inertial"), request.links[name])
             for joint in _children(body, "joint"):
-                if terms := request.joints.get(joint.getAttribute("name")):
-                    _set_mjcf_friction(root, joint, {word: value for word, (value, _) in terms.stated.items()})
+                if stated := request.numbers(joint.getAttribute("name")):
+                    _set_mjcf_friction(root, joint, stated)
     for compiler in _children(root, "compiler") if request.links else []:
         if compiler.getAttribute("inertiafromgeom") == "true":
             compiler.setAttribute("inertiafromgeom", "auto")  # use stated inertias instead of the shapes'
     return _text(root, [*request.lines, *notes])
+
+
+MODELS = {"urdf": urdf_text, "drake": drake_text, "mjcf": mjcf_text}
+"""Functions that format a robot's model, by target."""
 
 
 def _changed_urdf(request: Request, words: Collection[str]) -> Element:
@@ -72,10 +76,9 @@ def _changed_urdf(request: Request, words: Collection[str]) -> Element:
         if new := request.links.get(link.getAttribute("name")):
             _set_urdf_inertia(_child(link, "inertial"), new)
     for joint in _children(root, "joint"):
-        if terms := request.joints.get(joint.getAttribute("name")):
-            stated = {name: value for name, (value, _) in terms.stated.items() if name in words}
-            if stated:
-                _set_numbers(_child(joint, "dynamics"), **stated)
+        stated = request.numbers(joint.getAttribute("name"))
+        if own := {word: value for word, value in stated.items() if word in words}:
+            _set_numbers(_child(joint, "dynamics"), **own)
     _move_urdf_files(root, request.model.parent, request.folder)
     return root
 

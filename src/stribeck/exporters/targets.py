@@ -1,87 +1,142 @@
-"""Targets of `stribeck export --to`, with their friction models and the functions that format their files."""
+"""Targets of `stribeck export --to`, listed in targets.toml, and the summary at the head of their files."""
 
-from stribeck.exporters import model_files, text_files
-from stribeck.exporters.forms import gear, plain, stribeck, viscous
-from stribeck.exporters.target import Target
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 
-SAME = plain(**{name: name for name in ("static", "coulomb", "viscous", "armature")})
-"""Coulomb and viscous friction by their own names."""
+import pinocchio as pin
 
-TARGETS: dict[str, Target] = {
-    "mjcf": Target(
-        forms={
-            "plain": plain(coulomb="frictionloss", viscous="damping", armature="armature"),
-            "lugre": stribeck(  # for MuJoCo's dcmotor
-                coulomb="tau_c",
-                static="tau_s",
-                stribeck_velocity="omega_s",
-                viscous="damping",
-                bristle_stiffness="sigma_0",
-                bristle_damping="sigma_1",
-                armature="armature",
-            ),
-        },
-        suffix=".xml",
-        text=model_files.mjcf_text,
-        ranges=text_files.mujoco_ranges,
-        models=("mjcf", "urdf"),
-    ),
-    "urdf": Target(
-        forms={"plain": plain(coulomb="friction", viscous="damping")},
-        suffix=".urdf",
-        text=model_files.urdf_text,
-        models=("urdf",),
-    ),
-    "drake": Target(
-        forms={"viscous": viscous(viscous="damping", armature="rotor_inertia")},
-        suffix=".urdf",
-        text=model_files.drake_text,
-        models=("urdf",),
-    ),
-    "c": Target(forms={"all": None}, suffix=".h", text=text_files.c_text),
-    "python": Target(forms={"all": None}, suffix=".py", text=text_files.python_text),
-    "yaml": Target(
-        forms={"all": None, "plain": SAME},
-        suffix=".yaml",
-        text=text_files.yaml_text,
-        any_unit=True,
-        ranges=text_files.yaml_ranges,
-    ),
-    "table": Target(forms={"all": None}, suffix=".csv", text=text_files.table_text),
-    "isaaclab": Target(
-        forms={
-            "plain": plain(
-                static="friction", coulomb="dynamic_friction", viscous="viscous_friction", armature="armature"
-            )
-        },
-        suffix=".py",
-        text=text_files.isaaclab_text,
-        ranges=text_files.isaaclab_ranges,
-    ),
-    "mjlab": Target(
-        forms={"plain": plain(coulomb="frictionloss", viscous="viscous_damping", armature="armature")},
-        suffix=".py",
-        text=text_files.mjlab_text,
-    ),
-    "usd": Target(forms={"plain": SAME}, suffix=".py", text=text_files.usd_text),
-    "bam": Target(
-        forms={
-            "m4": gear(
-                coulomb="friction_base",
-                viscous="friction_viscous",
-                stribeck="friction_stribeck",
-                stribeck_velocity="dtheta_stribeck",
-                gear_load="load_friction_base",
-                armature="armature",
-            )
-        },
-        suffix=".json",
-        text=text_files.bam_text,
-    ),
-    "pinocchio": Target(
-        forms={"plain": plain(coulomb="friction", viscous="damping", armature="armature")},
-        suffix=".py",
-        text=text_files.pinocchio_text,
-    ),
+from stribeck.exporters.forms import Form
+from stribeck.exporters.joints import WrittenJoint
+from stribeck.exporters.samples import JointRanges
+from stribeck.result import Result
+from stribeck.robot import Robot
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Request:
+    """The content of an export.
+
+    Attributes
+    ----------
+    result, robot
+        The result of an identification, and its robot.
+    joints
+        Terms that the target states, by joint.
+    forms
+        Name of the friction model, by joint.
+    links
+        New inertias by link; empty unless the target writes the robot's model.
+    lines
+        Head of the file: quantities stated, approximated and left out.
+    folder
+        Folder of the file, for relative paths of meshes.
+    """
+
+    result: Result
+    robot: Robot
+    joints: Mapping[str, WrittenJoint]
+    forms: Mapping[str, str]
+    links: Mapping[str, pin.Inertia]
+    lines: list[str]
+    folder: Path
+
+    @property
+    def model(self) -> Path:
+        """Path of the robot's model file."""
+        return self.robot.model_file
+
+    def numbers(self, joint: str) -> dict[str, float]:
+        """Collect the values that the target states for a joint; empty for other joints."""
+        return self.joints[joint].numbers if joint in self.joints else {}
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Target:
+    """A target of `stribeck export --to`.
+
+    To add one: add its table to targets.toml, its name to `FORMATS` in `cli/options.py`, its row to the table in
+    docs/export.md, and its template, named after target and suffix, e.g. templates/usd.py.j2.
+
+    Attributes
+    ----------
+    forms
+        Friction models by name; the first is preferred if several have the same error. None stores all steady friction.
+    suffix
+        File suffix.
+    models
+        Kinds of robot models that the target writes with their inertias; empty for other kinds of files.
+    any_unit
+        Whether the file states each joint's unit, so that friction in A, or in rad of a command, can be stored.
+    ranges
+        Template of a file of ranges of the form "plain"; empty if the target does not support ranges.
+    """
+
+    forms: Mapping[str, Form | None]
+    suffix: str
+    models: Sequence[str] = ()
+    any_unit: bool = False
+    ranges: str = ""
+
+
+TARGETS = {
+    name: Target(**table | {"forms": {form: Form(words) if words else None for form, words in table["forms"].items()}})
+    for name, table in tomllib.loads(Path(__file__).with_name("targets.toml").read_text("utf-8")).items()
 }
 """Targets by their name after `--to`."""
+
+
+def summary(
+    result: Result,
+    robot: Robot,
+    target: Target,
+    joints: Mapping[str, WrittenJoint | JointRanges],
+    impossible: list[str],
+    *,
+    inertia: bool = False,
+) -> list[str]:
+    """Summarize an export in lines for the console and the head of the file.
+
+    Parameters
+    ----------
+    result, robot
+        The result of an identification, and its robot.
+    target
+        The target of the export.
+    joints
+        Terms or ranges that the target states, by joint.
+    impossible
+        Joints whose estimated body is physically impossible.
+    inertia
+        Whether a robot model gets the corrected inertias.
+    """
+    logs = ", ".join(Path(path).name for path in result.log.paths if path) or "a log"
+    own = result.corrections
+    bodies = ", ".join(own.bodies) if own else ""
+    temperatures = {name: result.joints[name].mean_temperature for name in joints}
+    warm = ", ".join(f"{name} {mean:.3g}" for name, mean in temperatures.items() if mean is not None)
+    scaled = {name: joint for name, joint in result.joints.items() if joint.torque_unit and name not in joints}
+    kept = ", ".join(name for name in result.joints if name not in joints and name not in scaled)
+    slow = ", ".join(name for name, terms in joints.items() if isinstance(terms, WrittenJoint) and terms.beyond)
+    changed, unchanged = "Cannot store corrected inertias", "Not identified or not requested"
+    if target.models:
+        kept_inertia = "Kept the model's inertias (`--with inertia` writes the estimates) of the links driven by"
+        changed = "Changed inertias of the links driven by" if inertia else kept_inertia
+        unchanged = "Not identified; the model's friction is kept for"
+    nearest = "Physically impossible estimate; the nearest valid inertia was written for the links driven by"
+    sentences = {
+        f"{changed}: {bodies}.": bodies,
+        f"{nearest}: {', '.join(impossible)}.": impossible,
+        **{f"Joint {name}: {terms}.": True for name, terms in joints.items()},
+        **{f"Left out joint {name}: {joint.unit_note}.": True for name, joint in scaled.items()},
+        f"Extrapolated beyond the log's speeds, with the other joints: {slow}.": slow,
+        f"Valid at the mean joint temperatures of the log [°C]: {warm}.": warm,
+        f"{unchanged}: {kept}.": kept,
+        f"Cannot store the friction of couplings: {', '.join(result.couplings)}.": result.couplings,
+        "Not part of a model: the estimated gains of torque sensors and zeros of encoders.": own
+        and (own.torque_gain or own.encoder_zero),
+    }
+    model = Path(robot.model_path).name or robot.name
+    first = f"Written by stribeck from {model} and the result of {logs} (method {result.method}, law {result.law})."
+    return [first, *(sentence for sentence, holds in sentences.items() if holds)]

@@ -8,9 +8,10 @@ from stribeck.base.outputs import staged_folder, whole_or_not_at_all
 from stribeck.errors import NothingIdentifiedError, SettingsError, did_you_mean
 from stribeck.exporters.joints import WrittenJoint, joint_terms
 from stribeck.exporters.links import corrected_links
+from stribeck.exporters.model_files import MODELS
 from stribeck.exporters.samples import drawn, joint_ranges
-from stribeck.exporters.target import Request, summary
-from stribeck.exporters.targets import TARGETS
+from stribeck.exporters.targets import TARGETS, Request, summary
+from stribeck.exporters.text_files import file_text, rendered
 from stribeck.exporters.written import table_of_joints
 from stribeck.result import Result, read_result
 from stribeck.robot import Robot
@@ -92,7 +93,7 @@ def export(
                 "choose another target"
             )
     with whole_or_not_at_all(path) as temporary:
-        temporary.write_text(TARGETS[target].text(request), encoding="utf-8")
+        temporary.write_text(_text(target, request), encoding="utf-8")
     first, *others = request.lines
     return [first, *table_of_joints(request.result, request.robot, request.joints), *others]
 
@@ -143,11 +144,10 @@ def export_samples(
         raise SettingsError(f"export: {count} samples were requested; expected 1 to 100,000")
     choice = FileContent(joints=joints, include_weak=include_weak, friction=friction, inertia=inertia)
     forms = _request(result, robot, Path(folder), target, choice).forms  # the same in all files
-    own = TARGETS[target]
-    paths = [Path(folder) / f"{k:03d}{own.suffix}" for k in range(count)]
+    paths = [Path(folder) / f"{k:03d}{TARGETS[target].suffix}" for k in range(count)]
     with staged_folder(folder) as staging:
         for path, each in zip(paths, drawn(result, count, seed), strict=True):
-            text = own.text(_request(each, robot, path, target, choice, forms))
+            text = _text(target, _request(each, robot, path, target, choice, forms))
             (staging / path.name).write_text(text, encoding="utf-8")
     return paths
 
@@ -192,7 +192,7 @@ def export_ranges(
     """
     result, robot = _read(result, robot)
     own = TARGETS.get(target)
-    if own is None or own.ranges is None:
+    if own is None or not own.ranges:
         ranged = [name for name, each in TARGETS.items() if each.ranges]
         raise SettingsError(f"export: target '{target}' has no ranges; expected {_either(ranged)}")
     _check(result, robot, Path(path))
@@ -204,7 +204,7 @@ def export_ranges(
     first, *rest = summary(result, robot, replace(own, models=()), found, [])
     lines = [first, "Each range contains 95 % of the models that are consistent with the log.", *rest]
     with whole_or_not_at_all(path) as temporary:
-        temporary.write_text(own.ranges(lines, found), encoding="utf-8")
+        temporary.write_text(rendered(own.ranges, lines=lines, joints=found), encoding="utf-8")
     return lines
 
 
@@ -253,12 +253,17 @@ def _request(
     return Request(result=result, robot=robot, joints=found, forms=forms, links=links, lines=lines, folder=path.parent)
 
 
+def _text(target: str, request: Request) -> str:
+    """Format the file of a target: a robot's model, or a template."""
+    return MODELS[target](request) if target in MODELS else file_text(f"{target}{TARGETS[target].suffix}", request)
+
+
 def _best(tried: Mapping[str, Mapping[str, WrittenJoint]]) -> dict[str, str]:
     """Choose the friction model of each joint, given its terms by model: the first close one, or the closest."""
     losses: dict[str, dict[str, float]] = {}
     for name, terms in tried.items():
         for joint, own in terms.items():
-            losses.setdefault(joint, {})[name] = 0.0 if own.close else own.share
+            losses.setdefault(joint, {})[name] = own.fit.share if own.fit and not own.fit.close else 0.0
     return {joint: min(own, key=own.__getitem__) for joint, own in losses.items()}
 
 

@@ -10,7 +10,6 @@ from stribeck.robot import Robot
 from stribeck.robot.model_file import load_model
 
 LEGEND = "Coulomb friction at mean load + viscous friction times the speed v, in N m and rad/s, or N and m/s:"
-HEAD = ("joint", "in the model", "identified", "written", "largest difference")
 
 
 def table_of_joints(result: Result, robot: Robot, joints: Mapping[str, WrittenJoint]) -> list[str]:
@@ -26,12 +25,13 @@ def table_of_joints(result: Result, robot: Robot, joints: Mapping[str, WrittenJo
             _sum(model.get(name)),
             _identified(result.joints[name]),
             _sum(terms.plain),
-            "{:.2g} {}".format(*terms.largest) if terms.largest else "none",
+            terms.difference or "none",
         )
         for name, terms in joints.items()
         if terms.plain is not None
     ]
-    return [LEGEND, *aligned([HEAD, *rows])] if rows else []
+    head = ("joint", "in the model", "identified", "written", "largest difference")
+    return [LEGEND, *aligned([head, *rows])] if rows else []
 
 
 def _in_the_model(robot: Robot) -> dict[str, tuple[float, float, bool]]:

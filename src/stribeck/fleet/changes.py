@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from stribeck.base.typing import Array, BoolArray, IntArray
+from stribeck.base.typing import Array, IntArray
 
 SLACK, CLIP = 1.0, 4.0
 """Slack k of the charts, and largest z that counts [standard deviations].
@@ -82,7 +82,8 @@ def find_changes(
     starts, stops = starts[longest], stops[longest]
     shape = (len(starts), values.shape[1])
     weight, mean = np.zeros(shape), np.zeros(shape)
-    side = {sign: _Side(np.zeros(shape), np.zeros(shape, dtype=np.int64)) for sign in (1, -1)}
+    signs = np.array([1.0, -1.0])[:, None, None]  # the two directions of each chart
+    sums, first = np.zeros((2, *shape)), np.zeros((2, *shape), dtype=np.int64)  # first log since the sum was zero
     for step in range(int((stops - starts).max())):
         count = int(np.sum(stops - starts > step))
         own = slice(0, count)
@@ -99,27 +100,12 @@ def find_changes(
         mean[own] = (weight[own] * mean[own] + precision * clipped) / np.maximum(weight[own] + precision, 1e-300)
         weight[own] += precision
         z *= (1 - 1 / np.maximum(4 * freedom, 1.0)) / np.sqrt(1 + z**2 / np.maximum(2 * freedom, 1e-9))
-        for sign, each in side.items():
-            each.add(own, sign * z, step, known)
-            robot, channel = np.nonzero(each.sum[own] > limit)
-            found += zip(robot, channel, starts[robot] + each.first[robot, channel], place[robot], strict=True)
-            weight[robot, channel] = 0.0  # the chart starts anew
-            for other in side.values():
-                other.sum[robot, channel] = 0.0
+        first[:, own][(sums[:, own] == 0) & known] = step
+        sums[:, own] = np.where(known, np.maximum(sums[:, own] + signs * z - SLACK, 0.0), sums[:, own])
+        side, robot, channel = np.nonzero(sums[:, own] > limit)
+        found += zip(robot, channel, starts[robot] + first[side, robot, channel], place[robot], strict=True)
+        weight[robot, channel] = sums[:, robot, channel] = 0.0  # these charts start anew
     return _measured(found, starts, stops, values, variance)
-
-
-@dataclass(eq=False)
-class _Side:
-    """One direction of all charts: the sum, and the number of the first log since it was zero."""
-
-    sum: Array
-    first: IntArray
-
-    def add(self, own: slice, z: Array, step: int, known: BoolArray) -> None:
-        """Add the logs of one step."""
-        self.first[own][(self.sum[own] == 0) & known] = step
-        self.sum[own] = np.where(known, np.maximum(self.sum[own] + z - SLACK, 0.0), self.sum[own])
 
 
 def _measured(

@@ -6,25 +6,21 @@ import numpy as np
 
 from stribeck.fleet.trends import Trends
 from stribeck.report.charts import Chart, axis, density, line, robust_limits
-from stribeck.report.page import Section, render, write_page
+from stribeck.report.page import render, section, write_page
 
 
 def write_trends(found: Trends, path: str | Path) -> None:
     """Write the trends as one self-contained HTML file, completely or not at all."""
-    charts, figures = dict[str, Chart](), list[tuple[str, str]]()
+    figures: dict[str, tuple[Chart, str]] = {}
     changed = {(each.robot, each.joint): "law" for each in found.alarms}
     shown = changed | {(each.robot, each.joint): "ink" for each in found.odd} | changed  # changes are drawn first
     for joint in dict.fromkeys(each.joint for each in found.fleet.channels):
-        name = f"t{len(charts)}"
         own = {robot: colour for (robot, of), colour in shown.items() if of == joint}
-        charts[name], caption = _chart(found, joint, own)
-        figures.append((name, caption))
+        figures[f"t{len(figures)}"] = _chart(found, joint, own)
     sections = [
-        Section(anchor="alarms", title="Changes", body=render("trends_tables.html.j2", found=found)),
-        Section(
-            anchor="joints", title="Joints over time", body=render("trends.html.j2", figures=figures), charts=charts
-        ),
-        Section(anchor="type", title="Friction of the type", body=render("trends_type.html.j2", found=found)),
+        section("alarms", "Changes", "trends_tables", found=found),
+        section("joints", "Joints over time", "trends", figures),
+        section("type", "Friction of the type", "trends_type", found=found),
     ]
     write_page(path, found.title, sections, lead=render("trends_heading.html.j2", found=found))
 

@@ -3,7 +3,7 @@
 import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -125,27 +125,23 @@ def _engine(backend: str, workers: int) -> Iterator[None]:
         raise SettingsError(f"backend: found '{backend}', expected one of {', '.join(BACKENDS)}")
     if backend != "loky":
         require_extra(backend, BACKENDS[backend])
-    if backend == "ray":
-        import ray
-        from ray.util.joblib import register_ray
+    with ExitStack() as stack:
+        if backend == "ray":
+            import ray
+            from ray.util.joblib import register_ray
 
-        register_ray()  # type: ignore[no-untyped-call]
-        if not ray.is_initialized():
-            ray.init(num_cpus=None if workers < 0 or "RAY_ADDRESS" in os.environ else workers, log_to_driver=False)
-        try:
-            with joblib.parallel_config(backend="ray", n_jobs=workers):
-                yield
-        finally:
-            ray.shutdown()
-    elif backend == "dask":
-        import dask
-        from distributed import Client
+            register_ray()  # type: ignore[no-untyped-call]
+            if not ray.is_initialized():
+                alone = workers > 0 and "RAY_ADDRESS" not in os.environ
+                ray.init(num_cpus=workers if alone else None, log_to_driver=False)
+            stack.callback(ray.shutdown)
+        elif backend == "dask":
+            import dask
+            from distributed import Client
 
-        dask.config.set({"distributed.worker.daemon": False})  # workers start a process per log
-        here = {} if "DASK_SCHEDULER_ADDRESS" in os.environ else {"n_workers": max(workers, 1), "threads_per_worker": 1}
-        client = Client(**here)  # type: ignore[no-untyped-call]
-        with client, joblib.parallel_config(backend="dask", n_jobs=workers):
-            yield
-    else:
-        with joblib.parallel_config(backend="loky", n_jobs=workers):
-            yield
+            dask.config.set({"distributed.worker.daemon": False})  # workers start a process per log
+            alone = "DASK_SCHEDULER_ADDRESS" not in os.environ
+            client = Client(**{"n_workers": max(workers, 1), "threads_per_worker": 1} if alone else {})  # type: ignore[no-untyped-call]
+            stack.enter_context(client)
+        stack.enter_context(joblib.parallel_config(backend=backend, n_jobs=workers))
+        yield

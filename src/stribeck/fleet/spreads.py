@@ -8,9 +8,6 @@ from scipy.stats import t as student_t
 from stribeck.base.typing import Array
 from stribeck.fleet.friction import Fleet
 
-MEDIAN_EFFICIENCY = 0.37
-"""Degrees of freedom of a median absolute deviation per value [1] (Hampel 1974)."""
-
 
 def log_variance(fleet: Fleet, channel: int) -> tuple[Array, float]:
     """Compute the relative variance of each log about its robot's friction, omega^2 + phi s^2, shape (N,).
@@ -29,7 +26,8 @@ def log_variance(fleet: Fleet, channel: int) -> tuple[Array, float]:
     valid = (fleet.robots[1:] == fleet.robots[:-1]) & np.isfinite(difference)
     difference, own = difference[valid], own[valid]
     if len(difference):
-        limit = student_t.isf(norm.sf(4), max(MEDIAN_EFFICIENCY * len(difference), 1)) * 1.4826
+        of_median = 0.37 * len(difference)  # degrees of freedom of a median absolute deviation (Hampel 1974)
+        limit = student_t.isf(norm.sf(4), max(of_median, 1)) * 1.4826
         kept = np.abs(difference) <= limit * np.median(np.abs(difference))
         difference, own = difference[kept], own[kept]
     freedom = 2 / 3 * len(difference)

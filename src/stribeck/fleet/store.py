@@ -21,13 +21,10 @@ from pathlib import Path
 from typing import Any
 
 import duckdb
-import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from stribeck.errors import SettingsError
-from stribeck.result import JointResult, Result
-from stribeck.result.tables import parameter_rows
 
 NUMBER, TEXT, COUNT = pa.float64(), pa.string(), pa.int64()
 TABLES = {
@@ -51,8 +48,6 @@ LOGS = {
 SCHEMA = pa.schema({**LOGS, **{name: pa.list_(pa.struct(of)) for name, of in TABLES.items()}})
 IDENTIFIED = "identified"
 """Status of a log with a result; the others have an error, and a separate file, which the next try replaces."""
-SPEEDS = tuple(digit * 10.0**power for power in range(-3, 3) for digit in (1, 2, 5))
-"""Speeds of all curves [rad/s], [m/s], so that logs can be compared."""
 
 
 def key_of(*parts: str) -> str:
@@ -73,64 +68,15 @@ def folder_of(store: Path, robot: str) -> Path:
 def row_of(store: Path, robot: str, key: str) -> dict[str, Any] | None:
     """Find the newest row of a key, in a separate file or a merged one; None if a robot's folder has no such row."""
     folder = store / f"robot={robot}"
-    if (own := folder / f"{key}.parquet").exists():
-        return _read(own).to_pylist()[0]  # type: ignore[no-any-return]
-    for path in folder.glob("*.parquet"):
-        if len(path.stem) < len(key):  # a merged file
-            keys = pq.read_table(path, columns=["key"], partitioning=None)["key"].to_pylist()
-            if key in keys:
-                return _read(path).slice(keys.index(key), 1).to_pylist()[0]  # type: ignore[no-any-return]
-    return None
+    own = folder / f"{key}.parquet"
+    files = [own] if own.exists() else [path for path in folder.glob("*.parquet") if len(path.stem) < len(key)]
+    found = (_read(path, filters=[("key", "=", key)]).to_pylist() for path in files)
+    return next((rows[0] for rows in found if rows), None)
 
 
 def write_row(store: Path, robot: str, row: dict[str, Any]) -> None:
     """Write the row of a log, completely or not at all."""
     _write(pa.Table.from_pylist([row], SCHEMA), folder_of(store, robot) / f"{row['key']}.parquet")
-
-
-def rows_of(result: Result) -> dict[str, list[dict[str, Any]]]:
-    """Make the tables of a log from its result."""
-    rows: dict[str, list[dict[str, Any]]] = {name: [] for name in TABLES}
-    for joint, found in result.all_friction.items():
-        own = {"joint": joint, "verdict": found.verdict, "reason": found.reason, "samples": found.samples}
-        own |= {"top_speed": max(map(abs, found.velocity_range)), "residual_rms": found.residual_rms}
-        rows["joints"].append(own | {"torque_r2": found.torque_r2.best if found.torque_r2 else None})
-        rows["curves"] += _curve(joint, found)
-    rows["parameters"] = [row for row in parameter_rows(result) if row["parameter"]]
-    rows["findings"] = [
-        {"check": each.check, "joints": list(each.joints), "text": each.text, "remedy": each.remedy}
-        for each in result.findings
-    ]
-    rows["corrections"] = list(_corrections(result))
-    return rows
-
-
-def _curve(joint: str, found: JointResult) -> Iterator[dict[str, Any]]:
-    """Evaluate the friction of a joint at those of `SPEEDS` that its log reaches: mean of both directions."""
-    reached = [v for v in SPEEDS if found.curve and found.curve[0].velocity <= v <= found.curve[-1].velocity]
-    forward, backward = (found.band(sign * np.array(reached)) for sign in (1.0, -1.0))
-    if not reached or forward is None or backward is None or forward[1] is None:
-        return
-    half = (forward[1][1] - forward[1][0]) / 2
-    units = dict(zip(("speed_unit", "unit"), found.units(), strict=True))
-    for k, velocity in enumerate(reached):
-        friction, own = float(forward[0][k] - backward[0][k]) / 2, float(half[k])
-        ends = {"standard_error": own / 1.96, "low": friction - own, "high": friction + own}
-        yield {"joint": joint, "velocity": velocity, "friction": friction} | ends | units
-
-
-def _corrections(result: Result) -> Iterator[dict[str, Any]]:
-    found = result.corrections
-    if found is None:
-        return
-    by_joint = (("torque_gain", "1"), ("encoder_zero", "rad"), ("command_delay", "s"))
-    pairs = [(name, joint, *pair, unit) for name, unit in by_joint for joint, pair in getattr(found, name).items()]
-    pairs += [("mass", body, own.mass[1] - own.mass[0], own.mass_error, "kg") for body, own in found.bodies.items()]
-    for name in ("torque_delay", "base_delay"):
-        if getattr(found, name):
-            pairs.append((name, "", *getattr(found, name), "s"))
-    for name, of, value, error, unit in pairs:
-        yield {"correction": name, "of": of, "value": value, "standard_error": error, "unit": unit}
 
 
 def connect(store: str | Path) -> duckdb.DuckDBPyConnection:
@@ -193,8 +139,8 @@ def _files(store: Path) -> list[Path]:
     return sorted(store.glob("robot=*/*.parquet"))
 
 
-def _read(path: Path) -> pa.Table:
-    return pq.read_table(path, schema=SCHEMA, partitioning=None)
+def _read(path: Path, **more: Any) -> pa.Table:
+    return pq.read_table(path, schema=SCHEMA, partitioning=None, **more)
 
 
 def _damage(path: Path) -> str:
@@ -221,12 +167,9 @@ def views(store: Path) -> str:
     read = f"read_parquet('{files}', filename = true, hive_partitioning = false, union_by_name = true)"
     read = f"(SELECT * EXCLUDE (filename), {robot} FROM {read} WHERE start IS NOT NULL)"
     newest = f"{read} AS rows SEMI JOIN (SELECT key, robot, finished FROM {read} {last}) USING (key, robot, finished)"
-    parts = [f"CREATE OR REPLACE TEMP VIEW newest AS SELECT * FROM {newest};"]
-    parts.append(f"CREATE OR REPLACE TEMP VIEW logs AS SELECT * EXCLUDE ({', '.join(TABLES)}) FROM newest;")
-    for name in TABLES:
-        own = f"SELECT key, robot, start, unnest({name}, recursive := true) FROM newest"
-        parts.append(f"CREATE OR REPLACE TEMP VIEW {name} AS {own};")
-    return "\n".join(parts) + "\n"
+    found = {"newest": f"SELECT * FROM {newest}", "logs": f"SELECT * EXCLUDE ({', '.join(TABLES)}) FROM newest"}
+    found |= {name: f"SELECT key, robot, start, unnest({name}, recursive := true) FROM newest" for name in TABLES}
+    return "".join(f"CREATE OR REPLACE TEMP VIEW {name} AS {own};\n" for name, own in found.items())
 
 
 def compact(store: Path) -> tuple[int, int, list[Path]]:
@@ -245,14 +188,11 @@ def compact(store: Path) -> tuple[int, int, list[Path]]:
         If the folder is not a store, or a run writes to it.
     """
     _require_store(store)
-    counts = [0, 0]
     with locked(store):
         damaged = set_aside(store)
-        for link in sorted(store.glob("robot=*")):
-            if files := sorted(link.glob("*.parquet")):
-                counts[0] += len(files)
-                counts[1] += _compact_robot(store, link, files)
-    return counts[0], counts[1], damaged
+        files = {link: sorted(link.glob("*.parquet")) for link in sorted(store.glob("robot=*"))}
+        after = sum(_compact_robot(store, link, own) for link, own in files.items() if own)
+    return sum(map(len, files.values())), after, damaged
 
 
 def _compact_robot(store: Path, link: Path, files: list[Path]) -> int:

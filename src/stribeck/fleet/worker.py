@@ -5,6 +5,7 @@ import os
 import resource
 import signal
 import tempfile
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -15,19 +16,24 @@ from time import monotonic, time
 from typing import Annotated, Any, ClassVar
 
 import fsspec
+import numpy as np
 from pydantic import Field
 
 from stribeck.base.version import __version__
 from stribeck.errors import StribeckError
 from stribeck.fleet.jobs import Job
-from stribeck.fleet.store import IDENTIFIED, key_of, row_of, rows_of, time_of, write_row
+from stribeck.fleet.store import IDENTIFIED, TABLES, key_of, row_of, time_of, write_row
 from stribeck.pipeline import identify
+from stribeck.result import JointResult, Result
 from stribeck.result.provenance import sha256
+from stribeck.result.tables import parameter_rows
 from stribeck.robot import Robot
 from stribeck.settings import Table
 
 OUT_OF_MEMORY = 77
 """Exit code of a process that needs more memory than allowed."""
+SPEEDS = tuple(digit * 10.0**power for power in range(-3, 3) for digit in (1, 2, 5))
+"""Speeds of all curves [rad/s], [m/s], so that logs can be compared."""
 
 
 class Limits(Table):
@@ -81,8 +87,8 @@ def work(job: Job, store: Path, robot: str, limits: Limits, again: bool) -> Outc
         Whether a log that failed before is tried again.
     """
     began = monotonic()
-    about: dict[str, Any] = {"log": job.log, "size": job.size, "modified": job.modified, "note": job.note}
-    about |= {"robot_file": job.robot_file, "robot_sha256": robot, "start": time_of(job.start), "version": __version__}
+    about = {name: value for name, value in vars(job).items() if name != "robot"}  # the folder names the robot
+    about |= {"robot_sha256": robot, "start": time_of(job.start), "version": __version__}
     about |= _content(job.log, job, robot)  # until the log is read
     with tempfile.TemporaryDirectory(prefix="stribeck-") as folder:
         try:
@@ -194,3 +200,48 @@ def _local(url: str, folder: Path) -> str:
     target = folder / Path(path).name
     files.get(path, str(target), recursive=files.isdir(path))
     return str(target)
+
+
+def rows_of(result: Result) -> dict[str, list[dict[str, Any]]]:
+    """Make the tables of a log from its result."""
+    rows: dict[str, list[dict[str, Any]]] = {name: [] for name in TABLES}
+    for joint, found in result.all_friction.items():
+        own = {"joint": joint, "verdict": found.verdict, "reason": found.reason, "samples": found.samples}
+        own |= {"top_speed": max(map(abs, found.velocity_range)), "residual_rms": found.residual_rms}
+        rows["joints"].append(own | {"torque_r2": found.torque_r2.best if found.torque_r2 else None})
+        rows["curves"] += _curve(joint, found)
+    rows["parameters"] = [row for row in parameter_rows(result) if row["parameter"]]
+    rows["findings"] = [
+        {"check": each.check, "joints": list(each.joints), "text": each.text, "remedy": each.remedy}
+        for each in result.findings
+    ]
+    rows["corrections"] = list(_corrections(result))
+    return rows
+
+
+def _curve(joint: str, found: JointResult) -> Iterator[dict[str, Any]]:
+    """Evaluate the friction of a joint at those of `SPEEDS` that its log reaches: mean of both directions."""
+    reached = [v for v in SPEEDS if found.curve and found.curve[0].velocity <= v <= found.curve[-1].velocity]
+    forward, backward = (found.band(sign * np.array(reached)) for sign in (1.0, -1.0))
+    if not reached or forward is None or backward is None or forward[1] is None:
+        return
+    half = (forward[1][1] - forward[1][0]) / 2
+    units = dict(zip(("speed_unit", "unit"), found.units(), strict=True))
+    for k, velocity in enumerate(reached):
+        friction, own = float(forward[0][k] - backward[0][k]) / 2, float(half[k])
+        ends = {"standard_error": own / 1.96, "low": friction - own, "high": friction + own}
+        yield {"joint": joint, "velocity": velocity, "friction": friction} | ends | units
+
+
+def _corrections(result: Result) -> Iterator[dict[str, Any]]:
+    found = result.corrections
+    if found is None:
+        return
+    by_joint = (("torque_gain", "1"), ("encoder_zero", "rad"), ("command_delay", "s"))
+    pairs = [(name, joint, *pair, unit) for name, unit in by_joint for joint, pair in getattr(found, name).items()]
+    pairs += [("mass", body, own.mass[1] - own.mass[0], own.mass_error, "kg") for body, own in found.bodies.items()]
+    for name in ("torque_delay", "base_delay"):
+        if getattr(found, name):
+            pairs.append((name, "", *getattr(found, name), "s"))
+    for name, of, value, error, unit in pairs:
+        yield {"correction": name, "of": of, "value": value, "standard_error": error, "unit": unit}

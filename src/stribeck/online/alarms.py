@@ -28,16 +28,10 @@ RAISED, CLEARED = 1.0, 5.0
 """Time beyond the limit until an alarm is raised, and within half of the limit until it is cleared [s]."""
 LEARNED, PRIOR = 60.0, 2.0
 """Duration of motion that the reference averages, and the weight of the identified friction in it [s]."""
-EARLIEST = 5.0
-"""Duration of motion before the first alarm of a joint [s]: until its noise is known."""
-NORMAL = 0.04
-"""Standard deviation of normal changes of a joint's friction relative to the other joints [1]."""
 SHARED_LEAST, PAYLOAD_LEAST = 0.1, 0.02
 """Smallest common change of friction [1] and payload relative to the robot's mass [1] that raise an alarm."""
 FEWEST = 4
 """Smallest number of joints whose common change is separated from changes of single joints."""
-HUBER = 2.0
-"""Deviation of a joint [standard deviations] beyond which it loses weight in a common change."""
 
 Kind = Literal["joint", "all joints", "payload"]
 
@@ -126,14 +120,16 @@ class Watchdog:
         change = np.concatenate([total, [shared[strongest], mass]])
         normal = np.append(own_variance, np.square([SHARED_LEAST, PAYLOAD_LEAST]) / self._quantiles[0] ** 2)
         random = np.concatenate([noise, [shared_error[strongest] ** 2, mass_error**2]])
-        seen = np.concatenate([moved & (self.learned >= EARLIEST), [moved.sum() >= FEWEST, np.isfinite(mass_error)]])
+        known = self.learned >= 5.0  # [s] of motion, until a joint's noise is known
+        seen = np.concatenate([moved & known, [moved.sum() >= FEWEST, np.isfinite(mass_error)]])
         alarms = self._decide(time, change, normal, random, seen)
         self._learn(changes, moved, payload)
         return alarms
 
     def _reference_variance(self) -> Array:
         """Compute the variance of normal changes since the reference, shape (n,)."""
-        return np.asarray(NORMAL**2 + self._spread**2 * PRIOR / (PRIOR + self.learned))
+        normal = 0.04  # standard deviation of normal changes of a joint's friction relative to the other joints [1]
+        return np.asarray(normal**2 + self._spread**2 * PRIOR / (PRIOR + self.learned))
 
     def _learn(self, changes: Array, moved: BoolArray, payload: tuple[float, float]) -> None:
         """Average the first minute of motion of joints without an alarm."""
@@ -157,13 +153,14 @@ class Watchdog:
         information = shapes[:, :, None] * inverse * shapes[:, None, :]
         right = shapes * (inverse @ changes[:, :, None])[:, :, 0]
         weight: Array = np.ones(len(changes))
+        huber = 2.0  # deviation of a joint beyond which it loses weight [standard deviations]
         found, matrix = np.zeros(2), np.eye(2)
         for _ in range(4):
             matrix = np.asarray(np.tensordot(weight, information, 1) + np.eye(2))  # a change by 100 % is unlikely
             found = np.asarray(np.linalg.solve(matrix, weight @ right))
             left = changes - shapes * found
             square = (left[:, None] @ inverse @ left[:, :, None])[:, 0, 0]
-            weight = np.minimum(1.0, HUBER / np.sqrt(np.maximum(square, 1e-18)))
+            weight = np.minimum(1.0, huber / np.sqrt(np.maximum(square, 1e-18)))
         return found, np.sqrt(np.diag(np.linalg.inv(matrix)))
 
     def _decide(self, time: float, change: Array, normal: Array, random: Array, seen: BoolArray) -> list[Alarm]:

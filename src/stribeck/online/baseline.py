@@ -13,11 +13,6 @@ from stribeck.result import JointResult, Result
 from stribeck.result.law_values import law_values
 from stribeck.robot import Robot
 
-UNEVEN = {"slope": JUMP}
-"""Values of parameters beyond velocity that a joint lacks; all others are zero."""
-LEAST_SPREAD, MOST_SPREAD = 0.02, 0.5
-"""Bounds of the standard deviation of friction from log to log, relative to its value [1]."""
-
 
 class Baseline:
     """Friction of a result, for the joints of a robot that have some.
@@ -67,7 +62,8 @@ class Baseline:
         self.speeds, values, errors = np.maximum(curve.transpose(2, 1, 0), 1e-9)
         self.level, self.speed, self.own_error = values[1], self.speeds[1], errors / values
         spreads = [max(point.between_logs for point in joint.curve) for joint in joints]
-        self.spread = np.clip(np.hypot(spreads, self.own_error[1]), LEAST_SPREAD, MOST_SPREAD)
+        least, most = 0.02, 0.5  # bounds of the spread [1]
+        self.spread = np.clip(np.hypot(spreads, self.own_error[1]), least, most)
         viscous = np.array([joint.values.get("viscous", 0.0) for joint in joints])
         self.viscous_share = np.clip(viscous * self.speed / self.level, 0.0, 1.0)
         self.offset = np.array([joint.values.get("offset", 0.0) for joint in joints])
@@ -77,8 +73,9 @@ class Baseline:
         parts = [law_values(self._law, {**joint.values, "offset": 0.0}) for joint in joints]
         self._values = np.column_stack([part for part in parts if part is not None])
         names = set[str]().union(*(joint.values for joint in joints))
-        self._beyond = {
-            name: np.array([joint.values.get(name, UNEVEN.get(name, 0.0)) for joint in joints]) for name in names
+        self._beyond = {  # a joint without a parameter has a sharp sign, and zero for the others
+            name: np.array([joint.values.get(name, JUMP if name == "slope" else 0.0) for joint in joints])
+            for name in names
         }
         settings = (name for term in LADDER for name in term.settings)
         self._settings = {name: np.array([getattr(joint, name) or 0.0 for joint in joints]) for name in settings}

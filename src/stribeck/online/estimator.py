@@ -32,12 +32,8 @@ from stribeck.robot import Robot
 
 WINDOW = 0.05
 """Duration of a window [s]: short compared with a step, long compared with the noise of velocities."""
-TURNED = 5
-"""Number of samples that share the tilt of a standing sole, which is at rest."""
 FEWEST = 8
 """Smallest number of samples in a window."""
-SLOW = 0.25
-"""Speed relative to the slow point of the friction curve below which a joint is near standstill [1]."""
 WALK = 300.0
 """Motion in which friction may change as much as it differs from log to log [s]."""
 RETURN = 3600.0
@@ -203,7 +199,8 @@ class OnlineFriction:
             self._trees[self._mode] = Tree(self._mode)
         tree = self._trees[self._mode]
         row, position = self._filled, signals[0]
-        motion = tree.momentum(position, signals[1], base, turned=row % TURNED == 0)
+        turned = row % 5 == 0  # five samples share the tilt of a standing sole, which is at rest
+        motion = tree.momentum(position, signals[1], base, turned=turned)
         self._signals[:3, row], self._signals[3:5, row] = signals, motion
         self._signals[5, row] = np.nan if warm is None else warm
         self._filled += 1
@@ -229,7 +226,7 @@ class OnlineFriction:
         law = w[every] @ of.friction(v[every], q[every], tau[every], warmer[every]) / w[every].sum()
         payload = tree.payload(position, base)[columns] * self.robot.mass
         regressor = np.stack([law, of.level, (w @ v) / of.speed * of.level, payload], axis=1) / of.level[:, None]
-        slow = SLOW * of.speeds[0]
+        slow = 0.25 * of.speeds[0]  # near standstill: far below the slow point of the friction curve
         moving = (v > slow).all(axis=0) | (v < -slow).all(axis=0)
         value = (friction - of.offset - law) / of.level
         return regressor, value, moving & tree.seen[columns], tree.stands[columns]
@@ -266,12 +263,10 @@ class OnlineFriction:
         limits = [level * np.maximum(each, 0.0) for each in (now - half, now + half, 1 - normal, 1 + normal)]
         corrections = 1 + state[:, 0], level * state[:, 1], level / of.speed * state[:, 2]
         rows = np.stack([*corrections, level * now, level, self.motion, *limits], axis=1).tolist()
-        found = {}
-        for name, (*own, low, high, lowest, highest) in zip(of.names, rows, strict=True):
-            s, o, v, now, before, motion = own
-            ends = (low, high), (lowest, highest)
-            found[name] = FrictionState(s, o, v, now, before, motion, *ends, name in self.alarms)
-        return found
+        return {
+            name: FrictionState(s, o, v, now, was, moved, (ends[0], ends[1]), (ends[2], ends[3]), name in self.alarms)
+            for name, (s, o, v, now, was, moved, *ends) in zip(of.names, rows, strict=True)
+        }
 
     def compensation_gains(self, most: float = 1.5) -> dict[str, float]:
         """Compute the gain of each joint for `friction_settings.gain` of the exported C header.

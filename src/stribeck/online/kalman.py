@@ -18,10 +18,6 @@ MEMORY = 600.0
 """Number of windows over which noise and correlation are averaged."""
 CAUTIOUS, GUESSED = 40.0, 5.0
 """Number of first windows in which no innovation exceeds the noise, and weight of the guessed noise in windows."""
-MOST_CORRELATED = 0.95
-"""Largest correlation of consecutive windows [1]."""
-WIDENED = 3.0
-"""Largest factor by which an innovation counts in the noise, relative to its standard deviation [1]."""
 
 
 class JointFilters:
@@ -88,7 +84,8 @@ class JointFilters:
 
     def inflation(self) -> Array:
         """Compute the factor by which correlation in time increases the variance of a mean, shape (2, n)."""
-        correlation = np.clip(self.lagged / self.noise, 0.0, MOST_CORRELATED)
+        most = 0.95  # largest correlation of consecutive windows [1]
+        correlation = np.clip(self.lagged / self.noise, 0.0, most)
         return np.asarray((1 + correlation) / (1 - correlation))
 
     def with_shared_payload(self) -> tuple[Array, Array, tuple[float, float]]:
@@ -119,7 +116,7 @@ class JointFilters:
         """Average the squares and products of innovations, signed by the direction of motion, for kinds in `used`."""
         self.count += used
         share = np.where(used, 1 / np.minimum(self.count + GUESSED, MEMORY), 0.0)
-        limit = WIDENED * np.sqrt(self.noise + variance)
+        limit = 3.0 * np.sqrt(self.noise + variance)  # three standard deviations of an innovation
         error = np.clip(error, -limit, limit)
         square = np.maximum(error**2 - variance, 0.01 * self.noise)
         self.noise += share * (square - self.noise)

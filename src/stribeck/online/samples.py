@@ -24,11 +24,6 @@ from stribeck.robot import Robot
 from stribeck.robot.rooting import BASE_FRAME
 from stribeck.settings import FilterSettings
 
-SMOOTHED = 0.03
-"""Length of the filter that differentiates positions [s]: shorter than motion, long compared with encoder noise."""
-CHUNK = 2.0
-"""Duration of the parts of a stream that are prepared together [s]."""
-
 
 def estimator_for(result: Result, robot: Robot, rate: float, hours: float) -> OnlineFriction:
     """Make the estimator of samples, whose base orientation is that of the root link."""
@@ -46,7 +41,8 @@ def feed(online: OnlineFriction, part: RobotLog) -> list[Alarm]:
 
 def stream_of(log: Path | None, mcap: Path | None, robot: Robot, result: Result) -> Iterator[tuple[RobotLog, float]]:
     """Yield the samples of a log, or of an MCAP as its messages arrive, and their rate [Hz]."""
-    for each in [log] if log is not None else read_stream(mcap or Path("-"), robot, CHUNK):
+    chunk = 2.0  # duration of the parts of a stream that are prepared together [s]
+    for each in [log] if log is not None else read_stream(mcap or Path("-"), robot, chunk):
         yield from samples_of(each, robot, result)
 
 
@@ -70,7 +66,8 @@ def samples_of(log: LogLike, robot: Robot, result: Result) -> Iterator[tuple[Rob
         given = np.zeros(len(robot.joint_names)) if robot.command_delay is None else robot.command_delay
         pairs = zip(robot.joint_names, given.tolist(), strict=True)
         own = with_command_delay(own, np.array([known.get(name, (late, 0.0))[0] for name, late in pairs]))
-    window = max(5, 2 * round(SMOOTHED / period / 2) + 1)
+    smoothed = 0.03  # length of the filter [s]: shorter than motion, long compared with encoder noise
+    window = max(5, 2 * round(smoothed / period / 2) + 1)
     smoother = make_filter(FilterSettings(kind="savitzky-golay", window=window, order=2), period)
     settings = robot.settings.model_copy(update={"filter_torque": False, "averaged_law": False})
     contact = _contacts(prepared, robot)

@@ -12,8 +12,10 @@ from stribeck.dynamics.state import State
 from stribeck.judgement.curve import WIDEST, relative_width
 from stribeck.judgement.excitation import MIN_BLOCKS, MIN_REVERSALS, MIN_SPEED
 from stribeck.judgement.weakness import CLEARED
-from stribeck.plan.information import Dynamics, covariances, expected_curve
+from stribeck.plan.information import covariances, expected_curve
 from stribeck.plan.joint import PlannedJoint, PresentMotion, moving
+from stribeck.plan.selection import how_to_move
+from stribeck.plan.series import Task
 from stribeck.result import CurvePoint
 from stribeck.result.estimates import Verdict
 from stribeck.result.tables import main_reason
@@ -76,26 +78,17 @@ class JointAdvice:
     candidates: tuple[PlannedMotion, ...]
 
 
-def advise(
-    joint: PlannedJoint,
-    motion: PresentMotion,
-    duration: float,
-    dynamics: Dynamics,
-    posture: Array,
-    how: Mapping[str, str],
-) -> JointAdvice:
+def advise(task: Task, joint: PlannedJoint, motion: PresentMotion, duration: float) -> JointAdvice:
     """Advise on one joint.
 
     Parameters
     ----------
+    task
+        Dynamics of the robot, and positions of the other joints at rest.
     joint
         The joint.
     motion, duration
         Motion of the joint in the log, and duration of the log [s].
-    dynamics, posture
-        Dynamics of the robot, and positions of the other joints at rest, shape (n,).
-    how
-        Description of how a walker performs each motion, by the motion's name.
     """
     unit, verdict = "m/s" if joint.prismatic else "rad/s", joint.found.verdict
     still = verdict == "not excited"
@@ -103,15 +96,16 @@ def advise(
     longer = None if still else present_length(joint, duration)
     found = []
     for name, (slow, fast, turns) in motions_of(joint).items():
-        reversals, state = sweep(slow, fast, joint, posture, turns)
-        curve = expected_curve(joint, covariances(dynamics, state, [joint], PERIOD)[0], top, DURATION)
-        found.append(_candidate(name, slow, fast, reversals, DURATION, curve))
+        reversals, state = sweep(slow, fast, joint, task.posture, turns)
+        curve = expected_curve(joint, covariances(task.dynamics, state, [joint], PERIOD)[0], top, DURATION)
+        found.append(_candidate(name, (slow, fast), reversals, DURATION, curve))
     if not still:
         found.append(of_pace("the present motion twice as fast", 2.0, joint, motion, top))
         found.append(of_pace("the present motion half as fast", 0.5, joint, motion, top))
     found.sort(key=lambda one: (math.inf if one.needed is None else one.needed, one.relative_width))
     said = [_of_longer(joint, duration, longer)]
     if still or relative_width(joint.found.curve) > WIDEST:
+        how = how_to_move(task.dynamics.robot, joint.column)
         said.append(_of_best(found, unit, how, alternative=bool(longer and longer <= LONGEST)))
     if not still:
         said.append(_of_speed(joint, motion.top_speed, unit))
@@ -177,7 +171,7 @@ def of_pace(name: str, factor: float, joint: PlannedJoint, motion: PresentMotion
     curve = tuple(_widened(point, factor) for point, factor in zip(joint.found.curve, factors, strict=True))
     turns = int(np.count_nonzero(np.diff(np.sign(motion.velocity[motion.usable]))))
     fixed = max((1 - share) / (1 - share + own) for own in falls)
-    return _candidate(name, 0.0, factor * motion.top_speed, turns, motion.duration, curve, fixed)
+    return _candidate(name, (0.0, factor * motion.top_speed), turns, motion.duration, curve, fixed)
 
 
 def _widened(point: CurvePoint, factor: float) -> CurvePoint:
@@ -188,15 +182,13 @@ def _widened(point: CurvePoint, factor: float) -> CurvePoint:
 
 
 def _candidate(
-    name: str, slowest: float, fastest: float, reversals: int, duration: float, curve: Curve, fixed: float = 0.0
+    name: str, speeds: tuple[float, float], reversals: int, duration: float, curve: Curve, fixed: float = 0.0
 ) -> PlannedMotion:
     """Build a candidate; a share `fixed` of its variance does not decrease with the duration."""
     width = width_of(curve)
     turning = duration * MIN_REVERSALS / max(reversals, 1)
     needed = max(_length(width, fixed, duration), float(MIN_BLOCKS), turning)
-    return PlannedMotion(
-        name, slowest, fastest, reversals, duration, curve, width, needed if needed <= LONGEST else None
-    )
+    return PlannedMotion(name, *speeds, reversals, duration, curve, width, needed if needed <= LONGEST else None)
 
 
 def width_of(curve: Curve) -> float:

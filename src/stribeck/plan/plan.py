@@ -12,7 +12,7 @@ from stribeck.plan.advice import LONGEST, JointAdvice, advise
 from stribeck.plan.collision import load_self_collision
 from stribeck.plan.first import first_trajectory
 from stribeck.plan.information import dynamics_of, noise_of, present_motions
-from stribeck.plan.selection import chosen_joints, gravity, how_to_move, planned_joint, posture_of
+from stribeck.plan.selection import chosen_joints, gravity, planned_joint, posture_of
 from stribeck.plan.series import PERIOD, Task
 from stribeck.plan.trajectory import Trajectory, design
 from stribeck.result import Result, read_result
@@ -147,12 +147,10 @@ def plan(
     motions = present_motions(found, planned)
     noise = noise_of(planned, motions)
     planned = {name: replace(planned[name], noise=noise[name]) for name in chosen}
-    advice = {}
+    task, advice = Task(dynamics, list(planned.values()), posture), {}
     for k, (name, joint) in enumerate(planned.items()):
         progress(f"moving {name}", 0.2 * k / len(planned))
-        advice[name] = advise(
-            joint, motions[name], found.log.duration, dynamics, posture, how_to_move(robot, joint.column)
-        )
+        advice[name] = advise(task, joint, motions[name], found.log.duration)
     guessed = ", ".join(name for name, joint in planned.items() if joint.guessed)
     known = f"{guessed}: no data; the median friction of the other joints is assumed"
     notes = [known] if guessed else []
@@ -164,6 +162,5 @@ def plan(
         return replace(advised, notes=[*notes, moves])
     progress("searching a trajectory", 0.2)
     bodies, of_bodies = load_self_collision(robot, posture)
-    task = Task(dynamics, list(planned.values()), posture)
     trajectory, of_trajectory = design(task, duration, bodies)
     return replace(advised, notes=[*notes, *of_bodies, *of_trajectory], trajectory=trajectory)

@@ -17,9 +17,6 @@ from stribeck.robot import Robot
 from stribeck.settings import FilterSettings, LogTable
 from stribeck.whole_log.equations.noise import white_noise
 
-ENCODER = 1e-5
-"""Noise of the encoders before the first log [rad], [m]."""
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Rehearsed:
@@ -66,12 +63,13 @@ def first_motion(robot: Robot, duration: float) -> Rehearsed:
     """Take the motion of `stribeck plan` without a log, and torque noise of a share of the limits."""
     trajectory, notes = first_trajectory(robot, None, None, duration)
     time = np.arange(round(trajectory.duration * RATE)) / RATE
+    encoder = 1e-5  # noise of the encoders before the first log [rad], [m]
     said = f"motion planned by `stribeck plan`, {trajectory.duration:.0f} s at {RATE:.0f} Hz"
-    assumed = f"assumed: torque noise of {NOISE:.0%} of the limits, encoder noise of {ENCODER:g} rad"
+    assumed = f"assumed: torque noise of {NOISE:.0%} of the limits, encoder noise of {encoder:g} rad"
     return Rehearsed(
         time=time,
         position=trajectory.at(time).position,
-        position_noise=np.full(len(robot.joint_names), ENCODER),
+        position_noise=np.full(len(robot.joint_names), encoder),
         torque_noise=assumed_noise(robot),
         friction={},
         notes=[said, assumed, *notes],

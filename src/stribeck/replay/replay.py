@@ -72,30 +72,21 @@ def replay(
     frictions = [_friction(each, notes) for each in (robot, other)]
     with one_blas_thread(), findings_kept(notes):
         progress("reading the log", 0.0)
-        (prepared,), of_torques, _, robot = find_torques([prepare(log, robot, settings)], robot, settings)
-        driven = [*prepared.log.unscaled]  # these joints move as measured
-        robot = replace(robot, position_controlled=(*robot.position_controlled, *driven))
-        other = replace(other, position_controlled=(*other.position_controlled, *driven))
-        notes += [
-            *map(str, of_torques),
-            *(str(finding) for finding in audit_or_stop([prepared], robot, asked, force)),
-            *_flight(prepared),
-        ]
-        grounded = tuple(phase for phase in prepared.support.phases if phase.kind != "flight")
-        prepared = replace(prepared, support=replace(prepared.support, phases=grounded))
+        prepared, robot, findings = _prepared(log, robot, asked, force)
+        notes += findings
+        other = replace(other, position_controlled=(*other.position_controlled, *prepared.log.unscaled))
         settings, _ = with_filter(prepared, robot, settings)
-        logs = [with_joints(prepared, each.joint_names) for each in (robot, other)]
+        cases = [(each, with_joints(prepared, each.joint_names)) for each in (robot, other)]
         massless = [
-            (name, Path(each.model_path).name)
-            for each, own in zip((robot, other), logs, strict=True)
-            for name in massless_joints(each, own.log.position[0])
+            (each.model_path, name) for each, own in cases for name in massless_joints(each, own.log.position[0])
         ]
-        notes += [f"{file}: joint '{name}' moves no mass, so rollouts take it as measured" for name, file in massless]
+        measured = "moves no mass, so rollouts take it as measured"
+        notes += [f"{Path(file).name}: joint '{name}' {measured}" for file, name in massless]
         found: list[Replayed] = []
         with errors_about(prepared.log.path), np.errstate(all="ignore"):  # implausible values are refused below
-            for each, own, friction in zip((robot, other), logs, frictions, strict=True):
+            for (each, own), friction in zip(cases, frictions, strict=True):
                 progress(f"replaying {Path(each.model_path).name}", 0.1 if each is robot else 0.55)
-                models, samples = _replayed(own, each, friction, dict(massless), settings)
+                models, samples = _replayed(own, each, friction, [name for _, name in massless], settings)
                 found += models
     return Replay(
         robot=robot.name,
@@ -105,13 +96,28 @@ def replay(
         models=found,
         notes=list(dict.fromkeys([*prepared.notes, *notes])),
         stribeck=__version__,
-        motion=LoggedMotion(
-            torque_time=samples.time,
-            torque=_by_joint(samples, samples.torque),
-            position_time=prepared.log.time,
-            position=dict(zip(prepared.log.joint_names, prepared.log.position.T, strict=True)),
-            prismatic=frozenset(compress(robot.joint_names, robot.prismatic)),
-        ),
+        motion=_motion(prepared, robot, samples),
+    )
+
+
+def _prepared(log: LogLike, robot: Robot, asked: Settings, force: bool) -> tuple[PreparedLog, Robot, list[str]]:
+    """Prepare and check a log, without flight phases; joints without torques move as measured."""
+    settings = asked.model_copy(update=COMMON)
+    (prepared,), of_torques, _, robot = find_torques([prepare(log, robot, settings)], robot, settings)
+    robot = replace(robot, position_controlled=(*robot.position_controlled, *prepared.log.unscaled))
+    findings = [*map(str, [*of_torques, *audit_or_stop([prepared], robot, asked, force)]), *_flight(prepared)]
+    grounded = tuple(phase for phase in prepared.support.phases if phase.kind != "flight")
+    return replace(prepared, support=replace(prepared.support, phases=grounded)), robot, findings
+
+
+def _motion(prepared: PreparedLog, robot: Robot, samples: FrictionSamples) -> LoggedMotion:
+    """Collect the measured motion and torque."""
+    return LoggedMotion(
+        torque_time=samples.time,
+        torque=_by_joint(samples, samples.torque),
+        position_time=prepared.log.time,
+        position=dict(zip(prepared.log.joint_names, prepared.log.position.T, strict=True)),
+        prismatic=frozenset(compress(robot.joint_names, robot.prismatic)),
     )
 
 

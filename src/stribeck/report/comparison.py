@@ -5,7 +5,7 @@ from pathlib import Path
 
 from stribeck.report.charts import Chart, line, velocity_axes
 from stribeck.report.curves import FrictionCurve, friction_curve
-from stribeck.report.page import Section, render, write_page
+from stribeck.report.page import Section, render, section, write_page
 from stribeck.result import Result
 from stribeck.result.compare import Comparison, compare_sides
 from stribeck.result.mirror import mirrored_pairs
@@ -20,8 +20,8 @@ def write_comparison(found: Comparison, path: str | Path) -> None:
     """
     lead = render("comparison_heading.html.j2", found=found)
     prismatic = {name for name, pair in found.joints.items() if any(joint.slides for joint in pair)}
-    section = comparison_section(found, prismatic)
-    write_page(path, f"{found.robot}: {found.a} and {found.b}", [section], lead=lead)
+    sections = [comparison_section(found, prismatic)]
+    write_page(path, f"{found.robot}: {found.a} and {found.b}", sections, lead=lead)
 
 
 def sides(result: Result, prismatic: AbstractSet[str]) -> Section | None:
@@ -36,26 +36,19 @@ def sides(result: Result, prismatic: AbstractSet[str]) -> Section | None:
 
 def comparison_section(found: Comparison, prismatic: AbstractSet[str]) -> Section:
     """Render a chart and table rows per joint or pair of joints."""
-    charts, figures = {}, []
+    figures = {}
     for index, (name, pair) in enumerate(found.joints.items()):
         curves = [friction_curve(joint, prismatic=name in prismatic) for joint in pair]
         if any(curves):
-            charts[f"s{index}"] = _overlaid(curves, (found.a, found.b))
-            figures.append((f"s{index}", name))
+            figures[f"s{index}"] = _overlaid(curves, (found.a, found.b)), name
     units: dict[str, set[str]] = {}
-    for row in found.rows:
-        units.setdefault(row.parameter, set()).add(row.unit)
-    columns = {name: min(own) if len(own) == 1 else "" for name, own in units.items()}  # cells contain mixed units
     rows: dict[str, dict[str, object]] = {}
     for row in found.rows:
+        units.setdefault(row.parameter, set()).add(row.unit)
         rows.setdefault(row.joint, {})[row.parameter] = row
-    body = render("comparison.html.j2", found=found, figures=figures, columns=columns, rows=rows)
-    return Section(
-        anchor="sides",
-        title="Left against right" if found.a == "left" else f"{found.a} against {found.b}",
-        body=body,
-        charts=charts,
-    )
+    columns = {name: min(own) if len(own) == 1 else "" for name, own in units.items()}  # cells contain mixed units
+    title = "Left against right" if found.a == "left" else f"{found.a} against {found.b}"
+    return section("sides", title, "comparison", figures, found=found, columns=columns, rows=rows)
 
 
 def _overlaid(curves: list[FrictionCurve | None], names: tuple[str, str]) -> Chart:

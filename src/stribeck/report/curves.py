@@ -9,9 +9,6 @@ from stribeck.report.charts import Chart, density, line, velocity_axes
 from stribeck.report.joints import JointSamples
 from stribeck.result import JointResult, velocity_grid
 
-ABSURD = 1e12
-"""Largest speed or torque that is drawn; the smallest is its inverse."""
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FrictionCurve:
@@ -56,8 +53,8 @@ class FrictionCurve:
         """Whether the curve can be drawn."""
         if not np.isfinite(self.torque).all():
             return False
-        speed, torque = self.size
-        return 1 / ABSURD <= speed < ABSURD and (1 / ABSURD if self.significant else 0.0) <= torque < ABSURD
+        (speed, torque), absurd = self.size, 1e12  # largest speed or torque that is drawn; the smallest is its inverse
+        return 1 / absurd <= speed < absurd and (1 / absurd if self.significant else 0.0) <= torque < absurd
 
 
 def is_significant(joint: JointResult) -> bool:
@@ -98,8 +95,8 @@ def friction_curve(
     return curve if curve.drawable else None
 
 
-def curve_charts(curves: dict[str, FrictionCurve]) -> tuple[list[Chart], list[bool]]:
-    """Draw each curve, and mark those with finer scales."""
+def curve_charts(curves: dict[str, FrictionCurve]) -> tuple[dict[str, Chart], set[str]]:
+    """Draw each curve, and name those with finer scales."""
     scales: dict[str, tuple[float, float]] = {}
     finer: set[str] = set()
     for units in dict.fromkeys(curve.units for curve in curves.values()):
@@ -108,7 +105,7 @@ def curve_charts(curves: dict[str, FrictionCurve]) -> tuple[list[Chart], list[bo
         own = [common_scales([size[axis] for size in sizes], worth) for axis in (0, 1)]
         scales |= dict(zip(names, zip(*own, strict=True), strict=True))
         finer |= {name for name in names if scales[name] != (max(own[0]), max(own[1]))}
-    charts = []
+    charts = {}
     for name, curve in curves.items():
         (speed, torque), (own_speed, own_torque) = 1.06 * np.array([scales[name], curve.size])
         axes = velocity_axes(curve.units, (-speed, speed), (-torque, torque))
@@ -118,8 +115,8 @@ def curve_charts(curves: dict[str, FrictionCurve]) -> tuple[list[Chart], list[bo
             drawn.append(line(*curve.reference, "ink", "reference", width=1.2, dash=[4, 3]))
         images = [density(*curve.samples, (-speed, speed), (-torque, torque), (60, 100))] if curve.samples else []
         sync = f"curves {curve.units[1]}"
-        charts.append({**axes, "lines": drawn, "images": images, "own": own_range, "sync": sync})
-    return charts, [name in finer for name in curves]
+        charts[name] = {**axes, "lines": drawn, "images": images, "own": own_range, "sync": sync}
+    return charts, finer
 
 
 def common_scales(sizes: list[float], shown: list[bool]) -> list[float]:

@@ -10,33 +10,29 @@ from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.report.charts import Chart, line, robust_limits, velocity_axes
 from stribeck.report.curves import is_significant
 from stribeck.report.joints import joint_samples, running_mean
-from stribeck.report.page import Section, render
+from stribeck.report.page import Section, section
 from stribeck.report.reference import Reference
 from stribeck.report.text import parameter_names, symbols
-from stribeck.result import BodyCorrection, Evidence, Result
-from stribeck.result.tables import friction_text
+from stribeck.result import Evidence, Result
 
 
 def verdict_table(result: Result, evidence: Evidence, law: FrictionLaw, reference: Reference) -> Section:
     """Render the table of verdict, reason, parameters and validation, with one row per joint."""
-    known, columns = symbols(law), []
+    columns = {}
     for name in parameter_names(result, law):
         units = [joint.parameters[name].unit for joint in result.joints.values() if name in joint.parameters]
         units += [parameter.unit for parameter in law.parameters if parameter.name == name] or ["1"]
-        common = max(units, key=units.count)  # cells of other joints state their unit
-        columns.append({"name": name, "symbol": known.get(name, ""), "unit": common})
-    rows = [
-        {
-            "name": name,
-            "joint": joint,
-            "reference": reference.parameters.get(name, {}),
-            "friction": friction_text(joint),
-            "unit": joint.units(name in evidence.prismatic)[1],
-        }
-        for name, joint in result.joints.items()
-    ]
-    body = render("verdict_table.html.j2", columns=columns, rows=rows, known=reference)
-    return Section(anchor="verdicts", title="Verdicts", body=body)
+        columns[name] = max(units, key=units.count)  # cells of other joints state their unit
+    return section(
+        "verdicts",
+        "Verdicts",
+        "verdict_table",
+        columns=columns,
+        symbols=symbols(law),
+        joints=result.joints,
+        prismatic=evidence.prismatic,
+        known=reference,
+    )
 
 
 def terms(result: Result) -> Section | None:
@@ -52,11 +48,8 @@ def terms(result: Result) -> Section | None:
             common[term] = reasons.pop()
         else:
             shown.append(term)
-    anchors = {name: f"joint-{index}" for index, name in enumerate(result.joints)}
-    cells = {name: [own.get(term) for term in shown] for name, own in chosen.items()}
-    rows = [{"name": name, "anchor": anchors[name], "cells": own} for name, own in cells.items()]
-    body = render("terms.html.j2", columns=shown, rows=rows, common=common)
-    return Section(anchor="terms", title="Terms of the law", body=body)
+    places = {name: index for index, name in enumerate(result.joints)}
+    return section("terms", "Terms of the law", "terms", columns=shown, rows=chosen, places=places, common=common)
 
 
 def held_out(result: Result) -> Section | None:
@@ -64,8 +57,7 @@ def held_out(result: Result) -> Section | None:
     if not result.held_out:
         return None
     units = {name: joint.curve[0].unit for name, joint in result.joints.items() if joint.curve}
-    body = render("held_out.html.j2", logs=result.held_out, units=units)
-    return Section(anchor="held-out", title="Validation logs", body=body)
+    return section("held-out", "Validation logs", "held_out", logs=result.held_out, units=units)
 
 
 def corrections(result: Result) -> Section | None:
@@ -74,32 +66,17 @@ def corrections(result: Result) -> Section | None:
     if errors is None:
         return None
     ordered = sorted(errors.bodies.items(), key=lambda item: -item[1].known)
-    bodies = [_body(name, body) for name, body in ordered if body.known >= 0.1]
-    figures = branch_charts(result)
-    body = render(
-        "corrections.html.j2",
+    bodies = {name: body for name, body in ordered if body.known >= 0.1}
+    return section(
+        "corrections",
+        "Corrections of the model",
+        "corrections",
+        {f"b{k}": figure for k, figure in enumerate(branch_charts(result))},
         errors=errors,
         bodies=bodies,
         logs=[PurePath(path).name for path in result.log.paths],
         joints=list(dict.fromkeys([*errors.torque_gain, *errors.encoder_zero])),
-        figures=[(f"b{k}", caption) for k, (_, caption) in enumerate(figures)],
     )
-    charts = {f"b{k}": chart for k, (chart, _) in enumerate(figures)}
-    return Section(anchor="corrections", title="Corrections of the model", body=body, charts=charts)
-
-
-def _body(name: str, body: BodyCorrection) -> dict[str, object]:
-    centres = 1e3 * np.array(body.centre_of_mass)
-    before, after = (np.array(inertia)[[0, 2, 5]] for inertia in body.inertia)
-    shifts = zip((centres[1] - centres[0]).tolist(), body.centre_of_mass_error, strict=True)
-    return {
-        "name": name,
-        "mass": body.mass,
-        "mass_error": body.mass_error,
-        "shifts": [(shift, 1e3 * error) for shift, error in shifts],
-        "moments": (100 * (after / np.where(before > 0, before, np.nan) - 1)).tolist(),
-        "known": 100 * body.known,
-    }
 
 
 def branch_charts(result: Result) -> list[tuple[Chart, str]]:
@@ -149,8 +126,7 @@ def _split(up: Array, down: Array) -> float:
 
 def torque_meaning(source: TorqueSource) -> Section:
     """Render the section on the friction that the torque source includes, and its limits."""
-    body = render("torque_meaning.html.j2", source=source)
-    return Section(anchor="torque-source", title="Which friction is measured", body=body)
+    return section("torque-source", "Which friction is measured", "torque_meaning", source=source)
 
 
 def power(result: Result) -> Section | None:
@@ -165,20 +141,17 @@ def power(result: Result) -> Section | None:
         for name, joint in result.joints.items()
         if name in adding or (joint.verdict != "no friction" and is_significant(joint))
     }
-    rows = [
-        {"name": name, "share": share, "length": min(share / 0.5, 1.0), "high": share > suspicious}
-        for name, joint in checked.items()
-        if (share := joint.positive_power_fraction) is not None
-    ]
+    shares = {name: joint.positive_power_fraction for name, joint in checked.items()}
+    rows = {name: share for name, share in shares.items() if share is not None}
     if not rows:
         return None
-    body = render("power.html.j2", rows=rows, suspicious=suspicious, omitted=len(result.joints) - len(checked))
-    return Section(anchor="power", title="Power check", body=body)
+    omitted = len(result.joints) - len(checked)
+    return section("power", "Power check", "power", rows=rows, suspicious=suspicious, omitted=omitted)
 
 
 def provenance(result: Result, evidence: Evidence) -> Section:
     """Render logs with hashes, versions, settings, and notes on the preparation of the log."""
     hashes = [result.log.sha256] if isinstance(result.log.sha256, str) else result.log.sha256
     logs = list(zip(result.log.paths, hashes, strict=True))
-    body = render("provenance.html.j2", logs=logs, rows=evidence.provenance, notes=evidence.notes)
-    return Section(anchor="provenance", title="Settings and provenance", body=body)
+    rows, notes = evidence.provenance, evidence.notes
+    return section("provenance", "Settings and provenance", "provenance", logs=logs, rows=rows, notes=notes)

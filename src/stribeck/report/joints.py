@@ -14,7 +14,6 @@ from stribeck.report.page import Section, render
 from stribeck.report.reference import Reference
 from stribeck.report.text import number, symbols
 from stribeck.result import Evidence, JointResult, Result, velocity_grid
-from stribeck.result.tables import friction_text
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -75,25 +74,14 @@ def _noisy_modes(samples: FrictionSamples, rows: IntArray, column: int, joint: J
 
 def joint_panels(result: Result, evidence: Evidence, law: FrictionLaw, reference: Reference) -> Section:
     """Render every joint's panel, in the order of the result."""
-    panels: list[dict[str, Any]] = []
+    figures: dict[str, list[tuple[str, str]]] = {}
     charts: dict[str, Chart] = {}
     for index, (name, joint) in enumerate(result.joints.items()):
-        figures = joint_charts(name, joint, evidence, reference)
-        charts |= {f"j{index}{k}": chart | {"sync": f"j{index}"} for k, (chart, _) in enumerate(figures)}
-        velocity_unit, unit = joint.units(name in evidence.prismatic)
-        panels.append(
-            {
-                "anchor": f"joint-{index}",
-                "name": name,
-                "joint": joint,
-                "friction": friction_text(joint),
-                "figures": [(f"j{index}{k}", caption) for k, (_, caption) in enumerate(figures)],
-                "reference": reference.parameters.get(name, {}),
-                "unit": unit,
-                "velocity_unit": velocity_unit,
-            }
-        )
-    body = render("joint_panels.html.j2", panels=panels, symbols=symbols(law), known=reference)
+        own = joint_charts(name, joint, evidence, reference)
+        charts |= {f"j{index}{k}": chart | {"sync": f"j{index}"} for k, (chart, _) in enumerate(own)}
+        figures[name] = [(f"j{index}{k}", caption) for k, (_, caption) in enumerate(own)]
+    shown = {"joints": result.joints, "prismatic": evidence.prismatic, "panels": figures}
+    body = render("joint_panels.html.j2", symbols=symbols(law), known=reference, **shown)
     return Section(anchor="joints", title="Joints", body=body, charts=charts)
 
 
@@ -163,7 +151,6 @@ def friction_over_time(near: JointSamples, joint: JointResult, unit: str) -> Cha
             line([0.0], torque, "data", "measured", width=1.1, step=step),
             line([0.0], law, "law", "law", width=1.2, step=step),
         ],
-        "sync": None,
     }
 
 
@@ -182,7 +169,6 @@ def friction_level(shown: JointSamples, joint: JointResult, bins: int = 30) -> C
         "x": axis("time [s]", (0.0, float(since[-1]))),
         "y": axis("friction / mean [1]", (min(0.9, 1.05 * low), max(1.1, 1.05 * high))),
         "lines": [line(middles, levels[0], "data", "measured"), line(middles, levels[1], "law", "drift")],
-        "sync": None,
     }
 
 

@@ -28,6 +28,18 @@ class Section:
     charts: Mapping[str, Chart] = field(default_factory=dict)
 
 
+Figures = Mapping[str, tuple[Chart, str]]
+"""Charts with captions, by their names in a page."""
+
+
+def section(anchor: str, title: str, template: str, figures: Figures | None = None, **values: Any) -> Section:
+    """Render a section from a template, which gets the names and captions of the figures, if there are any."""
+    charts = {name: chart for name, (chart, _) in (figures or {}).items()}
+    if figures is not None:
+        values["figures"] = [(name, caption) for name, (_, caption) in figures.items()]
+    return Section(anchor=anchor, title=title, body=render(f"{template}.html.j2", **values), charts=charts)
+
+
 @cache
 def _environment() -> Environment:
     """Create the Jinja environment, which escapes every text and raises an error for undefined names."""

@@ -1,21 +1,14 @@
 """Recordings for the Rerun viewer: torque, friction, velocity and position over time, with one tab per joint."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from stribeck.base.outputs import whole_or_not_at_all
 from stribeck.base.typing import Array
 from stribeck.errors import require_extra
-from stribeck.report.replay_motion import pieces
 from stribeck.report.torques import elapsed, predictions
 from stribeck.result import Result
-
-if TYPE_CHECKING:  # only for types: replay is above this room
-    from stribeck.replay.comparison import Replay
 
 Curves = Mapping[tuple[str, str, str], tuple[Array, Array]]
 """Times from zero [s] and values, shape (N,) each, by joint, quantity and label."""
@@ -39,24 +32,6 @@ def curves_of_result(result: Result) -> Curves:
         found[name, "friction", "measured"] = time, measured - without + offset
         found[name, "friction", "identified"] = time, predicted - without + offset
         found[name, "velocity", "measured"] = time, samples.velocity[:, column]
-    return found
-
-
-def curves_of_replay(replay: Replay) -> Curves:
-    """Collect measured and predicted torque, and measured and simulated position of each joint."""
-    motion, found = replay.motion, {}
-    assert motion is not None  # of a replay
-    torque_time, time = motion.torque_time - motion.position_time[0], motion.position_time - motion.position_time[0]
-    for name in replay.joints:
-        if name in motion.torque:
-            found[name, "torque", "measured"] = torque_time, motion.torque[name]
-        found[name, "position", "measured"] = time, motion.position[name]
-        for model in replay.models:
-            if name in model.predicted:
-                found[name, "torque", model.name] = torque_time, model.predicted[name]
-            if name in model.positions:
-                shown = pieces(motion.position_time, *model.positions[name], replay)
-                found[name, "position", model.name] = time, shown
     return found
 
 

@@ -2,7 +2,8 @@
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from markupsafe import Markup
 
@@ -10,10 +11,9 @@ from stribeck.friction.law import FrictionLaw
 from stribeck.friction.terms import BEYOND_VELOCITY
 from stribeck.result import Result
 from stribeck.result.estimates import verdict_place
-from stribeck.result.tables import rounded
+from stribeck.result.tables import advice, coulomb_and_viscous, friction_text, rounded
 
 MINUS = "\N{MINUS SIGN}"
-GREEK = {"tau": "τ", "delta": "δ", "mu": "μ", "alpha": "α"}
 THIN = "\N{NARROW NO-BREAK SPACE}"
 
 
@@ -89,6 +89,11 @@ def breakable(name: str) -> Markup:
     return Markup("<wbr>").join(pieces)
 
 
+def named(joints: Sequence[str]) -> str:
+    """List joints by name, or their number if there are many."""
+    return ", ".join(joints) if len(joints) <= 3 else f"{len(joints)} joints"
+
+
 def words(name: str) -> str:
     """Format a parameter's name: `stribeck_velocity` is `Stribeck velocity`."""
     text = name.replace("_", " ")
@@ -97,9 +102,10 @@ def words(name: str) -> str:
 
 def symbol(text: str) -> Markup:
     """Format a parameter's symbol with subscripts: `Fc+` is F<sub>c+</sub>, `tau_os` is τ<sub>os</sub>."""
+    greek = {"tau": "τ", "delta": "δ", "mu": "μ", "alpha": "α"}
     head, _, index = text.partition("_")
-    if head in GREEK:
-        head = GREEK[head]
+    if head in greek:
+        head = greek[head]
     elif not index:
         head, index = text[:1], text[1:]
     lowered = Markup("<sub>{}</sub>").format(index.replace("-", MINUS)) if index else ""
@@ -134,7 +140,23 @@ def share(value: float, decimals: int = 3) -> str:
     return f"{min(value, 1 - 10**-decimals) if value < 1 else value:.{decimals}f}".replace("-", MINUS)
 
 
-FILTERS: dict[str, Callable[..., str]] = {
-    filter_.__name__: filter_
-    for filter_ in (number, matched, percent, count, gain, share, duration, words, unit, breakable, symbol)
-} | {"place": verdict_place}
+_FILTERS: list[Any] = [
+    number,
+    matched,
+    brief,
+    percent,
+    count,
+    gain,
+    share,
+    duration,
+    words,
+    unit,
+    breakable,
+    symbol,
+    named,
+]
+FILTERS: dict[str, Callable[..., Any]] = {
+    "place": verdict_place,
+    **{own.__name__: own for own in (*_FILTERS, advice, coulomb_and_viscous, friction_text)},
+}
+"""Functions that templates use."""

@@ -4,10 +4,7 @@ import numpy as np
 
 from stribeck.base.typing import Array
 from stribeck.report.charts import Chart, axis, line
-from stribeck.report.page import Section, render
-
-CLOSE_UP = 12.0
-"""Duration of the close-up of a long log [s]."""
+from stribeck.report.page import Section, section
 
 Phases = list[tuple[float, float, str, bool]]
 
@@ -29,24 +26,15 @@ def timeline(recorded: Phases, clear: float | None = None, usage: str = "") -> S
     if end <= start:
         return None
     names = list(dict.fromkeys(phase[2] for phase in phases))
-    charts, figures = {"p0": _strips(phases, names, start, end)}, [("p0", "Whole log")]
-    if end - start > 2 * CLOSE_UP:
-        near = min(max(start if clear is None else clear - 1.0, start), end - CLOSE_UP)
-        charts["p1"] = _strips(phases, names, near, near + CLOSE_UP)
-        figures.append(("p1", f"Close-up of {CLOSE_UP:.0f} s"))
-    rows = [
-        {
-            "name": name,
-            "count": sum(phase[2] == name for phase in phases),
-            "time": sum(phase[1] - phase[0] for phase in phases if phase[2] == name),
-            "used": sum(phase[1] - phase[0] for phase in phases if phase[2] == name and phase[3]),
-        }
-        for name in names
-    ]
-    body = render(
-        "timeline.html.j2", figures=figures, rows=rows, several=phases != recorded, usage=usage[:1].upper() + usage[1:]
-    )
-    return Section(anchor="timeline", title="Contact modes over time", body=body, charts=charts)
+    figures = {"p0": (_strips(phases, names, start, end), "Whole log")}
+    shown = 12.0  # duration of the close-up of a long log [s]
+    if end - start > 2 * shown:
+        near = min(max(start if clear is None else clear - 1.0, start), end - shown)
+        figures["p1"] = _strips(phases, names, near, near + shown), f"Close-up of {shown:.0f} s"
+    spans = {name: [(phase[1] - phase[0], phase[3]) for phase in phases if phase[2] == name] for name in names}
+    rows = {name: ([span for span, _ in own], [span for span, used in own if used]) for name, own in spans.items()}
+    about = {"several": phases != recorded, "usage": usage[:1].upper() + usage[1:]}
+    return section("timeline", "Contact modes over time", "timeline", figures, rows=rows, **about)
 
 
 def one_clock(phases: Phases) -> Phases:
