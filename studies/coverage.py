@@ -232,7 +232,7 @@ def run(case: str, seed: int) -> Row:
         return judged(identify(log, robot), curve)
     logs, curve = four_days(robot := ARM.robot, seed)
     tables = [
-        PayloadTable(link=FLANGE, mass=mass, com=list(REACH), spans=[(log.path, 0.0, 1e3)])
+        PayloadTable(link=FLANGE, mass=mass, com=REACH, spans=[(log.path, 0.0, 1e3)])
         for mass, log in zip(PAYLOADS, logs, strict=True)
         if mass
     ]

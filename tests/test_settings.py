@@ -60,6 +60,6 @@ def test_every_number_has_a_range(key: str, value: float) -> None:
 
 def test_wrong_settings_in_python_are_one_sentence_with_a_suggestion() -> None:
     with pytest.raises(SettingsError, match=r"^Settings: unknown key 'lw'; did you mean 'law'\?$"):
-        Settings(lw="auto")
+        Settings(lw="auto")  # type: ignore[call-arg]
     with pytest.raises(SettingsError, match="FilterSettings: key 'window' is 1; expected a number from 3"):
         FilterSettings(window=1)

@@ -6,9 +6,10 @@ from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
 from math import inf
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, get_args
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic_core import PydanticCustomError
 
 from stribeck.base.spans import Span
 from stribeck.base.typing import TorqueSource
@@ -29,29 +30,26 @@ PerJoint = Finite | list[Finite] | dict[str, Finite]
 """One value for all joints, a list in the log's joint order, or a value by the log's joint name."""
 
 
-if TYPE_CHECKING:
-    from pydantic._internal._model_construction import ModelMetaclass
-else:
-    ModelMetaclass = type(BaseModel)
-
-
-class _Described(ModelMetaclass):
-    """Raises SettingsError if a table is made with wrong values in Python."""
-
-    if not TYPE_CHECKING:
-
-        def __call__(self, **values: object) -> object:
-            try:
-                return super().__call__(**values)
-            except ValidationError as error:
-                place = getattr(self, "options", self.__name__)
-                raise SettingsError(f"{place}: {describe(error, self)}") from error
-
-
-class Table(BaseModel, metaclass=_Described):
-    """Table of a settings file. Unknown keys and wrong types are errors."""
+class Table(BaseModel):
+    """Table of a settings file. Unknown keys and wrong types are errors, in Python a SettingsError."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    if not TYPE_CHECKING:  # the type checker knows the fields
+
+        def __init__(self, **values: object) -> None:
+            try:
+                super().__init__(**values)
+            except ValidationError as error:
+                place = getattr(type(self), "options", type(self).__name__)
+                raise SettingsError(f"{place}: {describe(error, type(self))}") from error
+
+        __init__.__pydantic_base_init__ = True  # tables in files and in tables are validated without it
+
+
+def _rule(text: str) -> PydanticCustomError:
+    """Make the error of a rule about several keys; `describe` returns its text unchanged."""
+    return PydanticCustomError("rule", "{text}", {"text": text})
 
 
 class CouplingTable(Table):
@@ -59,6 +57,18 @@ class CouplingTable(Table):
 
     joints: dict[str, Finite]  # joint -> its coefficient in the sum
     name: str | None = None
+
+    @property
+    def label(self) -> str:
+        """Name, by default made of the joints."""
+        return self.name or "+".join(self.joints)
+
+    @model_validator(mode="after")
+    def _check_joints(self) -> Self:
+        if len(self.joints) < 2 or not all(self.joints.values()):
+            problem = "needs at least two joints, each with a nonzero coefficient"
+            raise _rule(f"[[robot.couplings]] '{self.label}' {problem}")
+        return self
 
 
 class MotorTable(Table):
@@ -142,9 +152,32 @@ class RobotTable(Table):
     kp: NonNegative | dict[str, NonNegative] | None = None  # [N m/rad], drive gain, for torque_source "command"
     kd: NonNegative | dict[str, NonNegative] | None = None  # [N m s/rad], drive gain, for torque_source "command"
     gravity: Gravity = (0.0, 0.0, -9.81)  # [m/s^2], in the frame of the world or of a fixed base
-    command_delay: Finite | dict[str, Finite] | None = (
-        None  # [s] from the stamp of a command until it acts; None: find it
-    )
+    # [s] from the stamp of a command until it acts; None: find it
+    command_delay: Finite | dict[str, Finite] | None = None
+
+    @model_validator(mode="after")
+    def _check_roles(self) -> Self:
+        source = self.torque_source
+        if twice := sorted(set(self.passive) & set(self.position_controlled)):
+            raise _rule(f"[robot] joint '{twice[0]}' is both passive and position_controlled; expected one of them")
+        if bool(self.passive) != bool(self.loops):
+            both = "both the joints without a motor and the frames that close the loops"
+            raise _rule(f"[robot] passive and [[robot.loops]] belong together; expected {both}")
+        if self.payload and (self.base == "floating" or self.loops):
+            raise _rule("[[robot.payload]] requires base = 'fixed' and no loops; exclude its spans with [log] exclude")
+        wrong: list[tuple[str, list[str], str]] = []
+        if source != "command" and (self.kp is not None or self.kd is not None):
+            wrong.append(("[robot] kp and kd are", ["command"], "remove them or change the source"))
+        if source != "command" and self.command_delay is not None:
+            wrong.append(("[robot] command_delay is", ["command"], "set delay in [log.torque] instead"))
+        for name, motor in self.motors.items():
+            key = "ratio" if motor.torque_constant is None else "torque_constant"
+            sources = ["motor_current", "motor_side_sensor"][: 1 + (key == "ratio")]
+            if source not in sources:
+                wrong.append((f"[robot.motors.{name}] {key} is", sources, "remove the key or change the source"))
+        for key, sources, remedy in wrong:
+            raise _rule(f"{key} for torque_source {' or '.join(map(repr, sources))}, not '{source}'; {remedy}")
+        return self
 
 
 class ContactTable(Table):
@@ -261,9 +294,8 @@ class Settings(Table):
     'whole-log'
     """
 
-    law: Annotated[str, Field(min_length=1)] | None = (
-        None  # default depends on the method: "auto" (whole-log), "stribeck" (curve-fit)
-    )
+    # default of the law depends on the method: "auto" (whole-log), "stribeck" (curve-fit)
+    law: Annotated[str, Field(min_length=1)] | None = None
     method: str = "whole-log"
     corrections: Literal["auto", "none", "inertia", "calibration"] = "auto"  # model errors to estimate (whole-log)
     regression: Literal["ordinary", "weighted", "robust"] = "weighted"  # weights of the equations (direct)
@@ -277,9 +309,8 @@ class Settings(Table):
     fit_armature: Literal["auto"] | bool | list[str] = "auto"  # auto: joints with rotors, except in curve-fit
     filter_torque: bool = False
     averaged_law: bool = False  # filter torque and law like the acceleration
-    observer_bandwidth: Literal["auto"] | Cutoff | None = (
-        None  # [Hz] (observer, where the default is "auto": the cutoff found for the log)
-    )
+    # [Hz] (observer, where the default is "auto": the cutoff found for the log)
+    observer_bandwidth: Literal["auto"] | Cutoff | None = None
     rest: Annotated[float, Field(ge=0, le=0.99)] = 0.005  # share of top speed that counts as rest, for laws with a jump
     block: Positive = 1.0  # [s], longest block
     holdout: int = Field(default=5, ge=2, le=1_000_000)  # every n-th block is used only for validation
@@ -301,6 +332,19 @@ class RobotFile(Table):
     log: LogTable = LogTable()
     identify: Settings = Settings()
 
+    @model_validator(mode="after")
+    def _check_contacts(self) -> Self:
+        if self.robot.base == "fixed" and self.contacts:
+            raise _rule("[contacts] are for a floating base; remove them or set [robot] base = 'floating'")
+        by_frame: dict[str, str] = {}
+        for name, contact in self.contacts.items():
+            if (other := by_frame.setdefault(contact.frame, name)) != name:
+                both = f"[contacts.{name}] and [contacts.{other}] have the frame '{contact.frame}'"
+                raise _rule(f"{both}; expected a different frame for each contact")
+            if contact.radius and contact.kind == "surface":
+                raise _rule(f"[contacts.{name}] radius is for kinds 'point' and 'wheel'; remove it")
+        return self
+
 
 def describe(error: ValidationError, table: type[BaseModel] | None = None) -> str:
     """Describe pydantic's first error in one sentence: the key, its value, and the valid choices.
@@ -313,6 +357,8 @@ def describe(error: ValidationError, table: type[BaseModel] | None = None) -> st
     message = str(first["msg"])
     if first["type"] == "extra_forbidden":
         return f"unknown key '{key}'" + (_nearest([str(part) for part in first["loc"]], table) if table else "")
+    if first["type"] == "rule":
+        return message
     if first["type"] == "missing":
         return f"key '{key}' is missing"
     if first["type"].startswith(("greater_than", "less_than", "finite_number")) and table:

@@ -160,9 +160,8 @@ def catalogue() -> dict[str, dict[str, dict[str, Any]]]:
     for section, checks in document.items():
         entries = sections[section] = {}
         for check, entry in checks.items():
-            variants = {
-                name: entry.pop(name) for name in list(entry) if name != "example" and type(entry[name]) is dict
-            }
+            nested = [name for name, own in entry.items() if name != "example" and type(own) is dict]
+            variants = {name: entry.pop(name) for name in nested}
             entries[check] = entry
             common = {key: entry[key] for key in ("channel", "stops", "text", "remedy") if key in entry}
             entries |= {f"{check}.{name}": common | own for name, own in variants.items()}

@@ -162,7 +162,7 @@ def robot_of(path: Path, exclude: list[str], logs: list[Path]) -> Robot:
     for text in exclude:
         try:
             *name, start, end = text.rsplit(":", 2)
-            found += LogTable(exclude=[(*name, float(start), float(end))]).exclude
+            found += LogTable.model_validate({"exclude": [(*name, float(start), float(end))]}).exclude
         except (ValueError, SettingsError) as error:
             expected = "expected START:END in seconds, e.g. 40:70, or LOG:START:END"
             raise SettingsError(f"--exclude {text}: {expected}") from error

@@ -13,13 +13,14 @@ To add a source:
 
 import numpy as np
 
-from stribeck.base.typing import BoolArray
 from stribeck.contact.flicker import without_flicker
 from stribeck.contact.forces import foot_loads, force_channel, standing_from_forces
 from stribeck.contact.kinematics import share_at_rest, standing_from_kinematics
 from stribeck.contact.phases import (
     FALLEN,
+    Segments,
     Source,
+    Standing,
     SupportPhase,
     SupportPhases,
     fixed_phases,
@@ -36,7 +37,7 @@ HANGS = 0.7
 
 
 def find_support_phases(
-    log: RobotLog, robot: Robot, sampling_segments: tuple[slice, ...], settings: SupportSettings
+    log: RobotLog, robot: Robot, sampling_segments: Segments, settings: SupportSettings
 ) -> SupportPhases:
     """Find the standing feet over time: from contact flags, else from foot forces, else from kinematics.
 
@@ -70,8 +71,7 @@ def find_support_phases(
     segments = tuple(segment for segment in sampling_segments if segment.stop > segment.start)
     if robot.base == "fixed":
         return SupportPhases(phases=fixed_phases(segments), source="fixed")
-    feet = tuple(robot.contacts)
-    if not feet:
+    if not robot.contacts:
         raise RobotFileError(
             f"{robot.path or 'robot file'}: a floating base needs contacts; "
             "add [contacts.<foot>] with a frame, or set [robot] base = 'fixed'"
@@ -80,13 +80,13 @@ def find_support_phases(
         raise LogError(f"{log.path or 'log'}: no segment of evenly sampled rows is left; expected at least one")
     source = _choose_source(log, settings)
     if {"flags": log.contact, "forces": force_channel(log)}.get(source) is not None:
-        _check_feet(log, feet)
+        _check_feet(log, tuple(robot.contacts))
     fall = row_of_fall(log, robot, segments)
     if fall is not None:
         segments = tuple(slice(s.start, min(s.stop, fall)) for s in segments if s.start < fall)
-    standing, touching, notes = _find_standing(log, robot, feet, segments, settings, source)
+    standing, touching, notes = _find_standing(log, robot, segments, settings, source)
     if fall is None and (source == "kinematics" or not any(standing[segment].any() for segment in segments)):
-        rest = share_at_rest(log, robot, feet, segments)
+        rest = share_at_rest(log, robot, segments)
         still = rest is None and log.base_orientation is not None and source != "kinematics"
         if still or (rest is not None and rest < HANGS):
             note = "No foot ever stands: the robot is taken as hung up at its base, which may move."
@@ -95,7 +95,7 @@ def find_support_phases(
     found = [
         phase
         for segment in segments
-        for phase in phases_of_segment(standing, touching, feet, log.time, segment, settings)
+        for phase in phases_of_segment(standing, touching, tuple(robot.contacts), log.time, segment, settings)
     ]
     if fall is not None:
         found = [phase for phase in found if phase.stop < fall]
@@ -104,7 +104,7 @@ def find_support_phases(
             f"{log.time[fall]:.2f} s; the phase of the fall and all later ones are ignored."
         )
     if not any(phase.feet for phase in found):
-        raise LogError(_describe_no_standing(log, robot, feet, source, settings, fall))
+        raise LogError(_describe_no_standing(log, robot, source, settings, fall))
     return SupportPhases(phases=tuple(found), source=source, notes=(*notes, *_note_short_phases(found, settings)))
 
 
@@ -134,28 +134,23 @@ def _check_feet(log: RobotLog, feet: tuple[str, ...]) -> None:
 
 
 def _find_standing(
-    log: RobotLog,
-    robot: Robot,
-    feet: tuple[str, ...],
-    segments: tuple[slice, ...],
-    settings: SupportSettings,
-    source: Source,
-) -> tuple[BoolArray, BoolArray, list[str]]:
-    """Find standing feet, and feet that carry some load without standing, shape (T, feet) each, and notes."""
+    log: RobotLog, robot: Robot, segments: Segments, settings: SupportSettings, source: Source
+) -> Standing:
+    """Find the feet that stand or touch the ground by a source."""
     if source == "forces":
-        return standing_from_forces(log, robot, feet, segments, settings)
-    none = np.zeros((len(log.time), len(feet)), dtype=bool)
+        return standing_from_forces(log, robot, segments, settings)
+    none = np.zeros((len(log.time), len(robot.contacts)), dtype=bool)
     if source == "kinematics" and "wheel" in {contact.kind for contact in robot.contacts.values()}:
         return ~none, none, ["The log has neither contact flags nor foot forces: wheels are taken as on the ground."]
     if source == "kinematics":
-        return standing_from_kinematics(log, robot, feet, segments)
+        return standing_from_kinematics(log, robot, segments)
     if log.contact is None:
         raise LogError(f"{log.path or 'log'}: [identify.support] source is 'flags', but the log has no channel contact")
-    return log.contact[:, [log.foot_names.index(foot) for foot in feet]], none, []
+    return log.contact[:, [log.foot_names.index(foot) for foot in robot.contacts]], none, []
 
 
 def _describe_no_standing(
-    log: RobotLog, robot: Robot, feet: tuple[str, ...], source: Source, settings: SupportSettings, fall: int | None
+    log: RobotLog, robot: Robot, source: Source, settings: SupportSettings, fall: int | None
 ) -> str:
     """Describe the case that no foot ever stands."""
     start = f"{log.path or 'log'}: no foot ever stands"
@@ -163,12 +158,12 @@ def _describe_no_standing(
         return f"{start} before the robot falls at {log.time[fall]:.2f} s; expected at least one whole support phase"
     if source == "forces":
         weight = robot.mass * float(np.linalg.norm(robot.gravity))
-        most = float(foot_loads(log, robot, feet).max())
+        most = float(foot_loads(log, robot).max())
         return (
             f"{start}: the largest load of a foot in {force_channel(log)} is {most:.4g} N, but the threshold is "
             f"{settings.force_on * weight:.4g} N ([identify.support] force_on times the weight of {weight:.4g} N)"
         )
-    flags = f"all contact flags of {', '.join(feet)} are false"
+    flags = f"all contact flags of {', '.join(robot.contacts)} are false"
     if log.base_orientation is not None:
         return f"{start}: {flags}, but some foot always rests; set [identify.support] source = 'kinematics'"
     return f"{start}: {flags}; if the robot hangs, log its base orientation or set [robot] base = 'fixed'"

@@ -4,25 +4,25 @@ import numpy as np
 import scipy  # its ndimage is slow to import: loaded at its first use
 
 from stribeck.base.typing import Array, BoolArray
-
-FLICKER = 0.04
-"""Longest gap or blip of a contact [s] that is removed: the fastest robots stand and swing for 0.06 s and more."""
-NOISE = 0.01
-"""Longest gap or blip of a contact that noise of a sensor makes [s]."""
+from stribeck.contact.phases import Segments
 
 
 def without_flicker(
-    standing: BoolArray, touching: BoolArray, time: Array, segments: tuple[slice, ...]
+    standing: BoolArray, touching: BoolArray, time: Array, segments: Segments
 ) -> tuple[BoolArray, BoolArray]:
     """Remove short gaps and blips of contacts within each segment, shape (T, feet), and extend the feet that touch.
 
     A foot touches where it flickers around a change, and where a gap or blip is longer than noise makes it: it may have
     bounced.
     """
+    # Longest gap or blip of a contact [s] that is removed: the fastest robots stand and swing for 0.06 s and more.
+    flicker = 0.04
+    # Longest gap or blip of a contact that noise of a sensor makes [s].
+    blip = 0.01
     cleaned, uncertain = standing.copy(), touching.copy()
     for rows in segments:
         period = float(np.median(np.diff(time[rows]))) if rows.stop - rows.start > 1 else np.inf
-        shortest, noise = round(FLICKER / period), np.ones((1 + round(NOISE / period), 1), dtype=bool)
+        shortest, noise = round(flicker / period), np.ones((1 + round(blip / period), 1), dtype=bool)
         cleaned[rows] = _with_fewer_changes(standing[rows], shortest)
         changes, wrong = np.diff(cleaned[rows], axis=0, prepend=cleaned[rows][:1]), cleaned[rows] != standing[rows]
         near = scipy.ndimage.maximum_filter1d(changes, 2 * shortest + 1, axis=0)

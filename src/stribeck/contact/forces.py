@@ -2,21 +2,16 @@
 
 import numpy as np
 
-from stribeck.base.typing import Array, BoolArray
-from stribeck.contact.phases import switch, up_in_base
+from stribeck.base.typing import Array
+from stribeck.contact.phases import Segments, Standing, switch, up_in_base
 from stribeck.errors import LogError, SettingsError
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.settings import SupportSettings
 
-TOLERANCE = 0.25
-"""Relative difference of foot load and robot weight above which a note is added [1]."""
 
-
-def standing_from_forces(
-    log: RobotLog, robot: Robot, feet: tuple[str, ...], segments: tuple[slice, ...], settings: SupportSettings
-) -> tuple[BoolArray, BoolArray, list[str]]:
-    """Find standing feet, and feet that touch the ground without standing, shape (T, feet) each, and notes.
+def standing_from_forces(log: RobotLog, robot: Robot, segments: Segments, settings: SupportSettings) -> Standing:
+    """Find standing feet, and feet that touch the ground without standing, from their loads.
 
     A foot lands when its load rises above `force_on` times the robot's weight, and lifts when its load falls below
     `force_off` times the weight. A foot with a load in between that has not landed touches: it neither stands nor
@@ -35,7 +30,7 @@ def standing_from_forces(
             f"expected at most force_on, which is {settings.force_on:g}"
         )
     weight = robot.mass * float(np.linalg.norm(robot.gravity))
-    loads = foot_loads(log, robot, feet)
+    loads = foot_loads(log, robot)
     notes = _check_total(log, loads[np.concatenate([np.r_[s] for s in segments])].sum(axis=1), weight)
     standing = np.zeros(loads.shape, dtype=bool)
     for segment in segments:
@@ -49,7 +44,7 @@ def force_channel(log: RobotLog) -> str | None:
     return next((name for name in ("foot_wrench", "foot_force") if getattr(log, name) is not None), None)
 
 
-def foot_loads(log: RobotLog, robot: Robot, feet: tuple[str, ...]) -> Array:
+def foot_loads(log: RobotLog, robot: Robot) -> Array:
     """Compute the load of each foot [N], shape (T, feet), positive when the ground pushes.
 
     The load of a surface is the force along its normal, the z axis of the contact frame. A point foot rotates with its
@@ -68,9 +63,9 @@ def foot_loads(log: RobotLog, robot: Robot, feet: tuple[str, ...]) -> Array:
             "foot_force"
         )
     if wrench is None:
-        return np.asarray(force)[:, [log.foot_names.index(foot) for foot in feet]]
-    loads = np.empty((len(log.time), len(feet)))
-    for k, foot in enumerate(feet):
+        return np.asarray(force)[:, [log.foot_names.index(foot) for foot in robot.contacts]]
+    loads = np.empty((len(log.time), len(robot.contacts)))
+    for k, foot in enumerate(robot.contacts):
         force = wrench[:, log.foot_names.index(foot), :3]
         if robot.contacts[foot].kind != "surface" and np.any(force[:, :2]):
             rotation, _ = robot.foot_pose(foot, log.position)
@@ -82,23 +77,25 @@ def foot_loads(log: RobotLog, robot: Robot, feet: tuple[str, ...]) -> Array:
 
 def _check_total(log: RobotLog, total: Array, weight: float) -> list[str]:
     """Compare the load of all feet with the weight: note a difference, refuse a wrong sign or unit."""
+    # Relative difference of foot load and robot weight above which a note is added [1].
+    tolerance = 0.25
     size = np.abs(total)
     carried = total[size > 0.3 * np.percentile(size, 95)]  # [1]; below, the feet are off the ground
     share = float(np.median(carried)) / weight if len(carried) else 0.0
     units = {1 / 9.81: ("kgf", 9.81), 1e-3: ("kN", 1000.0), 1e3: ("mN", 0.001)}  # load divided by weight -> unit
-    unit = next((found for ratio, found in units.items() if abs(abs(share) / ratio - 1) < TOLERANCE), None)
+    unit = next((found for ratio, found in units.items() if abs(abs(share) / ratio - 1) < tolerance), None)
     name, channel = log.path or "log", force_channel(log)
     if unit is not None:
         raise LogError(
             f"{name}: the forces in {channel} add up to {abs(share) * weight:.4g}, but the weight is {weight:.4g} N: "
             f"their unit is probably {unit[0]}; set [log] {channel} = {{scale = {np.sign(share) * unit[1]:g}}}"
         )
-    if share < -TOLERANCE:
+    if share < -tolerance:
         raise LogError(
             f"{name}: the forces in {channel} add up to {share * weight:.4g} N while the robot stands, but forces "
             f"of the ground on a foot point up along z; set [log] {channel} = {{scale = -1.0}}"
         )
-    if abs(share - 1) > TOLERANCE:
+    if abs(share - 1) > tolerance:
         return [
             f"The feet carry a median of {share * weight:.4g} N, but the model weighs {weight:.4g} N: "
             "a foot may be missing, or the model's mass may be wrong."

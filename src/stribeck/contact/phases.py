@@ -21,14 +21,12 @@ FALLEN = np.deg2rad(60.0)
 HUNG = "hung"
 """Name in place of the feet while something unknown, such as a gantry, carries the base."""
 
-TRIMMED = 0.25, 0.45
-"""Largest shares of a phase that are trimmed where it would be too short otherwise, and elsewhere [1].
-
-Feet settle faster in fast gaits.
-"""
-
 Kind = Literal["fixed", "hung", "single", "double", "multiple", "flight", "touching"]
 Source = Literal["fixed", "flags", "forces", "kinematics"]
+Segments = tuple[slice, ...]
+"""Rows between gaps of a log, in order."""
+Standing = tuple[BoolArray, BoolArray, list[str]]
+"""Feet that stand, and feet that carry some load without standing, shape (T, feet) each, and notes."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,7 +77,7 @@ class SupportPhases:
     notes: tuple[str, ...] = ()
 
 
-def fixed_phases(segments: tuple[slice, ...], kind: Literal["fixed", "hung"] = "fixed") -> tuple[SupportPhase, ...]:
+def fixed_phases(segments: Segments, kind: Literal["fixed", "hung"] = "fixed") -> tuple[SupportPhase, ...]:
     """Make the phases of a fixed or hung base: one per segment, not trimmed."""
     feet = ("base",) if kind == "fixed" else (HUNG,)
     return tuple(
@@ -134,9 +132,7 @@ def phases_of_segment(
         after, before = trims(duration, settings.trim_start, settings.trim_end)
         row = rows[start - segment.start]
         standing_feet = tuple(foot for foot, stands in zip(feet, row[:-1], strict=True) if stands)
-        first, last = start, stop
-        if len(standing_feet) < len(feet):
-            first, last = trim(start, stop, after, before)
+        first, last = trim(start, stop, after, before) if len(standing_feet) < len(feet) else (start, stop)
         steady_first, steady_last = trim(start, stop, both, both)
         if last <= first or (stop - start) * period < settings.min_duration or row[-1]:
             first = last = start
@@ -163,7 +159,10 @@ def trims(duration: float, start: float, end: float, shortest: float = 0.0) -> t
 
     Phases keep the time `shortest`, if that is possible.
     """
-    few, many = np.multiply(TRIMMED, duration)
+    # Largest shares of a phase that are trimmed where it would be too short otherwise, and elsewhere [1]. Feet settle
+    # faster in fast gaits.
+    trimmed = 0.25, 0.45
+    few, many = np.multiply(trimmed, duration)
     share = min(1.0, float(np.clip(duration - shortest, few, many)) / max(start + end, 1e-9))
     return share * start, share * end
 
@@ -191,7 +190,7 @@ def up_in_base(log: RobotLog, robot: Robot) -> Array:
     return gravity_in_root_link(root_quaternions(robot, log.position, log.base_orientation), robot.up)
 
 
-def row_of_fall(log: RobotLog, robot: Robot, segments: tuple[slice, ...]) -> int | None:
+def row_of_fall(log: RobotLog, robot: Robot, segments: Segments) -> int | None:
     """Find the first row within the segments at which the base has fallen over; None if it never falls.
 
     The z axis of the root link counts as up. A root link whose z axis does not point up when the robot stands looks

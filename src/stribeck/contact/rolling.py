@@ -15,9 +15,6 @@ from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.robot.kinematics import point_motion
 
-RADII = (0.008, 0.06)
-"""Smallest and largest plausible radius [m]; smaller feet count as points."""
-
 
 def with_rolling_feet(
     robot: Robot, logs: Sequence[tuple[RobotLog, tuple[SupportPhase, ...], float]]
@@ -35,6 +32,8 @@ def with_rolling_feet(
     logs
         Logs, their support phases, and their sampling periods [s].
     """
+    # Smallest and largest plausible radius [m]; smaller feet count as points.
+    radii = (0.008, 0.06)
     points = {name: each for name, each in robot.contacts.items() if each.kind == "point" and not each.radius}
     usable = [log for log in logs if log[0].base_orientation is not None]
     parts = [part for log in usable for part in _pairs(robot, *log)] if points and robot.base == "floating" else []
@@ -57,7 +56,7 @@ def with_rolling_feet(
             "feet, set radius in [contacts]; otherwise log a walk on firmer ground"
         )
         return robot, [note]
-    if not RADII[0] <= radius <= RADII[1]:
+    if not radii[0] <= radius <= radii[1]:
         return robot, []
     rolling = {name: replace(contact, radius=radius, given=False) for name, contact in points.items()}
     note = f"Standing feet roll like balls with a radius of {1e3 * radius:.0f} mm."
@@ -73,19 +72,16 @@ def _pairs(
     long = [phase for phase in phases if len(phase.feet) > 1 and (phase.stop - phase.start) * period > 0.06]  # [s]
     for phase in long[:: max(1, len(long) // 400)]:
         rows = phase.stop - phase.start
-        first, last = (
-            max(phase.start + round(0.3 * rows), half),
-            min(phase.stop - round(0.15 * rows), len(log.time) - half),
-        )
+        first = max(phase.start + round(0.3 * rows), half)
+        last = min(phase.stop - round(0.15 * rows), len(log.time) - half)
         if last - first < 3:
             continue
         wide = slice(first - half, last + half)
         position, velocity = (each[::step] for each in correlate_valid(log.position[wide], kernels[:2], (0, 1)))
         assert log.base_orientation is not None
         quaternions = root_quaternions(robot, log.position[wide], log.base_orientation[wide])
-        turn = orientation_from_derivatives(
-            *(each[::step] for each in correlate_valid(quaternions, kernels, (0, 1, 2)))
-        )
+        derivatives = correlate_valid(quaternions, kernels, (0, 1, 2))
+        turn = orientation_from_derivatives(*(each[::step] for each in derivatives))
         up = gravity_in_root_link(turn.quaternion, robot.up)
         moves = {}
         for foot in phase.feet:

@@ -60,12 +60,9 @@ def filter_derivatives(
         return tuple(np.empty((0, signal.shape[1])) for _ in orders)
     kernels = central_kernels(period)[list(orders)]
     edge = half_width - HALF_WIDTH
-    return tuple(
-        np.asarray(_filter_twice(sections, raw)[edge : len(raw) - edge])
-        for raw in correlate_valid(signal, kernels, orders)
-    )
-
-
-def _filter_twice(sections: Array, raw: Array) -> Array:
-    # Without the first sample's value, whose step at the start would dominate the transient.
-    return np.asarray(scipy.signal.sosfiltfilt(sections, raw - raw[0], axis=0, padtype=None) + raw[0])
+    found = []
+    for raw in correlate_valid(signal, kernels, orders):
+        # Without the first sample's value, whose step at the start would dominate the transient.
+        twice = scipy.signal.sosfiltfilt(sections, raw - raw[0], axis=0, padtype=None) + raw[0]
+        found.append(np.asarray(twice[edge : len(raw) - edge]))
+    return tuple(found)

@@ -31,8 +31,8 @@ class Spectra:
         Frequencies [Hz], shape (F,), without 0.
     first, second
         One-sided power spectral densities of the two signals, shape (F, n).
-    cross
-        Magnitude of their cross spectral density, shape (F, n).
+    coherence
+        Squared coherence of the two signals, from 0 (unrelated) to 1, shape (F, n).
     parts
         Number of independent parts in the average, shape (n,); 0 for a signal without data.
     """
@@ -40,14 +40,8 @@ class Spectra:
     frequency: Array
     first: Array
     second: Array
-    cross: Array
+    coherence: Array
     parts: Array
-
-    @property
-    def coherence(self) -> Array:
-        """Squared coherence of the two signals, from 0 (unrelated) to 1, shape (F, n)."""
-        power = self.first * self.second
-        return np.asarray(np.divide(self.cross**2, power, out=np.zeros_like(power), where=power > 0))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -232,13 +226,10 @@ def average_spectra(first: Sequence[Array], second: Sequence[Array], rate: float
         second_power += np.sum(np.abs(y_parts) ** 2, axis=2)
         cross_power += np.sum(x_parts * y_parts.conj(), axis=2)
     scale = 2 / np.maximum(count, 1)  # one-sided: half of the power is at negative frequencies
-    return Spectra(
-        np.asarray(np.fft.rfftfreq(length, 1 / rate)[1:], dtype=np.float64),
-        (scale * first_power)[1:],
-        (scale * second_power)[1:],
-        (scale * np.abs(cross_power))[1:],
-        count,
-    )
+    one, other, cross = ((scale * power)[1:] for power in (first_power, second_power, np.abs(cross_power)))
+    coherence = np.divide(cross**2, one * other, out=np.zeros_like(cross), where=one * other > 0)
+    frequency = np.asarray(np.fft.rfftfreq(length, 1 / rate)[1:], dtype=np.float64)
+    return Spectra(frequency, one, other, coherence, count)
 
 
 def _find_part_length(samples: IntArray, rate: float) -> int:

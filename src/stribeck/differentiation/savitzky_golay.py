@@ -1,5 +1,6 @@
 """Savitzky-Golay filters: a polynomial is fitted to each window, (7.1)-(7.8) of the paper."""
 
+from bisect import bisect_left
 from math import factorial
 
 import numpy as np
@@ -82,15 +83,13 @@ def savgol_window(cutoff: float, order: int, rate: float) -> int:
     wanted = cutoff * (1 - 1e-9)  # the cutoff of a window must give the same window
     low = order // 2 + order % 2  # half widths: `low` is long enough for the order, `high` too long for the cutoff
     high = 2 * low
-    while savgol_cutoff(2 * high + 1, order, rate) >= wanted:
+
+    def too_long(half: int) -> bool:
+        return savgol_cutoff(2 * half + 1, order, rate) < wanted
+
+    while not too_long(high):
         low, high = high, 2 * high
-    while high - low > 1:
-        middle = (low + high) // 2
-        if savgol_cutoff(2 * middle + 1, order, rate) >= wanted:
-            low = middle
-        else:
-            high = middle
-    return 2 * low + 1
+    return 2 * (low + bisect_left(range(low + 1, high), True, key=too_long)) + 1
 
 
 def require_below_nyquist(cutoff: float, rate: float) -> None:

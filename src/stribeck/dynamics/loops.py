@@ -10,23 +10,18 @@ joints; their friction appears at the independent joints, as G^T maps it.
 """
 
 from dataclasses import dataclass, replace
-from functools import cache
 
 import numpy as np
 import pinocchio as pin
 
 from stribeck.base.typing import Array
 from stribeck.dynamics.momentum import STEP, momentum_balance
-from stribeck.dynamics.rooted import RootMotion, joint_inertia
+from stribeck.dynamics.rooted import RootMotion, joint_inertia, workspace
 from stribeck.errors import LogError, RobotFileError
 from stribeck.log.robot_log import RobotLog
 from stribeck.robot import Robot
 from stribeck.robot.rooting import RootedModel
 
-CLOSED, OPEN = 1e-12, 1e-3
-"""Gap [m], [rad], or step, below which Gauss-Newton ends, and largest gap that the digits of a model explain."""
-STRIDE = 0.05
-"""Largest step of independent joints [rad], [m] between two solutions; larger ones may reach another branch."""
 RANK, ROUNDED = 1e-6, 1e-3
 """Relative tolerances of singular values [1]: of redundant constraints or a dead center, and of rounded axes."""
 
@@ -40,19 +35,12 @@ class LoopTerms:
     drift: Array
 
 
-@cache
-def _workspace(robot: Robot) -> tuple[pin.Model, pin.Data, tuple[tuple[int, int, int], ...]]:
-    model = robot.tree.model
-    frames = tuple((*(int(model.getFrameId(name)) for name in loop.frames), loop.size) for loop in robot.loops)
-    return model, model.createData(), frames  # type: ignore[return-value]
-
-
 def loop_terms(robot: Robot, position: Array, velocity: Array | None = None) -> LoopTerms:
     """Compute gap, Jacobian and drift (zero without velocities) of all loops.
 
     Pinocchio has no batched call for them.
     """
-    model, data, frames = _workspace(robot)
+    model, data = workspace(robot.tree)
     columns, size = robot.tree.columns, robot.tree.root_size
     rows = sum(loop.size for loop in robot.loops)
     gap, drift = np.empty((2, len(position), rows))
@@ -66,8 +54,9 @@ def loop_terms(robot: Robot, position: Array, velocity: Array | None = None) -> 
         pin.computeJointJacobians(model, data, configuration)
         pin.updateFramePlacements(model, data)
         first = 0
-        for one, other, count in frames:
-            here = slice(first, first + count)
+        for loop in robot.loops:
+            one, other = (model.getFrameId(name) for name in loop.frames)
+            here, count = slice(first, first + loop.size), loop.size
             first += count
             poses = data.oMf[one], data.oMf[other]
             gap[k, here][:3] = poses[0].translation - poses[1].translation
@@ -170,18 +159,20 @@ def _add_rates(
 
 def _solve_passive(robot: Robot, log: RobotLog) -> Array:
     """Solve for the positions of the passive joints, sample by sample, starting from the model's zero."""
+    # Largest step of independent joints [rad], [m] between two solutions; larger ones may reach another branch.
+    stride = 0.05
     independent = robot.independent
     found = log.position.copy()
     found[:, robot.passive_columns] = np.nan
     now = np.zeros(found.shape[1])
     for k in np.flatnonzero(np.isfinite(found[:, independent]).all(axis=1)).tolist():
         step = found[k, independent] - now[independent]
-        parts = max(1, int(np.ceil(np.abs(step).max() / STRIDE)))
+        parts = max(1, int(np.ceil(np.abs(step).max() / stride)))
         before = now[independent].copy()
         for part in range(1, parts + 1):
             now[independent] = before + step * part / parts
             gap = _close(robot, now)
-            if not gap < OPEN:
+            if not gap < 1e-3:  # [m], [rad]; digits of a model explain smaller gaps
                 loops, left = ", ".join(map(str, robot.loops)), f"{1e3 * gap:.3g} mm or mrad"
                 raise LogError(
                     f"{log.path or 'log'}: at {log.time[k]:.3f} s the loops of {loops} cannot be closed: {left} "
@@ -193,13 +184,13 @@ def _solve_passive(robot: Robot, log: RobotLog) -> Array:
 
 def _close(robot: Robot, position: Array) -> float:
     """Move the passive joints of one sample, in place, by Gauss-Newton until the loops close; return the gap."""
-    passive = robot.passive_columns
-    gap = np.inf
+    closed = 1e-12  # [m], [rad]; gap or step below which the iteration ends
+    passive, gap = robot.passive_columns, np.inf
     for _ in range(30):  # three are usual
         terms = loop_terms(robot, position[None])
         gap = float(np.abs(terms.gap).max())
         step = np.linalg.lstsq(terms.jacobian[0][:, passive], terms.gap[0], rcond=RANK)[0]
-        if not gap >= CLOSED or np.abs(step).max() < CLOSED:
+        if not gap >= closed or np.abs(step).max() < closed:
             break
         position[passive] -= step
     return gap

@@ -59,7 +59,9 @@ def base_root(robot: Robot, feet: tuple[str, ...], state: State) -> RootMotion:
         )
     gravity = gravity_in_root_link(turn.quaternion, robot.gravity)
     omega, alpha = turn.angular_velocity, turn.angular_acceleration
-    points = [_compute_point_motion(robot, foot, state) for foot in feet]
+    motion = state.position, state.velocity, state.acceleration
+    frames = [robot.tree.model.getFrameId(robot.contacts[foot].frame) for foot in feet]
+    points = [point_motion(robot.tree, frame, *motion) for frame in frames]
     up = gravity_in_root_link(turn.quaternion, robot.up)
     points = [_roll(point, robot.contacts[foot].radius * up, turn) for point, foot in zip(points, feet, strict=True)]
     if len(points) >= ENOUGH_POINTS:
@@ -117,11 +119,6 @@ def flying_root(rooted: RootedModel, state: State) -> RootMotion:
     inertia = inertia_matrix(rooted, state.position)[:, :6, :6]
     acceleration = np.asarray(np.linalg.solve(inertia, -wrench[:, :, None])[:, :, 0], dtype=np.float64)
     return RootMotion(gravity, velocity, acceleration)
-
-
-def _compute_point_motion(robot: Robot, foot: str, state: State) -> PointMotion:
-    frame = robot.tree.model.getFrameId(robot.contacts[foot].frame)
-    return point_motion(robot.tree, frame, state.position, state.velocity, state.acceleration)
 
 
 def _roll(point: PointMotion, lever: Array, turn: Orientation) -> PointMotion:

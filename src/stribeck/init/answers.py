@@ -18,11 +18,11 @@ from stribeck.init.draft import Draft, ask_for_torque_source, write_contacts
 from stribeck.init.model import read_model
 from stribeck.init.names import match, words
 from stribeck.log import RobotLog
-from stribeck.log.clock import mean_step
+from stribeck.log.clock import TIME, mean_step
 from stribeck.log.plausibility import position_slopes
 from stribeck.log.readers import read_log
 from stribeck.log.readers.channels import JOINT_CHANNELS, WRENCH
-from stribeck.log.readers.mapping import TIME, word_size
+from stribeck.log.readers.mapping import word_size
 from stribeck.log.readers.read import open_log
 from stribeck.log.readers.recording import Recording, listed
 from stribeck.log.readers.unitree import name_motors

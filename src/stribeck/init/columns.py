@@ -6,48 +6,23 @@ from typing import Any
 import numpy as np
 
 from stribeck.base.typing import Array, TorqueSource
+from stribeck.init.names import WORDS, split
 from stribeck.log import RobotLog
-from stribeck.log.clock import RATES
-from stribeck.log.plausibility import position_slopes, units_of_slope
+from stribeck.log.clock import plausible_units
+from stribeck.log.plausibility import position_slopes, units_of_slope, uprightness
 from stribeck.log.readers.channels import JOINT_CHANNELS
 from stribeck.log.readers.recording import Recording
 from stribeck.robot import Robot
 
-WORDS: dict[str, set[str]] = {
-    "time": {"time", "t", "timestamp", "timestamps", "stamp", "stamps", "sec", "secs", "seconds", "clock", "zeit"},
-    "position": {"position", "positions", "pos", "q", "qpos", "angle", "angles", "theta", "jpos", "encoders"},
-    "torque": {"torque", "torques", "tau", "effort", "efforts", "eff", "moment", "moments"},
-    "velocity": {"velocity", "velocities", "vel", "dq", "qd", "qvel", "speed", "omega", "jvel"},
-    "base_orientation": {"orientation", "quat", "quaternion", "attitude"},
-    "contact": {"contact", "contacts"},
-}
-"""Words in the names of each channel."""
-CURRENTS = {"current", "currents", "cur", "curr", "amps", "ampere", "amperes", "i"}
-"""Words for motor currents, which replace torques that were not measured."""
-TURNS = ("turn", "turns", "rev", "revs", "revolution", "revolutions", "rotations")
-"""Words for turns."""
-UNITS: dict[str, dict[str, str]] = {
-    "position": {"rad": "rad", **dict.fromkeys(("deg", "degree", "degrees"), "deg"), **dict.fromkeys(TURNS, "turn")},
-    "torque": {"mnm": "mNm", "nm": "Nm"},
-    "velocity": {"rpm": "rpm", "krpm": "krpm", "rps": "turn/s"},
-    "current": {"ma": "mA", "a": "A"},
-}
-"""Words that are units -> their names in a robot file."""
-TIMES = {"s", "sec", "ms", "us", "ns"}
-"""Units of time, which are detected from the steps."""
-MEASURED = {"meas", "measured", "msr", "actual", "act", "state", "raw", "joint", "joints", "dof", "est", "estimated"}
-MEASURED |= {"estimate", "estimates", "feedback", "present", "ist"}
-"""Words for measured signals, which are preferred."""
-OTHERS = {"error", "fric", "friction", "model", "limit", "filt", "dot", "ext", "external", "gravity", "coriolis"}
-"""Words for signals that were not measured."""
-COMMANDS = {"cmd", "command", "commanded", "con", "control", "ctrl", "target", "des", "desired", "ref", "reference"}
-COMMANDS |= {"soll", "d"}
-"""Words for commands: a commanded torque is used if there is no other torque and no current."""
+KINDS = {name: set(own) for name, own in (WORDS["channels"] | WORDS["kinds"]).items()}
+"""Words in names of each channel, and of each kind of signal."""
+UNITS = {name: {word: unit for unit, own in units.items() for word in own} for name, units in WORDS["units"].items()}
+"""Words that are units -> their names in a robot file, by channel."""
 
 
 def words(name: str) -> list[str]:
     """Split a name into lower-case words, without numbers."""
-    return [part.lower() for part in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", name)]
+    return [word for word in split(name) if not word.isdigit()]
 
 
 def find_columns(source: Recording) -> tuple[dict[str, dict[str, Any]], TorqueSource | None]:
@@ -60,76 +35,69 @@ def find_columns(source: Recording) -> tuple[dict[str, dict[str, Any]], TorqueSo
         if name.lower() != "i" or name in source.wide:  # a counter, not currents
             groups.setdefault(tuple(words(name)), []).append(name)
     found: dict[str, dict[str, Any]] = {}
-    for channel, kinds in WORDS.items():
-        names = _find_labelled(source, channel, kinds) if channel in JOINT_CHANNELS else []
-        if channel not in source.channels and (names := names or _find_candidates(groups, channel, kinds)):
-            found[channel] = {"name": names if len(names) > 1 else names[0]} | _find_unit(channel, names[0])
-    commanded = "torque" in found and bool(COMMANDS & set(words(str(found["torque"]["name"]))))
+    for channel in WORDS["channels"]:
+        names = _find_labelled(source, channel) if channel in JOINT_CHANNELS else []
+        if channel not in source.channels and (names := names or _find_candidates(groups, channel)):
+            found[channel] = _make_table(channel, names)
+    commanded = "torque" in found and bool(KINDS["commands"] & set(words(str(found["torque"]["name"]))))
+    torque_source: TorqueSource | None = "command" if commanded else None
     if "torque" not in source.channels and (commanded or "torque" not in found):
-        names = _find_candidates(groups, "current", CURRENTS) or _find_labelled(source, "current", CURRENTS)
+        names = _find_candidates(groups, "current") or _find_labelled(source, "current")
         if names:
-            unit = _find_unit("current", names[0]) or {"unit": "A"}
-            found["torque"] = {"name": names if len(names) > 1 else names[0]} | unit
-            return found | _find_others(groups, {*found, *source.channels}), "motor_current"
-    return found | _find_others(groups, {*found, *source.channels}), "command" if commanded else None
+            found["torque"], torque_source = _make_table("current", names), "motor_current"
+    unmeasured = KINDS["others"] | KINDS["commands"]
+    known = {*found, *source.channels}
+    for channel in [name for name in ("time", "position", "torque") if name not in known]:  # a single signal may be it
+        signals = [key for key in groups if KINDS[channel] & set(key) and not unmeasured & set(key)]
+        if len(signals) == 1:
+            found[channel] = _make_table(channel, groups[signals[0]])
+    return found, torque_source
 
 
-def _find_others(groups: dict[tuple[str, ...], list[str]], known: set[str]) -> dict[str, dict[str, Any]]:
-    """Find each necessary channel that is missing, if only one measured signal has a word of it in its name."""
-    found: dict[str, dict[str, Any]] = {}
-    for channel in ("time", "position", "torque"):
-        signals = [key for key in groups if WORDS[channel] & set(key) and not (OTHERS | COMMANDS) & set(key)]
-        if len(signals) == 1 and channel not in known:
-            names = groups[signals[0]]
-            found[channel] = {"name": names if len(names) > 1 else names[0]} | _find_unit(channel, names[0])
-    return found
+def _make_table(channel: str, names: list[str]) -> dict[str, Any]:
+    """Make a table `[log.<channel>]`, with the unit in the first name."""
+    return {"name": names if len(names) > 1 else names[0]} | _find_unit(channel, names[0])
 
 
 def find_command(source: Recording) -> str | None:
     """Find the array, or the prefix of the columns, whose name suggests desired joint positions."""
     names = [name.rpartition(".")[0] or name for name in source.others]
-    return next((name for name in names if {"action", *COMMANDS} & set(words(name))), None)
+    return next((name for name in names if {"action", *KINDS["commands"]} & set(words(name))), None)
 
 
 def _find_unit(channel: str, name: str) -> dict[str, str]:
     """Find a unit of the channel in a name."""
     own = {*words(name), *re.findall("[a-z]+", name.lower())}
-    if channel == "velocity" and own & set(UNITS["position"]):
-        return {} if "rad" in own else {"unit": "turn/s"} if own & set(TURNS) else {"unit": "deg/s"}
-    return next(({"unit": unit} for word, unit in UNITS.get(channel, {}).items() if word in own), {})
+    if channel == "velocity" and (turned := {UNITS["position"][word] for word in own & set(UNITS["position"])}):
+        return {} if "rad" in turned else {"unit": "turn/s" if "turn" in turned else "deg/s"}
+    default = {"unit": "A"} if channel == "current" else {}
+    return next(({"unit": unit} for word, unit in UNITS.get(channel, {}).items() if word in own), default)
 
 
-def _find_candidates(groups: dict[tuple[str, ...], list[str]], channel: str, kinds: set[str]) -> list[str]:
+def _find_candidates(groups: dict[tuple[str, ...], list[str]], channel: str) -> list[str]:
     """Find the columns whose names suggest the channel best, apart from numbers and words without meaning."""
-    ranks = {key: _rank(key, kinds, channel) for key in groups}
+    ranks = {key: _rank(key, channel) for key in groups}
     ranked = sorted((rank, key) for key, rank in ranks.items() if rank is not None)
     return groups[ranked[0][1]] if ranked else []
 
 
-def _rank(key: tuple[str, ...], kinds: set[str], channel: str) -> tuple[int, int] | None:
+def _rank(key: tuple[str, ...], channel: str) -> tuple[int, int] | None:
     """Rank how closely the words of a name match a channel; None if they suggest another signal."""
-    own = kinds & set(key)
-    wrong = OTHERS & set(key) or (COMMANDS & set(key) if channel != "torque" else set())
-    idle = {"robot", "log", "data"} | TIMES | {unit for units in UNITS.values() for unit in units}
-    idle |= {"field"}  # of `rostopic echo -p`
-    idle |= (
-        {"j", "m", "axis", "motor", "motors", "drive", "drives", "servo", "servos"}
-        if channel in UNITS
-        else {"base", "imu", "body", "foot", "feet"}
-    )
-    rest = set(key) - kinds - MEASURED - COMMANDS - idle
-    if not own or wrong or rest:
+    commands, measured = KINDS["commands"] & set(key), KINDS["measured"] & set(key)
+    wrong = KINDS["others"] & set(key) or (commands if channel != "torque" else set())
+    idle = KINDS["idle"].union(KINDS["times"], *UNITS.values(), KINDS["motors" if channel in UNITS else "bodies"])
+    if not KINDS[channel] & set(key) or wrong or set(key) - KINDS[channel] - measured - commands - idle:
         return None
-    return len(COMMANDS & set(key)), -len(MEASURED & set(key))
+    return len(commands), -len(measured)
 
 
-def _find_labelled(source: Recording, channel: str, kinds: set[str]) -> list[str]:
+def _find_labelled(source: Recording, channel: str) -> list[str]:
     """Find the columns of a channel with joint names in their names: `knee_pos`, `q_knee`, `knee [deg]`."""
     single = [name for name in source.others if name not in source.wide and not name.endswith((".csv", ".parquet"))]
-    of_others = {"position": CURRENTS, "current": WORDS["position"] | WORDS["velocity"]}.get(channel, set())
-    for own, wrong in ((kinds, of_others), (set(UNITS[channel]) - {"a"}, TIMES)):
+    of_others = {"position": KINDS["current"], "current": KINDS["position"] | KINDS["velocity"]}.get(channel, set())
+    for own, wrong in ((KINDS[channel], of_others), (set(UNITS[channel]) - {"a"}, KINDS["times"])):
         names = [name for name in single if own & set(words(name))]
-        names = [name for name in names if not (OTHERS | COMMANDS | wrong) & set(words(name))]
+        names = [name for name in names if not (KINDS["others"] | KINDS["commands"] | wrong) & set(words(name))]
         rests = {tuple(word for word in words(name) if word not in own) for name in names}
         if len(names) > 1 and len(rests) > 1:
             return names
@@ -140,17 +108,14 @@ def time_unit(stamps: Array) -> str:
     """Find the largest unit of time in which the stamps have a plausible rate; seconds if there is none."""
     steps = np.diff(stamps[np.isfinite(stamps)])
     steps = steps[steps > 0]
-    step = float(np.median(steps)) if len(steps) else 1.0
-    factors = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-    return next((unit for unit, factor in factors.items() if RATES[0] <= 1 / (step * factor) <= RATES[1]), "s")
+    return next(iter(plausible_units(float(np.median(steps)) if len(steps) else 1.0)), "s")
 
 
 def orientation_order(log: RobotLog) -> str:
     """Return "wxyz" if the base is upright only with the scalar of the quaternion first, else an empty string."""
     if log.base_orientation is None:
         return ""
-    x, y, z = log.base_orientation.T[:3]
-    upright, first = np.nanmedian(1 - 2 * (x**2 + y**2)), np.nanmedian(1 - 2 * (y**2 + z**2))
+    upright, first = uprightness(log.base_orientation)
     return "wxyz" if first > upright + 0.7 else ""
 
 
@@ -186,11 +151,8 @@ def normalized_ranges(log: RobotLog, robot: Robot) -> dict[str, tuple[float, flo
     low, high = robot.position_limits
     lowest, highest = np.nanmin(log.position, axis=0), np.nanmax(log.position, axis=0)
     gripper = np.array(["gripper" in name.lower() for name in robot.joint_names])
-    if (
-        not np.isfinite(high - low).all()
-        or np.maximum(-lowest, highest).max() > 100.5
-        or (lowest < -0.5)[gripper].any()
-    ):
+    beyond = np.maximum(-lowest, highest).max() > 100.5 or (lowest < -0.5)[gripper].any()
+    if beyond or not np.isfinite(high - low).all():
         return {}
     low = np.where(gripper, 2 * low - high, low)
     return dict(zip(robot.joint_names, zip(low.tolist(), high.tolist(), strict=True), strict=True))
@@ -203,6 +165,5 @@ def servo_ticks(log: RobotLog) -> int:
     if highest < 400 or known.min() < 0 or np.any(known != np.round(known)):  # whole degrees stay below
         return 0
     middle = float(np.median(known))
-    return min(
-        (turn for turn in (1024, 4096, 16384, 65536) if turn > highest), key=lambda t: abs(middle / t - 0.5), default=0
-    )
+    turns = (turn for turn in (1024, 4096, 16384, 65536) if turn > highest)
+    return min(turns, key=lambda turn: abs(middle / turn - 0.5), default=0)

@@ -13,10 +13,7 @@ from tomlkit.items import Table
 from stribeck.init.model import ModelFacts
 from stribeck.init.names import match
 from stribeck.robot import Robot, from_robot_file
-from stribeck.settings import RobotFile
-
-WIDTH = 108
-"""Largest length of a comment, and of a list on one line, in characters [1]."""
+from stribeck.robot.robot_file import validated
 
 
 @dataclass
@@ -89,16 +86,18 @@ class Draft:
 
     def robot(self) -> Robot:
         """Build the robot that the file describes."""
-        return from_robot_file(RobotFile.model_validate(tomllib.loads(self.text)), self.output)
+        return from_robot_file(validated(tomllib.loads(self.text), self.output), self.output)
 
 
 def _build_table(values: Mapping[str, Any], place: str, notes: Mapping[str, list[str]]) -> Table:
     """Build a table of a robot file, plain keys before tables, with its comments."""
+    # Largest length of a comment, and of a list on one line, in characters [1].
+    width = 108
     table = tomlkit.table()
 
     def comment(key: str) -> None:
         for text in notes.get(key, []):
-            for line in textwrap.wrap(text, WIDTH, break_long_words=False, break_on_hyphens=False):
+            for line in textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False):
                 table.add(tomlkit.comment(line))
 
     comment(place)
@@ -110,7 +109,7 @@ def _build_table(values: Mapping[str, Any], place: str, notes: Mapping[str, list
         comment(inside)
         item = tomlkit.item(value)
         if isinstance(value, list):
-            item.multiline(len(str(value)) > WIDTH)
+            item.multiline(len(str(value)) > width)
         table.add(key, item)
     return table
 

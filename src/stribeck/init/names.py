@@ -1,37 +1,30 @@
 """Matching of joints and feet in a log with the model, by name."""
 
 import re
+import tomllib
 from collections.abc import Sequence
 from difflib import SequenceMatcher
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-EMPTY = {"joint", "j", "jnt", "link", "motor", "mot", "act", "actuator", "op", "pos", "position", "q", "tau", "torque"}
-EMPTY |= {"encoder", "encoders", "effort", "moment", "current", "actual", "meas", "ist", "deg", "rad", "nm", "ma"}
-EMPTY |= {"observation", "present", "state", "states", "feedback", "velocity", "vel", "speed"}
-"""Words that do not help to identify a joint."""
-MEANINGS = {
-    **dict.fromkeys(("l", "left"), ("left",)),
-    **dict.fromkeys(("r", "right"), ("right",)),
-    **dict.fromkeys(("f", "front", "fore"), ("front",)),
-    **dict.fromkeys(("h", "hind", "rear", "back"), ("rear",)),
-    **dict.fromkeys(("lf", "fl"), ("left", "front")),
-    **dict.fromkeys(("rf", "fr"), ("right", "front")),
-    **dict.fromkeys(("lh", "hl", "rl", "bl"), ("left", "rear")),
-    **dict.fromkeys(("rh", "hr", "rr", "br"), ("right", "rear")),
-    **dict.fromkeys(("haa", "abad", "abduction"), ("hip", "roll")),
-    **dict.fromkeys(("hfe", "thigh"), ("hip", "pitch")),
-    **dict.fromkeys(("kfe", "calf", "shank"), ("knee",)),
-}
+WORDS: dict[str, dict[str, Any]] = tomllib.loads(Path(__file__).with_name("words.toml").read_text(encoding="utf-8"))
+"""Words in names of joints and channels, with their meanings."""
+MEANINGS = {word: meaning.split() for meaning, own in WORDS["joints"]["meanings"].items() for word in own}
 """Meanings of words for joints and legs."""
+
+
+def split(name: str) -> list[str]:
+    """Split a name into words in lower case, and numbers."""
+    return [part.lower() for part in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+", name)]
 
 
 def words(name: str) -> list[str]:
     """Split a name into words and numbers, with sides and legs normalized."""
-    found = [part.lower() for part in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+", name)]
-    meant = [word for part in found for word in MEANINGS.get(part, (part,))]
-    return [word for word in meant if word not in EMPTY] or meant
+    meant = [word for part in split(name) for word in MEANINGS.get(part, [part])]
+    return [word for word in meant if word not in WORDS["joints"]["empty"]] or meant
 
 
 def likeness(one: str, other: str) -> float:

@@ -40,6 +40,11 @@ class ColumnMatch:
         given = {name: array for name in signs if (array := getattr(log, name)) is not None}
         return replace(log, **{name: array[:, list(self.order)] * signs[name] for name, array in given.items()})
 
+    def inverted(self, columns: Sequence[int]) -> ColumnMatch:
+        """Invert joints."""
+        sign = np.where(np.isin(np.arange(len(self.order)), columns), -1.0, 1.0)
+        return replace(self, position=self.position * sign, torque=self.torque * sign)
+
     def changed_since(self, before: ColumnMatch) -> BoolArray:
         """Find joints whose column or sign differs from before, shape (n,)."""
         order = np.array(self.order) != np.array(before.order)
@@ -166,10 +171,8 @@ def _find_paths(robot: Robot) -> dict[int, list[int]]:
 def _list_changes(now: ColumnMatch, robot: Robot, bad: Sequence[int], unsure: Sequence[int]) -> Iterator[ColumnMatch]:
     yield replace(now, torque=-now.torque)
     for column in bad:
-        sign = np.where(np.arange(len(now.order)) == column, -1.0, 1.0)
-        yield replace(now, position=now.position * sign, torque=now.torque * sign)
-        yield replace(now, torque=now.torque * sign)
-        yield replace(now, position=now.position * sign)
+        both = now.inverted([column])
+        yield from (both, replace(both, position=now.position), replace(both, torque=now.torque))
     if len(unsure) <= 5:  # every order
         for columns in permutations([now.order[column] for column in unsure]):
             placed = dict(zip(unsure, columns, strict=True))
@@ -187,8 +190,7 @@ def _invert_several(now: ColumnMatch, bad: Sequence[int]) -> Iterator[ColumnMatc
     """Yield columns with several inverted joints; with parallel axes, inverting only one may be worse."""
     for count in range(2, 1 + (len(bad) if len(bad) <= 7 else 2)):
         for some in combinations(bad, count):
-            sign = np.where(np.isin(np.arange(len(now.order)), some), -1.0, 1.0)
-            yield replace(now, position=now.position * sign, torque=now.torque * sign)
+            yield now.inverted(some)
 
 
 def other_orders(robot: Robot) -> list[list[int]]:

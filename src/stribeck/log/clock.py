@@ -9,12 +9,12 @@ from stribeck.errors import LogError
 from stribeck.log import RobotLog
 from stribeck.log.interpolation import on_uniform_clock
 
+TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}  # [s]
 RATES = (20.0, 100e3)  # [Hz]; slower logs miss the robot's motion, faster ones do not exist
 TOLERANCE = 0.01  # periods; smaller deviations count as uniform
 STEP = 1.5  # periods; in a longer step a sample is missing
 BRIDGED = 0.01  # [s], steps that are always interpolated: a quarter of the windows of estimators
 REPEATED = 0.8  # share of different stamps; fewer come from a clock that is coarser than the rows
-ROUNDING = 0.55  # grains; rounding moves a stamp by half a grain, and the fitted line a little
 
 
 def refuse_wrong_time(time: Array, path: str) -> None:
@@ -48,16 +48,18 @@ def typical_step(time: Array, where: str) -> float:
             f"rows are evenly spaced, set [log] rate = {rate_of_rows(time):.4g}"
         )
     if not RATES[0] <= 1 / step <= RATES[1]:
-        factors = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9, "s": 1.0}
-        units = [unit for unit, factor in factors.items() if RATES[0] <= 1 / (step * factor) <= RATES[1]]
-        remedy = (
-            f'; [log.time] unit = "{units[0]}" would make it {1 / (step * factors[units[0]]):.6g} Hz' if units else ""
-        )
+        units = plausible_units(step)
+        remedy = f'; [log.time] unit = "{units[0]}" would make it {1 / (step * TIME[units[0]]):.6g} Hz' if units else ""
         raise LogError(
             f"{where}: the step of 'time' is {step:.6g} s, a rate of {1 / step:.6g} Hz; "
             f"expected {RATES[0]:g} Hz to {RATES[1]:g} Hz{remedy}"
         )
     return step
+
+
+def plausible_units(step: float) -> list[str]:
+    """List the units of time in which a step is that of a robot's log, largest first."""
+    return [unit for unit, factor in TIME.items() if RATES[0] <= 1 / (step * factor) <= RATES[1]]
 
 
 def longest_step(step: float, max_gap: float | None) -> float:
@@ -92,11 +94,12 @@ def even(
 
     A log is unchanged, gets new stamps, or is interpolated.
     """
+    rounding = 0.55  # grains; rounding moves a stamp by half a grain, and the fitted line a little
     if jitter <= TOLERANCE * period and not _drifts(log.time, segments, period):
         return log, segments, period, []
     grain = _find_resolution(log.time)
     time = _restamp(log.time, segments, period)
-    if np.abs(time - log.time).max() <= ROUNDING * grain < ROUNDING * period:
+    if np.abs(time - log.time).max() <= rounding * grain < rounding * period:
         note = f"Stamps are rounded to {1e3 * grain:.4g} ms and were replaced by evenly spaced ones."
         return replace(log, time=time), segments, period, [note]
     even, parts = on_uniform_clock(log, segments, period)

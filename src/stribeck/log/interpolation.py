@@ -12,8 +12,6 @@ from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.log import RobotLog
 from stribeck.log.storage import BLOCK_ROWS, allocate
 
-MARGIN = 64  # samples; the influence of a sample on a cubic spline falls to a quarter per sample
-
 
 def linear(query: Array, time: Array, values: Array) -> Array:
     """Interpolate linearly at `query`, shape (Q, ...); `values` have shape (T, ...) at increasing `time`."""
@@ -27,8 +25,9 @@ def linear(query: Array, time: Array, values: Array) -> Array:
 def cubic(query: Array, time: Array, values: Array) -> Array:
     """Interpolate with a cubic spline at increasing `query`, shape (Q, n); `values` are (T, n) at increasing `time`.
 
-    Long signals are processed in blocks, whose splines extend `MARGIN` samples beyond the block.
+    Long signals are processed in blocks, whose splines extend `margin` samples beyond the block.
     """
+    margin = 64  # samples; the influence of a sample on a cubic spline falls to a quarter per sample
     result = allocate((len(query), values.shape[1]))
     if len(time) == 1:
         result[:] = values
@@ -37,7 +36,7 @@ def cubic(query: Array, time: Array, values: Array) -> Array:
     for start in range(0, len(query), BLOCK_ROWS):
         block = inside[start : start + BLOCK_ROWS]
         first, last = np.searchsorted(time, block[[0, -1]])
-        near = slice(max(0, int(first) - MARGIN), int(last) + MARGIN)
+        near = slice(max(0, int(first) - margin), int(last) + margin)
         result[start : start + BLOCK_ROWS] = scipy.interpolate.CubicSpline(time[near], values[near])(block)
     return result
 
@@ -114,12 +113,18 @@ def _make_clock(time: Array, period: float) -> Array:
     return np.asarray(np.minimum(time[0] + period * np.arange(steps + 1), time[-1]))
 
 
+def delayed(signal: Array, time: Array, delay: Array) -> Array:
+    """Delay the columns of a signal, shape (T, n), by a time each [s], shape (n,); rows without a time are not used."""
+    result, known = allocate(signal.shape), np.isfinite(time)
+    for column, late in enumerate(delay.tolist()):
+        result[:, column] = np.interp(time - late, time[known], signal[known, column]) if late else signal[:, column]
+    return result
+
+
 def with_command_delay(log: RobotLog, delay: Array) -> RobotLog:
     """Compute the torques of a log anew for commands that act a delay per joint [s], shape (n,), later."""
     assert log.command is not None
     assert log.feedback is not None
-    command = allocate(log.command.shape)
-    for column, late in enumerate(delay.tolist()):
-        command[:, column] = np.interp(log.time - late, log.time, log.command[:, column])
+    command = delayed(log.command, log.time, delay)
     limits = np.array(log.effort_limits)
     return replace(log, command=command, torque=np.clip(command + log.feedback, -limits, limits))

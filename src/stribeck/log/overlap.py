@@ -10,21 +10,19 @@ from stribeck.log import RobotLog
 
 Prints = NDArray[np.uint64]
 
-WINDOW = 32
-"""Rows per fingerprint: quantized signals repeat single rows by chance, but never this many."""
-
-EVERY = np.uint64(16)
-"""Mean number of rows per fingerprint. The values themselves select the start rows, independent of how a log is cut."""
-
 
 def prints(log: RobotLog) -> Prints:
     """Compute fingerprints of windows of a log's positions and torques; a robot at rest has none."""
+    # Rows per fingerprint: quantized signals repeat single rows by chance, but never this many.
+    window = 32
+    # Mean rows per fingerprint. The values themselves select the start rows, independent of how a log is cut.
+    every = np.uint64(16)
     rows = _hash_rows(log)
-    starts = np.flatnonzero(rows[: max(len(rows) - WINDOW + 1, 0)] % EVERY == 0)
+    starts = np.flatnonzero(rows[: max(len(rows) - window + 1, 0)] % every == 0)
     changes = np.concatenate(([0], np.cumsum(rows[1:] != rows[:-1])))
-    starts = starts[changes[starts + WINDOW - 1] - changes[starts] >= WINDOW // 2]
+    starts = starts[changes[starts + window - 1] - changes[starts] >= window // 2]
     found = np.zeros(len(starts), dtype=np.uint64)
-    for k in range(WINDOW):
+    for k in range(window):
         found = found * np.uint64(0x100000001B3) + rows[starts + k]  # wraps around, as in FNV
     return np.unique(found)
 

@@ -5,11 +5,10 @@ import numpy as np
 from stribeck.base.typing import Array
 from stribeck.errors import LogError
 from stribeck.log import RobotLog
+from stribeck.log.readers.mapping import ANGLE, SPEED
 from stribeck.log.readers.recording import listed
 
 AGREEMENT = 0.05  # relative tolerance for the ratio of two units
-ANGLES = {"rad": 1.0, "deg": np.pi / 180, "turn": 2 * np.pi}
-SPEEDS = {"rad/s": 1.0, "deg/s": np.pi / 180, "rpm": np.pi / 30, "krpm": np.pi / 0.03, "turn/s": 2 * np.pi}
 
 
 def units_of_slope(slope: float) -> tuple[str, str] | None:
@@ -17,7 +16,8 @@ def units_of_slope(slope: float) -> tuple[str, str] | None:
 
     None if they agree, also in degrees or turns, or no units explain the slope.
     """
-    ratios = {(a, v): SPEEDS[v] / ANGLES[a] for a in ANGLES for v in SPEEDS}
+    speeds = [unit for unit in SPEED if not unit.startswith("m")]
+    ratios = {(a, v): SPEED[v] / ANGLE[a] for a in ("rad", "deg", "turn") for v in speeds}
     nearest = min(ratios, key=lambda units: abs(np.log(max(slope, 1e-12) / ratios[units])))
     return nearest if ratios[nearest] != 1 and abs(slope / ratios[nearest] - 1) < AGREEMENT / 2 else None
 
@@ -60,11 +60,16 @@ def _check_orientation(log: RobotLog, where: str) -> list[str]:
             f"{where}: 'base_orientation' at {log.time[row]:.6g} s is {np.round(quaternion[row], 4).tolist()}, norm "
             f"{norm[row]:.4g}; expected a unit quaternion x, y, z, w"
         )
-    x, y, z = quaternion.T[:3]
-    upright, upright_if_wxyz = np.median(1 - 2 * (x**2 + y**2)), np.median(1 - 2 * (y**2 + z**2))
+    upright, upright_if_wxyz = uprightness(quaternion)
     if upright < 0.5 and upright_if_wxyz > 0.9:
         return ['The base orientation is upright only if its order is wxyz; set [log.base_orientation] order = "wxyz".']
     return []
+
+
+def uprightness(quaternion: Array) -> tuple[float, float]:
+    """Compute the median cosine of the base's tilt [1] from quaternions xyzw, and as if their order were wxyz."""
+    x, y, z = quaternion.T[:3]
+    return float(np.nanmedian(1 - 2 * (x**2 + y**2))), float(np.nanmedian(1 - 2 * (y**2 + z**2)))
 
 
 def _check_velocity_unit(log: RobotLog, where: str) -> list[str]:

@@ -14,9 +14,7 @@ from stribeck.log.storage import allocate
 from stribeck.log.writers import column_names
 from stribeck.settings import LogTable
 
-LARGEST = 1e12  # in SI units; larger than any measurement of a robot, and sums of its squares do not overflow
 FEWEST = 16  # rows; fewer are too short for filters
-JUMP = 0.1  # [rad] or [m]; no robot jumps so far from zero in all joints, and back
 SHORT = 0.12  # [s]; shorter segments are too short for filters and windows of estimators
 
 
@@ -132,12 +130,10 @@ def _remove_incomplete(log: RobotLog, where: str) -> tuple[RobotLog, dict[str, i
     if missing:
         notes.append(f"{len(keep) - complete} rows with missing values were removed: {_counts(missing)}.")
     again = _repeats(log.time, keep, clock.typical_step(log.time[keep], where))
-    coarse = len(again) > (1 - clock.REPEATED) * complete and np.any(
-        log.position[again] != log.position[again - 1], axis=1
-    )
-    remedy = f"; if the rows are evenly spaced, set [log] rate = {clock.rate_of_rows(log.time[keep]):.4g}" * bool(
-        np.mean(coarse) > 0.5
-    )
+    moved = np.any(log.position[again] != log.position[again - 1], axis=1)
+    coarse = len(again) > (1 - clock.REPEATED) * complete and np.mean(moved) > 0.5
+    rate = clock.rate_of_rows(log.time[keep])
+    remedy = f"; if the rows are evenly spaced, set [log] rate = {rate:.4g}" if coarse else ""
     keep[again] = False
     if len(again):
         notes.append(f"{len(again)} rows with repeated stamps were removed{remedy}.")
@@ -157,20 +153,22 @@ def _without_empty_channels(log: RobotLog) -> tuple[RobotLog, list[str]]:
 
 def _complete_rows(log: RobotLog) -> tuple[BoolArray, dict[str, int]]:
     """Find the complete rows, and count the missing or implausible values of each column."""
+    jump = 0.1  # [rad] or [m]; no robot jumps so far from zero in all joints, and back
+    largest = 1e12  # in SI units; larger than any measurement of a robot, and sums of its squares do not overflow
     keep = np.ones(len(log.time), dtype=bool)
     missing: dict[str, int] = {}
     for name, channel in log.channels().items():
         if name in ("temperature", "contact"):  # these are not filtered
             continue
         for label, column in zip(column_names(log, name), channel.reshape(len(keep), -1).T, strict=True):
-            known = np.isfinite(column) if name == "time" else np.abs(column) < LARGEST
+            known = np.isfinite(column) if name == "time" else np.abs(column) < largest
             if not known.all():
                 keep &= known
                 missing[label] = int(len(known) - known.sum())
     ghost = np.asarray(~log.position.any(axis=1), dtype=bool)
     if ghost.any() and not ghost.all():  # zeros, which a second publisher sends between the real positions
         far = np.abs(log.position[~ghost]).max(axis=1)
-        ghost = ghost & (np.interp(np.arange(len(ghost)), np.flatnonzero(~ghost), np.nan_to_num(far)) > JUMP)
+        ghost = ghost & (np.interp(np.arange(len(ghost)), np.flatnonzero(~ghost), np.nan_to_num(far)) > jump)
         if ghost.any():
             keep &= ~ghost
             missing["all positions zero"] = int(ghost.sum())

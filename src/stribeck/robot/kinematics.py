@@ -11,11 +11,6 @@ from stribeck.base.typing import Array
 from stribeck.robot.rooting import Axis, RootedModel
 
 
-def _rotations(axis: Array, angle: Array) -> Rotation:
-    """Build rotations about a unit axis by angles [rad], shape (T,)."""
-    return Rotation.from_rotvec(angle[:, None] * axis)
-
-
 def _rotate(axis: Array, angle: Array, vectors: Array) -> Array:
     """Rotate vectors, shape (T, 3), about a unit axis by angles [rad], shape (T, 1), with Rodrigues' formula."""
     along = (vectors @ axis)[:, None] * axis
@@ -68,7 +63,7 @@ def frame_pose(rooted: RootedModel, frame: int, position: Array) -> tuple[Array,
         if axis.prismatic:
             translation = translation + angle[:, None] * axis.direction
         else:
-            turn = _rotations(axis.direction, angle)
+            turn = Rotation.from_rotvec(angle[:, None] * axis.direction)
             rotation, translation = turn.as_matrix() @ rotation, turn.apply(translation)
         rotation = placement.rotation @ rotation
         translation = translation @ placement.rotation.T + placement.translation
@@ -92,7 +87,7 @@ def joint_torque_of_wrench(rooted: RootedModel, frame: int, position: Array, wre
         if axis.prismatic:
             moment = moment + np.cross(position[:, column, None] * axis.direction, force)
         else:
-            turn = _rotations(axis.direction, position[:, column])
+            turn = Rotation.from_rotvec(position[:, column, None] * axis.direction)
             force, moment = turn.apply(force), turn.apply(moment)
         force, moment = _transform_wrench(placement, force, moment)
     return torque

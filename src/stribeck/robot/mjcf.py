@@ -21,12 +21,6 @@ from stribeck.robot.xml_file import XmlFile, read_xml, require_few
 
 MOST_FILES, LARGEST_COUNT = 100, 5000
 """Largest number of files of a model, and largest value [1] of attributes that count pixels, samples and the like."""
-COUNTS = {"nrow", "ncol", "width", "height", "nsample", "nkey", "num", "resolution", "params"}
-MEASURES = {
-    *("pos", "quat", "axisangle", "xyaxes", "zaxis", "euler", "axis", "ref", "armature"),
-    *("mass", "diaginertia", "fullinertia", "density", "size", "fromto"),
-}
-"""Attributes with poses and masses of bodies; MuJoCo reads `nan` as a missing number."""
 
 
 def check_file(xml: XmlFile) -> None:
@@ -66,12 +60,18 @@ def _with_included(xml: XmlFile) -> Iterator[XmlFile]:
 
 
 def _check_element(xml: XmlFile, element: Element) -> None:
+    counting = {"nrow", "ncol", "width", "height", "nsample", "nkey", "num", "resolution", "params"}
+    # Attributes with poses and masses of bodies; MuJoCo reads `nan` as a missing number.
+    measuring = {
+        *("pos", "quat", "axisangle", "xyaxes", "zaxis", "euler", "axis", "ref", "armature"),
+        *("mass", "diaginertia", "fullinertia", "density", "size", "fromto"),
+    }
     tag = element.tag
     if tag in ("replicate", "composite", "flexcomp", "attach", "model"):  # a <model> could include itself
         xml.refuse(element, f"<{tag}> generates bodies, which Pinocchio does not read; write out the bodies")
     for name, text in element.items():
-        counts = name in COUNTS or name.startswith("nuser_") or (tag, name) == ("numeric", "size")
-        measures = tag in ("body", "frame", "inertial", "joint", "geom") and name in MEASURES
+        counts = name in counting or name.startswith("nuser_") or (tag, name) == ("numeric", "size")
+        measures = tag in ("body", "frame", "inertial", "joint", "geom") and name in measuring
         if not counts and not measures:
             continue
         values = xml.numbers(element, text, len(text.split()), f"{name} of <{tag}>")

@@ -16,15 +16,6 @@ from stribeck.errors import RobotFileError
 from stribeck.robot.xml_file import XmlFile, require_few
 
 MOVING = ("revolute", "continuous", "prismatic")
-TYPES = (*MOVING, "fixed", "floating", "planar")
-NUMBERS = {
-    "limit": ("lower", "upper", "effort", "velocity"),
-    "dynamics": ("damping", "friction"),
-    "mimic": ("multiplier", "offset"),
-    "safety_controller": ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity"),
-    "calibration": ("rising", "falling", "reference_position"),
-}
-"""Attributes of a joint's elements that contain a single number."""
 LEAST_MOMENT = -1e-9
 """Smallest moment of inertia [kg m^2] that counts as zero."""
 RELATIVE_TOLERANCE = 1e-5
@@ -166,9 +157,18 @@ def _check_origin(xml: XmlFile, parent: Element, of: str) -> None:
 
 
 def _check_joint(xml: XmlFile, joint: Element, of: str, links: Mapping[str, Element]) -> None:
+    types = (*MOVING, "fixed", "floating", "planar")
+    # Attributes of a joint's elements that contain a single number.
+    numbers = {
+        "limit": ("lower", "upper", "effort", "velocity"),
+        "dynamics": ("damping", "friction"),
+        "mimic": ("multiplier", "offset"),
+        "safety_controller": ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity"),
+        "calibration": ("rising", "falling", "reference_position"),
+    }
     kind = joint.get("type")
-    if kind not in TYPES:
-        xml.refuse(joint, f"{of} has the type '{kind}'; expected one of {', '.join(TYPES)}")
+    if kind not in types:
+        xml.refuse(joint, f"{of} has the type '{kind}'; expected one of {', '.join(types)}")
     for end in ("parent", "child"):
         element = xml.only(joint, end, of)
         link = element.get("link") if element is not None else None
@@ -183,7 +183,7 @@ def _check_joint(xml: XmlFile, joint: Element, of: str, links: Mapping[str, Elem
     turns = axis is not None and kind not in ("fixed", "floating")
     if axis is not None and turns and not any(xml.numbers(axis, axis.get("xyz"), 3, f"the axis of {of}")):
         xml.refuse(axis, f"{of} has no direction; expected an axis of three finite numbers, not all zero")
-    for tag, names in NUMBERS.items():
+    for tag, names in numbers.items():
         element = xml.first(joint, tag, of)
         for name in names:
             if element is not None and name in element.attrib:

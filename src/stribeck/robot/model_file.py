@@ -13,9 +13,6 @@ from stribeck.robot import model_check
 from stribeck.robot.rooting import is_floating
 from stribeck.robot.xml_file import XmlFile, read_xml
 
-MARK = " (body)"
-"""Suffix that temporarily distinguishes body frames from joints of the same name."""
-
 
 def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Model, list[str]]:
     """Read a model file, and collect warnings.
@@ -142,17 +139,19 @@ def _without_joints(model: pin.Model, joints: list[int], configuration: Array) -
 
     Pinocchio looks up frames by name only and would confuse the two.
     """
+    # Suffix that temporarily distinguishes body frames from joints of the same name.
+    mark = " (body)"
     marked = pin.Model(model)
     taken = {frame.name for frame in model.frames if frame.type == pin.FrameType.JOINT}
     for frame in marked.frames:
         if frame.type != pin.FrameType.JOINT and frame.name in taken:
-            frame.name += MARK
+            frame.name += mark
     reduced = pin.buildReducedModel(marked, joints, configuration)
-    bodies = {frame.name.removesuffix(MARK) for frame in reduced.frames if frame.name.endswith(MARK)}
+    bodies = {frame.name.removesuffix(mark) for frame in reduced.frames if frame.name.endswith(mark)}
     for frame in reduced.frames:
         if frame.type == pin.FrameType.FIXED_JOINT and frame.name in bodies:
             frame.name += " (joint)"
-        frame.name = frame.name.removesuffix(MARK)
+        frame.name = frame.name.removesuffix(mark)
     return reduced
 
 

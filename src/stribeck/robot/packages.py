@@ -11,7 +11,6 @@ from stribeck.errors import RobotFileError
 PREFIX = "package:"
 EXAMPLES = "example-robot-data"
 """Distribution with models only; the metadata of the installed distribution lists its files."""
-INSTALL = "pip install 'stribeck[descriptions]' or pip install example-robot-data"
 
 
 def model_path(name: str, folder: Path) -> Path:
@@ -29,6 +28,7 @@ def model_path(name: str, folder: Path) -> Path:
     RobotFileError
         If no installed package has the model, or it cannot be downloaded.
     """
+    install = "pip install 'stribeck[descriptions]' or pip install example-robot-data"
     if not name.startswith(PREFIX):
         return folder / name
     wanted = name.removeprefix(PREFIX)
@@ -40,14 +40,13 @@ def model_path(name: str, folder: Path) -> Path:
     if found:
         longer = sorted(key for key, paths in examples.items() if "/" in key and paths[0] in found)
         raise RobotFileError(f"{name}: {EXAMPLES} has {len(found)} models of this name; expected {_quote(longer)}")
-    missing = [] if described else ["robot_descriptions"]
-    missing += [] if examples else [EXAMPLES]
+    missing = ["robot_descriptions"] * (not described) + [EXAMPLES] * (not examples)
     if len(missing) == 2:
-        raise RobotFileError(f"{name}: models of packages need robot_descriptions or {EXAMPLES}: {INSTALL}")
+        raise RobotFileError(f"{name}: models of packages need robot_descriptions or {EXAMPLES}: {install}")
     names = [*described, *examples]
     near = difflib.get_close_matches(wanted, names, n=4, cutoff=0.4) or [key for key in names if wanted in key][:4]
     hint = f"the nearest are {_quote([PREFIX + key for key in near])}" if near else f"'{PREFIX}talos_reduced' is one"
-    rest = f"; {missing[0]}, which is not installed, may have it: {INSTALL}" if missing else ""
+    rest = f"; {missing[0]}, which is not installed, may have it: {install}" if missing else ""
     raise RobotFileError(f"{name}: no installed package has a model of this name; {hint}{rest}")
 
 

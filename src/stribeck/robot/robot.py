@@ -203,9 +203,8 @@ class Robot:
                     f'{path}: a model does not state whether its base moves; pass base="fixed" for an arm on a table, '
                     'or base="floating" for a robot that walks'
                 )
-        feet = {
-            name: {"frame": foot} if isinstance(foot, str) else dict(foot) for name, foot in (contacts or {}).items()
-        }
+        named = (contacts or {}).items()
+        feet = {name: {"frame": foot} if isinstance(foot, str) else dict(foot) for name, foot in named}
         table = {
             "model": path.name,
             "base": base or "floating",

@@ -15,7 +15,7 @@ from stribeck.errors import RobotFileError, did_you_mean
 from stribeck.robot.model_file import joint_names, load_model, lock_joints
 from stribeck.robot.packages import model_path
 from stribeck.robot.rooting import BASE_FRAME, RootedModel, is_on_axis, joint_axis, root_at
-from stribeck.settings import ContactTable, MotorTable, PayloadTable, RobotFile, RobotTable, describe, parse_toml
+from stribeck.settings import ContactTable, RobotFile, RobotTable, describe, parse_toml
 
 ARMATURE_ADVICE = {
     "link_side_sensor": "a torque sensor behind the gear does not measure the rotor; set [robot] armature to 0 for "
@@ -99,6 +99,50 @@ def robot_fields(file: RobotFile, path: Path, loaded: tuple[pin.Model, list[str]
         If the model cannot be read, or lacks joints or frames that the file names.
     """
     table = file.robot
+    tree, contacts, warnings, file_of_model = _build_tree(file, path, loaded)
+    names = [str(tree.model.names[joint]) for joint in range(1 + tree.floating, tree.model.njoints)]
+    joints = [names[k] for k in np.argsort(tree.columns)]  # columns are joints of the original model
+    measured = [name for name in joints if name not in table.position_controlled]
+    frames = [frame for frame in tree.model.frames if frame.type == pin.FrameType.BODY]
+    links = [str(frame.name) for frame in frames if frame.parentJoint]  # the base carries its payload without a joint
+    _require([each.link for each in table.payload], links, f"{path}: [[robot.payload]]", "moving links", "link")
+    for name in table.motors:
+        _require([name], measured, f"{path}: [robot.motors.{name}]")
+    delays = _by_joint(table.command_delay, measured, f"{path}: [robot] command_delay")
+    if table.torque_source in ARMATURE_ADVICE and np.any(tree.model.armature):
+        warnings.append(
+            f"the dynamics include an armature although torque_source is '{table.torque_source}': "
+            + ARMATURE_ADVICE[table.torque_source]
+        )
+    return {
+        "name": table.name or str(tree.model.name),
+        "tree": tree,
+        "joint_names": tuple(joints),
+        "position_controlled": (*table.position_controlled, *table.passive),
+        "passive": tuple(table.passive),
+        "loops": tuple(table.loops),
+        "payloads": tuple(table.payload),
+        "contacts": contacts,
+        "base_frame": table.base_frame or BASE_FRAME,
+        "gravity": np.array(table.gravity),
+        "torque_source": table.torque_source,
+        "motors": table.motors,
+        "command_gains": _sort_gains(table, joints, measured, f"{path}: [robot]"),
+        "command_delay": None if table.command_delay is None else _sorted(delays, joints),
+        "couplings": _check_couplings(table, joints, measured, f"{path}: [[robot.couplings]]"),
+        "log_table": file.log,
+        "settings": file.identify,
+        "warnings": tuple(warnings),
+        "path": "" if loaded else str(path),
+        "model_path": "" if loaded else str(file_of_model),
+    }
+
+
+def _build_tree(
+    file: RobotFile, path: Path, loaded: tuple[pin.Model, list[str]] | None
+) -> tuple[RootedModel, dict[str, Contact], list[str], Path]:
+    """Build tree and contacts, and return warnings and the path of the model as well."""
+    table = file.robot
     try:
         file_of_model = path if loaded else model_path(table.model, path.parent)
     except RobotFileError as error:
@@ -117,44 +161,17 @@ def robot_fields(file: RobotFile, path: Path, loaded: tuple[pin.Model, list[str]
         raise RobotFileError(
             f"{file_of_model}: no moving link has a mass; expected the masses and inertias of the links"
         )
-    names = [str(tree.model.names[joint]) for joint in range(1 + tree.floating, tree.model.njoints)]
-    joints = [names[k] for k in np.argsort(tree.columns)]  # columns are joints of the original model
-    measured = [name for name in joints if name not in table.position_controlled]
-    if table.torque_source in ARMATURE_ADVICE and np.any(tree.model.armature):
-        warnings.append(
-            f"the dynamics include an armature although torque_source is '{table.torque_source}': "
-            + ARMATURE_ADVICE[table.torque_source]
-        )
-    return {
-        "name": table.name or str(model.name),
-        "tree": tree,
-        "joint_names": tuple(joints),
-        "position_controlled": (*table.position_controlled, *table.passive),
-        "passive": tuple(table.passive),
-        "loops": tuple(table.loops),
-        "payloads": _check_payloads(table, tree, f"{path}: [[robot.payload]]"),
-        "contacts": contacts,
-        "base_frame": table.base_frame or BASE_FRAME,
-        "gravity": np.array(table.gravity),
-        "torque_source": table.torque_source,
-        "motors": _check_motors(table, measured, f"{path}: [robot.motors."),
-        "command_gains": _sort_gains(table, joints, measured, f"{path}: [robot]"),
-        "command_delay": _sort_delays(table, joints, measured, f"{path}: [robot]"),
-        "couplings": _check_couplings(table, joints, measured, f"{path}: [[robot.couplings]]"),
-        "log_table": file.log,
-        "settings": file.identify,
-        "warnings": tuple(warnings),
-        "path": "" if loaded else str(path),
-        "model_path": "" if loaded else str(file_of_model),
-    }
+    return tree, contacts, warnings, file_of_model
 
 
-def _require(names: Iterable[str], known: Sequence[str], where: str, kind: str = "torque-controlled joints") -> None:
-    """Refuse the first joint that is not among the known ones."""
+def _require(
+    names: Iterable[str], known: Sequence[str], where: str, kind: str = "torque-controlled joints", what: str = "joint"
+) -> None:
+    """Refuse the first joint or link that is not among the known ones."""
     for name in names:
         if name not in known:
             expected = f"one of the {kind} {', '.join(known)}{did_you_mean(name, known)}"
-            raise RobotFileError(f"{where} names joint '{name}'; expected {expected}")
+            raise RobotFileError(f"{where} names {what} '{name}'; expected {expected}")
 
 
 def _with_roles(model: pin.Model, table: RobotTable, where: str) -> pin.Model:
@@ -170,24 +187,11 @@ def _with_roles(model: pin.Model, table: RobotTable, where: str) -> pin.Model:
     model.armature = armature
     if not left:
         raise RobotFileError(f"{where} locked leaves no joint; expected at least one revolute or prismatic joint")
-    if twice := sorted(set(table.passive) & set(table.position_controlled)):
-        raise RobotFileError(
-            f"{where} joint '{twice[0]}' is both passive and position_controlled; expected one of them"
-        )
-    if bool(table.passive) != bool(table.loops):
-        raise RobotFileError(
-            f"{where} passive and [[robot.loops]] belong together; expected both the joints without a motor and "
-            "the frames that close the loops"
-        )
     return model
 
 
 def _build_contacts(file: RobotFile, model: pin.Model, path: Path) -> dict[str, Contact]:
     """Build the contacts by name, and check all frame names in the file."""
-    if file.robot.base == "fixed" and file.contacts:
-        raise RobotFileError(
-            f"{path}: [contacts] are for a floating base; remove them or set [robot] base = 'floating'"
-        )
     frames = {str(frame.name) for frame in model.frames} - {"universe"}
     wanted = [(f"[contacts.{name}] frame", contact.frame) for name, contact in file.contacts.items()]
     wanted += [("[robot] base_frame", file.robot.base_frame)] if file.robot.base_frame else []
@@ -198,23 +202,14 @@ def _build_contacts(file: RobotFile, model: pin.Model, path: Path) -> dict[str, 
                 f"{path}: {key} = '{frame}' is not in the model; it has {', '.join(sorted(frames))}"
                 f"{did_you_mean(frame, frames)}"
             )
-    by_frame: dict[str, str] = {}
-    for name, contact in file.contacts.items():
-        if (other := by_frame.setdefault(contact.frame, name)) != name:
-            raise RobotFileError(
-                f"{path}: [contacts.{name}] and [contacts.{other}] have the frame '{contact.frame}'; "
-                "expected a different frame for each contact"
-            )
-    return {name: _build_contact(name, contact, model, path) for name, contact in file.contacts.items()}
+    return {name: _build_contact(name, contact, model) for name, contact in file.contacts.items()}
 
 
-def _build_contact(name: str, table: ContactTable, model: pin.Model, path: Path) -> Contact:
+def _build_contact(name: str, table: ContactTable, model: pin.Model) -> Contact:
     """Build a contact; a wheel touches the ground below its center of mass, where a frame is added.
 
     A wheel whose joint is locked, so that its frame is not on the axis of a joint, does not show how it rolls.
     """
-    if table.radius and table.kind == "surface":
-        raise RobotFileError(f"{path}: [contacts.{name}] radius is for kinds 'point' and 'wheel'; remove it")
     if table.kind == "point":
         return Contact(name, table.frame, table.kind, table.radius)
     frames = (k for k, own in enumerate(model.frames) if own.name == table.frame and own.type != pin.FrameType.JOINT)
@@ -229,19 +224,11 @@ def _build_contact(name: str, table: ContactTable, model: pin.Model, path: Path)
     return Contact(name, frame, table.kind, table.radius, tuple(axle.tolist()))
 
 
-def _check_motors(table: RobotTable, measured: Sequence[str], where: str) -> dict[str, MotorTable]:
-    """Check that each motor table suits its joint and the torque source."""
-    for name, motor in table.motors.items():
-        _require([name], measured, f"{where}{name}]")
-        key = "ratio" if motor.torque_constant is None else "torque_constant"
-        sources = ("motor_current", "motor_side_sensor")[: 1 + (key == "ratio")]
-        if table.torque_source not in sources:
-            raise RobotFileError(
-                f"{where}{name}] {key} is for torque_source {' or '.join(map(repr, sources))}, not "
-                f"'{table.torque_source}'; "
-                "remove the key or change the source"
-            )
-    return table.motors
+def _by_joint(value: float | dict[str, float] | None, measured: Sequence[str], where: str) -> dict[str, float]:
+    """Expand a setting of torque-controlled joints to {joint: value}."""
+    found = value if isinstance(value, dict) else {} if value is None else dict.fromkeys(measured, value)
+    _require(found, measured, where)
+    return found
 
 
 def _sort_gains(
@@ -252,50 +239,15 @@ def _sort_gains(
     An unknown kp is NaN, an unknown kd 0.
     """
     if table.torque_source != "command":
-        if table.kp is not None or table.kd is not None:
-            raise RobotFileError(
-                f"{where} kp and kd are for torque_source 'command', not '{table.torque_source}'; remove them or "
-                "change the source"
-            )
         return None
-    kp, kd = (
-        value if isinstance(value, dict) else {} if value is None else dict.fromkeys(measured, value)
-        for value in (table.kp, table.kd)
-    )
-    for key, by_joint in (("kp", kp), ("kd", kd)):
-        _require(by_joint, measured, f"{where} {key}")
+    kp, kd = (_by_joint(getattr(table, key), measured, f"{where} {key}") for key in ("kp", "kd"))
     if lone := [name for name in kd if name not in kp]:
         raise RobotFileError(f"{where} kp has no value for joint '{lone[0]}'; kd requires it")
-    kp = dict.fromkeys(measured, np.nan) | kp
-    return np.array([kp.get(name, 0.0) for name in joints]), np.array([kd.get(name, 0.0) for name in joints])
+    return _sorted(dict.fromkeys(measured, np.nan) | kp, joints), _sorted(kd, joints)
 
 
-def _sort_delays(table: RobotTable, joints: Sequence[str], measured: Sequence[str], where: str) -> Array | None:
-    """Sort the known delays of commands by joint [s], shape (n,); None if they are not known."""
-    delay = table.command_delay
-    if delay is None:
-        return None
-    by_joint = delay if isinstance(delay, dict) else dict.fromkeys(measured, delay)
-    _require(by_joint, measured, f"{where} command_delay")
-    if table.torque_source != "command":
-        raise RobotFileError(
-            f"{where} command_delay is for torque_source 'command', not '{table.torque_source}'; set delay in "
-            "[log.torque] instead"
-        )
+def _sorted(by_joint: dict[str, float], joints: Sequence[str]) -> Array:
     return np.array([by_joint.get(name, 0.0) for name in joints])
-
-
-def _check_payloads(table: RobotTable, tree: RootedModel, where: str) -> tuple[PayloadTable, ...]:
-    """Check that payloads hang on moving links of a tree on a fixed base."""
-    frames = [frame for frame in tree.model.frames if frame.type == pin.FrameType.BODY]
-    links = [str(frame.name) for frame in frames if frame.parentJoint]  # the base carries its payload without a joint
-    if table.payload and (tree.floating or table.loops):
-        raise RobotFileError(f"{where} requires base = 'fixed' and no loops; exclude its spans with [log] exclude")
-    for payload in table.payload:
-        if payload.link not in links:
-            expected = f"one of the moving links {', '.join(links)}{did_you_mean(payload.link, links)}"
-            raise RobotFileError(f"{where} names link '{payload.link}'; expected {expected}")
-    return tuple(table.payload)
 
 
 def _check_couplings(
@@ -304,10 +256,8 @@ def _check_couplings(
     """Check the couplings, and collect their coefficients by name."""
     found: dict[str, dict[str, float]] = {}
     for coupling in table.couplings:
-        name = coupling.name or "+".join(coupling.joints)
+        name = coupling.label
         _require(coupling.joints, measured, f"{where} '{name}'")
-        if len(coupling.joints) < 2 or not all(coupling.joints.values()):
-            raise RobotFileError(f"{where} '{name}' needs at least two joints, each with a nonzero coefficient")
         if name in found or name in joints:
             raise RobotFileError(f"{where} '{name}' has the name of another coupling or joint; give it another 'name'")
         found[name] = coupling.joints

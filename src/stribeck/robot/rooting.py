@@ -167,14 +167,13 @@ def root_at(model: pin.Model, frame_name: str | None = None) -> RootedModel:
 
     _move_bodies(model, rooted, placed, base)
     root = rooted.nv - len(columns)
-    for name in ("armature", "effortLimit", "velocityLimit"):
+    of_joints = {name: np.asarray(getattr(model, name))[root:] for name in ("armature", "effortLimit", "velocityLimit")}
+    ranges = [position_range(model, base + 1 + column) for column in range(len(columns))]
+    of_joints["lowerPositionLimit"], of_joints["upperPositionLimit"] = np.reshape(ranges, (-1, 2)).T
+    for name, own in of_joints.items():
         values = np.array(getattr(rooted, name))
-        values[root:] = np.asarray(getattr(model, name))[root:][columns]
+        values[len(values) - len(columns) :] = own[columns]
         setattr(rooted, name, values)
-    lower, upper = np.array(rooted.lowerPositionLimit), np.array(rooted.upperPositionLimit)
-    ranges = [position_range(model, base + 1 + column) for column in columns]
-    lower[rooted.nq - len(columns) :], upper[rooted.nq - len(columns) :] = np.reshape(ranges, (-1, 2)).T
-    rooted.lowerPositionLimit, rooted.upperPositionLimit = lower, upper
     return RootedModel(rooted, np.array(columns, dtype=np.int64), floating, tuple(axes), placed)
 
 

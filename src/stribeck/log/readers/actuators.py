@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stribeck.base.typing import Array
 from stribeck.errors import LogError, SettingsError
+from stribeck.log.interpolation import delayed
 from stribeck.log.readers.mapping import CURRENT
+from stribeck.log.readers.recording import listed
 
 if TYPE_CHECKING:
     from stribeck.robot import Robot
@@ -56,23 +58,19 @@ def through_motors(torque: Array, robot: Robot) -> tuple[str, ...]:
     return tuple(unknown)
 
 
-def without_kp(robot: Robot) -> tuple[str, ...]:
-    """List the joints whose kp is unknown."""
-    kp = () if robot.command_gains is None else robot.command_gains[0]
-    return tuple(name for name, value in zip(robot.joint_names, kp, strict=False) if np.isnan(value))
+def commanded_torques(channels: dict[str, Array], time: Array, robot: Robot) -> tuple[dict[str, Any], list[str]]:
+    """Compute the torque kp (q_d - q) + kd (v_d - v) + tau_ff that drives apply.
 
-
-def command_and_feedback(channels: dict[str, Array], time: Array, robot: Robot) -> tuple[Array, Array, str]:
-    """Compute both parts of the torque kp (q_d - q) + kd (v_d - v) + tau_ff that drives apply, shape (T, n) each.
-
-    The command, kp q_d + kd v_d + tau_ff, acts later than it is logged; the feedback of positions and velocities acts
-    at once. Desired velocities and torques that the log does not have are zero; joint velocities are differentiated.
-    Joints without kp have kp = 1: their torque is the deflection of the command [rad], [m].
+    The command, kp q_d + kd v_d + tau_ff, acts `[robot] command_delay` later than it is logged, or `[log.torque] delay`
+    earlier; the feedback of positions and velocities acts at once. Desired velocities and torques that the log does not
+    have are zero; joint velocities are differentiated. Joints without kp have kp = 1: their torque is the deflection of
+    the command [rad], [m]. An effort limit that more than a fifth of the samples exceed is not the drive's, and is
+    ignored.
 
     Returns
     -------
-    command, feedback, note
-        Both torques [N m], and a sentence that lists their channels.
+    fields, notes
+        Torque, its parts, effort limits and unscaled joints, by the names of RobotLog, and sentences.
 
     Raises
     ------
@@ -80,27 +78,34 @@ def command_and_feedback(channels: dict[str, Array], time: Array, robot: Robot) 
         If desired torques need an unknown kp.
     """
     assert robot.command_gains is not None
-    (kp, kd), unknown = robot.command_gains, without_kp(robot)
+    kp, kd = robot.command_gains
+    unknown = tuple(name for name, value in zip(robot.joint_names, kp, strict=True) if np.isnan(value))
     if unknown and channels.get("desired_torque", np.zeros(1)).any():
         missing = f"[robot] kp has no value for joint '{unknown[0]}'"
         raise LogError(f"{robot.path}: {missing}; the log's desired torques require it")
     kp = np.nan_to_num(kp, nan=1.0)
     command, feedback = kp * channels["desired_position"], -kp * channels["position"]
-    terms = ["kp (desired_position - position)"]
+    terms = "kp (desired_position - position)"
     if kd.any():
         velocity = channels.get("velocity")
-        differentiated = "" if velocity is not None else "differentiated "
+        speed = "differentiated velocity" if velocity is None else "velocity"
         feedback -= kd * (np.gradient(channels["position"], time, axis=0) if velocity is None else velocity)
         command += kd * channels.get("desired_velocity", 0.0)
-        terms.append(
-            f"kd (desired_velocity - {differentiated}velocity)"
-            if "desired_velocity" in channels
-            else f"- kd {differentiated}velocity"
-        )
+        terms += f" + kd (desired_velocity - {speed})" if "desired_velocity" in channels else f" - kd {speed}"
     if "desired_torque" in channels:
         command += channels["desired_torque"]
-        terms.append("desired_torque")
+        terms += " + desired_torque"
     idle = [name in robot.position_controlled for name in robot.joint_names]
     command[:, idle] = feedback[:, idle] = 0.0  # their columns are ignored
-    note = f"Torques are computed from the command, {' + '.join(terms)}".replace("+ - ", "- ")
-    return command, feedback, f"{note}; measured torques in the log are ignored."
+    delay = np.zeros(len(kp)) if robot.command_delay is None else robot.command_delay
+    command = delayed(command, time, delay - robot.log_table.torque.delay)
+    torque = command + feedback
+    most = np.where(np.isin(robot.joint_names, unknown), np.inf, robot.effort_limits)
+    beyond = np.mean(np.abs(torque) > most, axis=0)
+    limits = np.where(beyond < 0.2, most, np.inf)
+    notes = [f"Torques are computed from the command, {terms}; measured torques in the log are ignored."]
+    for what, share in (("clipped at", beyond < 0.2), ("not clipped: too many exceed", beyond >= 0.2)):
+        if joints := [name for name, own, far in zip(robot.joint_names, share, beyond, strict=True) if own and far]:
+            notes.append(f"Commanded torques of {listed(joints)} are {what} the effort limits of the model.")
+    parts = {"torque": np.clip(torque, -limits, limits), "command": command, "feedback": feedback}
+    return parts | {"effort_limits": tuple(limits.tolist()), "unscaled": dict.fromkeys(unknown, 1.0)}, notes

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from stribeck.errors import LogError
 from stribeck.log.readers.channels import CHANNELS, FOOT_CHANNELS, JOINT_CHANNELS, WRENCH, alias_note, find_aliases
+from stribeck.log.readers.feet import widened
 from stribeck.log.readers.recording import Channel, Loaded, Recording, Wanted, foreign, listed
 from stribeck.log.storage import BLOCK_ROWS, allocate, check_size
 from stribeck.settings import LogTable
@@ -218,8 +219,7 @@ def _find_labels(
     if channel in JOINT_CHANNELS and "joint_names" in words:
         return words["joint_names"]
     if channel in FOOT_CHANNELS and "foot_names" in words:
-        feet = words["foot_names"]
-        return feet if channel != "foot_wrench" else tuple(f"{foot}.{axis}" for foot in feet for axis in WRENCH)
+        return widened(words["foot_names"], len(WRENCH) if channel == "foot_wrench" else 1)
     return None
 
 

@@ -7,10 +7,10 @@ import re
 import sqlite3
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import closing, nullcontext, suppress
+from contextlib import ExitStack, closing, nullcontext, suppress
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
-from pathlib import Path
+from pathlib import Path, PurePath
 from tempfile import TemporaryDirectory
 from types import SimpleNamespace
 from typing import Any
@@ -85,7 +85,7 @@ def open_bag(path: Path, table: LogTable) -> Recording:
     topics = Topics(asked_fields(table))
     formats = {
         "": ("a rosbag2 folder", _read_folder),
-        ".db3": ("a rosbag2", _read_database),
+        ".db3": ("a rosbag2", _read_rosbag),
         ".mcap": ("MCAP", _read_mcap),
         ".bag": ("a ROS 1 bag", _read_rosbag),
     }
@@ -133,43 +133,27 @@ def _count_from(first: list[int], loaded: Loaded) -> Loaded:
 
 def _read_folder(path: Path, topics: Topics) -> Messages:
     """Read the messages of a rosbag2; compressed files or messages are unpacked within bounds."""
-    if not (path / "metadata.yaml").is_file():
-        for file in bags_in(path):
-            yield from (_read_database if file.suffix == ".db3" else _read_mcap)(file, topics)
-        return
-    metadata = (path / "metadata.yaml").read_text(encoding="utf-8", errors="replace")
-    files = [file for file in sorted(path.iterdir()) if file.name in metadata and file.suffix != ".yaml"]
-    mode = re.search(r"compression_mode:\s*[\"']?(\w+)", metadata)
-    if mode and mode[1].lower() in ("file", "message"):
-        with TemporaryDirectory(prefix="stribeck-") as name:
-            plain = re.sub(r"compression_mode:.*", 'compression_mode: ""', metadata)
-            Path(name, "metadata.yaml").write_text(plain.replace(".zstd", ""), encoding="utf-8")
-            for file in files:
-                if mode[1].lower() == "file":
-                    _unpack_file(file, Path(name, file.stem))
-                else:
-                    Path(name, file.name).symlink_to(file.resolve())
-            yield from _read_files(Path(name), topics, _unpack if mode[1].lower() == "message" else bytes)
-    else:
-        yield from _read_files(path, topics, bytes)
-
-
-def _read_files(path: Path, topics: Topics, unpack: Callable[[bytes], bytes]) -> Messages:
-    """Read the messages of a rosbag2 without compressed files."""
-    metadata = (path / "metadata.yaml").read_text(encoding="utf-8", errors="replace")
-    files = [file for file in sorted(path.iterdir()) if file.name in metadata]
-    for file in files:
-        if file.suffix == ".db3":
-            _check_database(file)
-    if files and all(file.suffix == ".mcap" for file in files):
+    metadata = path / "metadata.yaml"
+    text = metadata.read_text(encoding="utf-8", errors="replace") if metadata.is_file() else None
+    pattern = r"""^\s*-\s+(?:path:\s+)?["']?(.+?\.(?:db3|mcap)(?:\.zstd)?)["']?\s*$"""
+    names = dict.fromkeys(re.findall(pattern, text or "", re.MULTILINE))
+    named = bags_in(path) if text is None else [path / PurePath(name).name for name in names]
+    files = [file for file in named if file.exists() or ".mcap" not in file.suffixes] or named  # a part of a recording
+    if not files:
+        raise ValueError("metadata.yaml names no files")
+    if missing := [str(file) for file in files if not file.exists()]:
+        raise ValueError(f"Some database files are missing: {missing}")
+    mode = re.search(r"compression_mode:\s*[\"']?(\w+)", text or "")
+    packed = mode[1].lower() if mode else ""
+    with TemporaryDirectory(prefix="stribeck-") as folder:
         for file in files:
-            yield from _read_mcap(file, topics, unpack)
-    else:
-        yield from _read_rosbag(path, topics, unpack)
+            plain = _unpack_file(file, Path(folder, file.stem)) if packed == "file" else file
+            read = _read_mcap if plain.suffix == ".mcap" else _read_rosbag
+            yield from read(plain, topics, _unpack if packed == "message" else bytes)
 
 
-def _unpack_file(packed: Path, target: Path) -> None:
-    """Unpack a file; refuse it as soon as it becomes far too large."""
+def _unpack_file(packed: Path, target: Path) -> Path:
+    """Unpack a file to a target, and return it; refuse it as soon as it becomes far too large."""
     size = 0
     with packed.open("rb") as file, target.open("wb") as out:
         unpacker = zstandard.ZstdDecompressor(max_window_size=IN_MEMORY_LIMIT)
@@ -178,6 +162,7 @@ def _unpack_file(packed: Path, target: Path) -> None:
             size += len(block)
             check_size(str(packed), size)
             out.write(block)
+    return target
 
 
 def _unpack(data: bytes, most: int = IN_MEMORY_LIMIT) -> bytes:
@@ -214,7 +199,15 @@ def _check_database(path: Path) -> None:
 
 
 def _read_rosbag(path: Path, topics: Topics, unpack: Callable[[bytes], bytes] = bytes) -> Messages:
-    with AnyReader([path], default_typestore=_types()) as reader:
+    """Read the messages of a ROS 1 bag, or of a rosbag2's SQLite file."""
+    with ExitStack() as stack:
+        if path.suffix != ".bag":
+            _check_database(path)
+        if {*"#?%"} & {*str(path)}:  # rosbags makes a URI of the path
+            link = Path(stack.enter_context(TemporaryDirectory(prefix="stribeck-")), f"bag{path.suffix}")
+            link.symlink_to(path.resolve())
+            path = link
+        reader = stack.enter_context(AnyReader([path], default_typestore=_types()))
         connections = [one for one in reader.connections if topics.uses(one.topic, one.msgtype)]
         for one in sorted(reader.connections, key=lambda one: one.topic):
             if one not in connections:
@@ -231,27 +224,6 @@ def _read_rosbag(path: Path, topics: Topics, unpack: Callable[[bytes], bytes] = 
 
 def _first_message(reader: AnyReader, connection: Connection, unpack: Callable[[bytes], bytes]) -> object:
     return reader.deserialize(unpack(next(reader.messages(connections=[connection]))[2]), connection.msgtype)
-
-
-def _read_database(path: Path, topics: Topics) -> Messages:
-    """Read the messages of a rosbag2's SQLite file without its metadata."""
-    _check_database(path)
-    with closing(sqlite3.connect(f"{path.resolve().as_uri()}?immutable=1&mode=ro", uri=True)) as database:
-        names = {number: (topic, kind) for number, topic, kind in database.execute("SELECT id, name, type FROM topics")}
-        store = get_typestore(Stores.ROS2_HUMBLE)
-        store.register({name: kind for name, kind in _types().fielddefs.items() if name not in store.fielddefs})
-        with suppress(sqlite3.Error):  # older bags have no definitions
-            for name, definition in database.execute(
-                "SELECT topic_type, encoded_message_definition FROM message_definitions"
-            ):
-                if name not in store.fielddefs and definition:
-                    store.register(get_types_from_msg(definition, name))
-        for number, recorded, data in database.execute("SELECT topic_id, timestamp, data FROM messages ORDER BY id"):
-            topic, kind = names[number]
-            if topics.uses(topic, kind):
-                yield topic, kind, recorded, store.deserialize_cdr(data, kind)
-            else:
-                topics.add(topic, partial(store.deserialize_cdr, data, kind))
 
 
 def _read_mcap(path: Path, topics: Topics, unpack: Callable[[bytes], bytes] = bytes) -> Messages:
@@ -284,10 +256,10 @@ def _find_decoder(schema: Schema | None, name: str, encoding: str) -> Callable[[
         return lambda data, _: json.loads(data, object_hook=lambda values: SimpleNamespace(**values))
     if schema is None or encoding not in ENCODINGS:
         return None
-    store = None
     with suppress(Exception) if name not in READ else nullcontext():  # definitions that are not used may be wrong
         store = _find_store(schema, name, encoding)
-    return None if store is None else store.deserialize_cdr if encoding == "cdr" else store.deserialize_ros1
+        return store.deserialize_cdr if encoding == "cdr" else store.deserialize_ros1
+    return None
 
 
 def _read_records(path: Path) -> Iterator[McapRecord]:
@@ -338,16 +310,6 @@ def _find_store(schema: Schema, name: str, encoding: str) -> Typestore:
     return own if name in own.types else _types()
 
 
-@dataclass
-class _Growing:
-    """Flat buffers of a stream's messages; a list of arrays would take ten times the memory."""
-
-    stamps: array[int] = field(default_factory=partial(array, "q"))
-    ticks: array[int] = field(default_factory=partial(array, "q"))
-    recorded: array[int] = field(default_factory=partial(array, "q"))
-    values: dict[str, array[float]] = field(default_factory=dict)
-
-
 def collect(messages: Messages, path: str, topics: Topics) -> list[Stream]:
     """Collect messages into streams: one per topic and set of joints.
 
@@ -356,7 +318,8 @@ def collect(messages: Messages, path: str, topics: Topics) -> list[Stream]:
     LogError
         If a message has more or fewer values than names, or a name twice.
     """
-    growing: dict[tuple[str, str, str, tuple[str, ...], tuple[str, ...]], _Growing] = {}
+    # Flat buffers of a stream's clocks and channels; a list of arrays would take ten times the memory.
+    growing: dict[tuple[str, str, str, tuple[str, ...], tuple[str, ...]], dict[str, array[Any]]] = {}
     orders: dict[tuple[str, frozenset[str]], tuple[str, ...]] = {}
     for topic, name, recorded, message in messages:
         sent = topic
@@ -366,12 +329,12 @@ def collect(messages: Messages, path: str, topics: Topics) -> list[Stream]:
             if order != labels:  # names may change their order between messages
                 places = [labels.index(label) for label in order]
                 labels, values = order, {channel: np.asarray(numbers)[places] for channel, numbers in values.items()}
-            stream = growing.setdefault((topic, name, part.kind, labels, tuple(values)), _Growing())
-            stream.stamps.append(_read_stamp(message))
-            stream.ticks.append(getattr(message, "tick", 0))
-            stream.recorded.append(recorded)
+            stream = growing.setdefault((topic, name, part.kind, labels, tuple(values)), {})
+            clocks = {"stamps": _read_stamp(message), "ticks": getattr(message, "tick", 0), "recorded": recorded}
+            for clock, stamp in clocks.items():
+                stream.setdefault(clock, array("q")).append(stamp)
             for channel, numbers in values.items():
-                stream.values.setdefault(channel, array("d")).frombytes(np.asarray(numbers, dtype=np.float64).tobytes())
+                stream.setdefault(channel, array("d")).frombytes(np.asarray(numbers, dtype=np.float64).tobytes())
     return [_make_stream(*key[:4], stream) for key, stream in growing.items() if key[4]]
 
 
@@ -382,21 +345,21 @@ def _read_stamp(message: Any) -> int:
     return stamp.sec * NANO + getattr(stamp, "nanosec", getattr(stamp, "nsec", 0)) if known else 0
 
 
-def _make_stream(topic: str, name: str, kind: str, labels: tuple[str, ...], growing: _Growing) -> Stream:
-    stamps, ticks, recorded = (
-        np.array(one, dtype=np.int64) for one in (growing.stamps, growing.ticks, growing.recorded)
-    )
-    values = {channel: np.frombuffer(flat).reshape(len(stamps), -1) for channel, flat in growing.values.items()}
+def _make_stream(topic: str, name: str, kind: str, labels: tuple[str, ...], flat: dict[str, array[Any]]) -> Stream:
+    stamps, ticks, recorded = (np.array(flat.pop(clock), dtype=np.int64) for clock in ("stamps", "ticks", "recorded"))
+    values = {channel: np.frombuffer(own).reshape(len(stamps), -1) for channel, own in flat.items()}
     if (np.diff(recorded) < 0).any():  # files may store messages out of order
         order = np.argsort(recorded, kind="stable")
         stamps, ticks, recorded = stamps[order], ticks[order], recorded[order]
         values = {channel: numbers[order] for channel, numbers in values.items()}
-    stamped_by = "header"
+    clock = ""
     from_zero = stamps[0] == 0 and 0 < stamps[1:2].sum() < NANO  # as in simulations
     if (stamps[int(from_zero) :] <= 0).any() and (stamps != recorded).any():
         counted = _convert_counter(ticks, recorded)
-        stamps, stamped_by = (recorded, "recorder") if counted is None else (counted, "tick")
-    return Stream(topic, name, kind, labels, stamps, values, stamped_by)
+        stamps, clock = recorded, "the recorder's time is used"
+        if counted is not None:
+            stamps, clock = counted, "their millisecond counter is aligned with the recorder's time"
+    return Stream(topic, name, kind, labels, stamps, values, clock)
 
 
 def _convert_counter(ticks: IntArray, recorded: IntArray) -> IntArray | None:

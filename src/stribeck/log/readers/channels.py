@@ -4,16 +4,12 @@ from collections.abc import Mapping
 
 from stribeck.settings import LogTable
 
-QUATERNION = ("x", "y", "z", "w")
+XYZW = ("x", "y", "z", "w")
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 COMMAND = {"desired_position": "position", "desired_velocity": "velocity", "desired_torque": "torque"}
 """Channels of a command -> the commanded channel."""
 JOINT_CHANNELS = ("position", "torque", "velocity", "acceleration", "temperature", "external_torque", *COMMAND)
-VECTOR_CHANNELS = {
-    "base_orientation": QUATERNION,
-    "angular_velocity": QUATERNION[:3],
-    "linear_acceleration": QUATERNION[:3],
-}
+VECTOR_CHANNELS = {"base_orientation": XYZW, "angular_velocity": XYZW[:3], "linear_acceleration": XYZW[:3]}
 FOOT_CHANNELS = ("contact", "foot_wrench", "foot_force")
 CHANNELS = ("time", *JOINT_CHANNELS, *VECTOR_CHANNELS, *FOOT_CHANNELS)
 

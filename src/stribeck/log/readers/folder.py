@@ -1,6 +1,6 @@
 """Folders of tables of one run: `position.csv`, `torque.csv`, ..., each with its own clock."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -10,18 +10,16 @@ from numpy.typing import NDArray
 
 from stribeck.base.typing import Array, IntArray
 from stribeck.errors import LogError
-from stribeck.log.readers.channels import ALIASES, CHANNELS, JOINT_CHANNELS, VECTOR_CHANNELS
+from stribeck.log.clock import TIME
+from stribeck.log.readers.channels import ALIASES, CHANNELS
 from stribeck.log.readers.columns import group_of, source_of_columns
-from stribeck.log.readers.join import NANO, Stream, fast_enough, load_on_one_clock
-from stribeck.log.readers.mapping import TIME
+from stribeck.log.readers.join import KINDS, NANO, Stream, fast_enough, load_on_one_clock
 from stribeck.log.readers.recording import Channel, Recording, foreign, listed
 from stribeck.log.readers.tables import csv_table, find_layout, is_data, parquet_table
 from stribeck.settings import LogTable
 
 USUAL = {*CHANNELS, *(name for names in ALIASES.values() for name in names)}
 """Names that identify a channel."""
-KINDS = dict.fromkeys(JOINT_CHANNELS, "joints") | dict.fromkeys(VECTOR_CHANNELS, "imu")
-KINDS |= {"foot_wrench": "wrench", "foot_force": "wrench", "contact": "flag", "temperature": "slow"}
 
 
 @dataclass(frozen=True)
@@ -29,16 +27,12 @@ class _File:
     """Content of a file: labels by channel, values, and stamps [ns], if it has any."""
 
     name: str
-    labels: Mapping[str, tuple[str, ...] | None]
+    labels: Mapping[str, tuple[str, ...]]
     values: Mapping[str, Array]
     stamps: IntArray | None
+    rows: int
     others: tuple[str, ...]
     notes: list[str]
-
-    @property
-    def rows(self) -> int:
-        columns = [*self.values.values(), *([] if self.stamps is None else [self.stamps])]
-        return len(columns[0]) if columns else 0
 
 
 def tables_in(path: Path) -> list[Path]:
@@ -70,44 +64,43 @@ def open_folder(path: Path, table: LogTable) -> Recording:
     notes = list(dict.fromkeys(note for file in files for note in file.notes))
     streams: list[Stream] = []
     parts: dict[str, list[tuple[Stream, str, int]]] = {}
-    nameless: dict[str, list[str]] = {}
     for file in files:
-        if file.labels and not file.rows:
-            raise LogError(f"{path / file.name}: has column names but no rows; expected one row per sample")
-        stamps = file.stamps if file.stamps is not None else _find_stamps(file, clock, files, path)
-        for kind in dict.fromkeys(KINDS[channel] for channel in file.labels):
-            values = {channel: array for channel, array in file.values.items() if KINDS[channel] == kind}
-            streams.append(Stream(file.name, "table", kind, (), stamps, values))
-            for channel in values:
-                labels = file.labels[channel] or tuple(str(column) for column in range(values[channel].shape[1]))
-                parts.setdefault(channel, []).extend((streams[-1], label, k) for k, label in enumerate(labels))
-                if all(label.isdecimal() for label in labels):
-                    nameless.setdefault(channel, []).append(file.name)
-    for channel, holders in nameless.items():
-        names = list(dict.fromkeys(stream.topic for stream, _, _ in parts[channel]))
-        if len(names) > 1:
+        for stream in _make_streams(file, clock, files, path):
+            streams.append(stream)
+            for channel in stream.values:
+                parts.setdefault(channel, []).extend((stream, own, k) for k, own in enumerate(file.labels[channel]))
+    for channel in parts:
+        holders = {file.name: file.labels[channel] for file in files if channel in file.labels}
+        nameless = [name for name, labels in holders.items() if all(label.isdecimal() for label in labels)]
+        if nameless and len(holders) > 1:
             raise LogError(
-                f"{path}: '{channel}' is in {listed(names)}, but the columns of "
-                f"'{holders[0]}' have no names; expected joint names, or one file per channel"
+                f"{path}: '{channel}' is in {listed(list(holders))}, but the columns of '{nameless[0]}' have no names; "
+                "expected joint names, or one file per channel"
             )
     kept, slow = fast_enough(streams)
     columns = {name: [part for part in offered if part[0] in kept] for name, offered in parts.items()}
     columns = {channel: offered for channel, offered in columns.items() if offered}
+    places = {name: [(stream, k) for stream, _, k in own] for name, own in columns.items()}
     idle = [file.name for file in files if not file.labels and file is not clock]
     return Recording(
         path=str(path),
         channels=({"time": Channel(1)} if timed else {})
         | {name: Channel(len(own), tuple(label for _, label, _ in own)) for name, own in columns.items()},
-        load=partial(
-            load_on_one_clock,
-            {name: [(stream, k) for stream, _, k in own] for name, own in columns.items()},
-            table,
-            str(path),
-            [*notes, *slow],
-        ),
+        load=partial(load_on_one_clock, places, table, str(path), [*notes, *slow]),
         others=(*dict.fromkeys(name for file in files for name in file.others), *idle),
         time_unit="ns",
     )
+
+
+def _make_streams(file: _File, clock: _File | None, files: Sequence[_File], path: Path) -> Iterator[Stream]:
+    """Make one stream per kind of channels in a file."""
+    if file.labels and not file.rows:
+        raise LogError(f"{path / file.name}: has column names but no rows; expected one row per sample")
+    stamps = file.stamps if file.stamps is not None else _find_stamps(file, clock, files, path)
+    kinds = {channel: KINDS[channel] for channel in file.labels} | {"temperature": "slow"}
+    for kind in dict.fromkeys(kinds[channel] for channel in file.labels):
+        values = {channel: array for channel, array in file.values.items() if kinds[channel] == kind}
+        yield Stream(file.name, "table", kind, (), stamps, values)
 
 
 def _read(path: Path, settings: LogTable) -> _File:
@@ -130,12 +123,18 @@ def _read(path: Path, settings: LogTable) -> _File:
     source = source_of_columns(renamed, own)
     channels = {name: channel for name, channel in source.channels.items() if name == "time" or name not in elsewhere}
     loaded, notes = source.load({name: range(channel.columns) for name, channel in channels.items()})
+    rows = len(next(iter(loaded.values()), ()))
     stamps, unit = loaded.pop("time", None), source.time_unit or settings.time.unit
     return _File(
         name=path.name,
-        labels={name: channel.labels for name, channel in channels.items() if name != "time"},
+        labels={
+            name: channel.labels or tuple(map(str, range(channel.columns)))
+            for name, channel in channels.items()
+            if name != "time"
+        },
         values={name: np.asarray(array, dtype=np.float64) for name, array in loaded.items()},
         stamps=None if stamps is None else _to_nanoseconds(stamps.ravel(), unit, str(path)),
+        rows=rows,
         others=source.others,
         notes=notes,
     )

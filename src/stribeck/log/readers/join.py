@@ -12,6 +12,7 @@ from stribeck.errors import LogError
 from stribeck.log.clock import BRIDGED, RATES
 from stribeck.log.interpolation import bridges, linear, previous, slerp
 from stribeck.log.readers.channels import COMMAND, JOINT_CHANNELS, VECTOR_CHANNELS, WRENCH
+from stribeck.log.readers.feet import widened
 from stribeck.log.readers.recording import Arrays, Channel, Loaded, Recording, Wanted, listed
 from stribeck.log.readers.unitree import ORDERS
 from stribeck.settings import LogTable
@@ -35,8 +36,8 @@ class Stream:
         Stamps [ns], shape (N,).
     values
         {channel: shape (N, k)}; k is the number of joints, or of the channel's components.
-    stamped_by
-        "header", "recorder", or "tick", a counter of milliseconds on board that is aligned with the recorder's time.
+    clock
+        Source of the stamps, if messages have none; empty otherwise.
     """
 
     topic: str
@@ -45,9 +46,12 @@ class Stream:
     labels: tuple[str, ...]
     stamps: IntArray
     values: Mapping[str, Array]
-    stamped_by: str = "header"
+    clock: str = ""
 
 
+KINDS = dict.fromkeys(JOINT_CHANNELS, "joints") | dict.fromkeys(VECTOR_CHANNELS, "imu")
+KINDS |= {"foot_wrench": "wrench", "contact": "flag", "foot_force": "force"}
+"""Kind of the streams of each channel."""
 Part = tuple[Stream, int]
 """Stream, and its column for a joint, a foot or a component."""
 
@@ -70,43 +74,30 @@ def join(
         types = f"messages of type {listed(types)}, or numbers in other messages as '<topic>.<field>'"
         return Recording(path=path, channels={}, load=lambda _: ({}, []), others=found, expected={"position": types})
     streams, notes = fast_enough(streams)
+    streams = _with_roles(streams, table, path)
+    leaders = {"joints": table.position.name, "imu": table.base_orientation.name}
     parts: dict[str, dict[str, Part]] = {}
-    if commands := {topic for channel in COMMAND for topic in _collect_topics(getattr(table, channel).name)}:
-        joints = [_rename_command(stream) if stream.topic in commands else stream for stream in joints]
-    if table.external_torque.name:  # the effort of a separate topic, which is used for nothing else
-        efforts = [stream for stream in joints if "torque" in stream.values]
-        outside = _select_streams(efforts, "external_torque", None, table, path)
-        joints = [replace(s, values={"external_torque": s.values["torque"]}) if s in outside else s for s in joints]
-    for channel in JOINT_CHANNELS:
-        lead = table.desired_position if channel in COMMAND else table.position
-        chosen = _select_streams(joints, channel, lead.name, table, path)
-        parts[channel] = _find_parts([(s, s.labels) for s in chosen if channel in s.values], channel, path, notes)
-    imus = [stream for stream in streams if stream.kind == "imu"]
-    for channel, axes in VECTOR_CHANNELS.items():
-        chosen = _select_streams(imus, channel, table.base_orientation.name, table, path)
-        parts[channel] = _find_parts([(s, axes) for s in chosen if channel in s.values], channel, path, notes)
-    for channel, kind, axes in (("foot_wrench", "wrench", WRENCH), ("contact", "flag", ("",))):
-        chosen = _select_streams([s for s in streams if s.kind == kind], channel, None, table, path)
-        named = [(s, tuple(f"{s.topic}.{axis}".rstrip(".") for axis in axes)) for s in chosen]
+    for channel, kind in KINDS.items():
+        of_kind = [stream for stream in streams if stream.kind == kind]
+        if kind == "force" and of_kind and table.foot_force.name is None and table.foot_force.scale == 1.0:
+            notes.append(
+                f"The foot forces of '{of_kind[0].topic}' are uncalibrated sensor counts and are not used; to use "
+                "them, set [log.foot_force] scale in N per count."
+            )
+            continue
+        leader = table.desired_position.name if channel in COMMAND else leaders.get(kind)
+        chosen = _select_streams(of_kind, channel, leader, table, path)
+        named = [(stream, _name_columns(stream, channel)) for stream in chosen if channel in stream.values]
         parts[channel] = _find_parts(named, channel, path, notes)
-    forces = _select_streams([s for s in streams if s.kind == "force"], "foot_force", None, table, path)
-    scaled = table.foot_force.name is not None or table.foot_force.scale != 1.0
-    parts["foot_force"] = _find_parts([(s, s.labels) for s in forces], "foot_force", path, notes) if scaled else {}
-    if forces and not scaled:
-        notes.append(
-            f"The foot forces of '{forces[0].topic}' are uncalibrated sensor counts and are not used; to use them, set "
-            "[log.foot_force] scale in N per count."
-        )
     taken = {stream.topic for columns in parts.values() for stream, _ in columns.values()}
     idle = dict.fromkeys(stream.topic for stream in streams if stream.topic not in taken)
+    listed_parts = {name: list(columns.values()) for name, columns in parts.items()}
     motors = [stream for stream, _ in parts["position"].values() if stream.message in ORDERS]
     return Recording(
         path=path,
         channels={"time": Channel(1)}
         | {name: Channel(len(columns), tuple(columns)) for name, columns in parts.items() if columns},
-        load=partial(
-            load_on_one_clock, {name: list(columns.values()) for name, columns in parts.items()}, table, path, notes
-        ),
+        load=partial(load_on_one_clock, listed_parts, table, path, notes),
         others=(*idle, *others),
         time_unit="ns",
         torque_source="motor_current" if motors else None,
@@ -131,9 +122,25 @@ def _select_streams(
     return [stream for stream in streams if stream.topic in topics]
 
 
-def _rename_command(stream: Stream) -> Stream:
-    """Rename the channels of a stream of desired joint states."""
-    return replace(stream, values={name: stream.values[of] for name, of in COMMAND.items() if of in stream.values})
+def _with_roles(streams: list[Stream], table: LogTable, path: str) -> list[Stream]:
+    """Rename the channels of joint states that `[log]` names as commands or external torques."""
+    commands = {topic for channel in COMMAND for topic in _collect_topics(getattr(table, channel).name)}
+    for k, stream in enumerate(streams):
+        if stream.kind == "joints" and stream.topic in commands:
+            values = {name: stream.values[of] for name, of in COMMAND.items() if of in stream.values}
+            streams[k] = replace(stream, values=values)
+    if table.external_torque.name:  # the effort of a separate topic, which is used for nothing else
+        efforts = [stream for stream in streams if stream.kind == "joints" and "torque" in stream.values]
+        outside = _select_streams(efforts, "external_torque", None, table, path)
+        streams = [replace(s, values={"external_torque": s.values["torque"]}) if s in outside else s for s in streams]
+    return streams
+
+
+def _name_columns(stream: Stream, channel: str) -> tuple[str, ...]:
+    """Name the columns of a channel: joints, feet, axes, or the topic for the foot, with the axes of a wrench."""
+    if channel in VECTOR_CHANNELS:
+        return VECTOR_CHANNELS[channel]
+    return {"foot_wrench": widened([stream.topic], len(WRENCH)), "contact": (stream.topic,)}.get(channel, stream.labels)
 
 
 def _collect_topics(name: str | list[str] | None) -> set[str]:
@@ -212,11 +219,7 @@ def load_on_one_clock(
     parts: Mapping[str, list[Part]], table: LogTable, path: str, found: Sequence[str], wanted: Wanted
 ) -> Loaded:
     """Resample columns to the clock of the joint states, over the common time of all streams."""
-    used = {
-        name: [parts[name][i] if i >= 0 else None for i in columns]
-        for name, columns in wanted.items()
-        if name != "time"
-    }
+    used = {name: [parts[name][i] if i >= 0 else None for i in own] for name, own in wanted.items() if name != "time"}
     positions = Counter(id(part[0]) for part in used.get("position", ()) if part)
     streams = list({id(part[0]): part[0] for columns in used.values() for part in columns if part}.values())
     clock = max(streams, key=lambda stream: (positions[id(stream)], len(stream.stamps)))
@@ -226,23 +229,18 @@ def load_on_one_clock(
     if len(rows) < 2:
         topics = listed([stream.topic for stream in streams])
         raise LogError(f"{path}: topics {topics} do not overlap in time; expected streams of one recording")
-    stamps = clock.stamps[rows[0] : rows[-1] + 1]
+    common = slice(rows[0], rows[-1] + 1)
+    stamps = clock.stamps[common]
     notes = [*found, *[f"The clock is '{clock.topic}'."][: len({s.topic for s in streams}) - 1]]
     if len(stamps) < len(clock.stamps):
         notes.append(f"{len(clock.stamps) - len(stamps)} messages outside the common time of all topics are ignored.")
-    used_clocks = {
-        "recorder": "the recorder's time is used",
-        "tick": "their millisecond counter is aligned with the recorder's time",
-    }
-    stamped = {stream.topic: stream.stamped_by for stream in streams if stream.stamped_by in used_clocks}
-    notes += [f"'{topic}' has messages without stamps: {used_clocks[by]}." for topic, by in stamped.items()]
+    stamped = {stream.topic: stream.clock for stream in streams if stream.clock}
+    notes += [f"'{topic}' has messages without stamps: {source}." for topic, source in stamped.items()]
     held = {id(part[0]) for name in COMMAND for part in used.get(name, ()) if part}
-    on_clock = {id(clock): {name: values[rows[0] : rows[-1] + 1] for name, values in clock.values.items()}}
+    on_clock: dict[int, Mapping[str, Array]] = {}
     for stream in streams:
-        if stream is clock:
-            continue
-        if np.array_equal(stream.stamps, clock.stamps):  # other parts of the same messages
-            on_clock[id(stream)] = {name: values[rows[0] : rows[-1] + 1] for name, values in stream.values.items()}
+        if np.array_equal(stream.stamps, clock.stamps):  # the clock, or other parts of the same messages
+            on_clock[id(stream)] = {name: values[common] for name, values in stream.values.items()}
         else:
             if id(stream) not in held:
                 _refuse_slow(stream, clock, path)

@@ -38,21 +38,7 @@ def open_lerobot(path: Path, table: LogTable) -> Recording:
     LogError
         If its files do not fit together.
     """
-    features = _read_features(path)
-    files = [file for file in sorted(path.glob("data/**/*.parquet")) if file.is_file()]
-    if not files:
-        raise LogError(f"{path}: contains no data/chunk-000/*.parquet; expected the data next to the meta folder")
-    tables = [parquet_table(file) for file in files]
-    if not any(one.rows for one in tables):
-        raise LogError(f"{path}: its {len(files)} Parquet files contain no rows; expected at least one episode")
-    for other in tables[1:]:
-        if other.names != tables[0].names:
-            raise LogError(
-                f"{other.path}: has columns {listed(other.names)}; expected the same as in {files[0].name}: "
-                f"{listed(tables[0].names)}"
-            )
-    for one in tables:
-        check_size(one.path, 8 * one.rows * len(one.names))
+    features, tables = _read_features(path), _open_tables(path)
     time, episodes = _concatenate_time(tables, table)
     with foreign(str(path / INFO), "LeRobot's info.json"):  # it may be nested without end
         names = _rename_columns(tables[0].names, features)
@@ -61,14 +47,14 @@ def open_lerobot(path: Path, table: LogTable) -> Recording:
     if twice:
         raise LogError(f"{path / INFO}: contains {listed(twice)} twice; expected one entry per joint and channel")
     places = {name: tables[0].places[column] for name, column in stored.items()}
-    whole = OpenedTable(
+    whole = replace(
+        tables[0],
         path=str(path),
         names=list(stored) + ["time"] * (time is not None),
         places=places | {"time": ("time", None)} if time is not None else places,
         rows=sum(one.rows for one in tables),
         read=partial(_read, tables, time),
         kind=lambda name: pa.float64() if name == "time" and time is not None else tables[0].kind(name),
-        widths=tables[0].widths,
         on_disk=False,
     )
     notes = [f"{episodes} episodes were concatenated, with a pause between them."][: max(0, episodes - 1)]
@@ -87,6 +73,25 @@ def open_lerobot(path: Path, table: LogTable) -> Recording:
             "arm's driver reports efforts",
         },
     )
+
+
+def _open_tables(path: Path) -> list[OpenedTable]:
+    """Open the data of all episodes; refuse files with different columns."""
+    files = [file for file in sorted(path.glob("data/**/*.parquet")) if file.is_file()]
+    if not files:
+        raise LogError(f"{path}: contains no data/chunk-000/*.parquet; expected the data next to the meta folder")
+    tables = [parquet_table(file) for file in files]
+    if not any(one.rows for one in tables):
+        raise LogError(f"{path}: its {len(files)} Parquet files contain no rows; expected at least one episode")
+    for other in tables[1:]:
+        if other.names != tables[0].names:
+            raise LogError(
+                f"{other.path}: has columns {listed(other.names)}; expected the same as in {files[0].name}: "
+                f"{listed(tables[0].names)}"
+            )
+    for one in tables:
+        check_size(one.path, 8 * one.rows * len(one.names))
+    return tables
 
 
 def _read_features(path: Path) -> Mapping[str, Any]:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
 from stribeck.errors import LogError, SettingsError
-from stribeck.log.clock import longest_step, refuse_wrong_time
+from stribeck.log.clock import TIME, longest_step, refuse_wrong_time
 from stribeck.log.interpolation import bridges, linear, previous, slerp
 from stribeck.log.readers.channels import CHANNELS
 from stribeck.log.readers.recording import listed
@@ -19,25 +19,18 @@ SPEED = {"rad/s": 1.0, "deg/s": TURN / 360, "rpm": TURN / 60, "krpm": TURN / 0.0
 SPEED |= {"m/s": 1.0, "mm/s": 1e-3}
 EFFORT = {"Nm": 1.0, "N m": 1.0, "mNm": 1e-3, "kNm": 1e3, "N": 1.0, "mN": 1e-3, "kN": 1e3}
 CURRENT = {"A": 1.0, "mA": 1e-3}
-UNWRAPPED = ("position", "velocity", "torque")
-"""Channels whose jumps can be removed: by whole turns, or by the range of unsigned integers."""
-TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 UNITS: dict[str, dict[str, float]] = {
     "time": TIME,
-    "position": ANGLE,
-    "velocity": SPEED,
+    **dict.fromkeys(("position", "desired_position"), ANGLE),
+    **dict.fromkeys(("velocity", "desired_velocity"), SPEED),
     "acceleration": {"rad/s^2": 1.0, "deg/s^2": TURN / 360, "m/s^2": 1.0, "mm/s^2": 1e-3},
     "torque": EFFORT | CURRENT,
-    "desired_position": ANGLE,
-    "desired_velocity": SPEED,
-    "desired_torque": EFFORT,
-    "external_torque": EFFORT,
+    **dict.fromkeys(("desired_torque", "external_torque", "foot_wrench"), EFFORT),
     "temperature": {"degC": 1.0},
     "base_orientation": {},
+    "contact": {},
     "angular_velocity": {unit: SPEED[unit] for unit in ("rad/s", "deg/s", "rpm")},
     "linear_acceleration": {"m/s^2": 1.0, "g": 9.80665},  # standard gravity
-    "contact": {},
-    "foot_wrench": EFFORT,
     "foot_force": {unit: EFFORT[unit] for unit in ("N", "mN", "kN")},
 }
 """Units of each channel in a log, with factors to SI."""
@@ -51,19 +44,20 @@ def check_table(table: LogTable, where: str) -> None:
     SettingsError
         Names the file, the key, and the valid choices.
     """
+    # Channels whose jumps can be removed: by whole turns, or by the range of unsigned integers.
+    unwrapped = ("position", "velocity", "torque")
     for name in CHANNELS:
         settings: ChannelTable = getattr(table, name)
         if settings.unit is not None and settings.unit not in UNITS[name]:
             raise SettingsError(
                 f"{where}: [log.{name}] unit is '{settings.unit}'; expected {listed(list(UNITS[name]), 10)}"
             )
-        if settings.unwrap and name not in UNWRAPPED:
-            raise SettingsError(f"{where}: [log.{name}] unwrap is set; only {listed(UNWRAPPED)} can be unwrapped")
+        if settings.unwrap and name not in unwrapped:
+            raise SettingsError(f"{where}: [log.{name}] unwrap is set; only {listed(unwrapped)} can be unwrapped")
         if settings.order is not None and name != "base_orientation":
             raise SettingsError(f"{where}: [log.{name}] order is set; only base_orientation has an order")
-        if name == "time" and (
-            settings.delay or any(isinstance(v, list | dict) for v in (settings.scale, settings.offset))
-        ):
+        by_joint = any(isinstance(value, list | dict) for value in (settings.scale, settings.offset))
+        if name == "time" and (settings.delay or by_joint):
             what = "a delay, or a scale or offset by joint"
             raise SettingsError(f"{where}: [log.time] has {what}; give one number, and each channel its own delay")
 

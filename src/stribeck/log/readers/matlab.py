@@ -51,15 +51,11 @@ def open_matlab(path: Path, table: LogTable) -> Recording:
             return open_telemetry(str(path), whole, texts, table)
     asked = table.time.name or ("time", *ALIASES["time"])
     time = next((name for name in ([asked] if isinstance(asked, str) else asked) if name in variables), None)
-    samples = max(variables[time].shape) if time else _count_samples(variables)
+    lengths = Counter(max(variable.shape) for variable in variables.values())
+    common = (length for length, count in lengths.items() if count > 1)  # that several variables have
+    samples = max(variables[time].shape) if time else max(common, default=max(lengths))
     arrays = {name: _move_samples(variable, samples) for name, variable in variables.items()}
     return source_of_arrays(str(path), "MATLAB", arrays, {name: texts[name] for name in WORDS if name in texts}, table)
-
-
-def _count_samples(variables: Mapping[str, StoredArray]) -> int:
-    """Find the number of samples in a file without a time: the largest length that several variables have."""
-    lengths = Counter(max(variable.shape) for variable in variables.values())
-    return max((length for length, count in lengths.items() if count > 1), default=max(lengths))
 
 
 def _move_samples(variable: StoredArray, samples: int) -> StoredArray:
@@ -85,13 +81,12 @@ def _read_before_7_3(path: Path) -> Contents:
     texts: dict[str, tuple[str, ...]] = {}
 
     def visit(name: str, value: object) -> None:
+        flat = np.ravel(np.asarray(value, dtype=object))
         if isinstance(value, Mapping):
             for key, part in value.items():
                 visit(f"{name}.{key}", part)
-        elif isinstance(value, str):
-            texts[name] = (value.rstrip(),)
-        elif isinstance(value, (list, np.ndarray)) and _is_text(value):
-            texts[name] = tuple(str(one).rstrip() for one in np.ravel(np.asarray(value, dtype=object)))
+        elif flat.size and all(isinstance(one, str) for one in flat):
+            texts[name] = tuple(str(one).rstrip() for one in flat)
         elif isinstance(value, (int, float, complex, np.generic, np.ndarray)):
             array = np.atleast_1d(np.squeeze(np.asarray(value)))
             if array.dtype.kind in "fiubc":
@@ -101,11 +96,6 @@ def _read_before_7_3(path: Path) -> Contents:
         if not name.startswith("__"):
             visit(name, value)
     return variables, texts
-
-
-def _is_text(values: list[Any] | NDArray[Any]) -> bool:
-    flat = np.ravel(np.asarray(values, dtype=object))
-    return bool(flat.size) and all(isinstance(one, str) for one in flat)
 
 
 def _measure(path: Path) -> int:

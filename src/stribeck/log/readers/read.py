@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from stribeck.base.outputs import check_name
 from stribeck.base.typing import Array, BoolArray, TorqueSource
 from stribeck.errors import LogError, SettingsError, errors_about
 from stribeck.log import RobotLog
-from stribeck.log.readers.actuators import check_current, command_and_feedback, through_motors, without_kp
+from stribeck.log.readers.actuators import check_current, commanded_torques, through_motors
 from stribeck.log.readers.arrays import open_hdf5, open_npz
 from stribeck.log.readers.columns import source_of_columns
 from stribeck.log.readers.folder import open_folder, tables_in
@@ -123,25 +123,18 @@ def _read(source: Recording, robot: Robot | None, table: LogTable, where: str, p
         wanted = {name: columns for name, columns in selection.columns.items() if name in source.channels}
         loaded, load_notes = source.load(wanted)
     time, time_notes = _read_time(source, loaded, table)
-    channels = _collect_channels(source, selection, loaded, len(time))
+    channels = _collect_channels(source, selection, loaded, len(time), table)
     for name, values in channels.items():
         labels = selection.labels.get(name, selection.joint_names)
-        if name in ("velocity", "torque") and not getattr(table, name).unwrap and word_size(values):
-            raise LogError(
-                f"{source.path}: '{name}' is either small or near {word_size(values):g}: negative integers were "
-                f"stored as unsigned ones; set [log.{name}] unwrap = true"
-            )
         convert(name, values, labels, selection.columns[name], getattr(table, name), where)
     notes = [*motor_notes, *selection.notes, *load_notes, *time_notes, *_fill(channels, selection, robot)]
     rows, delay_notes = advance(channels, time, table, source.path)
     time, channels = time[rows], {name: values[rows] for name, values in channels.items()}
-    limits: tuple[float, ...] = ()
-    unscaled: tuple[str, ...] = ()
+    drives, drive_notes = dict[str, Any](), list[str]()
     if robot and "torque" not in channels:
-        channels, limits, command_notes = _add_torques(time, channels, robot)
-        delay_notes, unscaled = [*delay_notes, *command_notes], without_kp(robot)
+        drives, drive_notes = commanded_torques(channels, time, robot)
     elif robot:
-        unscaled = through_motors(channels["torque"], robot)
+        drives = {"unscaled": dict.fromkeys(through_motors(channels["torque"], robot), 1.0)}
     contact, contact_notes = _read_flags(channels.pop("contact", None), source.path)
     torque_source, torque_notes = _find_torque_source(source, robot)
     shape = (-1, len(selection.foot_names), 6)
@@ -153,10 +146,9 @@ def _read(source: Recording, robot: Robot | None, table: LogTable, where: str, p
         contact=contact,
         foot_wrench=wrench,
         **channels,  # type: ignore[arg-type]
-        effort_limits=limits,
+        **drives,
         torque_source=torque_source,
-        unscaled=dict.fromkeys(unscaled, 1.0),
-        notes=(*notes, *delay_notes, *contact_notes, *torque_notes),
+        notes=(*notes, *delay_notes, *drive_notes, *contact_notes, *torque_notes),
         path=path,
         raw=robot is None,
     )
@@ -240,8 +232,10 @@ def _read_time(source: Recording, loaded: Arrays, table: LogTable) -> tuple[Arra
     return time, notes
 
 
-def _collect_channels(source: Recording, selection: Selection, loaded: Arrays, samples: int) -> dict[str, Array]:
-    """Check that loaded channels have the same length; a missing channel that is required becomes zero."""
+def _collect_channels(
+    source: Recording, selection: Selection, loaded: Arrays, samples: int, table: LogTable
+) -> dict[str, Array]:
+    """Check length and signs of loaded channels; a missing channel that is required becomes zero."""
     channels = {}
     for name, columns in selection.columns.items():
         if name == "time":
@@ -249,33 +243,13 @@ def _collect_channels(source: Recording, selection: Selection, loaded: Arrays, s
         values = np.asarray(loaded.pop(name) if name in loaded else allocate((samples, len(columns))), dtype=np.float64)
         if len(values) != samples:
             raise LogError(f"{source.path}: '{name}' has {len(values)} rows, 'time' has {samples}; expected as many")
+        if name in ("velocity", "torque") and not getattr(table, name).unwrap and (size := word_size(values)):
+            raise LogError(
+                f"{source.path}: '{name}' is either small or near {size:g}: negative integers were stored as unsigned "
+                f"ones; set [log.{name}] unwrap = true"
+            )
         channels[name] = values
     return channels
-
-
-def _add_torques(
-    time: Array, channels: dict[str, Array], robot: Robot
-) -> tuple[dict[str, Array], tuple[float, ...], list[str]]:
-    """Add the torques of the drives, and return the effort limits [N m] as well.
-
-    A command acts `[robot] command_delay` later than it is logged, or `[log.torque] delay` earlier. An effort
-    limit that more than a fifth of the samples exceed is not the drive's, and is ignored.
-    """
-    command, feedback, note = command_and_feedback(channels, time, robot)
-    delay = np.zeros(command.shape[1]) if robot.command_delay is None else robot.command_delay
-    known = np.isfinite(time)
-    for column, late in enumerate((delay - robot.log_table.torque.delay).tolist()):
-        if late:
-            command[:, column] = np.interp(time - late, time[known], command[known, column])
-    torque, notes = command + feedback, [note]
-    most = np.where(np.isin(robot.joint_names, without_kp(robot)), np.inf, robot.effort_limits)
-    beyond = np.mean(np.abs(torque) > most, axis=0)
-    limits = np.where(beyond < 0.2, most, np.inf)
-    for what, share in (("clipped at", beyond < 0.2), ("not clipped: too many exceed", beyond >= 0.2)):
-        if joints := [name for name, own, far in zip(robot.joint_names, share, beyond, strict=True) if own and far]:
-            notes.append(f"Commanded torques of {listed(joints)} are {what} the effort limits of the model.")
-    parts = {"torque": np.clip(torque, -limits, limits), "command": command, "feedback": feedback}
-    return channels | parts, tuple(limits.tolist()), notes
 
 
 def _fill(channels: dict[str, Array], selection: Selection, robot: Robot | None) -> list[str]:

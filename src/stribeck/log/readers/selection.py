@@ -55,10 +55,7 @@ def select(source: Recording, table: LogTable, robot: Robot | None) -> Selection
         If a joint of the robot, or the order of nameless columns, cannot be found in the log.
     """
     if "position" not in source.channels:
-        raise LogError(
-            f"{source.path}: contains no joint positions; expected {_expected('position', source)}, or its name as "
-            f"[log.position] name (found {listed(_holdings(source))})"
-        )
+        raise _missing(source, "position", "contains no joint positions")
     notes: list[str] = []
     by_command = robot is not None and robot.command_gains is not None
     commanded = robot is not None and by_command and ("torque" not in source.channels or robot.has_kp)
@@ -80,16 +77,16 @@ def select(source: Recording, table: LogTable, robot: Robot | None) -> Selection
         if chosen is not None:
             columns[name] = chosen
     if commanded and "desired_position" not in columns:
-        raise LogError(
-            f"{source.path}: torque_source 'command' requires torques or desired positions, and the log has none; "
-            f"expected {_expected('desired_position', source)}, or its name as [log.desired_position] name (found "
-            f"{listed(_holdings(source))})"
-        )
+        problem = "torque_source 'command' requires torques or desired positions, and the log has none"
+        raise _missing(source, "desired_position", problem)
     if "torque" not in columns and not commanded:
         columns |= _no_torque(source, joints, robot)
     for name in VECTOR_CHANNELS:
         if name in labels:
-            columns[name] = _vector_columns(name, labels[name], source.path)
+            own, axes = labels[name], VECTOR_CHANNELS[name]
+            if sorted(own) != sorted(axes):
+                raise LogError(f"{source.path}: '{name}' has columns {listed(own)}; expected {listed(axes)}")
+            columns[name] = [own.index(axis) for axis in axes]
     feet, of_feet = foot_columns(labels, source, table, robot, notes)
     notes += [
         f"'{name}' is ignored: "
@@ -241,28 +238,17 @@ def _no_torque(source: Recording, joints: Sequence[str], robot: Robot | None) ->
     if robot is not None and set(joints) <= set(robot.position_controlled):
         return {"torque": [-1] * len(joints)}
     command = ", or [robot] torque_source = 'command' to use its desired positions"
-    raise LogError(
-        f"{source.path}: contains no joint torques; expected {_expected('torque', source)}, or its name as "
-        f"[log.torque] name{command * ('desired_position' in source.channels)} (found {listed(_holdings(source))})"
+    remedy = command * ("desired_position" in source.channels)
+    raise _missing(source, "torque", "contains no joint torques", remedy)
+
+
+def _missing(source: Recording, channel: str, problem: str, remedy: str = "") -> LogError:
+    """Make the error that a log lacks a channel of joints."""
+    usual = f"an array '{channel}', columns '{channel}.<joint>' or a topic of sensor_msgs/JointState"
+    return LogError(
+        f"{source.path}: {problem}; expected {source.expected.get(channel) or usual}, or its name as [log.{channel}] "
+        f"name{remedy} (found {listed([*source.channels, *source.others])})"
     )
-
-
-def _expected(channel: str, source: Recording) -> str:
-    return (
-        source.expected.get(channel)
-        or f"an array '{channel}', columns '{channel}.<joint>' or a topic of sensor_msgs/JointState"
-    )
-
-
-def _holdings(source: Recording) -> list[str]:
-    return [*source.channels, *source.others]
-
-
-def _vector_columns(channel: str, labels: tuple[str, ...], path: str) -> list[int]:
-    axes = VECTOR_CHANNELS[channel]
-    if sorted(labels) == sorted(axes):
-        return [labels.index(axis) for axis in axes]
-    raise LogError(f"{path}: '{channel}' has columns {listed(labels)}; expected {listed(axes)}")
 
 
 def _ignored(source: Recording, at: dict[str, dict[str, int]], joints: Sequence[str]) -> list[str]:

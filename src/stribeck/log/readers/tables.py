@@ -22,12 +22,6 @@ from stribeck.settings import LogTable
 CSV_BLOCK = 1 << 23  # bytes parsed at once
 HEAD = 64  # rows searched for the first values, and for the first list of a column
 COMMENT = re.compile(r"#+\s*|%+\s+")
-VALUE = re.compile(r"(?i)|true|false|null|none|n/?a|\d{4}-\d\d-\d\d.*|\d\d:\d\d.*")
-"""Cells of a line of values that are not numbers."""
-UNIT = re.compile(r"[\[({]?[A-Za-z°µ%]{0,4}([/*· ]?[A-Za-z]{0,3}[²^2]{0,2})[\])}]?|[-1]?|\[-\]|turns?|degrees?")
-"""Cells of a line of units."""
-SI = {"", "-", "1", "s", "rad", "rad/s", "rad/s^2", "rad/s²", "nm", "n m", "n*m", "n·m", "n", "m", "m/s", "m/s²"}
-"""Units in which columns are read by default, in small letters."""
 
 
 def open_parquet(path: Path, table: LogTable) -> Recording:
@@ -130,8 +124,8 @@ def csv_table(path: Path, names: list[str], layout: CsvLayout) -> OpenedTable:
     )
     parsing = pyarrow.csv.ParseOptions(delimiter=separator, newlines_in_values=bool(lists))
 
-    def converting(columns: list[str], free: Collection[str]) -> pyarrow.csv.ConvertOptions:
-        return pyarrow.csv.ConvertOptions(
+    def read(columns: list[str], free: Collection[str]) -> Iterator[pa.RecordBatch]:
+        converting = pyarrow.csv.ConvertOptions(
             include_columns=columns,
             decimal_point="," if comma else ".",
             true_values=[blank + word for blank in ("", " ") for word in ("true", "True", "TRUE")],
@@ -139,10 +133,8 @@ def csv_table(path: Path, names: list[str], layout: CsvLayout) -> OpenedTable:
             column_types={name: pa.float64() for name in columns if name not in free}
             | {name: pa.string() for name in columns if name in lists},
         )
-
-    def read(columns: list[str], free: Collection[str]) -> Iterator[pa.RecordBatch]:
         with foreign(str(path), "CSV"):
-            yield from pyarrow.csv.open_csv(path, reading, parsing, converting(columns, free))
+            yield from pyarrow.csv.open_csv(path, reading, parsing, converting)
 
     def kind(name: str) -> pa.DataType:
         return next((batch.schema.field(0).type for batch in read([name], {name})), pa.null())
@@ -160,6 +152,10 @@ def find_layout(path: Path) -> CsvLayout:
 
     Units other than SI are appended to the names, for `init`: `position [deg]`.
     """
+    # Cells of a line of units.
+    of_units = re.compile(r"[\[({]?[A-Za-z°µ%]{0,4}([/*· ]?[A-Za-z]{0,3}[²^2]{0,2})[\])}]?|[-1]?|\[-\]|turns?|degrees?")
+    # Units in which columns are read by default, in small letters.
+    si = {"", "-", "1", "s", "rad", "rad/s", "rad/s^2", "rad/s²", "nm", "n m", "n*m", "n·m", "n", "m", "m/s", "m/s²"}
     with foreign(str(path), "CSV"), path.open("rb") as file:
         start = file.read(1 << 20)
     encoding = "utf-8-sig"
@@ -188,9 +184,9 @@ def find_layout(path: Path) -> CsvLayout:
     ):
         return CsvLayout(_split(lines[values], separator), separator, values, encoding)
     above, names = (_split(COMMENT.sub("", lines[max(k, 0)]), separator) for k in (values - 2, values - 1))
-    if values > 1 and len(above) == len(names) and all(map(UNIT.fullmatch, names)):
+    if values > 1 and len(above) == len(names) and all(map(of_units.fullmatch, names)):
         units = [cell.strip("[](){} ") for cell in names]
-        names = [f"{name} [{unit}]" * (unit.lower() not in SI) or name for name, unit in zip(above, units, strict=True)]
+        names = [f"{name} [{unit}]" * (unit.lower() not in si) or name for name, unit in zip(above, units, strict=True)]
     return CsvLayout(names, separator, values, encoding)
 
 
@@ -201,7 +197,9 @@ def _split(line: str, separator: str) -> list[str]:
 
 def is_data(cells: list[str]) -> bool:
     """Return whether a line contains values instead of names."""
-    return any(map(_is_number, cells)) and all(_is_number(cell) or VALUE.fullmatch(cell) for cell in cells)
+    # Cells of a line of values that are not numbers.
+    value = re.compile(r"(?i)|true|false|null|none|n/?a|\d{4}-\d\d-\d\d.*|\d\d:\d\d.*")
+    return any(map(_is_number, cells)) and all(_is_number(cell) or value.fullmatch(cell) for cell in cells)
 
 
 def _is_number(cell: str) -> bool:
