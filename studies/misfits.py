@@ -18,7 +18,6 @@ from stribeck import Robot, identify
 from stribeck.base.typing import Array
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
-from stribeck.whole_log.fit_checks.misfits import UNCLEAR
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.robots import MODELS
 from stribeck_simulation.sensors.measure import with_noise
@@ -27,6 +26,8 @@ from studies.accuracy_cases import CASES
 from studies.command import Row, command
 from studies.harder_cases import as_seen
 from studies.markdown import markdown_table
+
+UNCLEAR = "friction-unclear"
 
 CHOSEN_ON, SHOWN_ON = ("TORO-like",), ("G1", "arm")
 CAUSES: dict[str, tuple[str, ...]] = {

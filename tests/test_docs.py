@@ -33,7 +33,7 @@ from stribeck.log.readers.mapping import UNITS, check_table
 from stribeck.methods import METHODS
 from stribeck.result.estimates import Verdict, verdict_place
 from stribeck.robot import from_robot_file
-from stribeck.whole_log.fit_checks.misfits import WORDS
+from stribeck.whole_log.fit_checks.misfits import KINDS
 from stribeck_simulation.run import run_scenario
 from stribeck_simulation.scenario import Scenario
 
@@ -203,7 +203,7 @@ def test_generated_pages_are_current(name: str) -> None:
 def test_every_finding_of_the_code_is_in_the_catalogue_with_an_explanation_and_an_example() -> None:
     source = "\n".join(file.read_text() for file in (ROOT / "src/stribeck").rglob("*.py"))
     entries = {kind: entry for section in catalogue().values() for kind, entry in section.items()}
-    named = {kind for kind in entries if f'"{kind}"' in source} | {FRICTION + kind for kind in (*WORDS, "unclear")}
+    named = {kind for kind in entries if f'"{kind}"' in source} | {FRICTION + kind for kind in (*KINDS, "unclear")}
     assert set(re.findall(r'Finding\.of\(\s*"([^"]+)"', source)) <= named == set(entries)
     for kind, entry in entries.items():
         assert "." in kind or {"explanation", "example", "text"} <= entry.keys()

@@ -8,14 +8,15 @@ import numpy as np
 from stribeck.base.typing import Array
 from stribeck.friction import Parameter, get_law
 from stribeck.settings import Priors
-from stribeck.whole_log.equations.corrections.correction import CorrectionLayout
+from stribeck.whole_log.equations.corrections import lay_out
+from stribeck.whole_log.equations.corrections.correction import Layout
 from stribeck.whole_log.model.basis import make_basis
 from stribeck.whole_log.model.corrections import ModelCorrections, model_corrections
 from stribeck.whole_log.model.laws import Laws
 from stribeck.whole_log.model.terms import Columns, Terms
 from stribeck.whole_log.noise.outliers import Prediction
 from stribeck.whole_log.noise.variance_components import first_components
-from stribeck.whole_log.solver.elimination import Fit
+from stribeck.whole_log.solver.fit import Fit
 from stribeck.whole_log.solver.statistics import Statistics, accumulate
 from stribeck.whole_log.weak_equations import WeakEquations
 
@@ -41,9 +42,8 @@ def no_fit(laws: Laws, model: ModelCorrections, internal: Array | None = None) -
 
 
 def make_model(torque: float = 1.0, **corrections: int) -> ModelCorrections:
-    return model_corrections(
-        CorrectionLayout(counts=corrections), np.ones(corrections.get("gains", 0)), Priors(), torque
-    )
+    layout = lay_out(corrections, Layout())
+    return model_corrections(layout, np.ones(corrections.get("gains", 0)), Priors(), torque)
 
 
 def statistics(friction: int, information: Array, right: Array, square: float, count: int) -> Statistics:

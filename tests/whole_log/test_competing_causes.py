@@ -26,13 +26,13 @@ def sound() -> WholeLog:
 
 def _causes(sound: WholeLog, places: dict[int, float]) -> list[Cause]:
     """Find the causes after a change of the left sides in proportion to some corrections' columns."""
-    known, change = sound.fit.statistics, np.zeros(len(sound.fit.statistics.right))
+    known, change = sound.read.whole, np.zeros(len(sound.read.whole.right))
     for place, size in places.items():
         change[known.friction + place] = size
     square = known.square + float(change @ (2 * known.right + known.information @ change))
     changed = replace(known, right=known.right + known.information @ change, square=square)
     limbs = {foot: sound.robot.standing((foot,))[sound.columns] for foot in sound.robot.contacts}
-    return find_causes(sound.fit.fit, changed, limbs, 1.0).rivals
+    return find_causes(sound.fit, changed, limbs, 1.0).rivals
 
 
 def test_a_sound_log_has_no_cause(sound: WholeLog) -> None:
@@ -51,7 +51,7 @@ def test_a_sound_log_has_no_cause(sound: WholeLog) -> None:
 def test_a_single_error_is_named_with_its_size(
     kind: str, part: str, numbers: list[int], size: float, sound: WholeLog
 ) -> None:
-    layout = sound.fit.fit.model.layout
+    layout = sound.fit.model.layout
     (cause,) = _causes(sound, {layout.places(part)[number]: size for number in numbers})
     assert cause.kind == kind
     assert cause.places in ((), tuple(numbers))
@@ -72,13 +72,13 @@ def test_wrong_gains_are_named_where_gains_are_not_corrected(wrong: tuple[int, .
 
 
 def test_all_masses_together_are_the_scale_of_the_torques(sound: WholeLog) -> None:
-    layout = sound.fit.fit.model.layout
-    own = sound.fit.fit.model.corrections.inertial_parameters.ravel()
+    layout = sound.fit.model.layout
+    own = sound.fit.model.layout.inertial_parameters.ravel()
     rivals = _causes(sound, dict(zip(layout.places("bodies").tolist(), 0.3 * own, strict=True)))
     assert [cause.kind for cause in rivals] == ["scale"]
 
 
 def test_errors_that_no_single_cause_explains_have_none(sound: WholeLog) -> None:
-    layout, generator = sound.fit.fit.model.layout, np.random.default_rng(1)
+    layout, generator = sound.fit.model.layout, np.random.default_rng(1)
     places = layout.places("zeros")
     assert _causes(sound, dict(zip(places.tolist(), 0.03 * generator.standard_normal(len(places)), strict=True))) == []

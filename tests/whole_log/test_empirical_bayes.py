@@ -8,16 +8,13 @@ from tests.whole_log.synthetic import make_laws, make_model, no_fit, statistics
 
 from stribeck.base.typing import Array
 from stribeck.settings import Priors
-from stribeck.whole_log.solver.elimination import Fit, solve
+from stribeck.whole_log.solver.elimination import best_starts, blocks, cost_of, solve, with_other_starts
 from stribeck.whole_log.solver.empirical_bayes import (
-    best_starts,
-    blocks,
-    cost_of,
     group_mean_covariance,
     learn_group_prior,
     solve_with_empirical_bayes,
-    with_other_starts,
 )
+from stribeck.whole_log.solver.fit import Fit
 from stribeck.whole_log.solver.statistics import Statistics
 
 JOINTS, SAMPLES, NOISE = 12, 2000, 0.1

@@ -37,17 +37,16 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[WholeLog, Result]:
 
 def of_fit(found: WholeLog, result: Result) -> np.ndarray:
     """Return draws of friction and bodies from the covariance of the fit's coordinates, shape (DRAWS, k)."""
-    fit = found.fit
-    drawn_x = np.random.default_rng(0).multivariate_normal(fit.fit.x, fit.fit.covariance, DRAWS, method="eigh")
+    drawn_x = np.random.default_rng(0).multivariate_normal(found.fit.x, found.fit.covariance, DRAWS, method="eigh")
     columns = []
     for joint, name in enumerate(found.joints):
-        own = joint_coordinates(fit, joint)
+        own = joint_coordinates(found, joint)
         logs = np.array([parameter.logarithmic for parameter in own.parameters])
         values = to_external(drawn_x[:, own.places], np.tile(logs, (DRAWS, 1)))
         kept = [parameter.name in result.joints[name].parameters for parameter in own.parameters]
         columns.append(values[:, kept])
-    bodies = drawn_x[:, fit.fit.layout.part("bodies")].reshape(DRAWS, -1, SIZE)
-    columns.append(np.stack([fit.fit.model.bodies.log_cholesky(each).ravel() for each in bodies]))
+    bodies = drawn_x[:, found.fit.layout.part("bodies")].reshape(DRAWS, -1, SIZE)
+    columns.append(np.stack([found.fit.model.bodies.log_cholesky(each).ravel() for each in bodies]))
     return np.concatenate(columns, axis=1)
 
 

@@ -16,7 +16,7 @@ from stribeck.robot.inertial_parameters import pseudo_inertia
 from stribeck.settings import Priors
 from stribeck.whole_log.model.basis import make_basis
 from stribeck.whole_log.model.bodies import bodies_of
-from stribeck.whole_log.model.terms import PLAY, Columns
+from stribeck.whole_log.model.terms import ERRORS, Columns
 
 
 def some_parameters(count: int = 4) -> Array:
@@ -49,7 +49,7 @@ def test_derivatives_are_those_of_differences() -> None:
 
 @pytest.mark.parametrize("name", [*LAWS, "auto"])
 def test_slopes_of_a_laws_coefficients_are_those_of_differences(name: str) -> None:
-    laws = make_laws(name, 2, PLAY)
+    laws = make_laws(name, 2, ERRORS[0].parameters)
     at = laws.prior[0] + 0.3
     slopes, step = laws.jacobians(at), 1e-6
     for k in range(at.shape[1]):
@@ -61,7 +61,7 @@ def test_slopes_of_a_laws_coefficients_are_those_of_differences(name: str) -> No
 
 
 def test_starts_are_the_best_linear_fits_of_each_shape_and_the_best_comes_first() -> None:
-    laws = make_laws("stribeck", 1, PLAY)
+    laws = make_laws("stribeck", 1, ERRORS[0].parameters)
     truth = np.array([[0.3, 1.2, 0.3, np.log(laws.law.parameters[3].starts[1]), 0.1, np.log(50.0), 0.2, -0.1]])
     q = laws.basis.functions.shape[1] + 2
     information = 1e4 * np.eye(q)

@@ -9,9 +9,9 @@ from tests.whole_log.synthetic import some_equations
 from stribeck.base.typing import Array
 from stribeck.whole_log.noise.likelihood import make_groups, more_likely
 from stribeck.whole_log.noise.outliers import outlying_windows
-from stribeck.whole_log.noise.variance_components import VarianceComponents, autocorrelation
+from stribeck.whole_log.noise.variance_components import VarianceComponents
 from stribeck.whole_log.noise.whitening import make_whitener
-from stribeck.whole_log.weak_equations import WeakEquations
+from stribeck.whole_log.weak_equations import WeakEquations, autocorrelation
 
 TRUTH = VarianceComponents(
     np.array([[0.3, 0.2, 0.4], [0.5, 0.3, 0.6]]),

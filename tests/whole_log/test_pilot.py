@@ -74,10 +74,10 @@ def covered(found: WholeLog, tolerance: float) -> None:
 
 
 def test_of_a_log_without_outliers_nothing_is_set_aside(clean: WholeLog) -> None:
-    assert clean.fit.set_aside == 0
-    assert clean.fit.segments == clean.fit.of_segments
+    assert clean.read.set_aside == 0
+    assert len(clean.read.windows) == len(clean.read.equations)
     assert (clean.notes, find_problems(clean)) == ([], [])
-    assert clean.fit.chi_square == pytest.approx(1.0, abs=0.25)
+    assert clean.chi_square == pytest.approx(1.0, abs=0.25)
     covered(clean, 0.01)
 
 
@@ -89,9 +89,9 @@ def test_priors_of_bodies_are_widened_if_that_predicts_the_log_better(
         lever = own.lever + np.array([0.05, -0.05, 0.05])
         model.inertias[joint] = pin.Inertia((1 + 0.25 * (-1) ** joint) * own.mass, lever, own.inertia)
     wrong = replace(arm, tree=replace(arm.tree, model=model))
-    assert clean.fit.fit.model.largest == 1.0
+    assert clean.fit.model.largest == 1.0
     found = whole_log(exact, wrong)
-    assert found.fit.fit.model.largest == WIDEST_PRIOR
+    assert found.fit.model.largest == WIDEST_PRIOR
     covered(found, 0.02)
 
 
@@ -99,10 +99,10 @@ def test_a_payload_that_is_held_for_a_part_of_the_log_is_set_aside(
     arm: Robot, exact: RobotLog, clean: WholeLog
 ) -> None:
     found = whole_log(carrying(arm, exact), arm)
-    assert 0.3 < found.fit.set_aside < 0.6
+    assert 0.3 < found.read.set_aside < 0.6
     assert {finding.check for finding in find_problems(found)} == {"payload"}  # says when, where and how much
-    swinging = found.fit.components.model[0]  # of an arm, no joint stands
-    np.testing.assert_allclose(swinging, clean.fit.components.model[0], rtol=0.5)
+    swinging = found.read.pilot.components.model[0]  # of an arm, no joint stands
+    np.testing.assert_allclose(swinging, clean.read.pilot.components.model[0], rtol=0.5)
     covered(found, 0.02)
 
 
@@ -119,7 +119,7 @@ def test_a_hand_that_guides_most_of_the_log_is_set_aside(arm: Robot) -> None:
 def test_pushes_hardly_matter(arm: Robot, exact: RobotLog) -> None:
     found = whole_log(pushed(exact), arm)
     assert len(found.set_aside[0]) == 10
-    assert 0.1 < found.fit.set_aside < 0.3
+    assert 0.1 < found.read.set_aside < 0.3
     covered(found, 0.01)
 
 
@@ -152,8 +152,8 @@ def late(log: RobotLog, samples: int) -> RobotLog:
 def test_a_delay_is_found_beside_the_friction(arm: Robot, exact: RobotLog, delay: int) -> None:
     """By as many samples of 1 ms."""
     found = whole_log(late(exact, delay), arm)
-    assert found.corrections.torque_delay is not None
-    value, error = found.corrections.torque_delay
+    assert found.described.torque_delay is not None
+    value, error = found.described.torque_delay
     assert error < 5e-5
     assert value == pytest.approx(1e-3 * delay, abs=4 * error)
     assert [finding.check for finding in find_problems(found)] == ["torque-delay"]
@@ -168,9 +168,7 @@ def test_of_a_long_log_evenly_spread_segments_are_read(
 ) -> None:
     monkeypatch.setattr(constants, "MOST_SEGMENTS", 6)
     found = whole_log(exact, arm)
-    assert found.fit.segments == 6 + len(found.fit.held_out) < found.fit.of_segments
-    assert (
-        found.notes[0]
-        == f"{found.fit.segments} of {found.fit.of_segments} segments of the log are read, evenly spread."
-    )
+    read, whole = len(found.read.windows), len(found.read.equations)
+    assert read == 6 + len(found.read.held_out) < whole
+    assert found.notes[0] == f"{read} of {whole} segments of the log are read, evenly spread."
     covered(found, 0.02)

@@ -10,11 +10,12 @@ from tests.whole_log.synthetic import make_laws, no_fit, statistics
 
 from stribeck.base.typing import Array
 from stribeck.settings import Priors
-from stribeck.whole_log.equations.corrections.correction import CorrectionLayout
+from stribeck.whole_log.equations.corrections import lay_out
+from stribeck.whole_log.equations.corrections.correction import Layout
 from stribeck.whole_log.model.corrections import ModelCorrections, model_corrections
-from stribeck.whole_log.solver.elimination import inverse_of, solve
-from stribeck.whole_log.solver.empirical_bayes import cost_of
+from stribeck.whole_log.solver.elimination import cost_of, solve
 from stribeck.whole_log.solver.gauss_newton import minimise
+from stribeck.whole_log.solver.positive_definite import inverse_of
 from stribeck.whole_log.solver.statistics import Statistics
 
 LAWS = make_laws("stribeck", 3)
@@ -26,10 +27,8 @@ BODY = np.array([2.0, 0.1, -0.2, 0.3, 0.3, 0.01, 0.28, -0.02, 0.03, 0.2])
 
 def two_bodies() -> ModelCorrections:
     """Corrections of two bodies, three gains, two zeros."""
-    layout = CorrectionLayout(
-        bodies=("a", "b"), inertial_parameters=np.stack([BODY, 0.5 * BODY]), counts={"gains": 3, "zeros": 2}
-    )
-    return model_corrections(layout, np.ones(3), Priors(), 1.0)
+    bodies = Layout(bodies=("a", "b"), inertial_parameters=np.stack([BODY, 0.5 * BODY]))
+    return model_corrections(lay_out({"gains": 3, "zeros": 2}, bodies), np.ones(3), Priors(), 1.0)
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,8 @@ from tests.whole_log.synthetic import make_laws, make_model, make_terms, no_fit,
 
 from stribeck.base.typing import Array
 from stribeck.whole_log.model.terms import Columns
-from stribeck.whole_log.solver.elimination import Fit, solve
+from stribeck.whole_log.solver.elimination import solve
+from stribeck.whole_log.solver.fit import Fit
 from stribeck.whole_log.solver.statistics import Statistics, total
 from stribeck.whole_log.terms.term_selection import _objection, make_trials, select_terms
 
@@ -75,7 +76,9 @@ def choice() -> tuple[Log, list[set[str]]]:
     free = (*LINEAR, "slope", "stribeck_gain", "stribeck_velocity", "viscous_asymmetry")
     log = log_of((0, 2), free)
     whole, folds, fit = log
-    chosen = select_terms(whole, folds, fit, [{} for _ in range(3)], lambda fit: 0 * fit.covariance)
+    chosen = select_terms(
+        make_trials(whole, folds, fit), whole, fit, [{} for _ in range(3)], lambda fit: 0 * fit.covariance
+    )
     return log, [set(own) for own in chosen.kept]
 
 
@@ -92,7 +95,7 @@ def test_terms_that_random_effects_may_explain_are_refused(choice: tuple[Log, li
         added[load, load] = 1.0  # of the first joint
         return added
 
-    chosen = select_terms(whole, folds, fit, [{} for _ in range(3)], effects)
+    chosen = select_terms(make_trials(whole, folds, fit), whole, fit, [{} for _ in range(3)], effects)
     assert chosen.kept == [{"viscous"}, {"viscous"}, {"viscous", "load"}]
     assert "may be errors that every step repeats" in chosen.verdicts[0]["load"].reason
 

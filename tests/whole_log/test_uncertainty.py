@@ -11,15 +11,14 @@ from tests.whole_log.test_empirical_bayes import LAWS, NOISE, OFFSET, SAMPLES, Z
 from stribeck.base.typing import Array
 from stribeck.whole_log.constants import COSINES, ROOT_EFFECT_FACTOR
 from stribeck.whole_log.model.terms import Columns
-from stribeck.whole_log.noise.variance_components import autocorrelation
-from stribeck.whole_log.solver.elimination import Fit, solve
+from stribeck.whole_log.solver.elimination import solve
 from stribeck.whole_log.solver.empirical_bayes import solve_with_empirical_bayes
+from stribeck.whole_log.solver.fit import Fit
 from stribeck.whole_log.solver.statistics import Statistics, total
 from stribeck.whole_log.uncertainty.covariance_budget import CovarianceBudget, covariance_budget, through
 from stribeck.whole_log.uncertainty.heterogeneity import Heterogeneity, heterogeneity, overdispersion_of
-from stribeck.whole_log.uncertainty.random_effects import random_effect_columns
 from stribeck.whole_log.uncertainty.reml import random_effect_covariance, reml_variances
-from stribeck.whole_log.weak_equations import WeakEquations
+from stribeck.whole_log.weak_equations import WeakEquations, autocorrelation
 
 PARTS, ZEROS, UNSEEN, ERROR = 8, 40, 3, 0.2
 INERTIA = np.array([[0.5, 0.1, 0.0], [0.1, 0.4, 0.2], [0.0, 0.2, 0.3]])  # of what turns with the root [kg m^2]
@@ -140,7 +139,7 @@ def repeating(torque: float, root_turns: float = 0.0) -> list[WeakEquations]:
     turns = root_turns * chords @ generator.standard_normal((2, 40, 3))
     found = []
     for part in steps():
-        more = (random_effect_columns(part) @ torques[part.gait]).reshape(40, 3)
+        more = (part.gait_phase_effects() @ torques[part.gait]).reshape(40, 3)
         if root_turns:
             response = np.concatenate([np.zeros((40, 3, 3)), np.tile(INERTIA, (40, 1, 1))], axis=2)
             part, more = replace(part, root_response=response), more + turns[part.gait] @ INERTIA.T

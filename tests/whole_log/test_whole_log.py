@@ -194,8 +194,8 @@ def test_a_late_base_orientation_is_found() -> None:
     robot, log = walk("biped", 8.0)
     log = replace(log, base_orientation=np.roll(log.base_orientation, 10, axis=0))
     found = whole_log(log.take(slice(50, None)), robot, Settings(law="stribeck", corrections="calibration"))
-    assert found.corrections.base_delay is not None
-    delay, error = found.corrections.base_delay
+    assert found.described.base_delay is not None
+    delay, error = found.described.base_delay
     assert error < 2e-3
     assert delay == pytest.approx(0.01, abs=3 * error)
 

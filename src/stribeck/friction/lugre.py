@@ -11,9 +11,6 @@ from stribeck.friction.law import LawWithState, Motion, Parameter
 from stribeck.friction.stribeck import Stribeck, bell, from_coefficients
 from stribeck.friction.stribeck_exponent import StribeckExponent
 
-STEADY = StribeckExponent()
-"""Law of steady sliding, used with the exponent 2."""
-
 
 class LuGre(LawWithState):
     """Bristles with a mean deflection z (Canudas de Wit, Olsson, Astrom, Lischinsky 1995), with sigma0 = Fc / d.
@@ -51,20 +48,21 @@ class LuGre(LawWithState):
     )
     free_coefficients: ClassVar[tuple[int, ...]] = (3,)
     jumps: ClassVar[bool] = True
+    _steady: ClassVar[StribeckExponent] = StribeckExponent()  # with the exponent 2
 
     def torque(self, velocity: Array, values: Array) -> Array:
         """Compute R(v) of steady sliding [N m], shape (N,)."""
-        return STEADY.torque(velocity, _select_steady(values))
+        return self._steady.torque(velocity, _select_steady(values))
 
     def jacobian(self, velocity: Array, values: Array) -> Array:
         """Compute dR/dp of steady sliding, shape (N, 7), in the order of `parameters`."""
         columns = np.zeros((len(velocity), 7), order="F")
-        columns[:, :5] = STEADY.jacobian(velocity, _select_steady(values))[:, [0, 1, 2, 3, 5]]
+        columns[:, :5] = self._steady.jacobian(velocity, _select_steady(values))[:, [0, 1, 2, 3, 5]]
         return columns
 
     def basis(self, velocity: Array, shape: Mapping[str, float]) -> Array:
         """Compute the columns v, sgn(v), sgn(v) exp(-(v / vs)^2), 1, 0, shape (N, 5)."""
-        return np.column_stack([STEADY.basis(velocity, {**shape, "exponent": 2.0}), np.zeros_like(velocity)])
+        return np.column_stack([self._steady.basis(velocity, {**shape, "exponent": 2.0}), np.zeros_like(velocity)])
 
     def from_linear(self, coefficients: Array, shape: Mapping[str, float]) -> Array:
         """Compute the seven parameters from (Fv, Fc, Fc S, offset, sigma1) and the nonlinear parameters."""

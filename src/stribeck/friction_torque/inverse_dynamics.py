@@ -95,7 +95,7 @@ def torque_chunks(
     observer = LogObserver(period, bandwidth) if bandwidth else None
     require_channels(robot, log, settings)
     phases = prepared.support.phases if phases is None else phases
-    flies = observer is None and _uses_orientation(robot, log, settings)
+    flies = observer is None and uses_orientation(robot, log, settings)
     used = tuple(phase for phase in phases if phase.kind != "flight" or (flies and phase.plausible(period)))
     labels = _label_rows(robot, used, len(log.time), max(1, round(settings.block / period)))
     modes, mode_of_row, block_of_row, steady = labels
@@ -209,7 +209,7 @@ def require_channels(robot: Robot, log: RobotLog, settings: Settings) -> None:
 
 def orientation_filter(robot: Robot, log: RobotLog, motion_filter: Filter, period: float, settings: Settings) -> Filter:
     """Make the filter of the base orientation: the joints' filter, unless joint velocities come from the log."""
-    own_motion = settings.filter.kind == "log" and _uses_orientation(robot, log, settings)
+    own_motion = settings.filter.kind == "log" and uses_orientation(robot, log, settings)
     return make_filter(FilterSettings(kind="savitzky-golay", window=11), period) if own_motion else motion_filter
 
 
@@ -218,7 +218,7 @@ def differentiate(
 ) -> tuple[State, Array]:
     """Compute motion and torque at rows that have the filters' margins on both sides."""
     orientation = None
-    if log.base_orientation is not None and _uses_orientation(robot, log, settings):
+    if log.base_orientation is not None and uses_orientation(robot, log, settings):
         wide = _widen(rows, turn_filter)
         quaternions = root_quaternions(robot, log.position[wide], log.base_orientation[wide])
         orientation = orientation_from_derivatives(*turn_filter.apply(quaternions))
@@ -273,7 +273,8 @@ def _compute_jerk_and_snap(
     return jerk, snap
 
 
-def _uses_orientation(robot: Robot, log: RobotLog, settings: Settings) -> bool:
+def uses_orientation(robot: Robot, log: RobotLog, settings: Settings) -> bool:
+    """Return whether the orientation of the base is measured and used."""
     return robot.base == "floating" and settings.tilt != "flat" and log.base_orientation is not None
 
 

@@ -13,10 +13,8 @@ from stribeck.dynamics.loops import loop_momentum_balance
 from stribeck.dynamics.state import State
 from stribeck.friction_torque.explained import Explained
 from stribeck.friction_torque.observer import decay
+from stribeck.log.clock import STEP
 from stribeck.settings import Settings
-
-GAP = 1.5
-"""Longest interval between samples in sample periods [1]; longer ones are gaps."""
 
 PAST = (1.0, 3.0)
 """Times before a sample, in lags [1], with additional velocities, for the low-pass of a law where the joint reverses.
@@ -91,10 +89,10 @@ class LogObserver:
         passed, past = np.full_like(signals, np.nan), np.empty((len(PAST), *signals.shape[1:]))
         steps = [lags * self._nodes.lag / self._period for lags in PAST]
         memory = int(steps[-1]) + 2
-        breaks = np.flatnonzero((np.diff(mode) != 0) | (np.diff(time) > GAP * self._period)) + 1
+        breaks = np.flatnonzero((np.diff(mode) != 0) | (np.diff(time) > STEP * self._period)) + 1
         for start, stop in pairwise([0, *breaks.tolist(), len(mode)]):
             run, last = signals[:, start:stop], self._last
-            if last and (last.mode != mode[start] or time[start] - last.time > GAP * self._period):
+            if last and (last.mode != mode[start] or time[start] - last.time > STEP * self._period):
                 last = None
             velocities = run[2]
             if last:

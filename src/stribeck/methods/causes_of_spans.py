@@ -12,10 +12,8 @@ from stribeck.base.typing import Array
 from stribeck.methods.forces import Force, find_force
 from stribeck.robot import Robot
 from stribeck.robot.kinematics import link_of
-from stribeck.whole_log.equations.equation_sequence import EquationSequence
 from stribeck.whole_log.estimate import WholeLogFit
 from stribeck.whole_log.fit_checks.payloads import Payload, find_payloads, residual_in
-from stribeck.whole_log.model.terms import Columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +43,7 @@ class Rub:
 
 
 def find_causes_of_spans(
-    robot: Robot, equations: EquationSequence, fit: WholeLogFit, aside: Sequence[Sequence[Span]]
+    robot: Robot, fit: WholeLogFit, aside: Sequence[Sequence[Span]]
 ) -> tuple[list[Carried], dict[Span, str], dict[str, Rub]]:
     """Find the payloads of a tree on a fixed base, words on the cause of other spans, and joints that rub.
 
@@ -53,10 +51,10 @@ def find_causes_of_spans(
     """
     if robot.base != "fixed" or robot.loops:
         return [], {}, {}
-    starts = [form.log.start for form in equations.forms]
+    starts = [form.log.start for form in fit.read.equations.forms]
     spans = {(k, starts[k] + each.start, starts[k] + each.end): each for k, own in enumerate(aside) for each in own}
-    columns, delayed = Columns(fit.fit.laws.basis, fit.beside), equations.delayed(fit.delay)
-    residuals = {place: residual_in(delayed, place, columns, fit.components, fit.fit.values) for place in spans}
+    delayed = fit.read.equations.delayed(fit.delay)
+    residuals = {place: residual_in(delayed, place, fit.read, fit.fit.values) for place in spans}
     carried = _carried(robot, find_payloads(residuals), spans)
     explained = {span for payload in carried for span in payload.spans}
     others = {place: span for place, span in spans.items() if span not in explained}

@@ -10,17 +10,16 @@ from stribeck.log.interpolation import linear
 from stribeck.robot import Robot
 from stribeck.robot.inertial_parameters import SIZE
 from stribeck.whole_log.equations.corrections import CORRECTIONS
-from stribeck.whole_log.equations.corrections.correction import CorrectionLayout
+from stribeck.whole_log.equations.corrections.correction import Layout
 from stribeck.whole_log.equations.corrections.model import effects_of_logs
-from stribeck.whole_log.model.corrections import Layout
 
 
-def corrected_robot(robot: Robot, corrections: CorrectionLayout, values: Array) -> Robot:
+def corrected_robot(robot: Robot, layout: Layout, values: Array) -> Robot:
     """Replace the inertias of the robot's bodies by the estimates."""
-    bodies = len(corrections.bodies)
+    bodies = len(layout.bodies)
     if not bodies:
         return robot
-    parameters = corrections.inertial_parameters + values[: SIZE * bodies].reshape(bodies, SIZE)
+    parameters = layout.inertial_parameters + values[: SIZE * bodies].reshape(bodies, SIZE)
     model = pin.Model(robot.tree.model)
     for body, found in enumerate(parameters, start=1):
         if found[0] > 0:
@@ -33,7 +32,7 @@ def corrected_log(
     number: int | None,
     robot: Robot,
     columns: IntArray,
-    corrections: CorrectionLayout,
+    layout: Layout,
     values: Array,
     delay: float,
 ) -> RobotLog:
@@ -42,14 +41,13 @@ def corrected_log(
     Torques are shifted by `delay` [s]. The offset of the log minus the mean over all logs is subtracted. A log that
     was not fitted has no number and keeps its offsets.
     """
-    layout = Layout(corrections)
     if abs(delay) > 0.1 * (log.time[1] - log.time[0]):  # otherwise the log is unchanged
         log = replace(log, torque=linear(log.time + delay, log.time, log.torque))
-    if corrections.log_effects[0] and number is not None:
+    if layout.log_effects[0] and number is not None:
         torque = log.torque.copy()
-        torque[:, columns] -= effects_of_logs(corrections, values[layout.part("log_effects")])[0, number]
+        torque[:, columns] -= effects_of_logs(layout, values[layout.part("log_effects")])[0, number]
         log = replace(log, torque=torque)
     for each in reversed(CORRECTIONS):
-        if each.apply and each.size_in(corrections):
+        if each.apply and layout.sizes[each.name]:
             log = each.apply(log, robot, columns, values[layout.part(each.name)])
     return log

@@ -68,15 +68,7 @@ def _some_speeds(prepared: Logs, robot: Robot, settings: Settings) -> tuple[Arra
         period = part.sampling.period
         step = max(1, round(0.010 / period))  # speeds over 10 ms
         segments = cut_segments(part.support.phases, part.sampling.segments, period, 0, 5 * step)
-        tilted = settings.tilt != "flat" and part.log.base_orientation is not None
-        modes = rows_of_modes(
-            robot,
-            segments,
-            robot.torque_controlled,
-            settings,
-            tilted=tilted,
-            gyroscope=part.log.angular_velocity is not None,
-        )
+        modes = rows_of_modes(robot, part.log, segments, robot.torque_controlled, settings)
         seen = {feet: mode.with_rows for feet, mode in modes.items()}
         cut += [(part, step, segment, seen.get(segment.feet, np.array(False))) for segment in segments]
     if not cut:

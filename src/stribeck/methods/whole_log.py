@@ -30,7 +30,7 @@ from stribeck.robot import Robot
 from stribeck.settings import Priors, Settings
 from stribeck.whole_log.equations.build import WeakForm, weak_form
 from stribeck.whole_log.equations.equation_sequence import equation_sequence
-from stribeck.whole_log.equations.noise import POSITION_FLOOR, TORQUE_FLOOR, without_spikes
+from stribeck.whole_log.equations.noise import SMALLEST, without_spikes
 from stribeck.whole_log.estimate import WholeLogFit, fit_whole_log
 
 CRITERIA = Criteria(assumes_exact_law=False, shares_shapes=True)
@@ -56,15 +56,15 @@ def identify_whole_log(
         )
     noise = np.max([form.velocity_noise for form in forms], axis=0)
     rest = np.maximum(settings.rest * top_speed, NOISE_FACTOR * noise)
-    fit = fit_whole_log(equations, law, top_speed, rest, settings.priors, progress)
+    fit = fit_whole_log(equations, law, rest, settings.priors, progress)
     held_out: list[list[slice]] = [[] for _ in forms]
-    for log, segment in fit.held_out:
+    for log, segment in fit.read.held_out:
         held_out[log].append(slice(segment.first, segment.last))
-    aside, clear = _spans(prepared, fit, used=False), fit.set_aside <= FEW
-    carried, causes, rubbing = ([], {}, {}) if clear else find_causes_of_spans(robot, equations, fit, aside)
+    aside, clear = _spans(prepared, fit, used=False), fit.read.set_aside <= FEW
+    carried, causes, rubbing = ([], {}, {}) if clear else find_causes_of_spans(robot, fit, aside)
     robot = corrected_robot(robot, equations.corrections, fit.corrections)
     return WholeLog(
-        fit=fit,
+        **vars(fit),
         columns=columns,
         couplings=couplings,
         robot=robot,
@@ -81,7 +81,7 @@ def _spans(prepared: Logs, fit: WholeLogFit, *, used: bool) -> list[list[Span]]:
     """Find the spans of each log whose windows are used, or set aside."""
     names = [Path(part.log.path).name if len(prepared) > 1 else "" for part in prepared]
     return [
-        [Span(start - part.log.start, end - part.log.start, name) for start, end in fit.spans(k, used=used)]
+        [Span(start - part.log.start, end - part.log.start, name) for start, end in fit.read.spans(k, used=used)]
         for k, (part, name) in enumerate(zip(prepared, names, strict=True))
     ]
 
@@ -91,11 +91,7 @@ def weak_forms(
 ) -> list[WeakForm]:
     """Build the equations of motion of logs, with foot wrenches if every log has them."""
     wrenches = all(part.log.foot_wrench is not None for part in prepared)  # corrections are the same for all logs
-    motions = [(part.support.phases, part.sampling.segments, part.sampling.period) for part in prepared]
-    return [
-        weak_form(robot, part.log, columns, *motion, settings, wrenches=wrenches, couplings=couplings)
-        for part, motion in zip(prepared, motions, strict=True)
-    ]
+    return [weak_form(robot, part, columns, settings, wrenches=wrenches, couplings=couplings) for part in prepared]
 
 
 def find(
@@ -112,15 +108,15 @@ def find(
     found = identify_whole_log(prepared, robot, law, settings, lambda share: progress("fitting the whole log", share))
     return Fitted(
         fits=found.fits,
-        validations=found.validations,
+        validations=dict(zip(found.joints, found.validation, strict=True)),
         unseen=_unseen(found, prepared, robot),
         robot=found.robot,
         logs=[replace(part, log=found.corrected(part.log, k)) for k, part in enumerate(prepared)],
         correct=found.corrected,
         settings=settings.model_copy(update={"standing_legs": True}),
         criteria=CRITERIA,
-        corrections=found.corrections,
-        terms=found.terms,
+        corrections=found.described,
+        terms=found.joint_terms,
         couplings=tuple(robot.couplings),
         set_aside=found.set_aside,
         disturbed=found.disturbed,
@@ -134,9 +130,9 @@ def _unseen(found: WholeLog, prepared: Logs, robot: Robot) -> Unseen | None:
     """Evaluate the fit without the held-out segments on their undisturbed parts, with the delay of the whole logs."""
     if not any(found.held_out):
         return None
-    fit = replace(found.fit, fit=found.fit.trained)
-    robot = corrected_robot(robot, fit.fit.model.corrections, fit.corrections)
-    before = replace(found, fit=fit, robot=robot)
+    before = replace(found, fit=found.trained)
+    robot = corrected_robot(robot, before.fit.model.layout, before.corrections)
+    before = replace(before, robot=robot)
     logs = [
         replace(part, support=cut(part.support, _without(part.log, rows, aside)))
         for part, rows, aside in zip(prepared, found.held_out, found.set_aside, strict=True)
@@ -173,11 +169,11 @@ def usual_corrections(prepared: Logs, robot: Robot) -> Literal["inertia", "calib
 def _without_spikes(prepared: PreparedLog) -> tuple[PreparedLog, str]:
     """Remove spikes from positions and torques of a log, and write a note, empty if there were none."""
     log, unbroken = prepared.log, prepared.sampling.segments
-    position, of_position = without_spikes(log.position, unbroken, POSITION_FLOOR, smooth=True)
-    torque, of_torque = without_spikes(log.torque, unbroken, TORQUE_FLOOR, smooth=False)
+    position, of_position = without_spikes(log.position, unbroken, SMALLEST.position, smooth=True)
+    torque, of_torque = without_spikes(log.torque, unbroken, SMALLEST.torque, smooth=False)
     external = log.external_torque
     if external is not None:
-        external, of_external = without_spikes(external, unbroken, TORQUE_FLOOR, smooth=False)
+        external, of_external = without_spikes(external, unbroken, SMALLEST.torque, smooth=False)
         of_torque += of_external
     if not of_position + of_torque:
         return prepared, ""

@@ -15,7 +15,7 @@ from stribeck.methods.whole_log_fitted import FEW, WholeLog
 from stribeck.robot import Robot
 from stribeck.whole_log.constants import LEAST_FRICTION
 from stribeck.whole_log.equations.corrections import CORRECTIONS
-from stribeck.whole_log.equations.corrections.correction import CorrectionLayout
+from stribeck.whole_log.equations.corrections.correction import Layout
 from stribeck.whole_log.fit_checks.competing_causes import Cause, Causes
 from stribeck.whole_log.fit_checks.misfits import misfit_findings
 
@@ -41,19 +41,18 @@ MOVING = 0.15
 
 def find_problems(found: WholeLog) -> list[Finding]:
     """Find the problems of a fit that a user should act on."""
-    fit = found.fit
     problems = _of_disturbances(found)
-    if fit.chi_square >= 1.5:  # per degree of freedom
-        problems.append(Finding.of("chi-square", chi_square=fit.chi_square))
-    if fit.heterogeneity >= 4.0:  # folds differ by twice as much as errors explain
-        problems.append(Finding.of("heterogeneity", times=np.sqrt(fit.heterogeneity)))
+    if found.chi_square >= 1.5:  # per degree of freedom
+        problems.append(Finding.of("chi-square", chi_square=found.chi_square))
+    if found.heterogeneity >= 4.0:  # folds differ by twice as much as errors explain
+        problems.append(Finding.of("heterogeneity", times=np.sqrt(found.heterogeneity)))
     if found.robot.torque_source != "command" and found.causes.scale_error > 0.1:
         problems.append(Finding.of("torque-scale.unknown"))
-    if np.any(fit.wrenches_off > FAR):
+    if np.any(found.wrenches_off > FAR):
         problems.append(Finding.of("wrench-sensors", far=FAR))
     problems += [*_of_logs(found), *_of_drift(found)]
     causes, late = _of_causes(found), _of_delays(found)
-    misfits = misfit_findings(fit.misfits, found.joints, fit.beside.settings)
+    misfits = misfit_findings(found.misfits, found.joints, found.read.terms.settings)
     if not causes:
         return [*problems, *_of_bodies(found), *late, *misfits]
     joints = {joint for cause in causes for joint in cause.joints}  # their friction is strained by the same errors
@@ -63,7 +62,7 @@ def find_problems(found: WholeLog) -> list[Finding]:
 
 def _of_disturbances(found: WholeLog) -> list[Finding]:
     """Find spans that are set aside, and the payloads that explain them."""
-    if found.fit.set_aside <= FEW:
+    if found.read.set_aside <= FEW:
         return []
     problems = []
     explained = {span for payload in found.carried for span in payload.spans}
@@ -81,27 +80,26 @@ def _of_disturbances(found: WholeLog) -> list[Finding]:
 
 def _of_causes(found: WholeLog) -> list[Finding]:
     """Find single errors of sensors or model."""
-    fit = found.fit
-    if fit.chi_square > UNEXPLAINED:
+    if found.chi_square > UNEXPLAINED:
         return []
-    problems = cause_findings(found.causes, found.robot, found.joints, fit.fit.model.corrections)
-    moved = float(np.max(fit.components.root[:3], initial=0.0))
+    problems = cause_findings(found.causes, found.robot, found.joints, found.fit.model.layout)
+    moved = float(np.max(found.read.pilot.components.root[:3], initial=0.0))
     return problems or [Finding.of("base-moves", acceleration=moved)] * (moved > MOVING)
 
 
 def _of_bodies(found: WholeLog) -> list[Finding]:
     """Find bodies that differ from the model, if no other error explains more, or are implausible."""
-    moved, problems, model = {}, [], found.fit.fit.model
+    moved, problems, model = {}, [], found.fit.model
     if found.causes.leading == "body":
-        masses = model.corrections.inertial_parameters[:, 0]
-        for name, mass, own in zip(model.corrections.bodies, masses, found.causes.bodies, strict=True):
+        masses = model.layout.inertial_parameters[:, 0]
+        for name, mass, own in zip(model.layout.bodies, masses, found.causes.bodies, strict=True):
             if max(abs(own[0]), np.linalg.norm(own[1:4])) > MOVED:
                 more = float(mass * np.expm1(model.priors.mass * own[0]))
                 moved[name] = body_text(more, model.priors.centre_of_mass * own[1:4])
     if moved:
         evidence = ", ".join(f"{name} appears {text}" for name, text in moved.items())
         problems.append(Finding.of("bodies-differ", tuple(moved), evidence=evidence))
-    furthest = zip(model.corrections.bodies, np.abs(found.causes.bodies).max(axis=1, initial=0.0), strict=True)
+    furthest = zip(model.layout.bodies, np.abs(found.causes.bodies).max(axis=1, initial=0.0), strict=True)
     if bodies := [name for name, size in furthest if size > FAR and name not in moved]:
         problems.append(Finding.of("bodies-implausible", bodies, bodies=", ".join(bodies), far=FAR))
     return problems
@@ -112,7 +110,7 @@ def _of_logs(found: WholeLog) -> list[Finding]:
     names = [spans[0].log if spans else "" for spans in found.used]
     furthest = {
         joint: max(zip(own, names, strict=True), key=lambda each: abs(each[0]))
-        for joint, own in found.corrections.log_friction.items()
+        for joint, own in found.described.log_friction.items()
     }
     far = {
         joint: f" ({100 * off:+.0f} % in {name})" for joint, (off, name) in furthest.items() if abs(off) > BETWEEN_LOGS
@@ -122,7 +120,7 @@ def _of_logs(found: WholeLog) -> list[Finding]:
 
 def _of_drift(found: WholeLog) -> list[Finding]:
     """Find joints whose law contains a drift of more than `DRIFTS` of their friction at half the top speed."""
-    changed, laws = {}, found.fit.fit.laws
+    changed, laws = {}, found.fit.laws
     for k, (joint, own) in enumerate(found.fits.items()):
         speed = laws.top_speed[[k]] / 2
         friction = laws.law.resisting(speed, own.law_values(laws.law, own.mean_load))
@@ -134,10 +132,10 @@ def _of_drift(found: WholeLog) -> list[Finding]:
 
 def _of_delays(found: WholeLog) -> list[Finding]:
     """Find delays of torques and base orientation, and torques that may be late or not."""
-    corrections, problems = found.corrections, list[Finding]()
+    corrections, problems = found.described, list[Finding]()
     late = corrections.torque_delay
-    joints = tuple(name for name, own in found.terms.items() if own.verdicts["presliding"].kept)
-    if late and joints and late[1] > 0.7 * found.fit.fit.model.priors.torque_delay:
+    joints = tuple(name for name, own in found.joint_terms.items() if own.verdicts["presliding"].kept)
+    if late and joints and late[1] > 0.7 * found.fit.model.priors.torque_delay:
         size, error = 1e3 * late[0], 2e3 * late[1]
         problems.append(Finding.of("torque-delay.ambiguous", joints, size=size, error=error))
     for check, delay, channel in (
@@ -152,7 +150,7 @@ def _of_delays(found: WholeLog) -> list[Finding]:
     return problems
 
 
-def cause_findings(causes: Causes, robot: Robot, joints: Sequence[str], model: CorrectionLayout) -> list[Finding]:
+def cause_findings(causes: Causes, robot: Robot, joints: Sequence[str], model: Layout) -> list[Finding]:
     """Report the cause, the causes that explain the residual about equally well, or all wrong gains."""
     findings = [_finding(cause, robot, joints, model) for cause in (*causes.rivals, *causes.more_gains)]
     if len(findings) < 2:
@@ -162,7 +160,7 @@ def cause_findings(causes: Causes, robot: Robot, joints: Sequence[str], model: C
     return [Finding.of(check, named, causes="; ".join(f"{each.check}: {each.text}" for each in findings))]
 
 
-def _finding(cause: Cause, robot: Robot, joints: Sequence[str], model: CorrectionLayout) -> Finding:
+def _finding(cause: Cause, robot: Robot, joints: Sequence[str], model: Layout) -> Finding:
     """Report one cause; numbers of joints and bodies refer to the names."""
     size, error = float(cause.values[0]), 2 * float(cause.errors[0])
     names = [joints[place] for place in cause.places] if cause.kind in ("gain", "rotor", "delay") else []

@@ -13,7 +13,7 @@ from stribeck.judgement.joint_fit import JointFit
 from stribeck.log import RobotLog
 from stribeck.methods.causes_of_spans import Carried, Rub
 from stribeck.methods.corrected import corrected_log
-from stribeck.result import Corrections, Validation
+from stribeck.result import Corrections
 from stribeck.robot import Robot
 from stribeck.whole_log.describe import describe_corrections
 from stribeck.whole_log.estimate import WholeLogFit
@@ -26,17 +26,17 @@ FEW = 0.01
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class WholeLog:
+class WholeLog(WholeLogFit):
     """The fit to whole logs, as the method needs it.
 
     Attributes
     ----------
-    fit, columns, couplings
-        The fit, the columns of its joints, and the couplings behind them.
+    columns, couplings
+        Columns of the fitted joints, and the couplings behind them.
     robot
         Robot with the estimated corrections.
     held_out
-        Rows of each log that `fit.training` has not seen.
+        Rows of each log that `trained` has not seen.
     set_aside, used
         Spans of each log that are set aside, and used.
     carried
@@ -47,7 +47,6 @@ class WholeLog:
         Joints that rub in spans set aside.
     """
 
-    fit: WholeLogFit
     columns: IntArray
     couplings: tuple[str, ...]
     robot: Robot
@@ -65,31 +64,26 @@ class WholeLog:
 
     def corrected(self, log: RobotLog, number: int | None = None) -> RobotLog:
         """Remove the estimated sensor errors from a log; `number` is its index if it was fitted."""
-        corrections, values = self.fit.fit.model.corrections, self.fit.corrections
-        return corrected_log(log, number, self.robot, self.columns, corrections, values, self.fit.delay)
+        layout, values = self.fit.model.layout, self.corrections
+        return corrected_log(log, number, self.robot, self.columns, layout, values, self.delay)
 
     @property
     def fits(self) -> dict[str, JointFit]:
         """Fits of each joint's friction."""
-        return joint_fits(self.fit, self.joints)
+        return joint_fits(self, self.joints)
 
     @property
-    def validations(self) -> dict[str, Validation | None]:
-        """Validation of each joint on held-out segments."""
-        return dict(zip(self.joints, self.fit.validation, strict=True))
-
-    @property
-    def terms(self) -> dict[str, JointTerms]:
+    def joint_terms(self) -> dict[str, JointTerms]:
         """Terms of the law "auto", by joint; empty for other laws."""
-        fit = self.fit
-        if not fit.terms:
+        if not self.terms:
             return {}
-        beside, warm = fit.beside, fit.beside.mean_temperature
+        beside, whole = self.read.terms, self.read.whole
+        warm = beside.mean_temperature
         return {
             joint: JointTerms(
-                verdicts=fit.terms[k],
-                mean_load=float(fit.statistics.mean_load[k]),
-                load_deviation=float(fit.statistics.load_deviation[k]),
+                verdicts=self.terms[k],
+                mean_load=float(whole.mean_load[k]),
+                load_deviation=float(whole.load_deviation[k]),
                 mean_direction=tuple(beside.direction[k].tolist()) if np.isfinite(beside.direction[k]).all() else None,
                 mean_temperature=float(warm[k]) if warm is not None and np.isfinite(warm[k]) else None,
                 settings={name: float(own[k]) for name, own in beside.settings.items()},
@@ -98,24 +92,24 @@ class WholeLog:
         }
 
     @cached_property
-    def corrections(self) -> Corrections:
-        """Corrections of model and calibration."""
-        return describe_corrections(self.fit, self.joints, self.robot.joint_names, self.fit.delay)
+    def described(self) -> Corrections:
+        """Corrections of model and calibration, as a result has them."""
+        return describe_corrections(self, self.joints, self.robot.joint_names)
 
     @cached_property
     def causes(self) -> Causes:
         """Single errors of sensors or model that compete for what the priors do not allow."""
-        fit, names = self.fit, self.robot.joint_names
+        names = self.robot.joint_names
         columns = [names.index(joint) if joint in names else -1 for joint in self.joints]
         limbs = {foot: np.append(self.robot.standing((foot,)), False)[columns] for foot in self.robot.contacts}
-        return find_causes(fit.fit, fit.statistics, limbs, max(1.0, fit.chi_square, fit.heterogeneity))
+        return find_causes(self.fit, self.read.whole, limbs, max(1.0, self.chi_square, self.heterogeneity))
 
     @property
     def notes(self) -> list[str]:
         """Notes on segments that were skipped, outliers, and compensation by the drives."""
-        read, whole = self.fit.segments, self.fit.of_segments
+        read, whole = len(self.read.windows), len(self.read.equations)
         found = [f"{read} of {whole} segments of the log are read, evenly spread."] if read < whole else []
-        if 0 < self.fit.set_aside <= FEW:
+        if 0 < self.read.set_aside <= FEW:
             found.append(f"Outliers are set aside: {listed_spans(list(chain(*self.set_aside)))}.")
         if self.robot.torque_source == "command":
             found.append("The commanded torques are assumed to include any friction compensation of the drives.")
@@ -124,4 +118,4 @@ class WholeLog:
     @property
     def disturbed(self) -> str:
         """Phrase on the spans in which something else acts; "" without any."""
-        return f"from {listed_spans(list(chain(*self.set_aside)))}" if self.fit.set_aside > FEW else ""
+        return f"from {listed_spans(list(chain(*self.set_aside)))}" if self.read.set_aside > FEW else ""

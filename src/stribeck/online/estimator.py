@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from stribeck.base.typing import Array, BoolArray
 from stribeck.contact.mode import ContactMode
 from stribeck.errors import SettingsError
-from stribeck.friction_torque.log_observer import GAP
+from stribeck.log.clock import STEP
 from stribeck.online.alarms import Alarm, Watchdog
 from stribeck.online.arguments import joined, rows_of, standing_contacts
 from stribeck.online.baseline import Baseline, with_estimates
@@ -181,7 +181,7 @@ class OnlineFriction:
             self.counts["repeated"] += 1
             return False
         self._last = stamp
-        if not 0 < step <= GAP * self._period:
+        if not 0 < step <= STEP * self._period:
             self.counts["breaks"] += 1
             self._filled, self._pending, self._mode = 0, None, None
         if self._mode is None or feet != self._mode.feet:

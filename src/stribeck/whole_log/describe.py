@@ -1,19 +1,21 @@
 """Corrections in a result: masses, centers and inertias before and after, gains, zeros, delays."""
 
+from typing import Any
+
 import numpy as np
 
 from stribeck.base.typing import Array
 from stribeck.result import BodyCorrection, Corrections
 from stribeck.robot.inertial_parameters import SIZE
 from stribeck.whole_log.constants import LEAST_FRICTION
+from stribeck.whole_log.equations.corrections import CORRECTIONS
+from stribeck.whole_log.equations.corrections.correction import Found
 from stribeck.whole_log.equations.corrections.model import effects_of_logs
 from stribeck.whole_log.estimate import WholeLogFit
 from stribeck.whole_log.uncertainty.joint_errors import correlations, shape_errors
 
 
-def describe_corrections(
-    fit: WholeLogFit, joints: tuple[str, ...], encoders: tuple[str, ...], torque_delay: float
-) -> Corrections:
+def describe_corrections(fit: WholeLogFit, joints: tuple[str, ...], encoders: tuple[str, ...]) -> Corrections:
     """Convert the corrections of a fit to a result's units and names.
 
     Parameters
@@ -22,14 +24,11 @@ def describe_corrections(
         Fit of the whole log.
     joints, encoders
         Names of the fitted joints, and of all joints.
-    torque_delay
-        Delay of the torques [s].
     """
     model, layout = fit.fit.model, fit.fit.model.layout
-    corrections, priors = model.corrections, model.priors
-    errors = np.sqrt(fit.fit.model_variance)
+    priors, errors = model.priors, np.sqrt(fit.fit.model_variance)
     body_errors = errors[layout.part("bodies")].reshape(-1, SIZE)
-    before, change = corrections.inertial_parameters, fit.corrections[layout.part("bodies")].reshape(-1, SIZE)
+    before, change = layout.inertial_parameters, fit.corrections[layout.part("bodies")].reshape(-1, SIZE)
     shapes = shape_errors(fit)
     bodies = {
         name: body_correction(
@@ -40,37 +39,33 @@ def describe_corrections(
             float(1 - np.mean(np.minimum(body_errors[k], 1.0) ** 2)),
             tuple(shapes[k].tolist()),
         )
-        for k, name in enumerate(corrections.bodies)
+        for k, name in enumerate(layout.bodies)
         if before[k, 0] > 0
     }
-    units = np.concatenate([np.ones(before.size), model.scales])
-
-    def pairs(name: str) -> list[tuple[float, float]]:
-        own = layout.part(name)
-        return list(zip(fit.corrections[own].tolist(), (errors * units)[own].tolist(), strict=True))
-
-    base_delay = pairs("base_delay")
-    effects = effects_of_logs(corrections, fit.corrections[layout.part("log_effects")])
-    offsets, levels = effects[:1].sum(axis=0).T.tolist(), _levels(fit, effects)
+    values, errors = fit.corrections.copy(), errors * np.concatenate([np.ones(before.size), model.scales])
+    values[layout.part("torque_delay")] = fit.delay
+    others: dict[str, Any] = {}
+    for each in CORRECTIONS:
+        if each.describe:
+            own = layout.part(each.name)
+            others |= each.describe(Found(layout, values[own], errors[own], joints, encoders))
     return Corrections(
         chi_square=fit.chi_square,
         disagreement=fit.heterogeneity,
         bodies=bodies,
-        log_offsets={joint: tuple(own) for joint, own in zip(joints, offsets, strict=False)},
-        log_friction={joint: tuple(own) for joint, own in zip(joints, levels, strict=False)},
+        log_friction={joint: tuple(own) for joint, own in zip(joints, _levels(fit), strict=False)},
         correlations=correlations(fit, joints),
-        torque_delay=(torque_delay, pairs("torque_delay")[0][1]) if pairs("torque_delay") else None,
-        base_delay=base_delay[0] if base_delay else None,
-        torque_gain=dict(each for k, each in enumerate(zip(joints, pairs("gains"), strict=False)) if k in model.loaded),
-        encoder_zero=dict(zip(encoders, pairs("zeros"), strict=False)),
+        **others,
     )
 
 
-def _levels(fit: WholeLogFit, effects: Array) -> list[list[float]]:
+def _levels(fit: WholeLogFit) -> list[list[float]]:
     """Compute each log's friction relative to the mean, minus one, at half the top speed [1], shape (joints, logs).
 
-    The effects have shape (effects, logs, joints). The list is empty if all logs have the same friction.
+    The list is empty if all logs have the same friction.
     """
+    layout = fit.fit.model.layout
+    effects = effects_of_logs(layout, fit.corrections[layout.part("log_effects")])  # (effects, logs, joints)
     change = np.tensordot([0.0, 1.0, 0.5][: len(effects)], effects, 1)  # [N m]
     laws, size = fit.fit.laws, len(fit.fit.laws.law.parameters)
     values = zip(0.5 * laws.top_speed[: change.shape[1]], fit.values, strict=False)

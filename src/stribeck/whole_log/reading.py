@@ -4,82 +4,133 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from stribeck.base.typing import Array, BoolArray
+from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.errors import NothingIdentifiedError
 from stribeck.friction import AUTO, FrictionLaw
 from stribeck.friction.presliding import SMOOTH_SIGN
 from stribeck.settings import Priors
 from stribeck.whole_log import constants
 from stribeck.whole_log.equations.equation_sequence import EquationSequence
+from stribeck.whole_log.equations.filters import WINDOW_LENGTH
 from stribeck.whole_log.equations.segments import Segment
 from stribeck.whole_log.model.basis import Basis, make_basis
-from stribeck.whole_log.model.corrections import Layout
 from stribeck.whole_log.model.laws import Laws
 from stribeck.whole_log.model.terms import NO_TERM, Columns, Terms
 from stribeck.whole_log.model.unexplained import Unexplained, find_terms
-from stribeck.whole_log.solver.elimination import Fit, eliminate, inverse_of, solve
-from stribeck.whole_log.solver.empirical_bayes import best_of_linear, blocks, with_other_starts
+from stribeck.whole_log.solver.elimination import best_of_linear, blocks, eliminate, solve, with_other_starts
+from stribeck.whole_log.solver.fit import Fit
 from stribeck.whole_log.solver.pilot import (
     LINEAR,
     Pilot,
     fit_pilot,
-    friction_error,
-    pilot_places,
     secant_step,
     with_terms,
 )
+from stribeck.whole_log.solver.positive_definite import inverse_of
 from stribeck.whole_log.solver.statistics import Statistics, accumulate, total
 from stribeck.whole_log.terms.term_selection import overdispersion
 from stribeck.whole_log.weak_equations import WeakEquations
 
+REST = 1.0
+"""Longest pause of a disturbance [s]: joints that rest between two moves hide a hand or a payload."""
 
-@dataclass(frozen=True, eq=False)
-class Read:
-    """Pilot and laws, statistics of a log by folds, some of them `sampled`, held-out segments, and the first fit."""
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Reading:
+    """Whole logs after they have been read.
+
+    Attributes
+    ----------
+    equations, pilot
+        Equations of all segments, and the pilot.
+    columns, terms
+        Columns of friction, and the terms among them.
+    fit
+        First fit of the laws to the segments that are not held out.
+    folds, sampled
+        Statistics of these segments by folds, and the number of folds with random effects.
+    held_out, unseen, held
+        Log and number of each held-out segment, their equations, and their statistics, if there are any.
+    windows
+        Log, centers [s] and flags of the used windows of each segment read.
+    """
+
+    equations: EquationSequence
     pilot: Pilot
-    terms: Terms
     columns: Columns
+    terms: Terms
     fit: Fit
     folds: list[Statistics]
     sampled: int
-    held: list[Statistics]
     held_out: tuple[tuple[int, Segment], ...]
     unseen: list[WeakEquations]
+    held: list[Statistics]
     windows: tuple[tuple[int, Array, BoolArray], ...]
+
+    @cached_property
+    def known(self) -> Statistics:
+        """Statistics of the segments that are not held out."""
+        return total(self.folds)
+
+    @cached_property
+    def sample(self) -> Statistics:
+        """Statistics of the folds with random effects."""
+        return total(self.folds[: self.sampled])
+
+    @cached_property
+    def whole(self) -> Statistics:
+        """Statistics of all segments."""
+        return total([self.known, *self.held])
+
+    @property
+    def set_aside(self) -> float:
+        """Share of the windows that are set aside [1]."""
+        return 1 - float(np.mean(np.concatenate([used for _, _, used in self.windows])))
+
+    def spans(self, log: int, *, used: bool) -> list[tuple[float, float]]:
+        """Find the spans of a log whose windows are used, or set aside: first and last stamp [s].
+
+        Used windows count as set aside if a joint rests there between two disturbances, so that none is visible.
+        """
+        own = [(time, kept) for number, time, kept in self.windows if number == log]
+        if not own:
+            return []
+        time, kept = (np.concatenate(each) for each in zip(*own, strict=True))
+        for first, last in _runs(kept):
+            if first > 0 and last < len(kept) and time[last] - time[first] < REST:
+                kept[first:last] = False
+        half = WINDOW_LENGTH / 2
+        return [(float(time[a]) - half, float(time[b - 1]) + half) for a, b in _runs(kept == used)]
+
+
+def _runs(flags: BoolArray) -> IntArray:
+    """Find the runs of true flags: first place, and the place after the last, shape (runs, 2)."""
+    return np.flatnonzero(np.diff(flags, prepend=False, append=False)).reshape(-1, 2)
 
 
 def read_with_pilot(
-    equations: EquationSequence,
-    law: FrictionLaw,
-    speed: Array,
-    rest: Array,
-    priors: Priors,
-    progress: Callable[[float], None],
-) -> Read:
+    equations: EquationSequence, law: FrictionLaw, rest: Array, priors: Priors, progress: Callable[[float], None]
+) -> Reading:
     """Fit the pilot and read the log; repeat both if the whole log contradicts the pilot's variances or delay."""
-    basis, layout = make_basis(law, speed), Layout(equations.corrections)
-
-    def segments(delay: float, count: int) -> list[WeakEquations]:
-        late = equations.delayed(delay)
-        return [late[place] for place in pilot_places(late.feet, count)]
-
-    size = max(constants.PILOT_SEGMENTS, 240 // len(speed))  # few joints need more segments, and take less time
+    speed = equations.top_speed
+    basis = make_basis(law, speed)
 
     def start(delay: float = 0.0) -> tuple[Laws, Terms, Pilot]:
-        pilot = fit_pilot(segments, size, layout, basis, speed, rest, priors, delay)
-        return _with_terms(pilot, law, basis, speed, priors)
+        return _with_terms(fit_pilot(equations, basis, rest, priors, delay), law, basis, speed, priors)
 
     tried: list[tuple[float, float]] = []
     laws, terms, pilot = start()
     while True:
-        read = _read(equations.delayed(pilot.delay), pilot, basis, terms, laws, progress)
-        known, late = total(read.folds), remaining_delay(read.fit)
+        read = _read(equations, pilot, basis, terms, laws, progress)
+        late = remaining_delay(read.fit)
         own = read.fit.layout.places("torque_delay")
-        error = np.sqrt(read.fit.covariance[own, own].sum() * overdispersion(known, read.fit)) * priors.torque_delay
+        error = (
+            np.sqrt(read.fit.covariance[own, own].sum() * overdispersion(read.known, read.fit)) * priors.torque_delay
+        )
         tried.append((pilot.delay, late))
         if not pilot.delay and len(tried) == 1 and abs(late) > 3 * priors.torque_delay:  # less may be presliding
             laws, terms, pilot = start(late)
@@ -90,41 +141,50 @@ def read_with_pilot(
 
 
 def _read(
-    late: EquationSequence, pilot: Pilot, basis: Basis, terms: Terms, laws: Laws, progress: Callable[[float], None]
-) -> Read:
-    """Compute the statistics of a log, of some segments in `FOLDS` and the held-out ones, and fit the laws to them."""
+    equations: EquationSequence, pilot: Pilot, basis: Basis, terms: Terms, laws: Laws, progress: Callable[[float], None]
+) -> Reading:
+    """Compute the statistics of a log, of some segments in folds and of others that are held out, and fit the laws."""
     columns = Columns(basis, terms)
-    held_out = pilot_places(late.feet)[: len(late) // 4]
-    equations = np.mean([each.part.residual.size for each in pilot.groups])  # of a segment
-    needed = (
-        (friction_error(pilot, columns) / constants.ENOUGH) ** 2 * sum(each.count for each in pilot.groups) / equations
-    )
+    late = equations.delayed(pilot.delay)
+    size = np.mean([part.residual.size for part in pilot.parts])  # equations of a segment
+    needed = (_friction_error(pilot, columns) / constants.ENOUGH) ** 2 * sum(each.count for each in pilot.groups) / size
     enough = max(constants.LEAST_SEGMENTS, int(min(constants.MOST_SEGMENTS, float(needed))))
-    most = min(constants.MOST_SEGMENTS, enough, max(constants.FOLDS, int(constants.MOST_EQUATIONS / equations)))
-    training = _spread([k for k in range(len(late)) if k not in held_out], most)
-    count = min(constants.FOLDS, len(training))
-    sampled = min(count, 2 * max(1, round(15 * count / len(training))))  # about 30 segments; left and right alternate
-    folds = [*(training[k::count] for k in range(count)), held_out]
+    most = min(constants.MOST_SEGMENTS, enough, max(constants.FOLDS, int(constants.MOST_EQUATIONS / size)))
+    folds, held_out = late.folds(most)
+    count = len(folds)
+    sampled = min(count, 2 * max(1, round(15 * count / sum(map(len, folds)))))  # about 30; left and right alternate
     found, unseen, windows = accumulate(
-        late, folds, sampled, columns, pilot.prediction, lambda share: progress(0.2 + 0.6 * share)
+        late, [*folds, held_out], sampled, columns, pilot.prediction, lambda share: progress(0.2 + 0.6 * share)
     )
     if not sum(each.count for each in found[:count]):
         raise NothingIdentifiedError(
             "no joint can be identified from this log: its torques differ too much from every model; check units, "
             "signs, joint names and gears (stribeck inspect)"
         )
-    return Read(
+    return Reading(
+        equations=equations,
         pilot=pilot,
-        terms=terms,
         columns=columns,
+        terms=terms,
         fit=_first_fit(total(found[:count]), laws, pilot),
         folds=found[:count],
         sampled=sampled,
-        held=found[count:],
         held_out=tuple(late.parts[place][:2] for place in held_out),
         unseen=[unseen[place] for place in held_out],
+        held=found[count:],
         windows=tuple((late.parts[place][0], *windows[place]) for place in sorted(windows)),
     )
+
+
+def _friction_error(pilot: Pilot, columns: Columns) -> float:
+    """Compute the standard error of the friction torque relative to the joint's torque [1], median over joints."""
+    own = np.concatenate([columns.by_joint(part) for part in pilot.parts])
+    joints, q = own.shape[1:]
+    covariance = pilot.prediction.covariance[: joints * q, : joints * q].reshape(joints, q, joints, q)
+    each = covariance[range(joints), :, range(joints)]
+    variance = np.einsum("kja,jab,kjb->j", own, each, own, optimize=True)
+    torque = (np.concatenate([part.torque for part in pilot.parts]) ** 2).sum(axis=0)
+    return float(np.sqrt(np.median(variance / np.maximum(torque, 1e-300))))
 
 
 def remaining_delay(fit: Fit) -> float:
@@ -132,18 +192,12 @@ def remaining_delay(fit: Fit) -> float:
     return float(fit.model.values(fit.corrections)[fit.model.layout.part("torque_delay")].sum())
 
 
-def _spread(places: list[int], most: int) -> list[int]:
-    """Select at most `most` places, evenly spread."""
-    every = np.linspace(0, len(places) - 1, min(most, len(places))).round().astype(int)
-    return [places[k] for k in every]
-
-
 def _with_terms(
     pilot: Pilot, law: FrictionLaw, basis: Basis, speed: Array, priors: Priors
 ) -> tuple[Laws, Terms, Pilot]:
     """Build the laws with all terms, the scales of the terms, and the pilot with their columns."""
     joints, functions = basis.velocity.shape[0], basis.functions.shape[1]
-    parts = [each.part for each in pilot.groups]
+    parts = pilot.parts
     size = len(pilot.prediction.values) - pilot.model.layout.size
     friction = pilot.prediction.values[:size].reshape(joints, -1)[:, :functions]
     left = []

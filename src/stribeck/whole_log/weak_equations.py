@@ -6,6 +6,7 @@ import numpy as np
 
 from stribeck.base.typing import Array, BoolArray
 from stribeck.friction.presliding import SMOOTH_SIGN, lag_behind
+from stribeck.whole_log.constants import COSINES
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -70,8 +71,6 @@ class WeakEquations:
         Positions of the joints at the full rate [rad], shape (T, n); NaN for prismatic joints and couplings.
     position_noise
         Standard deviations of the noise of `position` [rad], shape (n,); zero for couplings, None if unknown.
-    covariates
-        Covariates that friction depends on, shape (K, n, f); None without covariates.
     couplings
         B, shape (n - c, c): coefficients of the joints in the last c columns, the couplings; None without couplings.
     wrench_noise
@@ -103,7 +102,6 @@ class WeakEquations:
     position: Array
     temperature: Array | None = None
     position_noise: Array | None = None
-    covariates: Array | None = None
     couplings: Array | None = None
     wrench_noise: Array = field(default_factory=lambda: np.zeros(0))
     set_aside: BoolArray | None = None
@@ -153,7 +151,37 @@ class WeakEquations:
         wrench = np.eye(self.residual.shape[1], len(self.wrench_noise)) * self.wrench_noise
         return np.concatenate([torque, np.broadcast_to(wrench, (len(torque), *wrench.shape))], axis=2)
 
+    def gait_phase_effects(self) -> Array:
+        """Compute the derivatives by the cosines of the gait phase, shape (K m, COSINES (n + turns)), equation (28).
+
+        Feet rock in the same way after every lift-off, and an inertia that is wrong is wrong in every step. Such errors
+        do not average out over steps; treated as noise, they would make intervals too narrow. Therefore every joint may
+        have a smooth torque in each gait phase, some cosines over its progress. The fit omits them; its covariance
+        includes their effect.
+
+        The effects are n joint torques and, for a free root, three angular accelerations. Their unit is noise with the
+        autocorrelation (8). Such noise, the same in every phase of a length T, is a sum of cosines with variances 2
+        reach / T (half as much for the constant), where the reach is the integral of the autocorrelation.
+        """
+        whole = np.isfinite(self.since + self.until)
+        length = np.where(whole, self.since + self.until, 1.0)
+        progress = np.where(whole, self.since / length, 0.5)  # a phase that is cut off counts as its middle
+        reach = (self.time[1] - self.time[0]) * (2 * autocorrelation(self.lags).sum() - 1)
+        waves = np.cos(np.pi * progress[:, None] * np.arange(COSINES))[:, None, :, None]
+        noise = waves * np.sqrt(np.r_[1, np.full(COSINES - 1, 2)] * reach / length[:, None])[:, None, :, None]
+        torques, turns = waves * self.weights[:, :, None], noise * self.root_response[:, :, None, 3:]
+        return np.concatenate([torques, turns], axis=3).reshape(self.residual.size, -1)
+
 
 def through_windows(signal: Array, taps: Array, step: int) -> Array:
     """Compute the windows of a signal, one every `step` rows, shape (T, n) -> (K, n); T is at least one window."""
     return np.asarray(np.lib.stride_tricks.sliding_window_view(signal, len(taps), axis=0)[::step] @ taps)
+
+
+def autocorrelation(lags: int) -> Array:
+    """Compute the correlation of the model's errors at lags 0 to `lags` [1], (1 - j / (lags + 1))^2: equation (8).
+
+    It is strictly convex, so that its spectrum is positive at every frequency (Polya 1949). The spectrum of a triangle
+    (a running mean) has zeros, and a fit would trust these frequencies more than any other.
+    """
+    return np.asarray((1 - np.arange(lags + 1) / (lags + 1)) ** 2)

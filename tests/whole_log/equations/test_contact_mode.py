@@ -36,9 +36,8 @@ def walked(request: pytest.FixtureRequest) -> tuple[Robot, RobotLog, Truth, Weak
         double_support="fit",
         filter=FilterSettings(kind="savitzky-golay", window=31),
     )
-    ready = prepare(log, robot, settings)
-    arguments = ready.support.phases, ready.sampling.segments, ready.sampling.period, settings
-    return robot, log, truth, weak_form(robot, log, robot.torque_controlled, *arguments)
+    form = weak_form(robot, prepare(log, robot, settings), robot.torque_controlled, settings)
+    return robot, log, truth, form
 
 
 def test_the_projected_equations_have_friction_alone(walked: tuple[Robot, RobotLog, Truth, WeakForm]) -> None:
@@ -48,7 +47,7 @@ def test_the_projected_equations_have_friction_alone(walked: tuple[Robot, RobotL
     for stretch in form.segments:
         equations = form.equations(stretch, 0)
         friction = truth.friction_torque[stretch.first : stretch.last, robot.torque_controlled]
-        expected = np.einsum("kmn,kn->km", equations.weights, form.window.apply(friction))
+        expected = np.einsum("kmn,kn->km", equations.weights, form.filters.window.apply(friction))
         # contact forces of hundreds of newtons are gone; what is left is how friction changes under a turning P
         np.testing.assert_allclose(equations.residual, expected, atol=0.02)
 

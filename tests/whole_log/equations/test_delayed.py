@@ -13,11 +13,7 @@ from stribeck.whole_log.equations.equation_sequence import EquationSequence, equ
 @pytest.fixture(scope="module")
 def undelayed() -> EquationSequence:
     robot, settings = read_arm(), Settings(corrections="inertia")
-    part = prepare(arm_log(8.0), robot, settings)
-    sampling = part.sampling
-    joints = np.arange(len(robot.joint_names))
-    phases = part.support.phases
-    form = weak_form(robot, part.log, joints, phases, sampling.segments, sampling.period, settings)
+    form = weak_form(robot, prepare(arm_log(8.0), robot, settings), np.arange(len(robot.joint_names)), settings)
     return equation_sequence([form], np.ones(len(form.joints)))
 
 

@@ -9,9 +9,9 @@ from scipy.integrate import solve_ivp
 
 from stribeck import Robot, Settings
 from stribeck.base.typing import Array
-from stribeck.contact.phases import SupportPhase, phases_of_segment
+from stribeck.contact.phases import SupportPhase, SupportPhases, phases_of_segment
 from stribeck.friction_torque.inverse_dynamics import torque_chunks
-from stribeck.friction_torque.preparation import prepare
+from stribeck.friction_torque.preparation import PreparedLog, prepare
 from stribeck.log import RobotLog
 from stribeck.log.sampling import regularise
 from stribeck.settings import FilterSettings
@@ -71,8 +71,9 @@ def form_of(robot: Robot, log: RobotLog, corrections: str = "none") -> WeakForm:
     assert log.contact is not None
     whole, touching = sampling.segments[0], np.zeros_like(log.contact)
     phases = tuple(phases_of_segment(log.contact, touching, tuple(robot.contacts), log.time, whole, settings.support))
-    joints = np.arange(len(robot.joint_names))
-    return weak_form(robot, log, joints, phases, sampling.segments, sampling.period, settings)
+    support = SupportPhases(phases=phases, source="flags")
+    prepared = PreparedLog(log=log, sampling=sampling, support=support, prints=np.zeros(0, dtype=np.uint64))
+    return weak_form(robot, prepared, np.arange(len(robot.joint_names)), settings)
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +95,7 @@ def test_what_is_left_of_a_flight_is_the_friction_of_every_joint(robot: Robot, f
     assert found.projection.shape[1:] == (len(robot.joint_names),) * 2
     assert not found.standing.any()
     segment = form.segments[0]
-    through = form.window.apply(friction[segment.first : segment.last])
+    through = form.filters.window.apply(friction[segment.first : segment.last])
     expected = np.einsum("kij,kj->ki", found.projection, through)
     np.testing.assert_allclose(found.residual, expected, atol=2e-3 * COULOMB)
     assert np.abs(np.linalg.eigvalsh(found.projection @ found.projection.transpose(0, 2, 1))).min() > 0.01

@@ -20,7 +20,7 @@ from stribeck.robot import Robot
 from stribeck.settings import Settings
 from stribeck.whole_log.equations.build import acting
 from stribeck.whole_log.equations.contact_mode import ModeRows, rows_of_mode
-from stribeck.whole_log.equations.corrections.correction import CorrectionLayout
+from stribeck.whole_log.equations.corrections.correction import Layout
 from stribeck.whole_log.equations.regressors import inertia_regressors
 
 
@@ -64,7 +64,7 @@ class RowMaker:
     joints: IntArray
     couplings: Array
     rest: Array
-    corrections: CorrectionLayout
+    corrections: Layout
     _modes: dict[tuple[str, ...], ModeRows] = field(default_factory=dict)
 
     def blocks(self, prepared: Logs) -> list[Block]:

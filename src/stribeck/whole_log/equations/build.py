@@ -9,16 +9,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stribeck.base.typing import Array, IntArray
-from stribeck.contact import SupportPhase
 from stribeck.dynamics.root_motion import gravity_in_root_link
 from stribeck.dynamics.state import Orientation, State, orientation_from_derivatives, root_quaternions
+from stribeck.friction_torque.inverse_dynamics import uses_orientation
+from stribeck.friction_torque.preparation import PreparedLog
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.settings import Settings
-from stribeck.whole_log.equations import filters
 from stribeck.whole_log.equations.contact_mode import ModeRows, null_projection, rows_of_modes, without_forces
 from stribeck.whole_log.equations.corrections import CORRECTIONS, find_corrections
-from stribeck.whole_log.equations.corrections.correction import CorrectionLayout, Signals
+from stribeck.whole_log.equations.corrections.correction import Layout, Signals
+from stribeck.whole_log.equations.filters import Filters, derivatives, find_filters
 from stribeck.whole_log.equations.noise import NoiseLevels, measure_noise
 from stribeck.whole_log.equations.segments import Segment, cut_segments
 from stribeck.whole_log.weak_equations import WeakEquations
@@ -34,10 +35,8 @@ class WeakForm:
         Columns of the joints whose friction is identified, shape (n,).
     contact_modes
         Contact mode for each set of feet that stand.
-    smooth, sharp
-        Kernels of position, velocity and acceleration, shape (3, L): for positions and velocities, for accelerations.
-    margin, shortest
-        Rows that filters need on either side of a segment, and smallest number of rows of a segment.
+    filters
+        Filters of the log.
     corrections
         Corrections of the model and of the calibration in addition to the friction.
     couplings
@@ -53,15 +52,10 @@ class WeakForm:
     joints: IntArray
     segments: tuple[Segment, ...]
     contact_modes: dict[tuple[str, ...], ModeRows]
-    window: filters.Window
-    smooth: Array
-    sharp: Array
-    accelerations: filters.JointAcceleration
-    margin: int
-    shortest: int
+    filters: Filters
     noise: NoiseLevels
     tilted: bool
-    corrections: CorrectionLayout
+    corrections: Layout
     couplings: Array
     period: float
     delay: float = 0.0
@@ -75,17 +69,17 @@ class WeakForm:
             return segment
         late, whole = round(self.delay / self.period), segment.unbroken
         first, last = max(segment.first, whole.start - late), min(segment.last, whole.stop - late)
-        return replace(segment, first=first, last=last) if last - first >= self.shortest else None
+        return replace(segment, first=first, last=last) if last - first >= self.filters.shortest else None
 
     @property
     def velocity_noise(self) -> Array:
         """Standard deviation of the velocities' noise [rad/s], of joints and couplings, shape (n + c,)."""
-        noise = self.noise.position[self.joints] * np.linalg.norm(self.smooth[1])
+        noise = self.noise.position[self.joints] * np.linalg.norm(self.filters.smooth[1])
         return np.asarray(np.linalg.norm(noise[:, None] * acting(self.couplings), axis=0))
 
     def equations(self, segment: Segment, gait: int) -> WeakEquations:
         """Compute the weak form of one segment, which is part of a numbered gait phase."""
-        log, joints, window = self.log, self.joints, self.window
+        log, joints, window = self.log, self.joints, self.filters.window
         mode, here = self.contact_modes[segment.feet], slice(segment.first, segment.last)
         state, torque = self._state(segment), self._torque(segment)
         foot = None if mode.sensor is None else log.foot_names.index(mode.foot)
@@ -110,25 +104,23 @@ class WeakForm:
         on_rows = mode.on_rows(on_joints)
         plain = free is None and on_rows.shape == (len(joints), len(joints))
         smooth_torque, regressors = window.apply(torque[:, joints]), None
-        if any(each.size_in(self.corrections) for each in CORRECTIONS):
-            rate = window.apply(np.gradient(self._late(segment, torque)[:, joints], self.period, axis=0))
-            middle = float(log.time[(segment.first + segment.last) // 2]) - log.start
+        if self.corrections.size:
             signals = Signals(
                 layout=self.corrections,
                 mode=mode,
                 state=centers,
                 on_joints=on_joints,
                 torque=smooth_torque,
-                torque_rate=rate,
+                torque_rate=window.apply(np.gradient(self._late(segment, torque)[:, joints], self.period, axis=0)),
                 wrench=None if wrench is None else window.apply(wrench),
-                carried=[each.present(middle, log.path) for each in self.robot.payloads],
+                carried=self._carried(segment),
             )
-            own = [each.columns(signals) for each in CORRECTIONS if each.columns and each.size_in(self.corrections)]
+            own = [each.columns(signals) for each in CORRECTIONS if each.columns and self.corrections.sizes[each.name]]
             regressors = summed(np.concatenate(own, axis=2))
         time = log.time[segment.first + half :: window.step][: len(centers.position)]
         before, velocity, position = self._fine(segment)
         standing = self.robot.standing(segment.feet)[joints]
-        overlaps = window.overlaps(self.sharp[2], np.ones(1))
+        overlaps = window.overlaps(self.filters.sharp[2], np.ones(1))
         return WeakEquations(
             time=time,
             since=time - (-np.inf if segment.begins is None else log.time[segment.begins]),
@@ -157,6 +149,11 @@ class WeakForm:
             wrench_noise=np.zeros(0) if foot is None else self.noise.wrench[foot],
         )
 
+    def _carried(self, segment: Segment) -> list[bool]:
+        """Find which payloads the robot carries in the middle of a segment."""
+        middle = float(self.log.time[(segment.first + segment.last) // 2]) - self.log.start
+        return [each.present(middle, self.log.path) for each in self.robot.payloads]
+
     def _padded(self, of_joints: Array, value: float = np.nan) -> Array:
         """Append a column per coupling."""
         columns = np.full((*of_joints.shape[:-1], self.couplings.shape[1]), value)
@@ -165,22 +162,22 @@ class WeakForm:
     def _state(self, segment: Segment) -> State:
         """Compute the motion at the rows of a segment."""
         log, rows, turn = self.log, (segment.first, segment.last), None
-        position, velocity = filters.derivatives(log.position, *rows, self.smooth, (0, 1))
+        position, velocity = derivatives(log.position, *rows, self.filters.smooth, (0, 1))
         if self.tilted and log.base_orientation is not None:
-            half = self.smooth.shape[1] // 2
+            half = self.filters.smooth.shape[1] // 2
             wide = slice(segment.first - half, segment.last + half)
             quaternions = root_quaternions(self.robot, log.position[wide], log.base_orientation[wide])
-            rates = filters.derivatives(quaternions, half, len(quaternions) - half, self.smooth, (0, 1, 2))
+            rates = derivatives(quaternions, half, len(quaternions) - half, self.filters.smooth, (0, 1, 2))
             turn = orientation_from_derivatives(*rates)
-        return State(position, velocity, filters.derivatives(log.position, *rows, self.sharp, (2,))[0], turn)
+        return State(position, velocity, derivatives(log.position, *rows, self.filters.sharp, (2,))[0], turn)
 
     def _at_windows(self, state: State, segment: Segment) -> State:
         """Compute the motion at the windows' centers, from a segment's motion."""
-        smooth, turn = self.window.apply, state.orientation
+        smooth, turn = self.filters.window.apply, state.orientation
         if turn is not None:
             rates = turn.angular_velocity, turn.angular_acceleration
             turn = Orientation(smooth(turn.quaternion), *map(smooth, rates))
-        acceleration = self.accelerations.windows(self.log.position, segment.first, segment.last)
+        acceleration = self.filters.accelerations.windows(self.log.position, segment.first, segment.last)
         return State(smooth(state.position), smooth(state.velocity), acceleration, turn)
 
     def _fine(self, segment: Segment) -> tuple[Array, Array, Array]:
@@ -188,10 +185,10 @@ class WeakForm:
 
         Presliding builds up before the segment.
         """
-        window, edge = self.window, self.window.edge
-        first = max(segment.unbroken.start + self.margin, segment.first - round(0.5 / self.period))
+        window, edge = self.filters.window, self.filters.window.edge
+        first = max(segment.unbroken.start + self.filters.margin, segment.first - round(0.5 / self.period))
         rows = first - edge, segment.last + edge
-        motion = filters.derivatives(self.log.position, *rows, self.smooth, (0, 1))
+        motion = derivatives(self.log.position, *rows, self.filters.smooth, (0, 1))
         position, velocity = (window.refine(each[:, self.joints]) for each in motion)
         count = (segment.first - first) * window.fineness
         return velocity[:count], velocity[count:], position[count:]
@@ -220,11 +217,8 @@ def acting(couplings: Array) -> Array:
 
 def weak_form(
     robot: Robot,
-    log: RobotLog,
+    prepared: PreparedLog,
     joints: Sequence[int] | IntArray,
-    phases: tuple[SupportPhase, ...],
-    unbroken: tuple[slice, ...],
-    period: float,
     settings: Settings,
     *,
     wrenches: bool = True,
@@ -236,14 +230,10 @@ def weak_form(
     ----------
     robot
         The robot.
-    log
-        Log that is evenly sampled within each unbroken part.
+    prepared
+        Log that is evenly sampled within each unbroken part, with its support phases.
     joints
         Columns of the joints whose friction is identified; each must have a measured torque.
-    phases, unbroken
-        Support phases, and rows between gaps.
-    period
-        Sampling period [s].
     settings
         `tilt`, `corrections`, `fit_armature` and `double_support` are used.
     wrenches
@@ -251,36 +241,25 @@ def weak_form(
     couplings
         Names of the couplings whose friction is identified.
     """
+    log, unbroken, period = prepared.log, prepared.sampling.segments, prepared.sampling.period
     columns = np.asarray(joints, dtype=np.int64)
     names = [robot.joint_names[column] for column in columns]
     noise = measure_noise(log.position, log.applied_torque(), unbroken, log.foot_wrench)
-    window = filters.smooth_window(period)
-    smooth, sharp = filters.derivative_kernels(float(np.median(noise.position[columns])), period)
-    smooth = filters.lengthened(smooth, log.position[:, columns], noise.position[columns], unbroken, period)
-    accelerations = filters.joint_acceleration(log.position, noise.position, unbroken, period, window, smooth[2])
-    margin = max(smooth.shape[1] // 2 + window.edge, sharp.shape[1] // 2, accelerations.margin)
-    shortest = len(window.taps) + window.step
+    filters = find_filters(log.position, noise.position, columns, unbroken, period)
     surfaces = [foot for foot, contact in robot.contacts.items() if contact.kind == "surface"]
-    segments = cut_segments(phases, unbroken, period, margin, shortest, surfaces)
+    segments = cut_segments(prepared.support.phases, unbroken, period, filters.margin, filters.shortest, surfaces)
     measured = log.foot_names if wrenches and log.foot_wrench is not None and settings.corrections != "none" else ()
     sensed = [foot for foot in surfaces if foot in measured]
-    tilted = robot.base == "floating" and settings.tilt != "flat" and log.base_orientation is not None
-    gyroscope = log.angular_velocity is not None
-    used = rows_of_modes(robot, segments, columns, settings, tilted=tilted, gyroscope=gyroscope, sensed=sensed)
+    used = rows_of_modes(robot, log, segments, columns, settings, sensed)
     return WeakForm(
         robot=robot,
         log=log,
         joints=columns,
         segments=tuple(segment for segment in segments if segment.feet in used),
         contact_modes=used,
-        window=window,
-        smooth=smooth,
-        sharp=sharp,
-        accelerations=accelerations,
-        margin=margin,
-        shortest=shortest,
+        filters=filters,
         noise=noise,
-        tilted=tilted,
+        tilted=uses_orientation(robot, log, settings),
         corrections=find_corrections(robot, [*names, *couplings], settings, len(sensed), log.command_delays),
         couplings=robot.coefficients(names, couplings),
         period=period,

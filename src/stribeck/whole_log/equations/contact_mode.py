@@ -24,6 +24,8 @@ from stribeck.dynamics.loops import without_loop_forces
 from stribeck.dynamics.root_motion import ENOUGH_POINTS, base_root, flying_root, hung_root, standing_root
 from stribeck.dynamics.rooted import RootMotion, inertia_matrix, rooted_inverse_dynamics, workspace
 from stribeck.dynamics.state import State
+from stribeck.friction_torque.inverse_dynamics import uses_orientation
+from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.robot.rooting import RootedModel
 from stribeck.settings import Settings
@@ -214,20 +216,19 @@ def rows_of_mode(
 
 def rows_of_modes(
     robot: Robot,
+    log: RobotLog,
     segments: Sequence[Segment],
     joints: IntArray,
     settings: Settings,
-    *,
-    tilted: bool,
-    gyroscope: bool,
     sensed: Sequence[str] = (),
 ) -> dict[tuple[str, ...], ModeRows]:
     """Build the contact modes of a log that the settings allow, by standing feet.
 
-    `tilted` states whether the base orientation is measured and used; flight requires it. Encoder zeros turn the
-    contact forces of loops, which are not used then. Modes without the rows of some joints, and modes with few sums
-    in a log with flights, are used only if the log has little else: equations of all joints are worth more.
+    Flight requires a base orientation that is measured and used. Encoder zeros turn the contact forces of loops, which
+    are not used then. Modes without the rows of some joints, and modes with few sums in a log with flights, are used
+    only if the log has little else: equations of all joints are worth more.
     """
+    tilted, gyroscope = uses_orientation(robot, log, settings), log.angular_velocity is not None
     calibrated = settings.corrections == "calibration"
     loops = settings.double_support == "fit" and not calibrated  # soles that stand together add little
     time: dict[tuple[str, ...], int] = {}

@@ -1,5 +1,6 @@
 """The equations of whole logs as a sequence that is never all in memory."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -7,8 +8,9 @@ import numpy as np
 
 from stribeck.base.typing import Array
 from stribeck.friction.presliding import SMOOTH_SIGN
+from stribeck.whole_log.constants import FOLDS, PILOT_SEGMENTS
 from stribeck.whole_log.equations.build import WeakForm
-from stribeck.whole_log.equations.corrections.correction import CorrectionLayout
+from stribeck.whole_log.equations.corrections.correction import Layout
 from stribeck.whole_log.equations.corrections.model import contrasts_of_logs
 from stribeck.whole_log.equations.segments import Segment
 from stribeck.whole_log.weak_equations import WeakEquations, through_windows
@@ -65,21 +67,35 @@ class EquationSequence(Sequence[WeakEquations]):
         return EquationSequence(forms, own, self.top_speed)
 
     @property
-    def corrections(self) -> CorrectionLayout:
+    def corrections(self) -> Layout:
         """Corrections of every log, and contrasts of the effects that differ between logs; the fewer, the more logs."""
         contrasts, joints = len(self.forms) - 1, len(self.forms[0].joints)
         effects = min(EFFECTS, MOST_EFFECTS // max(contrasts * joints, 1))
-        return replace(self.forms[0].corrections, log_effects=(contrasts, effects, joints) if effects else (0, 0, 0))
+        of_logs = (contrasts, effects, joints) if effects else (0, 0, 0)
+        layout = self.forms[0].corrections
+        return replace(layout, log_effects=of_logs, sizes={**layout.sizes, "log_effects": math.prod(of_logs)})
 
-    @property
-    def feet(self) -> tuple[tuple[str, ...], ...]:
-        """Feet that each segment stands on."""
-        return tuple(segment.feet for _, segment, _ in self.parts)
+    def spread(self, count: int) -> list[int]:
+        """Choose about `count` segments over all contact modes.
 
-    @property
-    def gaits(self) -> int:
-        """Number of gait phases."""
-        return 1 + max((gait for _, _, gait in self.parts), default=-1)
+        Every contact mode gets a share of at least one segment, spread over the mode's segments, because errors of a
+        standing leg appear only while it stands. Evenly spaced segments of a walk could all have the same standing
+        foot.
+        """
+        supports, found = [segment.feet for _, segment, _ in self.parts], set[int]()
+        for support in set(supports):
+            own = [place for place, feet in enumerate(supports) if feet == support]
+            share = max(1, round(count * len(own) / len(supports)))
+            found.update(own[k] for k in np.linspace(0, len(own) - 1, share).astype(int))
+        return sorted(found)
+
+    def folds(self, most: int) -> tuple[list[list[int]], list[int]]:
+        """Choose the segments that are held out, and up to `most` others, evenly spread, in `FOLDS` parts."""
+        held_out = self.spread(PILOT_SEGMENTS)[: len(self) // 4]
+        others = [k for k in range(len(self)) if k not in held_out]
+        every = np.linspace(0, len(others) - 1, min(most, len(others))).round().astype(int)
+        count = min(FOLDS, len(every))
+        return [[others[place] for place in every[k::count]] for k in range(count)], held_out
 
 
 def equation_sequence(forms: Sequence[WeakForm], top_speed: Array) -> EquationSequence:

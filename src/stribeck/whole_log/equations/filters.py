@@ -9,7 +9,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy.interpolate import make_interp_spline
 
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, IntArray
 from stribeck.differentiation.savitzky_golay import correlate_valid, savgol_kernels
 from stribeck.whole_log.equations.noise import leading_rows
 from stribeck.whole_log.weak_equations import through_windows
@@ -204,3 +204,48 @@ def joint_acceleration(
     own = [np.convolve(window.taps, savgol(length, period)[2]) for length in lengths.tolist()]
     longest = max(len(each) for each in own)
     return JointAcceleration(np.stack([np.pad(each, (longest - len(each)) // 2) for each in own]), window)
+
+
+@dataclass(frozen=True, eq=False)
+class Filters:
+    """Filters of a log.
+
+    Attributes
+    ----------
+    window
+        Window of the weak form.
+    smooth, sharp
+        Kernels of position, velocity and acceleration, shape (3, L): for positions and velocities, for accelerations.
+    accelerations
+        Accelerations of the regressors.
+    """
+
+    window: Window
+    smooth: Array
+    sharp: Array
+    accelerations: JointAcceleration
+
+    @property
+    def margin(self) -> int:
+        """Rows that filters need on either side of a segment."""
+        smooth, sharp = (kernels.shape[1] // 2 for kernels in (self.smooth, self.sharp))
+        return max(int(smooth) + self.window.edge, int(sharp), self.accelerations.margin)
+
+    @property
+    def shortest(self) -> int:
+        """Smallest number of rows of a segment."""
+        return len(self.window.taps) + self.window.step
+
+
+def find_filters(
+    position: Array, noise: Array, columns: IntArray, unbroken: tuple[slice, ...], period: float
+) -> Filters:
+    """Choose the filters of a log by the noise of its positions [rad], of which some columns have identified friction.
+
+    `unbroken` are the rows between which no filter may reach.
+    """
+    window = smooth_window(period)
+    smooth, sharp = derivative_kernels(float(np.median(noise[columns])), period)
+    smooth = lengthened(smooth, position[:, columns], noise[columns], unbroken, period)
+    accelerations = joint_acceleration(position, noise, unbroken, period, window, smooth[2])
+    return Filters(window, smooth, sharp, accelerations)

@@ -12,12 +12,6 @@ import numpy as np
 from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.log.storage import allocate
 
-POSITION_FLOOR = 1e-7
-"""Smallest noise of an encoder [rad]: rounding and clocks leave it, and without it slow errors would be hidden."""
-
-TORQUE_FLOOR = 1e-3
-"""Smallest noise of a torque sensor [N m]."""
-
 SPIKE = 5.0
 """Distance of a spike from all predictions [1], in standard deviations: white noise reaches it once in 10 million."""
 
@@ -34,6 +28,14 @@ class NoiseLevels:
     wrench: Array
 
 
+SMALLEST = NoiseLevels(np.array([1e-7]), np.array([1e-3]), np.repeat([0.5, 0.05], 3))
+"""Smallest noise of encoders, torque sensors and wrench sensors.
+
+Rounding and clocks leave some noise of an encoder, and without it slow errors would be hidden. Feet in the air measure
+no wrench.
+"""
+
+
 def measure_noise(
     position: Array, torque: Array, unbroken: tuple[slice, ...], wrench: Array | None = None
 ) -> NoiseLevels:
@@ -45,9 +47,9 @@ def measure_noise(
     wrench = np.zeros((len(position), 0, 6)) if wrench is None else wrench
     of_wrench = white_noise(wrench.reshape(len(wrench), -1), unbroken).reshape(wrench.shape[1:])
     return NoiseLevels(
-        np.maximum(white_noise(position, unbroken), POSITION_FLOOR),
-        np.maximum(white_noise(torque, unbroken), TORQUE_FLOOR),
-        np.maximum(of_wrench, np.repeat([0.5, 0.05], 3)),  # [N], [N m]: feet in the air measure no wrench
+        np.maximum(white_noise(position, unbroken), SMALLEST.position),
+        np.maximum(white_noise(torque, unbroken), SMALLEST.torque),
+        np.maximum(of_wrench, SMALLEST.wrench),
     )
 
 
@@ -87,7 +89,9 @@ def _resolution(parts: list[Array]) -> Array:
     return steps
 
 
-def without_spikes(signal: Array, unbroken: tuple[slice, ...], floor: float, *, smooth: bool) -> tuple[Array, int]:
+def without_spikes(
+    signal: Array, unbroken: tuple[slice, ...], floor: Array | float, *, smooth: bool
+) -> tuple[Array, int]:
     """Replace the spikes of a signal, shape (T, n), by the cubic through their neighbors, and count them.
 
     A spike is further than `SPIKE` standard deviations from each of three predictions: the lines through the samples
@@ -99,7 +103,7 @@ def without_spikes(signal: Array, unbroken: tuple[slice, ...], floor: float, *, 
     unbroken
         Rows between which no prediction may reach.
     floor
-        Smallest noise of a channel.
+        Smallest noise of a channel, shape (1,) or (n,).
     smooth
         Whether the signal has no kinks. Torques have kinks where friction reverses: their spikes must also be as far
         outside the range of the four samples around them.

@@ -54,43 +54,31 @@ def cut_segments(
     """
     rows = sum(phase.stop - phase.start for phase in phases)
     longest = min(LONGEST_SEGMENT, max(0.4, rows * period / 12))  # [s]; more segments than folds, windows still overlap
-    found = _cut(phases, unbroken, period, margin, shortest, longest, surfaces, hurried=False)
-    if sum(segment.last - segment.first for segment in found) > 0.2 * rows:  # [1]
-        return found
-    return _cut(phases, unbroken, period, margin, shortest, longest, surfaces, hurried=True)
 
+    def cut(hurried: bool) -> tuple[Segment, ...]:
+        """Cut phases into segments up to `longest`; `hurried` phases are trimmed by a share of their duration."""
+        found: list[Segment] = []
+        before: tuple[str, ...] = ()
+        for phase in (phase for phase in phases if phase.kind != "touching"):
+            part = next(each for each in unbroken if each.start <= phase.start < each.stop)
+            first, last = max(phase.start, part.start + margin), min(phase.stop, part.stop - margin)
+            begins = phase.start if phase.steps and phase.start > part.start else None
+            ends = phase.stop if phase.steps and phase.stop < part.stop else None
+            settling = 0.02 if not phase.feet else 0.05 if set(phase.feet) <= set(before) else 0.07  # [s]; feet chatter
+            duration = (phase.stop - phase.start) * period if hurried else np.inf
+            after, until = trims(duration, settling, 0.02, shortest * period)
+            if begins is not None:
+                first = max(first, begins + round(after / period))
+            if ends is not None:
+                last = min(last, ends - round(until / period))
+            feet = tuple(sorted(phase.feet, key=lambda foot: foot in surfaces and foot not in before))
+            before = phase.feet
+            if not phase.plausible(period) or last - first < shortest:
+                continue
+            parts = -(-(last - first) // max(shortest, round(longest / period)))
+            edges = [first + (last - first) * k // parts for k in range(parts + 1)]
+            found += [Segment(start, stop, feet, begins, ends, part) for start, stop in pairwise(edges)]
+        return tuple(found)
 
-def _cut(
-    phases: tuple[SupportPhase, ...],
-    unbroken: tuple[slice, ...],
-    period: float,
-    margin: int,
-    shortest: int,
-    longest: float,
-    surfaces: Collection[str],
-    *,
-    hurried: bool,
-) -> tuple[Segment, ...]:
-    """Cut phases into segments up to `longest` [s]; `hurried` phases are trimmed by a share of their duration."""
-    found: list[Segment] = []
-    before: tuple[str, ...] = ()
-    for phase in (phase for phase in phases if phase.kind != "touching"):
-        part = next(each for each in unbroken if each.start <= phase.start < each.stop)
-        first, last = max(phase.start, part.start + margin), min(phase.stop, part.stop - margin)
-        begins = phase.start if phase.steps and phase.start > part.start else None
-        ends = phase.stop if phase.steps and phase.stop < part.stop else None
-        settling = 0.02 if not phase.feet else 0.05 if set(phase.feet) <= set(before) else 0.07  # [s]; feet chatter
-        duration = (phase.stop - phase.start) * period if hurried else np.inf
-        after, until = trims(duration, settling, 0.02, shortest * period)
-        if begins is not None:
-            first = max(first, begins + round(after / period))
-        if ends is not None:
-            last = min(last, ends - round(until / period))
-        feet = tuple(sorted(phase.feet, key=lambda foot: foot in surfaces and foot not in before))
-        before = phase.feet
-        if not phase.plausible(period) or last - first < shortest:
-            continue
-        parts = -(-(last - first) // max(shortest, round(longest / period)))
-        edges = [first + (last - first) * k // parts for k in range(parts + 1)]
-        found += [Segment(start, stop, feet, begins, ends, part) for start, stop in pairwise(edges)]
-    return tuple(found)
+    found = cut(False)
+    return found if sum(segment.last - segment.first for segment in found) > 0.2 * rows else cut(True)

@@ -20,8 +20,8 @@ import numpy as np
 from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.robot.inertial_parameters import SIZE
 from stribeck.whole_log.equations.corrections import CORRECTIONS
-from stribeck.whole_log.model.terms import DELAY, GAIN, ROTOR
-from stribeck.whole_log.solver.elimination import Fit, solve
+from stribeck.whole_log.solver.elimination import solve
+from stribeck.whole_log.solver.fit import Fit
 from stribeck.whole_log.solver.statistics import Statistics
 
 LEAST = 60.0
@@ -221,9 +221,9 @@ def _score(fit: Fit, statistics: Statistics) -> _Score:
 def _outside(fit: Fit) -> IntArray:
     """Find the columns of each joint's delay, of its rotor inertia and of its gain, which no fit contains."""
     joints, per_joint = len(fit.internal), fit.laws.jacobians(fit.internal).shape[1]
-    terms = fit.laws.terms
+    terms = [parameter.name for parameter in fit.laws.terms]
     first = per_joint - len(terms)
-    places = [first + terms.index(term) for term in (DELAY, ROTOR, GAIN)]
+    places = [first + terms.index(term) for term in ("delay", "rotor", "gain")]
     return np.concatenate([place + per_joint * np.arange(joints) for place in places])
 
 
@@ -249,10 +249,10 @@ def _causes(fit: Fit, limbs: Mapping[str, BoolArray]) -> Iterator[Columns]:
             scale = float(model.scales[some[0] - layout.part("bodies").stop])
             yield correction.kind, (k,) * correction.apart, every[:, some] / scale, FAR * scale
     for k, own in enumerate(bodies):
-        if model.corrections.inertial_parameters[k, 0] > 0:
+        if layout.inertial_parameters[k, 0] > 0:
             scales = [priors.mass, *3 * [priors.centre_of_mass]]
             yield "body", (k,), every[:, own[:4]] / scales, FAR * min(scales)
-    for k in () if model.corrections.command_delays else range(joints):  # found from the motion, before the fit
+    for k in () if layout.command_delays else range(joints):  # found from the motion, before the fit
         yield "delay", (k,), every[:, [c + k]] / priors.torque_delay, FAR * priors.torque_delay
-    if not model.corrections.rotors:
+    if not layout.rotors:
         yield "rotor", tuple(range(joints)), every[:, c + joints : c + 2 * joints], 1e-3

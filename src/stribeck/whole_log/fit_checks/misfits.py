@@ -15,29 +15,20 @@ import numpy as np
 from stribeck.base.finding import FRICTION, Finding
 from stribeck.base.typing import Array
 from stribeck.friction.terms import LADDER
+from stribeck.judgement.curve import SPEEDS
 from stribeck.whole_log.constants import LEAST_FRICTION
-from stribeck.whole_log.model.terms import DELAY, PLAY
-from stribeck.whole_log.solver.elimination import Fit
-from stribeck.whole_log.solver.statistics import Statistics
+from stribeck.whole_log.model.terms import ERRORS
+from stribeck.whole_log.reading import Reading
+from stribeck.whole_log.solver.fit import Fit
+from stribeck.whole_log.terms.term_selection import Choice
 from stribeck.whole_log.terms.trials import Trials
 
-OF_TERMS = {term.misfit: [each for each in LADDER if each.misfit == term.misfit] for term in LADDER if term.misfit}
-"""Terms of each kind of misfit."""
+_TERMS = [term for term in (*LADDER, *ERRORS) if term.misfit]
+KINDS = {one.misfit: [term for term in _TERMS if term.misfit == one.misfit] for one in _TERMS}
+"""Terms of each kind of misfit. The name of a check is the prefix `FRICTION` and the kind."""
 
-KINDS = {kind: tuple(name for term in terms for name in term.names) for kind, terms in OF_TERMS.items()} | {
-    "play": tuple(parameter.name for parameter in PLAY),
-    "delay": (DELAY.name,),
-}
-"""Parameters of each kind of misfit. The name of a check is the prefix `FRICTION` and the kind."""
-
-WORDS = {kind: terms[0].words for kind, terms in OF_TERMS.items()}
-WORDS |= {"play": "play", "delay": "a delay of this torque only"}
-UNCLEAR = FRICTION + "unclear"
 LEAST_EVIDENCE = 33.0
 """Decrease of the held-out chi^2 above which a kind is flagged [1]; chance reaches it once in 1e8 times."""
-
-CURVE_SPEEDS = np.array([0.1, 0.5, 1.0])
-"""Shares of the top speed at which the shift of the curve is evaluated [1], as for the verdicts."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,22 +61,12 @@ class Misfit:
         from one cycle of a 1 kHz bus.
         """
         large = self.size > 1e-3 if self.kind == "delay" else self.share > 0.05
-        of_terms = OF_TERMS.get(self.kind, ())
-        possible = self.share < 2.0 or not of_terms or any(term.over == "position" for term in of_terms)
+        possible = self.share < 2.0 or any(term.over in ("", "position") for term in KINDS[self.kind])
         return large and possible and self.shift > 2.0
 
 
 def find_misfits(
-    trials: Trials,
-    kept: Sequence[frozenset[str]],
-    decided: Sequence[frozenset[str]],
-    fit: Fit,
-    covariance: Array,
-    known: Statistics,
-    sample: Statistics,
-    effect_std: Array,
-    heterogeneity: float,
-    units: Array,
+    choice: Choice, fit: Fit, covariance: Array, read: Reading, effect_std: Array, heterogeneity: float
 ) -> tuple[tuple[Misfit, ...], ...]:
     """Find the kind of misfit that best explains each joint's residual, and kinds that explain nearly as much.
 
@@ -97,20 +78,18 @@ def find_misfits(
 
     Parameters
     ----------
-    trials, kept, decided
-        Trials of all joints, each joint's terms, and parameters that the selection of terms has decided.
-    fit
-        Fit with the covariance that the intervals use.
-    known, covariance
-        Normal equations without the held-out segments, as in the trials, and C.
-    sample, effect_std
-        Sample of the log with random effects, and their standard deviations.
+    choice
+        Each joint's terms, and the trials of all terms.
+    fit, covariance
+        Fit with the covariance that the intervals use, and C without the held-out segments, as in the trials.
+    read
+        Statistics of the log, and of a sample of it with random effects.
+    effect_std
+        Standard deviations of the random effects.
     heterogeneity
         Heterogeneity of the model over folds [1].
-    units
-        Effect of a unit coefficient of each column, shape (n, T): its largest torque [N m], for load the mean [N m],
-        for delays [s].
     """
+    known, sample, units = read.known, read.sample, _units(read)
     across = [own[0] for own in sample.effects.values()]
     Z = np.hstack(across) if across else np.zeros((len(fit.values), 0))
     Z = Z * np.resize(effect_std, Z.shape[1]) * (known.count / sample.count)
@@ -121,18 +100,31 @@ def find_misfits(
     N = known.information[np.ix_(terms, terms)] - lost @ fitted[:, : len(terms)]
     B = Z[terms] - lost @ fitted[:, len(terms) :]
     found: list[tuple[Misfit, ...]] = []
-    for joint in range(joints):
+    for joint, (kept, decided) in enumerate(zip(choice.kept, choice.decided, strict=True)):
         own = slice(joint * count, (joint + 1) * count)
-        curve = _Curve(fit, joint, trials.scale * fit.covariance)
+        curve = _Curve(fit, joint, choice.trials.scale * fit.covariance)
         pull = curve.gradient @ lost[own, fit.layout.joint(joint)].T / curve.errors[:, None]
-        each = _Joint(trials, joint, kept[joint], decided[joint], N[own, own], B[own], pull, curve.level, units[joint])
+        each = _Joint(choice.trials, joint, kept, decided, N[own, own], B[own], pull, curve.level, units[joint])
         found.append(each.explanation(max(1.0, heterogeneity)))
     return tuple(found)
 
 
+def _units(read: Reading) -> Array:
+    """Compute the effect of a unit coefficient of each column, shape (n, T): its largest torque [N m].
+
+    It is the mean for load [N m], and the unit of delays [s].
+    """
+    first = read.columns.basis.functions.shape[1]
+    largest = np.max(
+        [np.abs(read.columns.by_joint(part)[:, :, first:]).max(axis=0) for part in read.pilot.parts], axis=0
+    )
+    largest[:, 0], largest[:, -1] = read.whole.mean_load, read.terms.delay
+    return np.asarray(largest)
+
+
 @dataclass(frozen=True, eq=False)
 class _Curve:
-    """The resisting torque of a joint at `CURVE_SPEEDS`, by the covariance of all coordinates."""
+    """The resisting torque of a joint at the `SPEEDS` of verdicts, by the covariance of all coordinates."""
 
     fit: Fit
     joint: int
@@ -141,7 +133,7 @@ class _Curve:
     @property
     def _odd(self) -> Array:
         """Derivatives by the coefficients of the basis, shape (3, R)."""
-        basis, speeds = self.fit.laws.basis, self.fit.laws.top_speed[self.joint] * CURVE_SPEEDS
+        basis, speeds = self.fit.laws.basis, self.fit.laws.top_speed[self.joint] * np.array(list(SPEEDS.values()))
         v = basis.velocity[self.joint]
         both = [np.interp(speeds, v, each) - np.interp(-speeds, v, each) for each in basis.functions.T]
         return np.stack(both, axis=1) / 2
@@ -187,7 +179,7 @@ class _Joint:
     def explanation(self, heterogeneity: float) -> tuple[Misfit, ...]:
         """Find the kind that explains the residual, or several that explain nearly as much; () if none."""
         beside: list[str] = []
-        kinds = [kind for kind, names in KINDS.items() if not self.decided.intersection(names)]
+        kinds = [kind for kind in KINDS if not self.decided.intersection(_parameters(kind))]
         while True:
             tests = [self._test(kind, beside, heterogeneity) for kind in kinds if kind not in beside]
             clear = sorted((t for t in tests if t and t.evidence > LEAST_EVIDENCE), key=lambda t: -t.evidence)
@@ -199,8 +191,8 @@ class _Joint:
     def _test(self, kind: str, beside: Sequence[str], heterogeneity: float) -> Misfit | None:
         """Test a kind in addition to others; None if the law contains the kind, or if it has no columns."""
         law, trials = len(self.trials.laws.law.parameters), self.trials
-        names = [name for name in KINDS[kind] if name in trials.names]
-        others = [name for other in beside for name in KINDS[other] if name in trials.names]
+        names = [name for name in _parameters(kind) if name in trials.names]
+        others = [name for other in beside for name in _parameters(other) if name in trials.names]
         terms = np.array([trials.names.index(name) for name in (*names, *others)], dtype=np.int64) - law
         without, own = [*self.kept, *others], terms[: len(names)]
         if not names or trials.having(without)[own + law].any() or trials.folds.held_right.shape[1] < 2:
@@ -225,6 +217,10 @@ class _Joint:
         )
 
 
+def _parameters(kind: str) -> list[str]:
+    return [name for term in KINDS[kind] for name in term.names]
+
+
 def misfit_findings(
     misfits: Sequence[tuple[Misfit, ...]], names: Sequence[str], settings: Mapping[str, Array]
 ) -> list[Finding]:
@@ -237,7 +233,7 @@ def misfit_findings(
         if len(own) == 1:
             found[own[0].kind][name] = _evidence(own[0], settings, joint)
         elif own:
-            found["unclear"][name] = " or ".join(WORDS[each.kind] for each in own)
+            found["unclear"][name] = " or ".join(KINDS[each.kind][0].words for each in own)
     return [
         Finding.of(
             FRICTION + kind, tuple(joints), evidence=", ".join(f"{name} ({why})" for name, why in joints.items())
@@ -250,6 +246,6 @@ def misfit_findings(
 def _evidence(misfit: Misfit, settings: Mapping[str, Array], joint: int) -> str:
     if misfit.kind == "delay":
         return f"{1e3 * misfit.size:.2g} ms"
-    terms = OF_TERMS.get(misfit.kind, ())
-    shown = (term.shown.format(*(settings[name][joint] for name in term.settings)) for term in terms if term.shown)
+    terms = [term for term in KINDS[misfit.kind] if term.shown]
+    shown = (term.shown.format(*(settings[name][joint] for name in term.settings)) for term in terms)
     return f"{100 * misfit.share:.0f} % of its friction" + "".join(shown)

@@ -11,16 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from stribeck.base.typing import Array
+from stribeck.friction_torque.payload import MARGIN
 from stribeck.robot.inertial_parameters import SIZE, inertial_parameters
 from stribeck.whole_log.equations.equation_sequence import EquationSequence
-from stribeck.whole_log.model.terms import Columns
-from stribeck.whole_log.noise.variance_components import VarianceComponents
+from stribeck.whole_log.reading import Reading
 
 EXPLAINED = 0.95
 """Share of a span's residual chi^2 that a payload, a force or a torque must explain [1]."""
-
-CHANGE = 0.25
-"""Time at both ends of a span in which a payload may change [s]."""
 
 SAME = 0.02
 """Largest difference of the masses of one payload in several spans, relative to the mass [1]."""
@@ -68,13 +65,7 @@ class Residual:
     products: Array
 
 
-def residual_in(
-    equations: EquationSequence,
-    span: tuple[int, float, float],
-    columns: Columns,
-    components: VarianceComponents,
-    values: Array,
-) -> Residual:
+def residual_in(equations: EquationSequence, span: tuple[int, float, float], read: Reading, values: Array) -> Residual:
     """Compute the residual in a span.
 
     Parameters
@@ -83,8 +74,8 @@ def residual_in(
         Equations of all segments, with the delay of the fit.
     span
         Number of its log, start and end [s].
-    columns, components, values
-        Columns, variance components and values of the fit.
+    read, values
+        The log as it was read, and the values of the fit.
     """
     number, start, end = span
     time, bodies = equations.forms[number].log.time, len(equations.corrections.bodies)
@@ -94,9 +85,10 @@ def residual_in(
         if log != number or time[segment.last - 1] < start or time[segment.first] > end:
             continue
         part = equations[place]
-        left = part.residual - (columns.design(part, columns.by_joint(part)) @ values).reshape(part.residual.shape)
-        inside = (part.time > start + CHANGE) & (part.time < end - CHANGE)
-        left, weight = left[inside], 1 / np.sqrt(components.marginal(part)[inside])
+        fitted = read.columns.design(part, read.columns.by_joint(part)) @ values
+        left = part.residual - fitted.reshape(part.residual.shape)
+        inside = (part.time > start + MARGIN) & (part.time < end - MARGIN)
+        left, weight = left[inside], 1 / np.sqrt(read.pilot.components.marginal(part)[inside])
         found.append((part.time[inside], left, weight))
         if bodies:
             assert part.regressors is not None

@@ -8,54 +8,35 @@ from scipy.linalg import block_diag
 from stribeck.base.typing import Array
 from stribeck.result import Validation
 from stribeck.whole_log.model.terms import Columns
-from stribeck.whole_log.noise.variance_components import VarianceComponents
+from stribeck.whole_log.reading import Reading
 from stribeck.whole_log.solver.statistics import Statistics
 from stribeck.whole_log.weak_equations import WeakEquations
 
 
-def validate(
-    held_out: Sequence[WeakEquations],
-    training: Statistics,
-    columns: Columns,
-    components: VarianceComponents,
-    values: Array,
-) -> tuple[Validation | None, ...]:
-    """Validate each joint, in the order of the equations' joints; None without held-out equations.
+def validate(read: Reading, values: Array) -> tuple[Validation | None, ...]:
+    """Validate each joint on the held-out segments, in the order of the equations' joints; None without segments.
 
-    Parameters
-    ----------
-    held_out
-        Equations that the fit did not use.
-    training
-        Statistics of the fit's equations, for the fit of Coulomb friction and offset in the comparison.
-    columns, components
-        Columns of friction, and variance components for the weights of the equations.
-    values
-        Coefficients and corrections of the fit, shape (D,).
+    `values` are coefficients and corrections of a fit to the other segments, shape (D,). It is compared with a fit of
+    Coulomb friction and offset.
     """
-    if not held_out:
-        return (None,) * len(columns.basis.velocity)
-    f = training.friction
-    coulomb = coulomb_curves(training, columns, values[f:], held_out[0].joints)
-    rms = friction_residual_rms(held_out, columns, components, values, np.stack([values[:f], np.zeros(f), coulomb]))
+    if not read.unseen:
+        return (None,) * len(read.columns.basis.velocity)
+    f = read.known.friction
+    coulomb = coulomb_curves(read.known, read.columns, values[f:], read.unseen[0].joints)
+    rms = friction_residual_rms(read, read.unseen, values, np.stack([values[:f], np.zeros(f), coulomb]))
     return tuple(
         Validation(rms=float(own), rms_zero_friction=float(zero), rms_coulomb_only=float(only))
         for own, zero, only in rms.T
     )
 
 
-def friction_residual_rms(
-    equations: Sequence[WeakEquations],
-    columns: Columns,
-    components: VarianceComponents,
-    values: Array,
-    candidates: Array,
-) -> Array:
+def friction_residual_rms(read: Reading, equations: Sequence[WeakEquations], values: Array, candidates: Array) -> Array:
     """Compute the residual of each joint's friction torque, root mean square [N m], shape (candidates, n).
 
     Each equation is weighted by P_ki^2 / var(e_k), which is its information on joint i. `values`, shape (D,), are the
     coefficients and corrections, and each candidate, a row of shape (f,), replaces one joint's coefficients at a time.
     """
+    columns, components = read.columns, read.pilot.components
     joints, friction = len(columns.basis.velocity), candidates.shape[1]
     squares, weights = np.zeros((len(candidates), joints)), np.zeros(joints)
     changes = (values[:friction] - candidates).reshape(len(candidates), joints, -1)

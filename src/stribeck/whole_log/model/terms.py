@@ -23,15 +23,22 @@ from stribeck.friction.terms.term import Term, evaluate, linear
 from stribeck.whole_log.model.basis import Basis
 from stribeck.whole_log.weak_equations import WeakEquations
 
-PLAY = tuple(linear(name, name, "N m") for name in ("play", "rebound"))
-ROTOR = linear("rotor", "I", "kg m^2")
-GAIN = linear("gain", "g", "1")
-"""Share of a torque that is the error of its gain."""
-DELAY = linear("delay", "d", "1")
-"""Parameter of a torque delay, in units of the prior of delays [1]."""
+_PLAY = tuple(linear(name, name, "N m") for name in ("play", "rebound"))
+ERRORS: tuple[Term, ...] = (
+    Term(name="play", parameters=_PLAY, columns=("blow", "rebound"), misfit="play", words="play"),
+    Term(name="rotor", parameters=(linear("rotor", "I", "kg m^2"),), columns=("acceleration",)),
+    Term(name="gain", parameters=(linear("gain", "g", "1"),), columns=("torque",)),
+    Term(
+        name="delay",
+        parameters=(linear("delay", "d", "1"),),
+        columns=("change",),
+        misfit="delay",
+        words="a delay of this torque only",
+    ),
+)
+"""Errors that look like friction; the delay is in units of the prior of delays [1]."""
 
-ERRORS = (*PLAY, ROTOR, GAIN, DELAY)
-NO_TERM = frozenset(parameter.name for parameter in ERRORS)
+NO_TERM = frozenset(name for term in ERRORS for name in term.names)
 """Parameters of columns that model errors, not friction."""
 
 
@@ -71,9 +78,9 @@ class Terms:
 
     @cached_property
     def own(self) -> list[Term]:
-        """Terms with columns that some joint can have."""
+        """Terms with columns that some joint can have, then errors."""
         absent = "temperature" if self.mean_temperature is None else "time"
-        found = [term for term in LADDER if term.columns and term.over != absent]
+        found = [term for term in (*LADDER, *ERRORS) if term.columns and term.over != absent]
         return [term for term in found if all(np.isfinite(self.settings[name]).any() for name in term.settings)]
 
     @property
@@ -83,23 +90,34 @@ class Terms:
 
     @cached_property
     def parameters(self) -> tuple[Any, ...]:
-        """Names of the columns' parameters, in order."""
-        return (*(parameter for term in self.own for parameter in term.parameters), *ERRORS)
+        """Parameters of the columns, in order."""
+        return tuple(parameter for term in self.own for parameter in term.parameters)
 
     @property
     def held(self) -> list[bool]:
         """Mask of columns that the pilot does not fit: a torque resembles friction too much."""
-        return [parameter is GAIN for parameter in self.parameters]
+        return [parameter.name == "gain" for parameter in self.parameters]
 
     def columns(self, part: WeakEquations, windows: Array) -> Array:
         """Return the columns, shape (K, n, T), given the windows of the basis, shape (K, n, R)."""
-        signals = self.signals(part, windows)
+        signals = {**self.signals(part, windows), **self._error_signals(part)}
         own = [np.nan_to_num(evaluate(column, signals)) for term in self.own for column in term.columns]
-        late, acceleration = np.zeros((2, *part.torque.shape))
+        return np.stack(own, axis=2)
+
+    def _error_signals(self, part: WeakEquations) -> dict[str, Array]:
+        """Collect the signals of `ERRORS`, shape (K, n)."""
+        change, acceleration = np.zeros((2, *part.torque.shape))
         if len(part.time) > 1:
             acceleration = part.windows(np.gradient(part.velocity, part.period, axis=0))
-            late -= self.delay * np.gradient(part.torque, part.time, axis=0)
-        return np.stack([*own, *_blows(part, self.unexplained), acceleration, part.torque, late], axis=2)
+            change -= self.delay * np.gradient(part.torque, part.time, axis=0)
+        blow, rebound = _blows(part, self.unexplained)
+        return {
+            "blow": blow,
+            "rebound": rebound,
+            "acceleration": acceleration,
+            "torque": part.torque,
+            "change": change,
+        }
 
     def signals(self, part: WeakEquations, windows: Array) -> dict[str, Any]:
         """Collect the signals of `Term.columns` through windows, shape (K, n)."""

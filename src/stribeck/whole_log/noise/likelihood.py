@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dtrtri
 
 from stribeck.base.typing import Array
-from stribeck.whole_log.noise.variance_components import AWAY, BINS, VarianceComponents, autocorrelation, bin_of
-from stribeck.whole_log.noise.whitening import covariance_of_groups, errors_of_groups
-from stribeck.whole_log.weak_equations import WeakEquations
+from stribeck.whole_log.noise.variance_components import AWAY, BINS, VarianceComponents, bin_of
+from stribeck.whole_log.noise.whitening import covariance_of_groups
+from stribeck.whole_log.weak_equations import WeakEquations, autocorrelation
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,9 +61,7 @@ class Groups:
 
     def whitener(self, components: VarianceComponents) -> Array:
         """Compute L^-1 of each group, where L L^T is its covariance, shape (g, b, b)."""
-        errors = [
-            replace(each, response=each.response[self.places]) for each in errors_of_groups(self.part, components)
-        ]
+        errors = [replace(each, response=each.response[self.places]) for each in components.errors(self.part)]
         covariance = covariance_of_groups(errors, 0, slice(None), slice(None))
         scale = 1 / np.sqrt(np.einsum("gii->gi", covariance))
         factors = np.linalg.cholesky(covariance * scale[:, :, None] * scale[:, None])

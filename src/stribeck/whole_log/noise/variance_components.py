@@ -11,10 +11,22 @@ from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
 from stribeck.whole_log.constants import CONTACT_BINS
-from stribeck.whole_log.weak_equations import WeakEquations
+from stribeck.whole_log.weak_equations import WeakEquations, autocorrelation
 
 BINS, AWAY = len(CONTACT_BINS) + 2, len(CONTACT_BINS)
 """Number of bins, and index of the bin far from contact changes."""
+
+
+@dataclass(frozen=True, eq=False)
+class Errors:
+    """One kind of errors: the response of groups of windows to them, shape (B, b, e), and their autocorrelation.
+
+    `correlation` has shape (2, b, b): between windows of one group, and between windows of a group and the previous
+    one.
+    """
+
+    response: Array
+    correlation: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +115,34 @@ class VarianceComponents:
         other = ((self.response(equations) * self.at(equations)[:, None]) ** 2).sum(axis=2)
         return means(encoder + sensors + other, windows)
 
+    def errors(self, equations: WeakEquations) -> list[Errors]:
+        """Collect the errors of encoders, of torque sensors, and of the model, by groups of windows."""
+        windows, rows = equations.residual.shape
+        lags = equations.lags
+        kinds = [
+            (self.encoder_errors(equations), equations.acceleration_overlap),
+            (equations.sensors, equations.torque_overlap),
+            (self.response(equations) * self.at(equations)[:, None], autocorrelation(lags)),
+        ]
+        if equations.set_aside is not None:
+            large = 1e3 * np.sqrt(self.marginal(equations).max())
+            kinds.append((large * equations.set_aside[:, None, None] * np.eye(rows), np.eye(lags + 1)[0]))
+        found = []
+        for response, correlation in kinds:
+            groups = np.zeros((-(-windows // lags), lags * rows, response.shape[2]))
+            groups.reshape(-1, response.shape[2])[: windows * rows] = response.reshape(windows * rows, -1)
+            found.append(Errors(groups, _between_groups(correlation, rows)))
+        return found
+
+
+def _between_groups(correlation: Array, rows: int) -> Array:
+    """Arrange correlations at lags 0 to `lags` between windows of groups, shape (2, b, b); zero at larger lags."""
+    lags = len(correlation) - 1
+    window = np.arange(lags)
+    apart = np.abs(window[:, None] - window + np.array([0, lags])[:, None, None])
+    blocks = np.append(correlation, np.zeros(lags))[apart]
+    return np.repeat(np.repeat(blocks, rows, axis=1), rows, axis=2)
+
 
 def means(values: Array, windows: int) -> Array:
     """Compute the means of consecutive windows, from shape (K, ...) to shape (K - windows + 1, ...)."""
@@ -138,12 +178,3 @@ def bin_of(equations: WeakEquations) -> NDArray[np.int64]:
 def resting(equations: WeakEquations, rest: Array) -> Array:
     """Compute the share of each window in which a joint is slower than `rest` [rad/s], shape (K, n)."""
     return equations.windows((np.abs(equations.velocity) < rest).astype(float))
-
-
-def autocorrelation(lags: int) -> Array:
-    """Compute the correlation of the model's errors at lags 0 to `lags` [1], (1 - j / (lags + 1))^2: equation (8).
-
-    It is strictly convex, so that its spectrum is positive at every frequency (Polya 1949). The spectrum of a triangle
-    (a running mean) has zeros, and a fit would trust these frequencies more than any other.
-    """
-    return np.asarray((1 - np.arange(lags + 1) / (lags + 1)) ** 2)

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg.lapack import dtrtri
 
 from stribeck.base.typing import Array
-from stribeck.whole_log.noise.variance_components import VarianceComponents, autocorrelation
+from stribeck.whole_log.noise.variance_components import Errors, VarianceComponents
 from stribeck.whole_log.weak_equations import WeakEquations
 
 
@@ -70,7 +70,8 @@ def make_whitener(equations: WeakEquations, components: VarianceComponents) -> W
     windows, rows = equations.residual.shape
     lags = equations.lags
     count, size = -(-windows // lags), lags * rows
-    within, between = _covariances(errors_of_groups(equations, components))
+    errors, every, first, last = components.errors(equations), slice(None), slice(-1), slice(1, None)
+    within, between = covariance_of_groups(errors, 0, every, every), covariance_of_groups(errors, 1, last, first)
     filled = windows * rows - (count - 1) * size
     within[-1, range(filled, size), range(filled, size)] = 1.0  # rows that fill the last block up
     inverse, coupling = np.zeros((2, count, size, size))
@@ -80,53 +81,6 @@ def make_whitener(equations: WeakEquations, components: VarianceComponents) -> W
             diagonal -= coupling[k] @ coupling[k].T
         inverse[k] = dtrtri(np.linalg.cholesky(diagonal), lower=1)[0]
     return Whitener(inverse, coupling, rows)
-
-
-@dataclass(frozen=True, eq=False)
-class Errors:
-    """One kind of errors: the response of groups of windows to them, shape (B, b, e), and their autocorrelation.
-
-    `correlation` has shape (2, b, b): between windows of one group, and between windows of a group and the previous
-    one.
-    """
-
-    response: Array
-    correlation: Array
-
-
-def errors_of_groups(equations: WeakEquations, components: VarianceComponents) -> list[Errors]:
-    """Collect the errors of encoders, of torque sensors, and of the model."""
-    windows, rows = equations.residual.shape
-    lags = equations.lags
-    kinds = [
-        (components.encoder_errors(equations), equations.acceleration_overlap),
-        (equations.sensors, equations.torque_overlap),
-        (components.response(equations) * components.at(equations)[:, None], autocorrelation(lags)),
-    ]
-    if equations.set_aside is not None:
-        large = 1e3 * np.sqrt(components.marginal(equations).max())
-        kinds.append((large * equations.set_aside[:, None, None] * np.eye(rows), np.eye(lags + 1)[0]))
-    found = []
-    for response, correlation in kinds:
-        groups = np.zeros((-(-windows // lags), lags * rows, response.shape[2]))
-        groups.reshape(-1, response.shape[2])[: windows * rows] = response.reshape(windows * rows, -1)
-        found.append(Errors(groups, _between_groups(correlation, rows)))
-    return found
-
-
-def _between_groups(correlation: Array, rows: int) -> Array:
-    """Arrange correlations at lags 0 to `lags` between windows of groups, shape (2, b, b); zero at larger lags."""
-    lags = len(correlation) - 1
-    window = np.arange(lags)
-    apart = np.abs(window[:, None] - window + np.array([0, lags])[:, None, None])
-    blocks = np.append(correlation, np.zeros(lags))[apart]
-    return np.repeat(np.repeat(blocks, rows, axis=1), rows, axis=2)
-
-
-def _covariances(errors: list[Errors]) -> tuple[Array, Array]:
-    """Compute the covariances of groups of windows, (B, b, b), and with the previous group, (B - 1, b, b)."""
-    every, first, last = slice(None), slice(-1), slice(1, None)
-    return covariance_of_groups(errors, 0, every, every), covariance_of_groups(errors, 1, last, first)
 
 
 def covariance_of_groups(errors: list[Errors], apart: int, late: slice, early: slice) -> Array:

@@ -1,6 +1,6 @@
 """Segments and windows of the pilot that disagree with the rest of the log (docs/estimator-fit.md, "Outliers")."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,56 @@ ENOUGH_FOR_QUARTERS = 24
 """Fewest segments of a pilot that is searched for a consistent quarter [1]: six, more than their own fit explains."""
 
 
+@dataclass(frozen=True, eq=False)
+class _Trimmed:
+    """Least trimmed squares over G segments, from their products in coordinates, (G, D + 1, D + 1), and counts.
+
+    `modes` are the contact modes of the segments, shape (G,).
+    """
+
+    products: Array
+    counts: NDArray[np.int64]
+    modes: NDArray[np.int64]
+    linear: LinearModel
+
+    def sizes(self, own: NDArray[np.bool_]) -> Array:
+        """Compute all segments' chi^2 per equation for fits to some of them, shapes (s, G)."""
+        sums = np.tensordot(own.astype(float), self.products, axes=1)
+        values = np.stack([self.linear.fitted(each) for each in sums], axis=1)
+        return np.asarray(np.sum((self.products @ values) * values, axis=1).T / np.maximum(self.counts, 1))
+
+    def share(self, size: Array, parts: int) -> NDArray[np.bool_]:
+        """Select the fraction 1 / `parts` of each contact mode's segments that each fit explains best."""
+        found = np.zeros(size.shape, dtype=bool)
+        for mode in np.unique(self.modes):
+            own = np.flatnonzero(self.modes == mode)
+            best = np.argsort(size[:, own], axis=1, kind="stable")[:, : -(-len(own) // parts)]
+            np.put_along_axis(found, own[best], True, axis=1)
+        return found
+
+    def best_explained(
+        self, first: Array, parts: int, random: np.random.Generator
+    ) -> tuple[float, NDArray[np.bool_], Array]:
+        """Find the part that one model explains best: its mean chi^2, its segments, and the chi^2 of all segments.
+
+        Disturbances rarely reach all of the six contiguous parts. `first` is chi^2 for a fit to all segments, (1, G).
+        """
+        everything, few = np.arange(len(self.counts)), max(3, len(self.counts) // 6)
+        starts = [*(random.permutation(everything)[:few] for _ in range(11)), *np.array_split(everything, 6)]
+        own = np.vstack([self.share(first, parts), [np.isin(everything, start) for start in starts]])
+        size, active = np.empty(own.shape), np.arange(len(own))
+        for _ in range(MOST_ROUNDS):
+            size[active] = self.sizes(own[active])
+            before = own[active]
+            own[active] = self.share(size[active], parts)
+            active = active[np.any(own[active] != before, axis=1)]
+            if not len(active):
+                break
+        means = [float(each[part].mean()) for each, part in zip(size, own, strict=True)]
+        best = int(np.argmin(means))
+        return means[best], own[best], size[best]
+
+
 def consistent(
     groups: list[Groups], model: ModelCorrections, components: VarianceComponents, precision: Array, half_alone: bool
 ) -> list[Groups]:
@@ -38,50 +88,14 @@ def consistent(
     linear, counts = LinearModel.of(model.widest, precision), np.array([each.count for each in groups])
     modes = np.unique([each.part.standing for each in groups], axis=0, return_inverse=True)[1]
     products = products_of(groups, components, linear)
-
-    def sizes(own: NDArray[np.bool_]) -> Array:
-        """Compute all segments' chi^2 per equation for fits to some of them, shapes (s, G)."""
-        sums = np.tensordot(own.astype(float), products, axes=1)
-        values = np.stack([linear.fitted(each) for each in sums], axis=1)
-        return np.asarray(np.sum((products @ values) * values, axis=1).T / np.maximum(counts, 1))
-
-    def share(size: Array, parts: int) -> NDArray[np.bool_]:
-        """Select the fraction 1 / `parts` of each contact mode's segments that each fit explains best."""
-        found = np.zeros(size.shape, dtype=bool)
-        for mode in np.unique(modes):
-            own = np.flatnonzero(modes == mode)
-            best = np.argsort(size[:, own], axis=1, kind="stable")[:, : -(-len(own) // parts)]
-            np.put_along_axis(found, own[best], True, axis=1)
-        return found
-
-    count, everything = len(groups), np.arange(len(groups))
-    first = sizes(np.ones((1, count), dtype=bool))
+    trimmed, random = _Trimmed(products, counts, modes, linear), np.random.default_rng(0)
+    everything = np.arange(len(groups))
+    first = trimmed.sizes(np.ones((1, len(groups)), dtype=bool))
     if first.max() < 3.0:  # relative to the errors of a good model
         return groups
-    random, few = np.random.default_rng(0), max(3, count // 6)
-
-    def best_explained(parts: int) -> tuple[float, NDArray[np.bool_], Array]:
-        """Find the part that one model explains best: its mean chi^2, its segments, and the chi^2 of all segments.
-
-        Disturbances rarely reach all of the six contiguous parts.
-        """
-        starts = [*(random.permutation(everything)[:few] for _ in range(11)), *np.array_split(everything, 6)]
-        own = np.vstack([share(first, parts), [np.isin(everything, start) for start in starts]])
-        size, active = np.empty(own.shape), np.arange(len(own))
-        for _ in range(MOST_ROUNDS):
-            size[active] = sizes(own[active])
-            before = own[active]
-            own[active] = share(size[active], parts)
-            active = active[np.any(own[active] != before, axis=1)]
-            if not len(active):
-                break
-        means = [float(each[part].mean()) for each, part in zip(size, own, strict=True)]
-        best = int(np.argmin(means))
-        return means[best], own[best], size[best]
-
-    least, chosen, size = best_explained(2)
-    if least > 1.5 and count >= ENOUGH_FOR_QUARTERS:
-        quarter = best_explained(4)
+    least, chosen, size = trimmed.best_explained(first, 2, random)
+    if least > 1.5 and len(groups) >= ENOUGH_FOR_QUARTERS:
+        quarter = trimmed.best_explained(first, 4, random)
         least, chosen, size = quarter if 4 * quarter[0] < least else (least, chosen, size)
     far = size > INCONSISTENT * np.median(size[chosen])
     if not far.any():

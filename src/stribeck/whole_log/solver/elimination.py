@@ -14,85 +14,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dpotrf, dpotri, dpotrs
 
 from stribeck.base.typing import Array
 from stribeck.whole_log.constants import CONVERGED
-from stribeck.whole_log.model.corrections import Layout, ModelCorrections
+from stribeck.whole_log.model.corrections import ModelCorrections
 from stribeck.whole_log.model.laws import Laws
+from stribeck.whole_log.solver.fit import Fit
 from stribeck.whole_log.solver.gauss_newton import bounds_hold, minimise
+from stribeck.whole_log.solver.positive_definite import inverse_of
 from stribeck.whole_log.solver.statistics import Statistics
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Fit:
-    """A fit of all laws and corrections at once.
-
-    Attributes
-    ----------
-    laws, model
-        Coordinates of friction and of corrections, with their priors.
-    internal, corrections
-        Values of the coordinates, shape (n, w) and (c,).
-    covariance
-        Covariance of all coordinates, friction first, shape (m, m).
-    at_bound
-        Mask of the laws' parameters at a bound, shape (n, w).
-    chi_square
-        Chi^2 without the prior's share.
-    converged
-        Whether the descent converged.
-    """
-
-    laws: Laws
-    model: ModelCorrections
-    internal: Array
-    corrections: Array
-    covariance: Array
-    at_bound: NDArray[np.bool_]
-    chi_square: float
-    converged: bool
-
-    @property
-    def layout(self) -> Layout:
-        """Layout of the coordinates."""
-        return replace(self.model.layout, joints=len(self.internal), per_joint=self.internal.shape[1])
-
-    @property
-    def x(self) -> Array:
-        """All coordinates, friction first, shape (m,)."""
-        return np.concatenate([self.internal.ravel(), self.corrections])
-
-    @property
-    def values(self) -> Array:
-        """Coefficients, then corrections, shape (D,)."""
-        return np.concatenate([self.laws.coefficients(self.internal).ravel(), self.model.values(self.corrections)])
-
-    @property
-    def variance(self) -> Array:
-        """Variances of the laws' parameters, shape (n, w)."""
-        return np.diag(self.covariance)[: self.internal.size].reshape(self.internal.shape)
-
-    @property
-    def model_variance(self) -> Array:
-        """Variances of the corrections' coordinates, shape (c,)."""
-        return np.diag(self.covariance)[self.internal.size :]
-
-    def pulled(self, rows: Array) -> Array:
-        """Convert derivatives by all values to derivatives by all coordinates, shape (D, k) -> (m, k)."""
-        jacobians = self.laws.jacobians(self.internal)
-        friction = rows[: jacobians.shape[0] * jacobians.shape[1]].reshape(*jacobians.shape[:2], -1)
-        of_laws = (jacobians.transpose(0, 2, 1) @ friction).reshape(self.internal.size, -1)
-        of_model = self.model.slopes(self.corrections).pulled(rows[len(rows) - len(self.corrections) :])
-        return np.vstack([of_laws, of_model])
-
-    def curvature(self, statistics: Statistics) -> Array:
-        """Compute Gauss-Newton's second derivatives of half of chi^2, including the prior, shape (m, m)."""
-        found = self.pulled(self.pulled(statistics.information).T)
-        n = self.internal.size
-        found[range(n), range(n)] += self.laws.prior[1].ravel() ** -2.0
-        found[n:, n:] += self.model.precision
-        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,13 +74,6 @@ def linearised(statistics: Statistics, model: ModelCorrections, around: Array) -
     right[f:] = slopes.pulled(right[f:, None])[:, 0]
     inner = slopes.pulled(slopes.pulled(statistics.information[f:, f:]).T)
     return slopes.pulled(statistics.information[f:, :f]), inner, right
-
-
-def times_blocks(rows: Array, blocks: Array) -> Array:
-    """Multiply rows, shape (k, n q), by a block-diagonal matrix, shape (n, q, w), to shape (k, n w)."""
-    n, q, w = blocks.shape
-    product = rows.reshape(len(rows), n, q).transpose(1, 0, 2) @ blocks
-    return product.transpose(1, 0, 2).reshape(len(rows), n * w)
 
 
 @dataclass(frozen=True, eq=False)
@@ -280,38 +203,70 @@ def _cost(
     statistics: Statistics, laws: Laws, model: ModelCorrections, x: Array, u: Array, corrections: Array | None = None
 ) -> float:
     """Compute half of chi^2 with the prior's share; `corrections` are computed from u if None."""
+    values = np.concatenate([laws.coefficients(x).ravel(), model.values(u) if corrections is None else corrections])
+    return 0.5 * float(statistics.chi_square(values) + _prior_share(laws, model, x, u))
+
+
+def cost_of(fit: Fit) -> float:
+    """Compute half of chi^2, with the prior's share."""
+    return 0.5 * float(fit.chi_square + _prior_share(fit.laws, fit.model, fit.internal, fit.corrections))
+
+
+def _prior_share(laws: Laws, model: ModelCorrections, x: Array, u: Array) -> float:
+    """Compute the prior's part of chi^2 at internal coordinates x of the laws, and u of the corrections."""
     mean, deviation = laws.prior
     off = u - model.prior_mean
-    values = np.concatenate([laws.coefficients(x).ravel(), model.values(u) if corrections is None else corrections])
-    share = np.sum(((x - mean) / deviation) ** 2) + off @ model.precision @ off
-    return 0.5 * float(statistics.chi_square(values) + share)
+    return float(np.sum(((x - mean) / deviation) ** 2) + off @ model.precision @ off)
 
 
-def inverse_of(matrix: Array) -> Array:
-    """Invert a positive definite matrix whose rows may have very different units.
+def with_other_starts(statistics: Statistics, fit: Fit) -> Fit:
+    """Try other starts for each joint with all else fixed, and return the best fit.
 
-    Eigenvalues below the rounding error are raised to it, because rounding can cancel the prior's share.
+    Some minima have no gradient towards a better one: without a Stribeck effect, for example, the Stribeck velocity
+    has no effect on the curve.
     """
-    if not len(matrix):
-        return np.zeros((0, 0))
-    scale, scaled, factor, failed = _factor(matrix)
-    if not failed:
-        inverse = np.tril(dpotri(factor, lower=1)[0])
-        inverse += np.tril(inverse, -1).T
-    else:
-        values, vectors = np.linalg.eigh(scaled)
-        inverse = (vectors / np.maximum(values, np.finfo(float).eps * values[-1])) @ vectors.T
-    return np.asarray(inverse * np.outer(scale, scale))
+    left, laws = eliminate(statistics, fit.model, fit.corrections), fit.laws
+    theta = laws.coefficients(fit.internal)
+    information = blocks(left.information, len(theta))
+    others = (left.information @ theta.ravel()).reshape(theta.shape) - (information @ theta[:, :, None])[:, :, 0]
+    right = left.right.reshape(theta.shape) - others
+    internal, costs = best_starts(laws, information, right)
+    better = costs < EachJoint(laws, information, right).costs(fit.internal) - 0.05  # less: the same minimum
+    if not better.any():
+        return fit
+    other = solve(statistics, replace(fit, internal=np.where(better[:, None], internal, fit.internal)))
+    return min(fit, other, key=cost_of)
 
 
-def solution_of(matrix: Array, right: Array) -> Array:
-    """Solve positive definite equations with one right side, as by `inverse_of`."""
-    scale, _, factor, failed = _factor(matrix)
-    return inverse_of(matrix) @ right if failed else scale * dpotrs(factor, scale * right, lower=1)[0]
+def best_starts(laws: Laws, information: Array, right: Array) -> tuple[Array, Array]:
+    """Run descents from each joint's four best starts; return the best end, shape (n, w), and its cost, shape (n,).
+
+    The joints' normal equations have shape (n, q, q) and (n, q).
+    """
+    starts = [laws.linear_starts(k, *each)[:4] for k, each in enumerate(zip(information, right, strict=True))]
+    owners = np.repeat(np.arange(len(starts)), [len(each) for each in starts])
+    ends, costs = EachJoint(laws.of(owners), information[owners], right[owners]).best(np.concatenate(starts))
+    places = [np.flatnonzero(owners == k)[np.argmin(costs[owners == k])] for k in range(len(starts))]
+    return ends[places], costs[places]
 
 
-def _factor(matrix: Array) -> tuple[Array, Array, Array, int]:
-    """Scale the rows and columns of a matrix, and factor it; return the scale and the scaled matrix, too."""
-    scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), np.finfo(float).tiny))
-    scaled = matrix * np.outer(scale, scale)
-    return scale, scaled, *dpotrf(scaled, lower=1)
+def best_of_linear(laws: Laws, theta: Array, covariance: Array) -> Array:
+    """Find the internal coordinates of laws that fit linear coefficients best, shape (n, w).
+
+    The joints' coefficients have shape (n, q). Their covariance, shape (n, q, q), includes all other uncertainty.
+    """
+    information = np.asarray(np.linalg.inv(covariance))
+    return best_starts(laws, information, (information @ theta[:, :, None])[:, :, 0])[0]
+
+
+def times_blocks(rows: Array, blocks: Array) -> Array:
+    """Multiply rows, shape (k, n q), by a block-diagonal matrix, shape (n, q, w), to shape (k, n w)."""
+    n, q, w = blocks.shape
+    product = rows.reshape(len(rows), n, q).transpose(1, 0, 2) @ blocks
+    return product.transpose(1, 0, 2).reshape(len(rows), n * w)
+
+
+def blocks(information: Array, joints: int) -> Array:
+    """Extract the blocks of single joints, shape (n q, n q) -> (n, q, q)."""
+    q = len(information) // joints
+    return information.reshape(joints, q, joints, q)[range(joints), :, range(joints)].copy()

@@ -14,7 +14,7 @@ from stribeck.whole_log.model.corrections import ModelCorrections, Slopes
 from stribeck.whole_log.noise.likelihood import Groups
 from stribeck.whole_log.noise.outliers import Prediction
 from stribeck.whole_log.noise.variance_components import VarianceComponents
-from stribeck.whole_log.solver.elimination import inverse_of, solution_of
+from stribeck.whole_log.solver.positive_definite import inverse_of, solution_of
 
 
 @dataclass(frozen=True, eq=False)

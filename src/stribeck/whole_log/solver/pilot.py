@@ -6,9 +6,9 @@ first stage of two-stage generalized least squares.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import ClassVar
 
 import numpy as np
@@ -16,8 +16,10 @@ import numpy as np
 from stribeck.base.typing import Array
 from stribeck.settings import Priors
 from stribeck.whole_log.constants import MOST_ROUNDS, PILOT_SEGMENTS, ROUNDS
+from stribeck.whole_log.equations.corrections.correction import Layout
+from stribeck.whole_log.equations.equation_sequence import EquationSequence
 from stribeck.whole_log.model.basis import Basis
-from stribeck.whole_log.model.corrections import Layout, ModelCorrections, model_corrections
+from stribeck.whole_log.model.corrections import ModelCorrections, model_corrections
 from stribeck.whole_log.model.terms import Columns
 from stribeck.whole_log.noise.likelihood import Groups, make_groups, more_likely
 from stribeck.whole_log.noise.outliers import Prediction, without_outliers
@@ -86,6 +88,11 @@ class Pilot:
     precision: Array
 
     @property
+    def parts(self) -> list[WeakEquations]:
+        """Equations of the pilot's segments."""
+        return [each.part for each in self.groups]
+
+    @property
     def late(self) -> tuple[float, float]:
         """Remaining delay of the torques, and its standard error [s]; zeros if the delay is not corrected."""
         own = len(self.precision) + self.model.layout.places("torque_delay")
@@ -102,42 +109,59 @@ class Pilot:
         )
 
 
-def pilot_places(supports: Sequence[tuple[str, ...]], count: int = PILOT_SEGMENTS) -> list[int]:
-    """Choose about `count` segments for the pilot, given the feet that each segment stands on.
+@dataclass(frozen=True, eq=False)
+class _PilotFits:
+    """Linear fits to the segments of the pilot with shifted torques; see `fit_pilot`."""
 
-    Every contact mode gets a share of at least one segment, spread over the mode's segments, because errors of a
-    standing leg appear only while it stands. Evenly spaced segments of a walk could all have the same standing foot.
-    """
-    found: set[int] = set()
-    for support in set(supports):
-        own = [place for place, feet in enumerate(supports) if feet == support]
-        share = max(1, round(count * len(own) / len(supports)))
-        found.update(own[k] for k in np.linspace(0, len(own) - 1, share).astype(int))
-    return sorted(found)
+    equations: EquationSequence
+    basis: Basis
+    rest: Array
+    priors: Priors
+
+    @cached_property
+    def columns(self) -> Columns:
+        """Columns of the curves, and of presliding."""
+        return Columns(self.basis, Lags(self.equations.top_speed))
+
+    @cached_property
+    def _delayed(self) -> Callable[[float], tuple[list[WeakEquations], list[Array]]]:
+        """Function that computes the segments with torques shifted by a delay [s], and their columns by joint."""
+        size = max(PILOT_SEGMENTS, 240 // len(self.rest))  # few joints need more segments, and take less time
+
+        @lru_cache(maxsize=3)  # delays return: zero, and the last one of the search
+        def delayed(delay: float) -> tuple[list[WeakEquations], list[Array]]:
+            late = self.equations.delayed(delay)
+            parts = [late[place] for place in late.spread(size)]
+            return parts, [self.columns.by_joint(part) for part in parts]
+
+        return delayed
+
+    def fit(self, delay: float | None, operations: float, rounds: int, half_alone: bool, equal: bool = True) -> Pilot:
+        """Fit the pilot for a delay [s], None to hold it at zero; `equal` logs have the same friction."""
+        parts, own = self._delayed(delay or 0.0)
+        layout, sensed = self.equations.corrections, len(self.equations.corrections.places("wrenches")) > 0
+        torque = max(float(np.sqrt(np.mean(np.concatenate([_torques(part) for part in parts]) ** 2))), 1e-9)
+        model = model_corrections(layout, _loads(parts, layout), self.priors, torque).late(delay or 0.0)
+        model = model.held(layout.places("torque_delay"), 0.0) if delay is None else model
+        model = model.with_equal_logs if equal else model
+        components = first_components(parts[0], self.rest, np.where(self.rest > 0, torque, 0.0), sensed)
+        groups, precision = _groups(parts, own, self.columns, torque, operations)
+        groups = consistent(groups, model, components, precision, half_alone)
+        groups = undisturbed(groups, model, components, precision)
+        components, groups = _alternate(groups, model, components, precision, rounds)
+        prediction, _ = predict(groups, components, model, precision)
+        return Pilot(groups, model, components, prediction, delay or 0.0, torque, precision)
 
 
-def fit_pilot(
-    segments: Callable[[float, int], list[WeakEquations]],
-    size: int,
-    layout: Layout,
-    basis: Basis,
-    top_speed: Array,
-    rest: Array,
-    priors: Priors,
-    delay: float = 0.0,
-) -> Pilot:
+def fit_pilot(equations: EquationSequence, basis: Basis, rest: Array, priors: Priors, delay: float = 0.0) -> Pilot:
     """Fit the pilot, with torques shifted until they are linear in their remaining delay.
 
     Parameters
     ----------
-    segments
-        Function from a delay [s] and a number to about so many segments, with torques shifted by the delay.
-    size
-        Number of segments.
-    layout
-        Layout of the corrections in the segments' regressors.
-    basis, top_speed
-        Basis of the friction curves, and top speed of each joint [rad/s], shape (n,).
+    equations
+        Equations of all segments.
+    basis
+        Basis of the friction curves.
     rest
         Speed [rad/s] below which a joint is at rest, for laws that jump there, shape (n,).
     priors
@@ -145,28 +169,7 @@ def fit_pilot(
     delay
         Initial delay of the torques in the search [s].
     """
-    columns, sensed = Columns(basis, Lags(top_speed)), len(layout.places("wrenches")) > 0
-
-    @lru_cache(maxsize=3)  # delays return: zero, and the last one of the search
-    def delayed(delay: float) -> tuple[list[WeakEquations], list[Array]]:
-        parts = segments(delay, size)
-        return parts, [columns.by_joint(part) for part in parts]
-
-    def fit(delay: float | None, operations: float, rounds: int, half_alone: bool, equal: bool = True) -> Pilot:
-        held, delay = delay is None, delay or 0.0
-        parts, own = delayed(delay)
-        torque = max(float(np.sqrt(np.mean(np.concatenate([_torques(part) for part in parts]) ** 2))), 1e-9)
-        model = model_corrections(layout.corrections, _loads(parts, layout), priors, torque).late(delay)
-        model = model.held(model.layout.places("torque_delay"), 0.0) if held else model
-        model = model.with_equal_logs if equal else model
-        components = first_components(parts[0], rest, np.where(rest > 0, torque, 0.0), sensed)
-        groups, precision = _groups(parts, own, columns, torque, operations)
-        groups = consistent(groups, model, components, precision, half_alone)
-        groups = undisturbed(groups, model, components, precision)
-        components, groups = _alternate(groups, model, components, precision, rounds)
-        prediction, _ = predict(groups, components, model, precision)
-        return Pilot(groups, model, components, prediction, delay, torque, precision)
-
+    layout, fit = equations.corrections, _PilotFits(equations, basis, rest, priors).fit
     rounds, tried = ROUNDS, list[tuple[float, float]]()
     for _ in range(MOST_ROUNDS if len(layout.places("torque_delay")) else 0):  # on few windows, to save time
         late, error = fit(delay, OPERATIONS / 4, rounds, True).late
@@ -174,7 +177,7 @@ def fit_pilot(
             break
         rounds, tried = 1, [*tried, (delay, late)]
         delay = float(np.clip(delay + secant_step(tried), -LONGEST_DELAY, LONGEST_DELAY))
-    equal = not layout.corrections.log_effects[0]
+    equal = not layout.log_effects[0]
     found = fit(delay, OPERATIONS, MOST_ROUNDS, False, equal)
     if not equal:
         own, without_logs = _log_errors(found, found.components, found.model, found.model.with_equal_logs)
@@ -182,13 +185,17 @@ def fit_pilot(
             equal, found = True, fit(delay, OPERATIONS, MOST_ROUNDS, False)
     if abs(delay + found.late[0]) >= LINEAR:
         without = fit(None, OPERATIONS, MOST_ROUNDS, False, equal)
-        shifted, held = (_log_errors(each, found.components, each.model)[0] for each in (found, without))
-        places = (np.linspace(0, 1, len(each)) for each in (shifted, held))  # a long delay may lose a segment at an end
-        better = _clearly_positive(np.interp(next(places), next(places), held) - shifted)
-        found = found if abs(delay) < LONGEST_DELAY and better else without
+        found = found if abs(delay) < LONGEST_DELAY and _delay_pays(found, without) else without
     wide, narrow = _log_errors(found, found.components, found.model.widest, found.model)
     largest = found.model.widest.largest if _clearly_positive(narrow - wide) else found.model.largest
     return replace(found, model=replace(found.model, largest=largest))
+
+
+def _delay_pays(found: Pilot, without: Pilot) -> bool:
+    """Check that a pilot with a delay predicts held-out segments better than one without."""
+    shifted, held = (_log_errors(each, found.components, each.model)[0] for each in (found, without))
+    places = (np.linspace(0, 1, len(each)) for each in (shifted, held))  # a long delay may lose a segment at an end
+    return _clearly_positive(np.interp(next(places), next(places), held) - shifted)
 
 
 def _log_errors(pilot: Pilot, components: VarianceComponents, *models: ModelCorrections) -> list[Array]:
@@ -220,23 +227,10 @@ def secant_step(tried: list[tuple[float, float]]) -> float:
 
 def with_terms(pilot: Pilot, columns: Columns) -> Pilot:
     """Extend the pilot by the columns of all terms, and keep the variance components of the first fit."""
-    parts = [each.part for each in pilot.groups]
-    own = [columns.by_joint(part) for part in parts]
-    groups, precision = _groups(parts, own, columns, pilot.torque, OPERATIONS)
+    own = [columns.by_joint(part) for part in pilot.parts]
+    groups, precision = _groups(pilot.parts, own, columns, pilot.torque, OPERATIONS)
     prediction, _ = predict(groups, pilot.components, pilot.model, precision)
     return replace(pilot, groups=groups, prediction=prediction, precision=precision)
-
-
-def friction_error(pilot: Pilot, columns: Columns) -> float:
-    """Compute the standard error of the friction torque relative to the joint's torque [1], median over joints."""
-    parts = [each.part for each in pilot.groups]
-    own = np.concatenate([columns.by_joint(part) for part in parts])
-    joints, q = own.shape[1:]
-    covariance = pilot.prediction.covariance[: joints * q, : joints * q].reshape(joints, q, joints, q)
-    each = covariance[range(joints), :, range(joints)]
-    variance = np.einsum("kja,jab,kjb->j", own, each, own, optimize=True)
-    torque = (np.concatenate([part.torque for part in parts]) ** 2).sum(axis=0)
-    return float(np.sqrt(np.median(variance / np.maximum(torque, 1e-300))))
 
 
 def _alternate(

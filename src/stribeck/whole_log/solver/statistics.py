@@ -14,11 +14,7 @@ from stribeck.base.typing import Array
 from stribeck.whole_log.model.terms import Columns
 from stribeck.whole_log.noise.outliers import Prediction
 from stribeck.whole_log.noise.whitening import Whitener, make_whitener
-from stribeck.whole_log.uncertainty.random_effects import random_effect_columns
 from stribeck.whole_log.weak_equations import WeakEquations
-
-THREADS = 2
-"""Number of threads that whiten equations; linear algebra releases Python's lock."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,8 +106,8 @@ def accumulate(
 
     The windows' centers [s] are returned by segment number as well, with flags of the used windows.
 
-    Threads add up the folds in a fixed order. Only one thread at a time computes equations, because threads cannot
-    share Pinocchio's working memory.
+    Two threads add up the folds in a fixed order, because linear algebra releases Python's lock. Only one thread at a
+    time computes equations, because threads cannot share Pinocchio's working memory.
 
     Parameters
     ----------
@@ -149,7 +145,7 @@ def accumulate(
                 kept[place] = used
         return own
 
-    with ThreadPoolExecutor(THREADS) as pool:
+    with ThreadPoolExecutor(max_workers=2) as pool:
         tasks = [pool.submit(add_up, number) for number in range(len(folds))]
         try:
             found = [task.result() for task in tasks]
@@ -165,7 +161,7 @@ def _of(
     joints, size = part.velocity.shape[1], len(prediction.values)
     sampled = sampled and part.gait >= 0
     own = columns.by_joint(part)
-    behind = [random_effect_columns(part)] if sampled else []
+    behind = [part.gait_phase_effects()] if sampled else []
     design = columns.design(part, own, *behind, part.residual.reshape(-1, 1))
     load = columns.terms.load(part, own[:, :, : columns.basis.functions.shape[1]])
     part = prediction.set_aside(part, design)

@@ -17,9 +17,6 @@ from stribeck.judgement.reason import Reason
 from stribeck.result import JointResult, TermDecision, TermVerdict
 from stribeck.whole_log.constants import LEAST_GAIN
 
-SHARED = ("viscous", "coulomb")
-"""Parameters that depend on whether an undecided term is kept."""
-
 Kept = frozenset[str]
 Objection = tuple[TermDecision, str]
 """Status of a term that is not kept, and the reason."""
@@ -180,7 +177,8 @@ def with_terms(joint: JointResult, terms: JointTerms, noise: float = 0.0) -> Joi
     """
     parameters, found = joint.parameters, joint
     open_terms = [verdict.reason for verdict in terms.verdicts.values() if verdict.verdict == "open"]
-    shared = {name: replace(parameters[name], verdict="weak") for name in SHARED if name in parameters and open_terms}
+    divided = [name for name in ("viscous", "coulomb") if name in parameters and open_terms]
+    shared = {name: replace(parameters[name], verdict="weak") for name in divided}
     if shared:
         reason = f"{' and '.join(shared)} hold only for these speeds: {open_terms[0]}"
         reason = joint.reason if joint.verdict == "weak" else f"{joint.reason}; {reason}"

@@ -14,8 +14,9 @@ from stribeck.judgement.curve import WIDEST
 from stribeck.judgement.weakness import CLEARED, RISING
 from stribeck.result import TermVerdict
 from stribeck.whole_log.constants import LEAST_GAIN, ROUNDS
-from stribeck.whole_log.solver.elimination import Fit, solve
+from stribeck.whole_log.solver.elimination import solve
 from stribeck.whole_log.solver.empirical_bayes import learn_group_prior
+from stribeck.whole_log.solver.fit import Fit
 from stribeck.whole_log.solver.statistics import Statistics
 from stribeck.whole_log.terms.selection import Candidate, Kept, Objection, select_stepwise
 from stribeck.whole_log.terms.trials import PARAMETERS, Trials, Tried, joint_folds
@@ -48,14 +49,14 @@ class Choice:
 
 
 def select_terms(
-    whole: Statistics, folds: Sequence[Statistics], fit: Fit, refused: Refused, effects: Callable[[Fit], Array]
+    trials: Trials, whole: Statistics, fit: Fit, refused: Refused, effects: Callable[[Fit], Array]
 ) -> Choice:
     """Select each joint's terms by held-out scores, except terms that a random effect explains as well.
 
     Parameters
     ----------
-    whole, folds
-        Statistics of the log, and of its folds.
+    trials, whole
+        Trials of all terms, and the statistics of the log.
     fit
         Fit with all terms, which the other joints keep during the trials of a joint.
     refused
@@ -63,10 +64,9 @@ def select_terms(
     effects
         Function that computes the covariance of a fit due to random effects, shape (m, m).
     """
-    trials = make_trials(whole, folds, fit)
-    least = 4  # fewer folds do not show how much their scores differ
-    if len(folds) < least:
-        few = f"{len(folds)} parts of the log can be held out; at least {least} are needed"
+    least, folds = 4, trials.folds.held_right.shape[1]  # fewer folds do not show how much their scores differ
+    if folds < least:
+        few = f"{folds} parts of the log can be held out; at least {least} are needed"
         said = {term: TermVerdict(verdict="kept" if term in BASE else "refused", reason=few) for term in PARAMETERS}
         return _chosen([said for _ in refused], trials, fit)
     joints = range(len(refused))

@@ -23,8 +23,9 @@ from stribeck.friction import AUTO
 from stribeck.friction.terms import LADDER
 from stribeck.whole_log.model.laws import Laws
 from stribeck.whole_log.model.terms import NO_TERM
-from stribeck.whole_log.solver.elimination import EachJoint, Fit, eliminate, inverse_of, linearised, times_blocks
-from stribeck.whole_log.solver.empirical_bayes import best_starts
+from stribeck.whole_log.solver.elimination import EachJoint, best_starts, eliminate, linearised, times_blocks
+from stribeck.whole_log.solver.fit import Fit
+from stribeck.whole_log.solver.positive_definite import inverse_of
 from stribeck.whole_log.solver.statistics import Statistics
 
 PARAMETERS = {term.name: term.names for term in LADDER}

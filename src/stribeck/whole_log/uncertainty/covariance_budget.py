@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from stribeck.base.typing import Array
 from stribeck.whole_log.equations.corrections.calibration import CONSIDERED
-from stribeck.whole_log.solver.elimination import Fit, inverse_of
+from stribeck.whole_log.solver.fit import Fit
+from stribeck.whole_log.solver.positive_definite import inverse_of
 from stribeck.whole_log.uncertainty.heterogeneity import Heterogeneity
 
 

@@ -16,14 +16,16 @@ the inverse curvature C times D (Ledoit and Wolf 2004).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from stribeck.base.typing import Array
-from stribeck.whole_log.solver.elimination import Fit, inverse_of
+from stribeck.whole_log.solver.empirical_bayes import solve_with_empirical_bayes
+from stribeck.whole_log.solver.fit import Fit
+from stribeck.whole_log.solver.positive_definite import inverse_of
 from stribeck.whole_log.solver.statistics import Statistics
 
 
@@ -80,6 +82,19 @@ def _fold_steps(whole: Statistics, parts: Sequence[Statistics], fit: Fit) -> _Fo
     steps[own] = covariance[np.ix_(own, own)] @ slopes[own]
     prior = block_diag(np.diag(fit.laws.prior[1].ravel() ** -2.0), fit.model.precision)
     return _FoldSteps(own, covariance, steps, prior)
+
+
+def solve_overdispersed(
+    whole: Statistics, parts: Sequence[Statistics], start: Fit
+) -> tuple[Fit, Heterogeneity, Heterogeneity]:
+    """Fit with empirical Bayes and the overdispersion of the model; return the heterogeneity without and with it."""
+    fit = solve_with_empirical_bayes(whole, start)
+    before = heterogeneity(whole, parts, fit)
+    if before.model <= 1:
+        return fit, before, before
+    model = replace(fit.model, overdispersion=overdispersion_of(before.model, len(parts)))
+    fit = solve_with_empirical_bayes(whole, replace(fit, model=model))
+    return fit, before, heterogeneity(whole, parts, fit)
 
 
 def overdispersion_of(heterogeneity: float, parts: int) -> float:

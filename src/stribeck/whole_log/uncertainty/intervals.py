@@ -20,7 +20,8 @@ def joint_fits(fit: WholeLogFit, names: tuple[str, ...]) -> dict[str, JointFit]:
     The covariance includes all coordinates, so that the uncertainty of the model widens friction's
     intervals, and the heterogeneity over folds. A gain that all torque sensors share scales all friction.
     """
-    freedom = float(np.clip(fit.segments - 1, 1, 2 * (FOLDS - 1)))  # of D: the folds of a joint, and of all joints
+    most = 2 * (FOLDS - 1)  # of D: the folds of a joint, and of all joints
+    freedom = float(np.clip(len(fit.read.windows) - 1, 1, most))
     return {name: _joint_fit(fit, k, freedom, len(names)) for k, name in enumerate(names)}
 
 
@@ -51,7 +52,7 @@ class JointCoordinates:
 def joint_coordinates(fit: WholeLogFit, joint: int) -> JointCoordinates:
     """Collect the coordinates of a joint."""
     inner, model = fit.fit, fit.fit.model
-    corrections, layout = model.corrections, inner.layout
+    corrections, layout = model.layout, inner.layout
     has = np.flatnonzero(inner.laws.free[joint])
     own, unit = layout.joint(joint).start + has, np.ones(len(has))
     parameters = tuple(inner.laws.parameters[k] for k in has)
@@ -92,9 +93,9 @@ def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> Joi
         degrees_of_freedom=degrees,
         at_bound=own.held | near_bound(parameters, values, deviation, units),
         rms=float(fit.residual_rms[joint]),
-        samples=fit.statistics.count // joints,
-        blocks=fit.segments,
+        samples=fit.read.whole.count // joints,
+        blocks=len(fit.read.windows),
         converged=fit.fit.converged,
         variance_shares=tuple({name: float(share[k]) for name, share in shares.items()} for k in range(len(unit))),
-        mean_load=float(fit.statistics.mean_load[joint]) if fit.terms else 0.0,
+        mean_load=float(fit.read.whole.mean_load[joint]) if fit.terms else 0.0,
     )

@@ -35,7 +35,7 @@ def correlations(fit: WholeLogFit, names: tuple[str, ...]) -> list[tuple[str, st
     names
         Names of its joints and couplings.
     """
-    layout, bodies = fit.fit.layout, fit.fit.model.corrections.bodies
+    layout, bodies = fit.fit.layout, fit.fit.layout.bodies
     places, gain, labels = [], [], []
     for joint, name in enumerate(names):
         own = joint_coordinates(fit, joint)

@@ -1,5 +1,8 @@
 """Variances of the gait-phase random effects by REML, and their part of the covariance.
 
+A rocking foot leaves hardly any residual, because corrections of centers of mass absorb it. The standard deviation of
+the root's random effect is therefore assumed: `ROOT_EFFECT_FACTOR` times that from window to window.
+
 Equations (29) to (32) of docs/estimator-fit.md (Patterson and Thompson 1971; DerSimonian and Laird 1986).
 """
 
@@ -9,7 +12,9 @@ from scipy.optimize import nnls
 
 from stribeck.base.typing import Array
 from stribeck.whole_log.constants import ROOT_EFFECT_FACTOR
-from stribeck.whole_log.solver.elimination import Fit, inverse_of, times_blocks
+from stribeck.whole_log.solver.elimination import times_blocks
+from stribeck.whole_log.solver.fit import Fit
+from stribeck.whole_log.solver.positive_definite import inverse_of
 from stribeck.whole_log.solver.statistics import Statistics
 
 

@@ -1,18 +1,19 @@
 """Corrections of model and calibration: one object per correction."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from stribeck.robot import Robot
 from stribeck.settings import Settings
 from stribeck.whole_log.equations.corrections import calibration, model
-from stribeck.whole_log.equations.corrections.correction import Correction, CorrectionLayout
+from stribeck.whole_log.equations.corrections.correction import Correction, Layout
 
 CORRECTIONS: tuple[Correction, ...] = (
-    *(model.BODIES, calibration.GAINS, calibration.ZEROS, calibration.TILTS),
-    *(calibration.TORQUE_DELAY, calibration.BASE_DELAY, calibration.COMMAND_DELAYS, calibration.WRENCHES),
-    *(model.ROTORS, model.PAYLOADS, model.LOG_EFFECTS),
+    model.BODIES,
+    *calibration.CALIBRATION,
+    *model.MODEL,
 )
 """Corrections in the order of their columns; a log is corrected in the reverse order.
 
@@ -26,7 +27,7 @@ def find_corrections(
     settings: Settings,
     wrenches: int = 0,
     command_delays: Sequence[tuple[float, float]] = (),
-) -> CorrectionLayout:
+) -> Layout:
     """List the corrections: none, inertias and the delay of torques, or also the calibration of sensors; and rotors.
 
     `names` are joints, then couplings; `wrenches` is the number of wrench sensors. The delays of commands, which come
@@ -40,14 +41,13 @@ def find_corrections(
     own = dict(zip(robot.joint_names, command_delays, strict=False))
     late = tuple(own[name][1] for name in names if name in own)
     if settings.corrections == "none":
-        return CorrectionLayout(rotors=rotors, armature=armature, command_delays=late)
+        return lay_out({}, Layout(rotors=rotors, armature=armature, command_delays=late))
     counts = {"torque_delay": int(not late), "wrenches": sum(calibration.WRENCH) * wrenches}
     if settings.corrections == "calibration":
         counts |= {each.name: each.count(robot, names) for each in CORRECTIONS if each.count}
         counts["base_delay"] *= not late
     bodies, parameters = list(robot.tree.model.names)[1:], list(robot.tree.model.inertias)[1:]
-    return CorrectionLayout(
-        counts=counts,
+    model = Layout(
         bodies=tuple(map(str, bodies)),
         inertial_parameters=np.stack([each.toDynamicParameters() for each in parameters]),
         command_delays=late,
@@ -55,3 +55,10 @@ def find_corrections(
         armature=armature,
         payloads=tuple(payload.mass for payload in robot.payloads),
     )
+    return lay_out(counts, model)
+
+
+def lay_out(counts: Mapping[str, int], model: Layout) -> Layout:
+    """Arrange the corrections of a model, and those of sensors, whose numbers are given by name."""
+    sizes = {each.name: each.size(model) if each.size else counts.get(each.name, 0) for each in CORRECTIONS}
+    return replace(model, sizes=sizes)

@@ -14,7 +14,7 @@ from stribeck.log.storage import allocate
 from stribeck.robot import Robot
 from stribeck.robot.rooting import BASE_FRAME
 from stribeck.settings import Priors
-from stribeck.whole_log.equations.corrections.correction import Correction, CorrectionLayout, Signals
+from stribeck.whole_log.equations.corrections.correction import Correction, Layout, Signals
 
 CONSIDERED = 1e-2
 """Prior of an error that is considered but not estimated, relative to its standard error [1] (Schmidt 1966).
@@ -33,17 +33,6 @@ def _scaled(log: RobotLog, _: Robot, joints: IntArray, gains: Array) -> RobotLog
     return replace(log, torque=scaled)
 
 
-GAINS = Correction(
-    name="gains",
-    columns=lambda signals: signals.torque[:, None] * signals.own,
-    scales=lambda priors, _: priors.torque_gain,
-    count=lambda robot, names: sum(name in robot.joint_names for name in names),
-    apply=_scaled,
-    grouped=True,
-)
-"""Gains of torque sensors [1]. Their mean is one, because a common gain scales all friction."""
-
-
 def _moved(log: RobotLog, _: Robot, __: IntArray, zeros: Array) -> RobotLog:
     position = allocate(log.position.shape)
     np.subtract(log.position, zeros, out=position)
@@ -54,20 +43,6 @@ def _zero_finding(places: Sequence[int], values: Array, errors: Array, robot: Ro
     joint, angle = robot.joint_names[places[0]], float(values[0])
     degrees, error = np.rad2deg([angle, 2 * float(errors[0])])
     return Finding.of("encoder-zero", [joint], angle=degrees, error=error, offset=f"{{ {joint} = {-angle:.4f} }}")
-
-
-ZEROS = Correction(
-    name="zeros",
-    columns=lambda signals: signals.by_angles[:, :, :-3],
-    scales=lambda priors, _: priors.encoder_zero,
-    count=lambda robot, _: len(robot.joint_names),
-    apply=_moved,
-    grouped=True,
-    kind="zero",
-    apart=True,
-    finding=_zero_finding,
-)
-"""Zeros of encoders [rad]."""
 
 
 def _turned(log: RobotLog, robot: Robot, _: IntArray, tilt: Array) -> RobotLog:
@@ -81,26 +56,6 @@ def _tilt_finding(_: Sequence[int], values: Array, errors: Array, __: Robot) -> 
     each = zip(np.rad2deg(values), 2 * np.rad2deg(errors), "xyz", strict=True)
     sure = (f"{angle:.2g} ± {error:.1g}° about {axis}" for angle, error, axis in each if abs(angle) > 2 * error)
     return Finding.of("imu-tilt", angles=", ".join(sure))
-
-
-TILTS = Correction(
-    name="tilts",
-    columns=lambda signals: signals.by_angles[:, :, -3:],
-    scales=lambda priors, _: priors.imu_tilt,
-    count=lambda *_: 3,
-    apply=_turned,
-    grouped=True,
-    kind="tilt",
-    finding=_tilt_finding,
-)
-"""Tilt of the base's orientation about the axes of the root link [rad]."""
-
-TORQUE_DELAY = Correction(
-    name="torque_delay",
-    columns=lambda signals: -(signals.own @ signals.torque_rate[:, :, None]),
-    scales=lambda priors, _: priors.torque_delay,
-)
-"""Delay of all torques relative to the encoders [s]; a log is corrected by the total delay of the fit."""
 
 
 def _turning(signals: Signals) -> Array:
@@ -122,38 +77,80 @@ def _delay_finding(_: Sequence[int], values: Array, __: Array, robot: Robot) -> 
     return Finding.of("base-orientation-delay", size=size, settings=[setting])
 
 
-BASE_DELAY = Correction(
-    name="base_delay",
-    columns=_turning,
-    scales=lambda priors, _: priors.base_delay,
-    count=lambda robot, _: int(robot.base == "floating"),
-    apply=_shifted,
-    kind="base delay",
-    finding=_delay_finding,
-)
-"""Delay of the base's orientation relative to the encoders [s]."""
-
-COMMAND_DELAYS = Correction(
-    name="command_delays",
-    columns=lambda signals: signals.torque_rate[:, None] * signals.own,
-    scales=lambda _, layout: CONSIDERED * np.array(layout.command_delays),
-    size=lambda layout: len(layout.command_delays),
-)
-"""Delays of commands [s]. They were found before the fit, and only their errors matter."""
-
-
-def _wrench_scales(priors: Priors, layout: CorrectionLayout) -> Array:
+def _wrench_scales(priors: Priors, layout: Layout) -> Array:
     own = np.repeat([priors.wrench_force, priors.wrench_moment, priors.wrench_gain], WRENCH)
-    return np.tile(own, WRENCHES.size_in(layout) // len(own))
+    return np.tile(own, layout.sizes["wrenches"] // len(own))
 
 
 def _wrench_columns(signals: Signals) -> Array:
-    sensors, size = WRENCHES.size_in(signals.layout) // sum(WRENCH), sum(WRENCH)
+    sensors, size = signals.layout.sizes["wrenches"] // sum(WRENCH), sum(WRENCH)
     found = np.zeros((len(signals.state.position), len(signals.acting), sensors, size))
     if signals.wrench is not None:
         found[:, :6, signals.mode.sensor, :6], found[:, :6, signals.mode.sensor, 6] = np.eye(6), signals.wrench
     return found.reshape(*found.shape[:2], -1)
 
 
-WRENCHES = Correction(name="wrenches", columns=_wrench_columns, scales=_wrench_scales)
-"""Wrench sensors in feet: six zeros [N], [N m], and one gain [1] each."""
+CALIBRATION: tuple[Correction, ...] = (
+    # Gains of torque sensors [1]. Their mean is one, because a common gain scales all friction.
+    Correction(
+        name="gains",
+        columns=lambda signals: signals.torque[:, None] * signals.own,
+        scales=lambda priors, _: priors.torque_gain,
+        count=lambda robot, names: sum(name in robot.joint_names for name in names),
+        apply=_scaled,
+        grouped=True,
+        describe=lambda found: {"torque_gain": {k: v for k, v in zip(found.joints, found.pairs, strict=False) if v[1]}},
+    ),
+    # Zeros of encoders [rad].
+    Correction(
+        name="zeros",
+        columns=lambda signals: signals.by_angles[:, :, :-3],
+        scales=lambda priors, _: priors.encoder_zero,
+        count=lambda robot, _: len(robot.joint_names),
+        apply=_moved,
+        grouped=True,
+        kind="zero",
+        apart=True,
+        finding=_zero_finding,
+        describe=lambda found: {"encoder_zero": dict(zip(found.encoders, found.pairs, strict=False))},
+    ),
+    # Tilt of the base's orientation about the axes of the root link [rad].
+    Correction(
+        name="tilts",
+        columns=lambda signals: signals.by_angles[:, :, -3:],
+        scales=lambda priors, _: priors.imu_tilt,
+        count=lambda *_: 3,
+        apply=_turned,
+        grouped=True,
+        kind="tilt",
+        finding=_tilt_finding,
+    ),
+    # Delay of all torques relative to the encoders [s]; a log is corrected by the total delay of the fit.
+    Correction(
+        name="torque_delay",
+        columns=lambda signals: -(signals.own @ signals.torque_rate[:, :, None]),
+        scales=lambda priors, _: priors.torque_delay,
+        describe=lambda found: {"torque_delay": next(iter(found.pairs), None)},
+    ),
+    # Delay of the base's orientation relative to the encoders [s].
+    Correction(
+        name="base_delay",
+        columns=_turning,
+        scales=lambda priors, _: priors.base_delay,
+        count=lambda robot, _: int(robot.base == "floating"),
+        apply=_shifted,
+        kind="base delay",
+        finding=_delay_finding,
+        describe=lambda found: {"base_delay": next(iter(found.pairs), None)},
+    ),
+    # Delays of commands [s]. They were found before the fit, and only their errors matter.
+    Correction(
+        name="command_delays",
+        columns=lambda signals: signals.torque_rate[:, None] * signals.own,
+        scales=lambda _, layout: CONSIDERED * np.array(layout.command_delays),
+        size=lambda layout: len(layout.command_delays),
+    ),
+    # Wrench sensors in feet: six zeros [N], [N m], and one gain [1] each.
+    Correction(name="wrenches", columns=_wrench_columns, scales=_wrench_scales),
+)
+"""Corrections of sensors, from gains to wrench sensors."""

@@ -1,9 +1,9 @@
 """Correction of model or calibration: its number of columns, prior, columns, effect on a log, and place in a result."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,13 +19,18 @@ from stribeck.whole_log.equations.regressors import inertia_regressors, zero_reg
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class CorrectionLayout:
-    """The corrections of a log.
+class Layout:
+    """Corrections of a log, and named slices of the parameter vector; only this class computes offsets.
+
+    Friction comes first, joint by joint with `per_joint` entries each, then the corrections. The order is the same for
+    coordinates and for the values that enter the equations linearly. `lay_out` makes a layout without friction.
 
     Attributes
     ----------
-    counts
-        Numbers of corrected sensors, axes or signals, by name of the correction (`CORRECTIONS`).
+    sizes
+        Number of entries of each part by name, in the order of the vector.
+    per_joint
+        Number of a joint's entries.
     bodies, inertial_parameters
         Names of the bodies, and their inertial parameters in the model, shape (bodies, 10).
     command_delays
@@ -39,7 +44,8 @@ class CorrectionLayout:
         joints. The effects are offset, Coulomb friction, and viscous friction at top speed, or none.
     """
 
-    counts: Mapping[str, int] = field(default_factory=dict)
+    sizes: Mapping[str, int] = field(default_factory=dict)
+    per_joint: int = 0
     bodies: tuple[str, ...] = ()
     inertial_parameters: Array = field(default_factory=lambda: np.zeros((0, 10)))
     command_delays: tuple[float, ...] = ()
@@ -47,6 +53,31 @@ class CorrectionLayout:
     armature: Array = field(default_factory=lambda: np.zeros(0))
     payloads: tuple[float, ...] = ()
     log_effects: tuple[int, int, int] = (0, 0, 0)
+
+    def with_friction(self, joints: int, per_joint: int) -> "Layout":
+        """Put the friction of joints before the corrections."""
+        return replace(self, sizes={"friction": joints * per_joint, **self.sizes}, per_joint=per_joint)
+
+    @cached_property
+    def _ends(self) -> dict[str, int]:
+        return dict(zip(self.sizes, np.cumsum(list(self.sizes.values())).tolist(), strict=True))
+
+    def part(self, first: str, last: str | None = None) -> slice:
+        """Return the slice from one named part to another, both included."""
+        return slice(self._ends[first] - self.sizes[first], self._ends[last or first])
+
+    def places(self, first: str, last: str | None = None) -> IntArray:
+        """Return the indices from one named part to another, both included."""
+        return np.arange(self.size)[self.part(first, last)]
+
+    @property
+    def size(self) -> int:
+        """Length of the whole vector."""
+        return sum(self.sizes.values())
+
+    def joint(self, joint: int) -> slice:
+        """Return one joint's entries."""
+        return slice(joint * self.per_joint, (joint + 1) * self.per_joint)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -67,7 +98,7 @@ class Signals:
         Whether the robot carries each of its payloads.
     """
 
-    layout: CorrectionLayout
+    layout: Layout
     mode: ModeRows
     state: State
     on_joints: Array
@@ -105,6 +136,21 @@ class Signals:
         return zero_regressors(self.mode.rooted, self.mode.rows, self.state, self.root)
 
 
+class Found(NamedTuple):
+    """Values of a correction with their standard errors, and the names of the fitted joints and of all encoders."""
+
+    layout: Layout
+    values: Array
+    errors: Array
+    joints: Sequence[str]
+    encoders: Sequence[str]
+
+    @property
+    def pairs(self) -> list[tuple[float, float]]:
+        """Values and their standard errors."""
+        return list(zip(self.values.tolist(), self.errors.tolist(), strict=True))
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Correction:
     """Correction of model or calibration; its values are to be subtracted.
@@ -120,7 +166,7 @@ class Correction:
     count
         Function from the robot and names of joints and couplings to the number of columns, for calibration.
     size
-        Function from the layout to the number of columns, by default `CorrectionLayout.counts`.
+        Function from the layout to the number of columns, for other corrections.
     apply
         Function that corrects a log, given the robot, columns of the fitted joints, and values.
     grouped
@@ -128,19 +174,18 @@ class Correction:
     kind, apart, finding
         Kind of the competing cause, "" for none; whether each column is a cause; and the function from numbers, values
         and errors of a cause to its finding.
+    describe
+        Function from the found values to fields of `Corrections` in a result.
     """
 
     name: str
     columns: Callable[[Signals], Array] | None = None
-    scales: Callable[[Priors, CorrectionLayout], Any] | None = None
+    scales: Callable[[Priors, Layout], Any] | None = None
     count: Callable[[Robot, Sequence[str]], int] | None = None
-    size: Callable[[CorrectionLayout], int] | None = None
+    size: Callable[[Layout], int] | None = None
     apply: Callable[[RobotLog, Robot, IntArray, Array], RobotLog] | None = None
     grouped: bool = False
     kind: str = ""
     apart: bool = False
     finding: Callable[[Sequence[int], Array, Array, Robot], Finding] | None = None
-
-    def size_in(self, layout: CorrectionLayout) -> int:
-        """Compute the number of columns."""
-        return self.size(layout) if self.size else layout.counts.get(self.name, 0)
+    describe: Callable[[Found], Mapping[str, Any]] | None = None

@@ -9,10 +9,7 @@ from stribeck.base.typing import Array
 from stribeck.robot.inertial_parameters import SIZE, carried
 from stribeck.settings import Priors
 from stribeck.whole_log.constants import FRICTION_OF_LOGS
-from stribeck.whole_log.equations.corrections.correction import Correction, CorrectionLayout, Signals
-
-PAYLOAD = (0.05, 0.02, 0.01)
-"""Prior errors of a payload relative to its mass: mass [1], first moments [m], second moments [m^2]."""
+from stribeck.whole_log.equations.corrections.correction import Correction, Found, Layout, Signals
 
 BODIES = Correction(
     name="bodies", columns=lambda signals: signals.by_inertia, size=lambda layout: layout.inertial_parameters.size
@@ -32,13 +29,10 @@ def _by_payloads(signals: Signals) -> Array:
     return found.reshape(*rows, -1)
 
 
-PAYLOADS = Correction(
-    name="payloads",
-    columns=_by_payloads,
-    scales=lambda _, layout: np.outer(layout.payloads, np.repeat(PAYLOAD, [1, 3, 6])).ravel(),
-    size=lambda layout: SIZE * len(layout.payloads),
-)
-"""Inertial parameters of payloads."""
+def _payload_scales(_: Priors, layout: Layout) -> Array:
+    """Compute prior errors relative to the mass: mass [1], first moments [m], second moments [m^2]."""
+    mass, first, second = 0.05, 0.02, 0.01
+    return np.outer(layout.payloads, np.repeat([mass, first, second], [1, 3, 6])).ravel()
 
 
 def _by_rotors(signals: Signals) -> Array:
@@ -47,25 +41,22 @@ def _by_rotors(signals: Signals) -> Array:
     return np.asarray(turned[:, None] * signals.acting[:, rotors])
 
 
-def _rotor_scales(priors: Priors, layout: CorrectionLayout) -> Array:
+def _rotor_scales(priors: Priors, layout: Layout) -> Array:
     return np.asarray(np.where(layout.armature > 0, priors.rotor_share * layout.armature, priors.rotor))
 
 
-ROTORS = Correction(name="rotors", columns=_by_rotors, scales=_rotor_scales, size=lambda layout: len(layout.rotors))
-"""Rotor inertias [kg m^2]."""
-
-
-def _log_scales(_: Priors, layout: CorrectionLayout) -> Array:
+def _log_scales(_: Priors, layout: Layout) -> Array:
     """Compute scales relative to that of offsets [1]."""
     contrasts, effects, joints = layout.log_effects
     return np.tile(np.repeat([1.0, *2 * [FRICTION_OF_LOGS]][:effects], joints), contrasts)
 
 
-LOG_EFFECTS = Correction(name="log_effects", scales=_log_scales, size=lambda layout: math.prod(layout.log_effects))
-"""Offset and friction that differ between logs [N m], as contrasts; `EquationSequence` adds the columns."""
+def _describe_offsets(found: Found) -> dict[str, dict[str, tuple[float, ...]]]:
+    offsets = effects_of_logs(found.layout, found.values)[:1].sum(axis=0).T.tolist()
+    return {"log_offsets": {joint: tuple(own) for joint, own in zip(found.joints, offsets, strict=False)}}
 
 
-def effects_of_logs(layout: CorrectionLayout, contrasts: Array) -> Array:
+def effects_of_logs(layout: Layout, contrasts: Array) -> Array:
     """Convert contrasts to the difference of each log's effects from their mean, shape (effects, logs, joints)."""
     own = contrasts.reshape(layout.log_effects).transpose(1, 0, 2)
     return np.asarray(contrasts_of_logs(layout.log_effects[0] + 1).T @ own)
@@ -74,3 +65,24 @@ def effects_of_logs(layout: CorrectionLayout, contrasts: Array) -> Array:
 def contrasts_of_logs(logs: int) -> Array:
     """Return orthonormal rows with zero sum, shape (logs - 1, logs): deviations of logs from their mean."""
     return np.asarray(helmert(logs))
+
+
+MODEL: tuple[Correction, ...] = (
+    # Rotor inertias [kg m^2].
+    Correction(name="rotors", columns=_by_rotors, scales=_rotor_scales, size=lambda layout: len(layout.rotors)),
+    # Inertial parameters of payloads.
+    Correction(
+        name="payloads",
+        columns=_by_payloads,
+        scales=_payload_scales,
+        size=lambda layout: SIZE * len(layout.payloads),
+    ),
+    # Offset and friction that differ between logs [N m], as contrasts; `EquationSequence` adds the columns.
+    Correction(
+        name="log_effects",
+        scales=_log_scales,
+        size=lambda layout: math.prod(layout.log_effects),
+        describe=_describe_offsets,
+    ),
+)
+"""Corrections of the model in addition to those of its bodies."""
