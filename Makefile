@@ -4,7 +4,7 @@ BIN := .venv/bin
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile -c requirements.lock
 PYTEST := $(BIN)/python -m pytest -n auto --dist worksteal
 UNTRACED := tests/simulation tests/studies tests/test_real_logs.py
-BENCHMARKS := startup friction_torque identify controller
+BENCHMARKS := identify online
 
 # Modules are compiled when one is first imported, and kept: else each of many processes would compile them anew.
 export PYTHONDONTWRITEBYTECODE :=

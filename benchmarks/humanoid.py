@@ -58,10 +58,9 @@ def stepping_log(robot: Robot, samples: int, rate: float = 1000.0, seed: int = 0
     for k, foot in enumerate(FEET):
         rows = np.flatnonzero(standing == k)
         contact[rows, k] = True
-        state = State(position[rows], velocity[rows], acceleration[rows])
-        root = standing_root(robot, foot, state)
-        needed = rooted_inverse_dynamics(robot.rooted_at(foot), *state_arrays(state), root)[1]
-        torque[rows] += needed
+        motion = position[rows], velocity[rows], acceleration[rows]
+        root = standing_root(robot, foot, State(*motion))
+        torque[rows] += rooted_inverse_dynamics(robot.rooted_at(foot), *motion, root)[1]
     return RobotLog(
         time=time,
         joint_names=robot.joint_names,
@@ -70,8 +69,3 @@ def stepping_log(robot: Robot, samples: int, rate: float = 1000.0, seed: int = 0
         foot_names=FEET,
         contact=contact,
     )
-
-
-def state_arrays(state: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return position, velocity and acceleration."""
-    return state.position, state.velocity, state.acceleration

@@ -19,13 +19,14 @@ from pathlib import Path
 from statistics import median
 
 import numpy as np
+import pinocchio as pin
 from studies.accuracy_cases import CASES, exact_walks, measured
 from studies.compensation import arm, noisy_log
 from studies.kept_walks import FOLDER
 
-from benchmarks.friction_torque import floor_of
-from benchmarks.humanoid import stepping_log, talos
+from benchmarks.humanoid import FEET, stepping_log, talos
 from benchmarks.report import arguments, report
+from stribeck.dynamics.rooted import THREADS
 from stribeck.log.writers import write_log
 from stribeck_simulation.robots import MODELS
 
@@ -62,7 +63,7 @@ def main() -> None:
         figures[f"{kind} [s]"] = seconds
         figures[f"{kind}, over the unit of work"] = seconds / unit
         figures[f"{kind}, peak memory [GB]"] = peak
-    report(figures, options.save, options.compare)
+    report(figures, options)
 
 
 def write_logs(folder: Path, samples: int) -> None:
@@ -83,10 +84,15 @@ def write_logs(folder: Path, samples: int) -> None:
 
 def unit_of_work(folder: Path) -> float:
     """Time `rneaInParallel` over `BATCH * BATCHES` samples of the humanoid [s]."""
-    job = floor_of(talos(folder), BATCH)
+    model = talos(folder).rooted_at(FEET[0]).model
+    generator, joints = np.random.default_rng(0), model.nv - 6
+    root = np.tile(pin.neutral(model)[:7], (BATCH, 1))
+    position = np.hstack([root, generator.normal(size=(BATCH, joints))])
+    velocity, acceleration = generator.normal(size=(2, BATCH, model.nv))
+    pool, effort = pin.ModelPool(model, THREADS), np.empty((BATCH, model.nv))
     begin = time.process_time()
     for _ in range(BATCHES):
-        job()
+        pin.rneaInParallel(THREADS, pool, position.T, velocity.T, acceleration.T, effort.T)
     return time.process_time() - begin
 
 

@@ -9,6 +9,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +21,7 @@ from stribeck.base.threads import one_blas_thread
 from stribeck.online import OnlineFriction
 from stribeck.result import CurvePoint, JointResult, LogSummary, ParameterEstimate
 
-NAMES = ("viscous", "coulomb", "stribeck_gain", "stribeck_velocity", "offset", "slope")
-FRICTION = dict(zip(NAMES, (0.2, 1.0, 0.2, 0.2, 0.5, 40.0), strict=True))
+FRICTION = {"viscous": 0.2, "coulomb": 1.0, "stribeck_gain": 0.2, "stribeck_velocity": 0.2, "offset": 0.5, "slope": 40}
 LEVEL = np.array([0, 0, 0, 1.0])
 """Orientation of a level base."""
 
@@ -34,10 +34,7 @@ def identified(robot: Robot) -> Result:
         )
         for name, value in FRICTION.items()
     }
-    curve = tuple(
-        CurvePoint(velocity=v, value=1.1, standard_error=0.01, interval_95=(1.0, 1.2), unit="N m")
-        for v in (0.1, 0.5, 1.0)
-    )
+    point = partial(CurvePoint, value=1.1, standard_error=0.01, interval_95=(1.0, 1.2), unit="N m")
     joint = JointResult(
         parameters=parameters,
         verdict="identified",
@@ -45,7 +42,7 @@ def identified(robot: Robot) -> Result:
         samples=1000,
         velocity_range=(-1.0, 1.0),
         reversals=10,
-        curve=curve,
+        curve=tuple(point(velocity=v) for v in (0.1, 0.5, 1.0)),
         residual_rms=0.1,
     )
     summary = LogSummary(path="log", sha256="", duration=60.0, rate=1000.0, samples_used=1000)
@@ -84,8 +81,7 @@ def main() -> None:
             "99.9 % of single samples are below, waiting included [us]": float(np.percentile(clock, 99.9)),
             "mean per sample in batches of 10 ms [us]": float(batch[:, 0].mean() / 10),
         },
-        options.save,
-        options.compare,
+        options,
     )
 
 

@@ -14,11 +14,11 @@ def arguments(description: str, samples: int) -> argparse.Namespace:
     return parser.parse_args()
 
 
-def report(figures: dict[str, float], save: Path | None, compare: Path | None) -> None:
+def report(figures: dict[str, float], options: argparse.Namespace) -> None:
     """Print one line per figure, with its ratio to the saved figure if available."""
-    before = json.loads(compare.read_text()) if compare else {}
+    before = json.loads(options.compare.read_text()) if options.compare else {}
     for name, value in figures.items():
         ratio = f"   was {before[name]:.4g}, now {value / before[name]:.2f} of it" if name in before else ""
         print(f"{name:<64}{value:>10.4g}{ratio}")
-    if save:
-        save.write_text(json.dumps(figures, indent=2) + "\n")
+    if options.save:
+        options.save.write_text(json.dumps(figures, indent=2) + "\n")

@@ -18,9 +18,8 @@ viscous friction and offset; coverage of the 95 % intervals; and the share of we
 
 import time
 from collections.abc import Callable, Iterable, Iterator
-from functools import lru_cache, partial
+from functools import lru_cache
 from itertools import product
-from typing import Any
 
 import numpy as np
 
@@ -28,12 +27,12 @@ from stribeck import Robot, Settings, identify
 from stribeck.base.typing import Array
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
-from stribeck.result import Result
+from stribeck.result import ParameterEstimate, Result
 from stribeck_simulation.run import Simulated
-from studies.accuracy_cases import CASES, LAW, NAMES, ROBOTS, Case, exact_walks
+from studies.accuracy_cases import CASES, LAW, NAMES, WALKS, Case, exact_walks
 from studies.command import Row, command, rounded
 from studies.harder_cases import CONDITIONS, as_seen, other_walks
-from studies.markdown import markdown_table
+from studies.markdown import markdown_table, percent
 
 SEEDS, FEWER = 5, 3
 """Number of seeds per case, and of harder cases; cases without random numbers have one."""
@@ -58,7 +57,7 @@ ALL_CASES: dict[str, Case] = {**CASES, **CONDITIONS}
 
 def runs() -> Iterator[Row]:
     """Yield the keys of all runs."""
-    for (robot, (case, made)), method in product(product(ROBOTS, CASES.items()), METHODS):
+    for (robot, (case, made)), method in product(product(WALKS, CASES.items()), METHODS):
         if method == TRUSTED and (made.wrong_model or made.harder):
             continue
         seeds = 1 if made == Case() else FEWER if made.harder else SEEDS
@@ -76,14 +75,9 @@ def walks_of(robot: str, harder: bool) -> list[Simulated]:
 
 def run(robot: str, case: str, method: str, seed: int) -> Row:
     """Identify the friction of one case with one method, and compare it with the ground truth."""
-    return measure(robot, case, seed, partial(identify, settings=SETTINGS[method]))
-
-
-def measure(robot: str, case: str, seed: int, method: Callable[[list[RobotLog], Robot], Result]) -> Row:
-    """Compare what a method identifies in one case with the ground truth."""
     walks, believed, logs = as_seen(walks_of(robot, case in CONDITIONS), ALL_CASES[case], seed)
     begin = time.perf_counter()
-    result = method(logs, believed)
+    result = identify(logs, believed, SETTINGS[method])
     seconds = (time.perf_counter() - begin) / result.log.duration
     speeds = usual_speeds(believed, [walk.log for walk in walks])
     return {"seconds": rounded(seconds, 4), **compared(result, walks[0].truth.parameters, speeds)}
@@ -103,30 +97,24 @@ def compared(result: Result, truth: dict[str, dict[str, float]], speeds: dict[st
     `standard_error` refer to each parameter in its unit. `held` is true if the 95 % interval covers the true value.
     """
     law, joints = get_law(LAW), [joint for joint in truth if result.joints[joint].parameters]
-    pairs = {
-        name: [
-            (result.joints[joint].parameters[name], truth[joint][name])
-            for joint in joints
-            if name in result.joints[joint].parameters
-        ]
-        for name in NAMES
-    }
-    off = [
-        np.std(
-            result.joints[joint].friction(speeds[joint], offset=True)
-            - law.torque(speeds[joint], np.array([truth[joint][name] for name in NAMES]))
-        )
-        for joint in joints
-    ]
+    pairs: dict[str, list[tuple[ParameterEstimate, float]]] = {name: [] for name in NAMES}
+    shape = []
+    for joint in joints:
+        found, known = result.joints[joint], truth[joint]
+        for name in found.parameters.keys() & pairs.keys():
+            pairs[name].append((found.parameters[name], known[name]))
+        true_curve = law.torque(speeds[joint], np.array([known[name] for name in NAMES]))
+        off = float(np.std(found.friction(speeds[joint], offset=True) - true_curve))
+        shape.append(rounded(off, 4) / known["coulomb"])
 
-    def of_all(value: Callable[[Any, float], float]) -> dict[str, list[float]]:
+    def of_all(value: Callable[[ParameterEstimate, float], float]) -> dict[str, list[float]]:
         return {name: [value(found, known) for found, known in each] for name, each in pairs.items()}
 
     return {
         "chi_square": rounded(result.corrections.chi_square, 4) if result.corrections else None,
         "joints": joints,
         "relative": [rounded(abs(found.value / known - 1), 4) for found, known in pairs["coulomb"]],
-        "shape": [rounded(float(each), 4) / truth[joint]["coulomb"] for each, joint in zip(off, joints, strict=True)],
+        "shape": shape,
         "error": of_all(lambda found, known: rounded(found.value - known, 4)),
         "standard_error": of_all(lambda found, _: rounded(found.standard_error, 4)),
         "held": of_all(lambda found, known: int(found.interval_95[0] <= known <= found.interval_95[1])),
@@ -166,11 +154,10 @@ def summary(rows: list[Row]) -> dict[str, float]:
         found[f"{name}_worst"] = float(np.mean([MEASURES[name](row).max() for row in rows]))
     found |= {f"{name}_covered": float(np.mean([x for row in rows for x in row["held"][name]])) for name in NAMES}
     found["weak"] = float(np.mean([x for row in rows for name in NAMES for x in row["weak"][name]]))
-    found["seconds"] = float(np.mean([row["seconds"] for row in rows]))
     return found
 
 
-HEAD = (*("robot", "case", "method", "seeds", "Coulomb %", "shape %", "viscous", "offset", "coverage %", "weak %"),)
+HEAD = ("robot", "case", "method", "seeds", "Coulomb %", "shape %", "viscous", "offset", "coverage %", "weak %")
 HARDER_HEAD = ("condition", "robot", "curve-fit", "law known", "default")
 
 
@@ -179,20 +166,16 @@ def tables(rows: list[Row]) -> list[str]:
     together: dict[tuple[str, str, str], list[Row]] = {}
     for row in rows:
         together.setdefault((row["robot"], row["case"], row["method"]), []).append(row)
-    usual, drawn = (
-        [
-            [*key, len(found), *_numbers(summary(found))]
-            for key in product(ROBOTS, (name for name, case in CASES.items() if case.harder == kind), METHODS)
-            if (found := together.get(key))
-        ]
-        for kind in (False, True)
-    )
-    harder = [
-        [case, robot, *(_cell(together[robot, case, method][0]) for method in (CURVE_FIT, WHOLE_LOG, DEFAULT))]
-        for case, robot in product(CONDITIONS, HARDER_ROBOTS)
-        if all((robot, case, method) in together for method in (CURVE_FIT, WHOLE_LOG, DEFAULT))
-    ]
-    return [*(markdown_table(HEAD, each, 3) for each in (usual, drawn)), markdown_table(HARDER_HEAD, harder, 2)]
+    usual: dict[bool, list[list[object]]] = {False: [], True: []}
+    for key in product(WALKS, CASES, METHODS):
+        if found := together.get(key):
+            usual[CASES[key[1]].harder].append([*key, len(found), *_numbers(summary(found))])
+    harder = []
+    for case, robot in product(CONDITIONS, HARDER_ROBOTS):
+        own = [together.get((robot, case, method)) for method in (CURVE_FIT, WHOLE_LOG, DEFAULT)]
+        if all(own):
+            harder.append([case, robot, *(_cell(each[0]) for each in own if each)])
+    return [*(markdown_table(HEAD, each, 3) for each in usual.values()), markdown_table(HARDER_HEAD, harder, 2)]
 
 
 def _numbers(row: dict[str, float]) -> list[str]:
@@ -205,9 +188,8 @@ def _numbers(row: dict[str, float]) -> list[str]:
 
 
 def _cell(row: Row) -> str:
-    coulomb, shape = MEASURES["coulomb"](row), MEASURES["shape"](row)
-    share = coverage([row])
-    held = "–" if np.isnan(share) else f"{100 * share:.0f} %"
+    coulomb, shape, share = np.array(row["relative"]), np.array(row["shape"]), coverage([row])
+    held = "–" if np.isnan(share) else percent(share)
     return f"{100 * coulomb.mean():.1f} / {100 * coulomb.max():.1f}, {100 * shape.mean():.1f}, {held}"
 
 

@@ -1,7 +1,8 @@
 """Robots, walks and errors of the accuracy study: three humanoids, three walks each, eleven cases."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -11,8 +12,10 @@ from stribeck.base.typing import Array
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck_simulation.run import Simulated
-from stribeck_simulation.scenario import FrictionTable, PushTable, Scenario, SoleTable, StepsTable
+from stribeck_simulation.scenario import FrictionTable, Scenario
 from stribeck_simulation.sensors.measure import with_noise
+from stribeck_simulation.walking.footsteps import Push, Steps
+from studies.changes import with_model
 from studies.kept_walks import FOLDER, kept_walk
 from studies.walking_cases import WALKERS
 
@@ -22,15 +25,15 @@ NAMES = tuple(parameter.name for parameter in get_law(LAW).parameters)
 COMMON = {"viscous": 0.2, "stribeck_gain": 0.2, "stribeck_velocity": 0.2, "slope": 40.0}
 """Friction parameters that all leg joints share."""
 
-LEVELS = {
-    "hip roll": 1.0,
-    "hip pitch": 0.75,
-    "hip yaw": 0.75,
-    "knee": 1.0,
-    "ankle roll": 0.1,
-    "ankle pitch": 0.2,
-}
+JOINTS = {"hip_roll": 1.0, "hip_pitch": 0.75, "hip_yaw": 0.75, "knee": 1.0, "ankle_roll": 0.1, "ankle_pitch": 0.2}
 """Coulomb friction and offset [N m], Table 6.2 of the paper."""
+
+LEVELS = {
+    "TORO-like": {f"*_{joint}": level for joint, level in JOINTS.items()},
+    "TALOS": {f"leg_*_{k}_joint": level for k, level in enumerate((0.75, 1.0, 0.75, 1.0, 0.2, 0.1), 1)},
+    "G1": {f"*_{joint}_joint": level if "ankle" in joint else level / 2 for joint, level in JOINTS.items()},
+}
+"""Coulomb friction and offset [N m] of leg joints, by robot and pattern. The G1 weighs half as much as the others."""
 
 SECONDS = 44.0
 """Duration of the steps of one walk [s]."""
@@ -39,56 +42,25 @@ DOUBLE_SUPPORT = 0.2
 """Duration of the double support in each step [s]."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Walked:
-    """One robot of `WALKERS`: patterns of its leg joints, walks by name, Coulomb friction and offset [N m]."""
-
-    walker: str
-    legs: Mapping[str, str]
-    walks: Mapping[str, StepsTable]
-    levels: Mapping[str, float] = field(default_factory=lambda: LEVELS)
+def steps_for(seconds: float, single_support: float, double_support: float, **kind: Any) -> Steps:
+    """Compute how many steps fit into a walk [s], and describe them."""
+    count = round(seconds / (single_support + double_support))
+    return Steps(count=count, single_support=single_support, double_support=double_support, **kind)
 
 
-def _ways(forward: StepsTable, sideways: StepsTable) -> dict[str, StepsTable]:
-    """Arrange steps as three walks: straight on, to the left and to the right."""
-    right = sideways.model_copy(update={"sideways": -sideways.sideways})
-    return {"straight": forward, "left": sideways, "right": right}
+def _ways(single_support: float, forward: dict[str, float], sideways: dict[str, float]) -> dict[str, Steps]:
+    """Describe three walks: straight on, to the left and to the right."""
+    right = sideways | {"sideways": -sideways["sideways"]}
+    kinds = {"straight": forward, "left": sideways, "right": right}
+    return {way: steps_for(SECONDS, single_support, DOUBLE_SUPPORT, **kind) for way, kind in kinds.items()}
 
 
-def _steps(single_support: float = 0.8, **kind: float) -> StepsTable:
-    """Compute how many steps fit into one walk, and describe them."""
-    count = round(SECONDS / (single_support + DOUBLE_SUPPORT))
-    return StepsTable(count=count, single_support=single_support, double_support=DOUBLE_SUPPORT, **kind)
-
-
-ROBOTS = {
-    "TORO-like": Walked(
-        walker="TORO-like",
-        legs={name: f"*_{name.replace(' ', '_')}" for name in LEVELS},
-        walks=_ways(_steps(forward=0.3), _steps(sideways=0.25, width=0.16)),
-    ),
-    "TALOS": Walked(
-        walker="TALOS",
-        legs={
-            "hip yaw": "leg_*_1_joint",
-            "hip roll": "leg_*_2_joint",
-            "hip pitch": "leg_*_3_joint",
-            "knee": "leg_*_4_joint",
-            "ankle pitch": "leg_*_5_joint",
-            "ankle roll": "leg_*_6_joint",
-        },
-        walks=_ways(_steps(forward=0.3), _steps(sideways=0.2)),
-    ),
-    "G1": Walked(
-        walker="G1",
-        legs={name: f"*_{name.replace(' ', '_')}_joint" for name in LEVELS},
-        walks=_ways(_steps(0.6, forward=0.2, width=0.16), _steps(0.6, sideways=0.1, width=0.12)),
-        levels=LEVELS | {"hip roll": 0.5, "hip pitch": 0.375, "hip yaw": 0.375, "knee": 0.5},
-    ),
+WALKS = {
+    "TORO-like": _ways(0.8, {"forward": 0.3}, {"sideways": 0.25, "width": 0.16}),
+    "TALOS": _ways(0.8, {"forward": 0.3}, {"sideways": 0.2}),
+    "G1": _ways(0.6, {"forward": 0.2, "width": 0.16}, {"sideways": 0.1, "width": 0.12}),
 }
-"""Walking robots by name. The G1 weighs half as much as the others, has half of their friction in hips and knees, and
-steps faster. No joint reaches a mechanical stop.
-"""
+"""Walks by robot and name. No joint reaches a mechanical stop."""
 
 
 @dataclass(frozen=True)
@@ -127,40 +99,30 @@ CASES = {
 }
 
 
-def exact_walks(name: str) -> list[Simulated]:
-    """Simulate the walks of a robot with perfect sensors."""
-    return kept_walks_of(name, ROBOTS[name])
-
-
-def kept_walks_of(name: str, walked: Walked, pushes: Mapping[str, list[PushTable]] | None = None) -> list[Simulated]:
-    """Load or simulate the walks of a robot, optionally with pushes, and keep them under the robot's name."""
+def exact_walks(
+    name: str, walks: Mapping[str, Steps] | None = None, pushes: Mapping[str, list[Push]] | None = None
+) -> list[Simulated]:
+    """Load or simulate walks of a robot with perfect sensors, by default `WALKS`, and keep them under its name."""
     robot_file = FOLDER / f"{name}.toml"
     robot_file.parent.mkdir(parents=True, exist_ok=True)
-    robot_file.write_text(WALKERS[walked.walker].robot_file, encoding="utf-8")
+    robot_file.write_text(WALKERS[name].robot_file, encoding="utf-8")
     found = []
-    for way, steps in walked.walks.items():
-        scenario = walk_scenario(walked, steps, robot_file.name)
-        scenario = scenario.model_copy(update={"push": (pushes or {}).get(way, [])})
+    for way, steps in (walks or WALKS[name]).items():
+        scenario = walk_scenario(name, [steps], robot_file.name, (pushes or {}).get(way, []))
         found.append(kept_walk(f"{name}-{way}", scenario, FOLDER))
     return found
 
 
-def walk_scenario(walked: Walked, steps: StepsTable, robot_file: str) -> Scenario:
-    """Build the scenario of one walk."""
-    walker = WALKERS[walked.walker]
-    levels = {pattern: walked.levels[kind] for kind, pattern in walked.legs.items()}
+def walk_scenario(name: str, walk: list[Steps], robot_file: str, push: Sequence[Push] = ()) -> Scenario:
+    """Build the scenario of one walk of a robot."""
+    friction = {pattern: {"coulomb": level, "offset": level} for pattern, level in LEVELS[name].items()}
     return Scenario(
         robot=robot_file,
-        posture=dict(walker.posture),
-        soles={
-            foot: SoleTable(centre=list(sole.centre), half_length=sole.half_length, half_width=sole.half_width)
-            for foot, sole in walker.soles.items()
-        },
-        walk=[steps],
-        friction=FrictionTable(
-            common=COMMON,
-            joints={pattern: {"coulomb": level, "offset": level} for pattern, level in levels.items()},
-        ),
+        posture=dict(WALKERS[name].posture),
+        soles=dict(WALKERS[name].soles),
+        walk=walk,
+        push=list(push),
+        friction=FrictionTable(common=COMMON, joints=friction),
     )
 
 
@@ -194,18 +156,20 @@ def with_factors(walk: Simulated, factors: Array) -> Simulated:
 def wrong_model(robot: Robot, seed: int) -> Robot:
     """Perturb the model that the estimators get; its bodies remain physically possible."""
     generator = np.random.default_rng([seed, 1])
-    model = pin.Model(robot.tree.model)
-    for joint in range(1, model.njoints):
-        body = model.inertias[joint]
-        moments, axes = np.linalg.eigh(body.inertia)
-        wrong = moments * generator.uniform(0.8, 1.2, 3)
-        while 2 * wrong.max() > wrong.sum():
+
+    def change(model: pin.Model) -> None:
+        for joint in range(1, model.njoints):
+            body = model.inertias[joint]
+            moments, axes = np.linalg.eigh(body.inertia)
             wrong = moments * generator.uniform(0.8, 1.2, 3)
-        shift = generator.standard_normal(3)
-        lever = body.lever + generator.uniform(0.005, 0.010) * shift / np.linalg.norm(shift)
-        mass = body.mass * generator.uniform(0.95, 1.05)
-        model.inertias[joint] = pin.Inertia(mass, lever, axes @ np.diag(wrong) @ axes.T)
-    return replace(robot, tree=replace(robot.tree, model=model))
+            while 2 * wrong.max() > wrong.sum():
+                wrong = moments * generator.uniform(0.8, 1.2, 3)
+            shift = generator.standard_normal(3)
+            lever = body.lever + generator.uniform(0.005, 0.010) * shift / np.linalg.norm(shift)
+            mass = body.mass * generator.uniform(0.95, 1.05)
+            model.inertias[joint] = pin.Inertia(mass, lever, axes @ np.diag(wrong) @ axes.T)
+
+    return with_model(robot, change)
 
 
 def measured(log: RobotLog, case: Case, seed: int, number: int) -> RobotLog:

@@ -17,8 +17,8 @@ The second table counts the points of a log's curve, at three such speeds, that 
 For the next log, the interval contains a spread between logs. The spread is also chosen without the robot's own logs.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from itertools import combinations
 
 import numpy as np
@@ -126,15 +126,22 @@ def found(robot: Robot, result: Result | None, test: Rows) -> Array:
     return np.where(said, predicted, np.nan)
 
 
+def ends_of(a: JointResult, b: JointResult) -> tuple[float, float]:
+    """Find the slowest and the fastest speed that two curves contain [rad/s]."""
+    return max(a.curve[0].velocity, b.curve[0].velocity), min(a.curve[-1].velocity, b.curve[-1].velocity)
+
+
+def curve_at(joint: JointResult, speeds: Sequence[float] | Array) -> tuple[Array, Array]:
+    """Interpolate a curve and half of its interval [N m]."""
+    own, rows = [point.velocity for point in joint.curve], [(point.value, point.half_width) for point in joint.curve]
+    value, half = (np.interp(speeds, own, each) for each in zip(*rows, strict=True))
+    return value, half
+
+
 def disjoint_curves(a: JointResult, b: JointResult) -> bool:
     """Check whether the intervals of two curves are disjoint at the slowest or the fastest speed of both."""
-    ends = [max(a.curve[0].velocity, b.curve[0].velocity), min(a.curve[-1].velocity, b.curve[-1].velocity)]
-    speeds = [[point.velocity for point in joint.curve] for joint in (a, b)]
-    values, halves = (
-        [np.interp(ends, v, [getattr(p, name) for p in joint.curve]) for v, joint in zip(speeds, (a, b), strict=True)]
-        for name in ("value", "half_width")
-    )
-    return bool(np.any(np.abs(values[0] - values[1]) > halves[0] + halves[1]))
+    (one, half), (other, other_half) = (curve_at(joint, ends_of(a, b)) for joint in (a, b))
+    return bool(np.any(np.abs(one - other) > half + other_half))
 
 
 def beyond(a: JointResult, b: JointResult) -> Array:
@@ -143,10 +150,7 @@ def beyond(a: JointResult, b: JointResult) -> Array:
     With the difference d and half of the interval h, it is the root of d^2 - h^2: the spread between logs that would
     have to be added to h^2. Zero inside the interval.
     """
-    low, high = max(a.curve[0].velocity, b.curve[0].velocity), min(a.curve[-1].velocity, b.curve[-1].velocity)
-    speeds, own = np.linspace(low, high, 3), [point.velocity for point in a.curve]
-    value, half = (np.interp(speeds, own, [getattr(p, name) for p in a.curve]) for name in ("value", "half_width"))
-    other = np.interp(speeds, [point.velocity for point in b.curve], [point.value for point in b.curve])
+    (value, half), (other, _) = (curve_at(joint, np.linspace(*ends_of(a, b), 3)) for joint in (a, b))
     return np.asarray(np.sqrt(np.maximum((other - value) ** 2 - half**2, 0.0)) / value)
 
 
@@ -227,31 +231,16 @@ def spreads(rows: list[Row]) -> str:
 def tables(rows: list[Row]) -> list[str]:
     """Format the table of errors and verdicts, and that of the intervals of another log."""
     names = ("ridge", *METHODS)
-    head = (
-        "robot",
-        *names,
-        "joints with friction",
-        *(f"{what} {m}" for m in METHODS for what in ("identified", "disjoint")),
-    )
+    judged = [f"{kind} {method}" for method in METHODS for kind in ("identified", "disjoint")]
     cells = []
     for row in rows:
-        of_all = partial(means, row)
-        joints = len(row["joints"])
-        cells.append(
-            (
-                row["robot"],
-                *(f"{of_all(name)[0]:.2f}" for name in names),
-                f"{of_all('default')[1]:.0%}",
-                *(
-                    f"{' '.join(map(str, row[f'identified {m}']))} of {joints}"
-                    if what == "identified"
-                    else f"{row[f'disjoint {m}'][0]} of {row[f'disjoint {m}'][1]}"
-                    for m in METHODS
-                    for what in ("identified", "disjoint")
-                ),
-            )
-        )
-    return [markdown_table(head, cells), spreads(rows)]
+        errors = [f"{means(row, name)[0]:.2f}" for name in names]
+        counts = []
+        for method in METHODS:
+            identified = " ".join(map(str, row[f"identified {method}"]))
+            counts += [f"{identified} of {len(row['joints'])}", "{} of {}".format(*row[f"disjoint {method}"])]
+        cells.append((row["robot"], *errors, f"{means(row, 'default')[1]:.0%}", *counts))
+    return [markdown_table(("robot", *names, "joints with friction", *judged), cells), spreads(rows)]
 
 
 if __name__ == "__main__":

@@ -147,16 +147,6 @@ def compiled(
     return compensate
 
 
-def observed(robot: Robot, bandwidth: float) -> Compensation:
-    """Build the compensation by a momentum observer, with the same gain as the header's compensation."""
-    observer = MomentumObserver(robot, 1 / RATE, bandwidth)
-
-    def compensate(position: Array, measured: Array, desired: Array, torque: Array) -> Array:  # noqa: ARG001
-        return SETTINGS["gain"] * observer.update(position, measured, torque)
-
-    return compensate
-
-
 def run(task: str, compensation: str) -> Row:
     """Simulate a task with a compensation."""
     robot = arm()
@@ -170,10 +160,8 @@ def run(task: str, compensation: str) -> Row:
     measured: list[Array] = []
 
     def aim(time: float) -> tuple[Array, Array, Array]:
-        if task == "rest":
-            return np.zeros((3, model.nv))[0], np.zeros(model.nv), np.zeros(model.nv)
-        phase = speed * time
-        return SIZE * np.sin(phase), SIZE * speed * np.cos(phase), -SIZE * speed**2 * np.sin(phase)
+        size, phase = 0.0 if task == "rest" else SIZE, speed * time
+        return size * np.sin(phase), size * speed * np.cos(phase), -size * speed**2 * np.sin(phase)
 
     def controller(time: float, state: BodyState) -> Array:
         position = state.configuration + ENCODER * generator.standard_normal(model.nv)
@@ -212,7 +200,8 @@ def _made(kind: str, robot: Robot) -> Compensation | None:
     if kind == "none":
         return None
     if kind in OBSERVED:
-        return observed(robot, OBSERVED[kind])
+        observer = MomentumObserver(robot, 1 / RATE, OBSERVED[kind])
+        return lambda position, measured, _, torque: SETTINGS["gain"] * observer.update(position, measured, torque)
     result = identified()
     if kind in ("true", "half as much again"):
         result = with_truth(result, truth_of(robot), 1.0 if kind == "true" else 1.5)
@@ -228,11 +217,8 @@ def gain_of(rows: list[Row], task: str) -> float:
 
 def tables(rows: list[Row]) -> list[str]:
     """Format the table."""
-    cells = []
-    for task in TASKS:
-        own = [row for row in rows if row["task"] == task]
-        if own:
-            cells.append((f"{task} [{own[0]['unit']}]", *(format(row["value"], ".3g") for row in own)))
+    by_task = [own for task in TASKS if (own := [row for row in rows if row["task"] == task])]
+    cells = [(f"{own[0]['task']} [{own[0]['unit']}]", *(f"{row['value']:.3g}" for row in own)) for own in by_task]
     return [markdown_table(("task", *KINDS), cells, 9)]
 
 

@@ -10,13 +10,10 @@ the interval and more than 15 % off. No constant of the estimator was chosen on 
 Four days of an arm have 0, 1.2, 0 and 2 kg at its flange and friction of 85 to 115 %.
 """
 
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import numpy as np
-import pinocchio as pin
 
 from stribeck import Robot, identify
 from stribeck.base.typing import Array
@@ -26,26 +23,18 @@ from stribeck.result import Result
 from stribeck.settings import PayloadTable
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.prescribed.gait import Gait
-from stribeck_simulation.robots import MODELS
 from stribeck_simulation.run import POSTURES
 from stribeck_simulation.sensors.measure import with_noise
+from studies.changes import EXAMPLES, UR5, carrying, packaged, quantized, robot_from
 from studies.command import Row, command, rounded
 from studies.lugre import bristles_along
-from studies.markdown import markdown_table
+from studies.markdown import markdown_table, percent
 from studies.misfits import Change, load, ripple
-from studies.walking_cases import EXAMPLES
 
 SEEDS = 1
 ENCODER, TORQUE = 2e-5, 0.1
 """Standard deviations of the noise [rad], [N m]."""
-TRUTH = {
-    "coulomb": 1.0,
-    "viscous": 0.2,
-    "offset": 0.5,
-    "stribeck_gain": 0.2,
-    "stribeck_velocity": 0.2,
-    "slope": 40.0,
-}
+TRUTH = {"coulomb": 1.0, "viscous": 0.2, "offset": 0.5, "stribeck_gain": 0.2, "stribeck_velocity": 0.2, "slope": 40.0}
 """Friction of every joint, in the units of the law `stribeck`."""
 LEGS = ("FL", "FR", "RL", "RR")
 
@@ -58,20 +47,8 @@ class Machine:
     posture: dict[str, float] = field(default_factory=dict)
     gait: Gait = "walk"
 
-    @property
-    def robot(self) -> Robot:
-        """The robot."""
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "robot.toml"
-            path.write_text(self.robot_file, encoding="utf-8")
-            return Robot.from_file(path)
 
-
-ARM = Machine(f'[robot]\nmodel = "{EXAMPLES}/ur_description/urdf/ur5_robot.urdf"\nbase = "fixed"\n')
-BIPED = Machine(
-    (MODELS / "robot.toml").read_text(encoding="utf-8").replace("biped.urdf", str(MODELS / "biped.urdf")),
-    dict(POSTURES["biped"]),
-)
+ARM, BIPED = Machine(UR5), Machine(packaged("robot.toml", "biped.urdf"), dict(POSTURES["biped"]))
 QUADRUPED = Machine(
     f'[robot]\nmodel = "{EXAMPLES}/go2_description/urdf/go2.urdf"\n'
     + "".join(f'[contacts.{leg}]\nframe = "{leg}_foot"\nkind = "point"\n' for leg in LEGS),
@@ -155,7 +132,7 @@ def friction_of(robot: Robot, seed: int) -> dict[str, dict[str, float]]:
     }
 
 
-def steady(own: dict[str, float], speed: float) -> float:
+def sliding(own: dict[str, float], speed: float) -> float:
     """Compute the resisting torque of the law `stribeck`, and of LuGre in steady sliding, above the rise [N m]."""
     effect = own["stribeck_gain"] * np.exp(-((speed / own["stribeck_velocity"]) ** 2))
     return float(own["viscous"] * speed + own["coulomb"] * (1 + effect))
@@ -171,44 +148,36 @@ def dirty(case: Dirt, robot: Robot, seed: int) -> tuple[RobotLog, Curve]:
     carried = log.torque - known.friction_torque
     coulomb = np.array([truth.get(joint, {}).get("coulomb", 0.0) for joint in log.joint_names])
     if case.bristles:
-        bristles = {
-            joint: {name: value for name, value in own.items() if name != "slope"}
-            | {"bristle_stiffness": case.bristles * own["coulomb"], "bristle_damping": 2.0}
-            for joint, own in truth.items()
-        }
+        bristles = {}
+        for joint, own in truth.items():
+            steady = {name: value for name, value in own.items() if name != "slope"}
+            stiffness = case.bristles * own["coulomb"]
+            bristles[joint] = steady | {"bristle_stiffness": stiffness, "bristle_damping": 2.0}
         log = replace(log, torque=carried + bristles_along(log, bristles))
     if case.change:
         log = replace(log, torque=log.torque + case.change(log, coulomb, carried) * (coulomb > 0))
     loads = dict(zip(log.joint_names, np.abs(carried).mean(axis=0).tolist(), strict=True))
-    log = replace(log, velocity=None, acceleration=None, foot_wrench=None)
-    log = with_noise(log, position=ENCODER, torque=TORQUE, seed=seed).take(slice(None, None, round(1000 / case.rate)))
-    if case.bits:
-        step = 2 * np.pi / 2**case.bits
-        log = replace(log, position=step * np.round(log.position / step))
-
-    return log, lambda joint, speed: steady(truth[joint], speed) + case.carried * loads[joint]
+    log = with_noise(replace(log, foot_wrench=None), position=ENCODER, torque=TORQUE, seed=seed)
+    log = quantized(log.take(slice(None, None, round(1000 / case.rate))), case.bits)
+    return log, lambda joint, speed: sliding(truth[joint], speed) + case.carried * loads[joint]
 
 
 def four_days(robot: Robot, seed: int) -> tuple[list[RobotLog], Curve]:
     """Make the logs of four days of an arm and their mean friction."""
     truth, law, logs = friction_of(robot, seed), get_law("stribeck"), []
     factors = np.random.default_rng([seed, 3]).uniform(0.85, 1.15, (len(PAYLOADS), len(truth)))
+    model = robot.tree.model
+    frame = model.frames[model.getFrameId(FLANGE)]
     for day, (mass, row) in enumerate(zip(PAYLOADS, factors.tolist(), strict=True)):
-        model = pin.Model(robot.tree.model)
-        frame = model.frames[model.getFrameId(FLANGE)]
-        weight = pin.Inertia(mass, frame.placement.act(np.array(REACH)), np.zeros((3, 3)))
-        model.inertias[frame.parentJoint] = model.inertias[frame.parentJoint] + weight
+        heavier = carrying(robot, frame.parentJoint, mass, frame.placement.act(np.array(REACH)))
         scaled = {
             joint: own | {name: factor * own[name] for name in ("coulomb", "viscous")}
             for (joint, own), factor in zip(truth.items(), row, strict=True)
         }
-        heavier = replace(robot, tree=replace(robot.tree, model=model))
         log, _ = exact_log(heavier, law, scaled, duration=15.0, seed=10 * seed + day)
-        log = replace(log, velocity=None, acceleration=None, path=f"day{day}")
-        logs.append(with_noise(log, position=ENCODER, torque=TORQUE, seed=10 * seed + day))
+        logs.append(with_noise(replace(log, path=f"day{day}"), position=ENCODER, torque=TORQUE, seed=10 * seed + day))
     means = dict(zip(truth, factors.mean(axis=0).tolist(), strict=True))
-
-    return logs, lambda joint, speed: means[joint] * steady(truth[joint], speed)
+    return logs, lambda joint, speed: means[joint] * sliding(truth[joint], speed)
 
 
 def judged(result: Result, curve: Curve) -> Row:
@@ -227,10 +196,10 @@ def judged(result: Result, curve: Curve) -> Row:
 def run(case: str, seed: int) -> Row:
     """Compute the row of a case."""
     if case in DIRT:
-        robot = DIRT[case].machine.robot
+        robot = robot_from(DIRT[case].machine.robot_file)
         log, curve = dirty(DIRT[case], robot, seed)
         return judged(identify(log, robot), curve)
-    logs, curve = four_days(robot := ARM.robot, seed)
+    logs, curve = four_days(robot := robot_from(UR5), seed)
     tables = [
         PayloadTable(link=FLANGE, mass=mass, com=REACH, spans=[(log.path, 0.0, 1e3)])
         for mass, log in zip(PAYLOADS, logs, strict=True)
@@ -247,8 +216,8 @@ def tables(rows: list[Row]) -> list[str]:
         good, joints = np.sum([row["joints"] for row in own], axis=0)
         count, inside, wrong = np.sum([row["points"] for row in own], axis=0)
         width = np.median([row["width"] for row in own])
-        share = f"{100 * inside / max(count, 1):.0f} %"
-        cells.append((case, f"{good} of {joints}", f"{count}", share, f"{wrong}", f"{100 * width:.1f} %"))
+        shares = percent(inside / max(count, 1)), wrong, percent(float(width), 1)
+        cells.append((case, f"{good} of {joints}", count, *shares))
     head = ("logs", "joints identified", "points", "inside", "confidently wrong", "median ±")
     return [markdown_table(head, cells)]
 

@@ -4,8 +4,9 @@ They are the reference that the re-rooted recursion is tested and timed against.
 motion, so the paper's `tau_f` is `-R` and (5.13) reads `R = M_mod (a_est - a_msr)`.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -104,9 +105,14 @@ def _equation_of_motion(robot: Robot, feet: tuple[str, ...], state: State, torqu
     columns = robot.tree.columns
     configuration = pin.neutral(model)
     configuration[7:] = state.position[k, columns]
-    jacobian = _contact_jacobian(robot, feet, model, data, configuration)
+    pin.computeJointJacobians(model, data, configuration)
+    pin.updateFramePlacements(model, data)
+    jacobian = _contact_rows(robot, feet, model, partial(pin.getFrameJacobian, model, data))  # J of (5.4b)
     rates = np.concatenate([_base_rates(jacobian, state, k, columns), state.velocity[k, columns]])
-    drift = _contact_drift(robot, feet, model, data, configuration, rates)
+    pin.forwardKinematics(model, data, configuration, rates, np.zeros(model.nv))
+    drift = _contact_rows(  # J' v
+        robot, feet, model, lambda *frame: pin.getFrameClassicalAcceleration(model, data, *frame).vector
+    )
     inertia = pin.crba(model, data, configuration)
     inertia = np.triu(inertia) + np.triu(inertia, 1).T
     gravity = _gravity(robot, feet, state, k)
@@ -141,32 +147,13 @@ def _gravity(robot: Robot, feet: tuple[str, ...], state: State, k: int) -> Array
     return np.asarray(rotation[0] @ robot.gravity)
 
 
-def _contact_jacobian(
-    robot: Robot, feet: tuple[str, ...], model: pin.Model, data: pin.Data, configuration: Array
+def _contact_rows(
+    robot: Robot, feet: tuple[str, ...], model: pin.Model, rows_of: Callable[[int, pin.ReferenceFrame], Array]
 ) -> Array:
-    """Compute J of (5.4b), shape (m, 6 + n); each foot's rows refer to the frame of the foot."""
-    pin.computeJointJacobians(model, data, configuration)
-    pin.updateFramePlacements(model, data)
-    rows = []
-    for foot in feet:
-        contact = robot.contacts[foot]
-        frame = model.getFrameId(contact.frame)
-        rows.append(pin.getFrameJacobian(model, data, frame, pin.ReferenceFrame.LOCAL)[: contact.size])
-    return np.vstack(rows)
-
-
-def _contact_drift(
-    robot: Robot, feet: tuple[str, ...], model: pin.Model, data: pin.Data, configuration: Array, rates: Array
-) -> Array:
-    """Compute J' v, shape (m,)."""
-    pin.forwardKinematics(model, data, configuration, rates, np.zeros(model.nv))
-    rows = []
-    for foot in feet:
-        contact = robot.contacts[foot]
-        frame = model.getFrameId(contact.frame)
-        drift = pin.getFrameClassicalAcceleration(model, data, frame, pin.ReferenceFrame.LOCAL).vector
-        rows.append(drift[: contact.size])
-    return np.concatenate(rows)
+    """Concatenate the constrained rows of all feet, each in the frame of its foot."""
+    contacts = [robot.contacts[foot] for foot in feet]
+    local = pin.ReferenceFrame.LOCAL
+    return np.concatenate([rows_of(model.getFrameId(each.frame), local)[: each.size] for each in contacts])
 
 
 def minimum_norm_friction_torque(

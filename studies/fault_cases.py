@@ -18,8 +18,11 @@ from stribeck.dynamics.state import root_quaternions
 from stribeck.log import RobotLog
 from stribeck.robot.kinematics import direction_in_root
 from stribeck.robot.rooting import BASE_FRAME
+from studies.changes import earlier, heaviest, period_of, with_body, with_model
 
-Change = Callable[[RobotLog, Robot], tuple[RobotLog, Robot]]
+Change = Callable[[RobotLog, Robot], RobotLog]
+KNEES = ("left_knee", "right_knee", "leg_left_4_joint", "leg_right_4_joint")
+LEFT_LEG = ("leg_left", "left_hip", "left_knee", "left_ankle")
 
 
 def _same_robot(robot: Robot) -> Robot:
@@ -32,8 +35,8 @@ class Fault:
 
     Attributes
     ----------
-    apply
-        Changes the log and its robot's description.
+    of_log
+        Changes the log.
     checks
         Checks that name the fault.
     words
@@ -44,14 +47,21 @@ class Fault:
         Joint that the findings should name.
     of_robot
         Changes the real robot.
+    of_model
+        Changes the robot's description.
     """
 
-    apply: Change = lambda log, robot: (log, robot)
+    of_log: Change = lambda log, _: log
     checks: tuple[str, ...] = ()
     words: tuple[str, ...] = ()
     of: str = "arm walk"
     column: int | None = None
     of_robot: Callable[[Robot], Robot] = _same_robot
+    of_model: Callable[[Robot], Robot] = _same_robot
+
+    def apply(self, log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
+        """Change a log and its robot's description."""
+        return self.of_log(log, robot), self.of_model(robot)
 
     def joints(self, robot: Robot) -> tuple[str, ...]:
         """List the joints that a finding should name; empty if any."""
@@ -66,16 +76,16 @@ def _column(robot: Robot, nth: int = 0) -> int:
 
 def with_channel(name: str, change: Callable[[Any, Robot], Any]) -> Change:
     """Change a channel of the log."""
+    return lambda log, robot: replace(log, **{name: change(getattr(log, name).copy(), robot)})
 
-    def apply(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
-        changed: dict[str, Any] = {name: change(getattr(log, name).copy(), robot)}
-        return replace(log, **changed), robot
 
-    return apply
+def every(name: str, change: Callable[[Any], Any]) -> Change:
+    """Change a channel of all joints, whatever the robot."""
+    return with_channel(name, lambda values, _: change(values))
 
 
 def torques(change: Callable[[Array], Array]) -> Change:
-    return with_channel("torque", lambda torque, _: change(torque))
+    return every("torque", change)
 
 
 def _one(change: Callable[[Array], Array], channel: str = "torque", column: int | None = None) -> Change:
@@ -97,62 +107,55 @@ def _swapped(torque: Array, robot: Robot) -> Array:
 
 def _mirrored(torque: Array, robot: Robot) -> Array:
     names = list(robot.joint_names)
-    order = [names.index(_other(name)) if _other(name) in names else k for k, name in enumerate(names)]
-    return torque[:, order]
-
-
-def _other(name: str) -> str:
-    return name.replace("left", "#").replace("right", "left").replace("#", "right")
+    others = [name.replace("left", "#").replace("right", "left").replace("#", "right") for name in names]
+    return torque[:, [names.index(other) if other in names else k for k, other in enumerate(others)]]
 
 
 def late(seconds: float, channel: str = "torque") -> Change:
-    def apply(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
+    def of_log(log: RobotLog, _: Robot) -> RobotLog:
         values: Any = CubicSpline(log.time, getattr(log, channel))(log.time - seconds)
-        changed = {channel: values > 0.5 if channel == "contact" else values}
-        return replace(log, **changed), robot
+        return replace(log, **{channel: values > 0.5 if channel == "contact" else values})
 
-    return apply
+    return of_log
 
 
-def _one_late(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
+def _one_late(log: RobotLog, robot: Robot) -> RobotLog:
     """Delay the torque of one joint by 10 ms."""
-    count = round(0.01 / float(np.median(np.diff(log.time))))
-    return _one(lambda x: np.append(np.full(count, x[0]), x[:-count]))(log, robot)
+    return _one(lambda torque: torque[earlier(log, 0.01)])(log, robot)
 
 
-def _clock(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
+def _clock(log: RobotLog, _: Robot) -> RobotLog:
     """Let the clock of the torques run 1 % slow."""
-    return replace(log, torque=CubicSpline(log.time, log.torque)(log.time[0] + 0.99 * (log.time - log.time[0]))), robot
+    return replace(log, torque=CubicSpline(log.time, log.torque)(log.time[0] + 0.99 * (log.time - log.time[0])))
 
 
 def _low_pass(hertz: float, joints: slice | None = None) -> Change:
     """Filter torques as a drive does: first order, causal; those of one joint if `joints` is None."""
 
-    def apply(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
+    def of_log(log: RobotLog, robot: Robot) -> RobotLog:
         own = joints or slice(_column(robot), _column(robot) + 1)
-        coefficients = butter(1, hertz, fs=1 / float(np.median(np.diff(log.time))))
+        coefficients = butter(1, hertz, fs=1 / period_of(log))
         torque = log.torque.copy()
         torque[:, own] = lfilter(*coefficients, torque[:, own] - torque[0, own], axis=0) + torque[0, own]
-        return replace(log, torque=torque), robot
+        return replace(log, torque=torque)
 
-    return apply
+    return of_log
 
 
-def _rotors(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
+def _rotors(log: RobotLog, _: Robot) -> RobotLog:
     """Measure torques in front of rotors of 0.1 kg m^2 that the model lacks."""
-    acceleration = savgol_filter(log.position, 61, 4, deriv=2, delta=1e-3, axis=0)
-    return replace(log, torque=log.torque + 0.1 * acceleration), robot
+    return replace(log, torque=log.torque + 0.1 * savgol_filter(log.position, 61, 4, deriv=2, delta=1e-3, axis=0))
 
 
-def _compensated(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
+def _compensated(log: RobotLog, robot: Robot) -> RobotLog:
     """Log torques of hips and knees without the part by which the drives compensate friction."""
     speed = savgol_filter(log.position, 61, 4, deriv=1, delta=1e-3, axis=0)
     own = np.array([any(part in name for part in ("hip", "knee", "leg")) for name in robot.joint_names])
     own &= ~np.array([name.endswith(("5_joint", "6_joint")) for name in robot.joint_names])  # ankles
-    return replace(log, torque=log.torque - 0.2 * own * np.tanh(speed / 0.05)), robot
+    return replace(log, torque=log.torque - 0.2 * own * np.tanh(speed / 0.05))
 
 
-def _driving(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
+def _driving(log: RobotLog, robot: Robot) -> RobotLog:
     """Walk on a platform that starts and stops with up to 1 m/s^2."""
     assert log.contact is not None
     assert log.base_orientation is not None
@@ -166,12 +169,12 @@ def _driving(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
             rooted, rooted.model.getFrameId(BASE_FRAME), position, turned[rows].apply(push[rows], inverse=True)
         )
         torque[rows] += rooted_inverse_dynamics(rooted, position, still[rows], still[rows], RootMotion(pull))[1]
-    return replace(log, torque=torque), robot
+    return replace(log, torque=torque)
 
 
 def turned(axis: str, degrees: float) -> Change:
     turn = Rotation.from_euler(axis, degrees, degrees=True)
-    return with_channel("base_orientation", lambda q, _: (Rotation.from_quat(q) * turn).as_quat())
+    return every("base_orientation", lambda q: (Rotation.from_quat(q) * turn).as_quat())
 
 
 def _degrees(position: Array, robot: Robot) -> Array:
@@ -179,19 +182,6 @@ def _degrees(position: Array, robot: Robot) -> Array:
     knee, high = _column(robot), robot.position_limits[1]
     position[:, knee] += high[knee] + 0.109 - position[:, knee].max()
     return np.rad2deg(position)
-
-
-def _without_payload(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
-    """Leave 5 kg of the heaviest body out of the model."""
-    model = pin.Model(robot.tree.model)
-    joint = max(range(1, model.njoints), key=lambda k: float(model.inertias[k].mass))
-    body = model.inertias[joint]
-    model.inertias[joint] = pin.Inertia(body.mass - 5.0, body.lever, body.inertia * (1 - 5.0 / body.mass))
-    return log, replace(robot, tree=replace(robot.tree, model=model))
-
-
-def _spikes(torque: Array, _: Robot) -> Array:
-    return torque + 20.0 * (np.random.default_rng(6).random(torque.shape) < 5e-4)
 
 
 def _side(torque: Array, robot: Robot) -> Array:
@@ -205,7 +195,7 @@ def _leaking(torque: Array, robot: Robot) -> Array:
     return torque
 
 
-def _exchanged(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
+def _exchanged(log: RobotLog, robot: Robot) -> RobotLog:
     """Count the legs in the order right, left, rear right, rear left."""
     left, right = ([k for k, name in enumerate(robot.joint_names) if f"_{side}_" in name] for side in ("left", "right"))
     order = np.arange(len(robot.joint_names))
@@ -213,13 +203,12 @@ def _exchanged(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
     channels = ("position", "velocity", "acceleration", "torque")
     other: dict[str, Any] = {name: values[:, order] for name in channels if (values := getattr(log, name)) is not None}
     assert log.contact is not None
-    return replace(log, **other, contact=log.contact[:, np.arange(log.contact.shape[1]) ^ 1]), robot
+    return replace(log, **other, contact=log.contact[:, np.arange(log.contact.shape[1]) ^ 1])
 
 
 def _outside(position: Array, robot: Robot) -> Array:
     _, high = robot.position_limits
-    limited = [k for k in (_column(robot), _column(robot, 1)) if np.isfinite(high[k])]
-    for k in limited[:1]:
+    for k in [k for k in (_column(robot), _column(robot, 1)) if np.isfinite(high[k])][:1]:
         position[:, k] += high[k] - np.median(position[:, k]) + 0.5
     return position
 
@@ -239,33 +228,19 @@ def _frozen_moving(values: Array) -> Array:
     return np.where(np.arange(len(values)) < start, values, values[start])
 
 
-def _held(values: Array) -> Array:
-    return values[np.arange(len(values)) // 10 * 10]
-
-
-def _clipped(values: Array) -> Array:
-    return np.clip(values, *np.percentile(values, [5, 95]))
-
-
-def _gravity(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
-    model = pin.Model(robot.tree.model)
-    model.gravity.linear = -robot.gravity
-    return log, replace(robot, gravity=-robot.gravity, tree=replace(robot.tree, model=model))
-
-
-def _falls(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
+def _falls(log: RobotLog, _: Robot) -> RobotLog:
     assert log.base_orientation is not None
     angle = np.clip((log.time - 0.8 * log.time[-1]) / 0.5, 0, 1)[:, None] * [0.0, np.pi / 2, 0.0]
     turned = Rotation.from_quat(log.base_orientation) * Rotation.from_rotvec(angle)
-    return replace(log, base_orientation=turned.as_quat()), robot
+    return replace(log, base_orientation=turned.as_quat())
 
 
-def _lost(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
+def _lost(log: RobotLog, _: Robot) -> RobotLog:
     torque = log.torque.copy()
     period = (log.time[-1] - log.time[0]) / (len(log.time) - 1)
     block = np.floor(log.time / (60 * period)).astype(int)
     torque[np.random.default_rng(3).random(block.max() + 1)[block] < 0.4] = np.nan
-    return replace(log, torque=torque), robot
+    return replace(log, torque=torque)
 
 
 def _stuck(value: bool) -> Change:
@@ -276,49 +251,45 @@ def _stuck(value: bool) -> Change:
     return with_channel("contact", first)
 
 
-def _with_body(place: int, mass: float, factor: float = 1.0) -> Callable[[Robot], Robot]:
-    """Add a mass [kg] 5 cm off the center of a body, or make it heavier by a factor."""
-
-    def of_robot(robot: Robot) -> Robot:
-        model = pin.Model(robot.tree.model)
-        joint = range(model.njoints)[place]
-        own = model.inertias[joint]
-        added = pin.Inertia(mass, own.lever + 0.05 * np.eye(3)[2], 1e-3 * mass * np.eye(3))
-        model.inertias[joint] = pin.Inertia(factor * own.mass, own.lever, factor * own.inertia) + added
-        return replace(robot, tree=replace(robot.tree, model=model))
-
-    return of_robot
-
-
-def _tilted(degrees: float) -> Callable[[Robot], Robot]:
-    def of_robot(robot: Robot) -> Robot:
-        model = pin.Model(robot.tree.model)
-        gravity = Rotation.from_euler("x", degrees, degrees=True).apply(robot.gravity)
-        model.gravity.linear = gravity
-        return replace(robot, gravity=gravity, tree=replace(robot.tree, model=model))
-
-    return of_robot
-
-
-def _one_way(log: RobotLog, robot: Robot) -> tuple[RobotLog, Robot]:
+def _one_way(log: RobotLog, _: Robot) -> RobotLog:
     """Negate a torque while its joint moves backwards."""
     torque = log.torque.copy()
     torque[:, 1] *= np.where(np.gradient(log.position[:, 1]) < 0, -1.0, 1.0)
-    return replace(log, torque=torque), robot
+    return replace(log, torque=torque)
 
 
-KNEES = ("left_knee", "right_knee", "leg_left_4_joint", "leg_right_4_joint")
-LEFT_LEG = ("leg_left", "left_hip", "left_knee", "left_ankle")
+def _without_payload(robot: Robot) -> Robot:
+    """Leave 5 kg of the heaviest body out of the model."""
+    return with_body(
+        robot, heaviest(robot), lambda own: pin.Inertia(own.mass - 5.0, own.lever, own.inertia * (1 - 5.0 / own.mass))
+    )
+
+
+def _with_body(place: int, mass: float, factor: float = 1.0) -> Callable[[Robot], Robot]:
+    """Add a mass [kg] 5 cm off the center of a body, or make it heavier by a factor."""
+
+    def change(own: pin.Inertia) -> pin.Inertia:
+        added = pin.Inertia(mass, own.lever + 0.05 * np.eye(3)[2], 1e-3 * mass * np.eye(3))
+        return pin.Inertia(factor * own.mass, own.lever, factor * own.inertia) + added
+
+    return lambda robot: with_body(robot, range(robot.tree.model.njoints)[place], change)
+
+
+def _with_gravity(change: Callable[[Array], Array]) -> Callable[[Robot], Robot]:
+    def of_robot(robot: Robot) -> Robot:
+        gravity = change(robot.gravity)
+        return replace(with_model(robot, lambda model: setattr(model.gravity, "linear", gravity)), gravity=gravity)
+
+    return of_robot
+
+
 SCALE, GAIN, BODY = ("torque-scale",), ("torque-gain",), ("payload", "bodies-differ")
 DELAY, DEAD, ZERO = ("torque-delay", "friction-delay"), ("channel-dead",), ("encoder-zero",)
 FILTERED, UNSIGNED, SWAPPED = ("torque-filtered",), ("torque-unsigned",), ("joints-swapped",)
 SIGN, STUCK, AXES, CLOCK = ("torque-sign",), ("contact-stuck",), ("imu-axes",), ("[log.time]",)
-ONE_GAIN, GAINS, BODIES = (
-    ("one gain of all torques", "by one factor"),
-    ("gains of torques", "torque-gain:"),
-    ("a body: ",),
-)
-MISREAD = ("position-sign", "position-limits")
+ONE_GAIN, GAINS = ("one gain of all torques", "by one factor"), ("gains of torques", "torque-gain:")
+BODIES, MISREAD = ("a body: ",), ("position-sign", "position-limits")
+CLIPPED, IN_DEGREES = ("channel-clipped",), ("position-degrees",)
 ALL, KNOWN, EVERY = "arm walk G1", "arm walk panda", "arm walk G1 panda"
 FAULTS = {
     "none": Fault(of=ALL),
@@ -361,8 +332,8 @@ FAULTS = {
     "torques low-passed at 3 Hz": Fault(_low_pass(3.0, slice(None)), FILTERED, of="G1 talos"),
     "torques low-passed at 10 Hz": Fault(_low_pass(10.0, slice(None)), FILTERED + DELAY, of="G1"),
     "one torque low-passed at 3 Hz": Fault(_low_pass(3.0), FILTERED + DELAY, of="G1"),
-    "a clock twice too fast": Fault(with_channel("time", lambda x, _: 2.0 * x), ("clock",), CLOCK, KNOWN),
-    "a clock twice too slow": Fault(with_channel("time", lambda x, _: 0.5 * x), ("clock",), CLOCK, KNOWN),
+    "a clock twice too fast": Fault(every("time", lambda x: 2.0 * x), ("clock",), CLOCK, KNOWN),
+    "a clock twice too slow": Fault(every("time", lambda x: 0.5 * x), ("clock",), CLOCK, KNOWN),
     # Channels
     "a dead torque": Fault(_one(np.zeros_like, column=2), DEAD, column=2),
     "a torque of zero": Fault(_one(np.zeros_like), DEAD, of="G1 panda"),
@@ -371,27 +342,25 @@ FAULTS = {
         _one(lambda x: 0.1 * np.random.default_rng(7).standard_normal(len(x))), DEAD, of="G1 talos"
     ),
     "a torque frozen halfway": Fault(_one(_frozen), ("channel-frozen",), of="G1 panda"),
-    "a torque held for 10 samples": Fault(_one(_held), ("channel-held",), of="G1 panda"),
-    "a clipped torque": Fault(_one(_clipped), ("channel-clipped",), of="panda"),
-    "torques clipped": Fault(
-        torques(lambda x: np.clip(x, -0.6 * x.max(), 0.6 * x.max())), ("channel-clipped",), of="G1"
+    "a torque held for 10 samples": Fault(
+        _one(lambda x: x[np.arange(len(x)) // 10 * 10]), ("channel-held",), of="G1 panda"
     ),
+    "a clipped torque": Fault(_one(lambda x: np.clip(x, *np.percentile(x, [5, 95]))), CLIPPED, of="panda"),
+    "torques clipped": Fault(torques(lambda x: np.clip(x, -0.6 * x.max(), 0.6 * x.max())), CLIPPED, of="G1"),
     "torques quantized to 2 N m": Fault(torques(lambda x: 2 * np.round(x / 2)), ("channel-coarse",), of="G1 talos"),
     "many samples lost": Fault(_lost, ("samples-lost",), of="panda"),
-    "spikes in torques": Fault(with_channel("torque", _spikes), of="G1"),
+    "spikes in torques": Fault(
+        torques(lambda x: x + 20.0 * (np.random.default_rng(6).random(x.shape) < 5e-4)), of="G1"
+    ),
     "one torque off by 10 N m": Fault(_one(lambda x: x + 10), of="G1"),
     "a torque that leaks": Fault(with_channel("torque", _leaking), of="G1"),
     "friction compensated": Fault(_compensated, of="G1"),
     # Positions and velocities
-    "positions in degrees": Fault(
-        with_channel("position", lambda x, _: np.rad2deg(x)), ("position-degrees",), ('unit = "deg"',), KNOWN
-    ),
-    "positions in turns": Fault(with_channel("position", lambda x, _: x / (2 * np.pi)), (), ('unit = "turn"',)),
-    "velocities in degrees": Fault(with_channel("velocity", lambda x, _: np.rad2deg(x)), (), ('unit = "deg/s"',)),
-    "velocities in rpm": Fault(with_channel("velocity", lambda x, _: 30 / np.pi * x), (), ('unit = "rpm"',)),
-    "degrees, one joint beyond its limit": Fault(
-        with_channel("position", _degrees), ("position-degrees",), of="G1 talos"
-    ),
+    "positions in degrees": Fault(every("position", np.rad2deg), IN_DEGREES, ('unit = "deg"',), KNOWN),
+    "positions in turns": Fault(every("position", lambda x: x / (2 * np.pi)), (), ('unit = "turn"',)),
+    "velocities in degrees": Fault(every("velocity", np.rad2deg), (), ('unit = "deg/s"',)),
+    "velocities in rpm": Fault(every("velocity", lambda x: 30 / np.pi * x), (), ('unit = "rpm"',)),
+    "degrees, one joint beyond its limit": Fault(with_channel("position", _degrees), IN_DEGREES, of="G1 talos"),
     "a position jumps by a turn": Fault(_one(_wrapped, "position"), ("position-jump",), of="panda"),
     "a position outside its limits": Fault(with_channel("position", _outside), ("position-limits",), of="panda"),
     "a position frozen halfway": Fault(_one(_frozen_moving, "position"), ("channel-frozen",), of="G1 panda"),
@@ -403,32 +372,38 @@ FAULTS = {
     "2 kg at the last body": Fault(of_robot=_with_body(-1, 2.0), checks=BODY, words=BODIES, of="arm"),
     "2 kg on the base": Fault(of_robot=_with_body(1, 2.0), checks=BODY + SCALE, words=BODIES, of="walk"),
     "a body twice as heavy": Fault(of_robot=_with_body(3, 0.0, 2.0), checks=BODY, words=BODIES),
-    "5 kg not in the model": Fault(_without_payload, ("bodies-differ", "torque-scale"), of="G1"),
+    "5 kg not in the model": Fault(of_model=_without_payload, checks=("bodies-differ", "torque-scale"), of="G1"),
     "rotors missing in the model": Fault(_rotors, ("rotor-missing",), of="G1"),
-    "gravity upside down": Fault(_gravity, ("gravity",), ("[robot] gravity",), "G1 panda"),
-    "base tilted by 10°": Fault(of_robot=_tilted(10), checks=("gravity",), words=("tilted",), of="arm"),
+    "gravity upside down": Fault(
+        of_model=_with_gravity(np.negative), checks=("gravity",), words=("[robot] gravity",), of="G1 panda"
+    ),
+    "base tilted by 10°": Fault(
+        of_robot=_with_gravity(Rotation.from_euler("x", 10, degrees=True).apply),
+        checks=("gravity",),
+        words=("tilted",),
+        of="arm",
+    ),
     # The base and its IMU
     "IMU rolled by 3°": Fault(turned("x", 3), ("imu-tilt",), of="G1"),
     "IMU pitched by 3°": Fault(turned("y", 3), ("imu-tilt",), of="G1"),
     "IMU pitched by 10°": Fault(turned("y", 10), ("imu-tilt", "base-orientation"), ("imu-tilt",), "walk G1"),
     "IMU turned by 90 degrees": Fault(turned("z", 90), AXES, of="talos"),
-    "gyroscope axes exchanged": Fault(with_channel("angular_velocity", lambda w, _: w[:, [1, 0, 2]]), AXES, of="talos"),
-    "accelerometer inverted": Fault(with_channel("linear_acceleration", lambda a, _: -a), AXES, of="talos"),
+    "gyroscope axes exchanged": Fault(every("angular_velocity", lambda w: w[:, [1, 0, 2]]), AXES, of="talos"),
+    "accelerometer inverted": Fault(every("linear_acceleration", lambda a: -a), AXES, of="talos"),
     "quaternion wxyz": Fault(
-        with_channel("base_orientation", lambda q, _: q[:, [3, 0, 1, 2]]), ("base-orientation",), ("wxyz",), "talos"
+        every("base_orientation", lambda q: q[:, [3, 0, 1, 2]]), ("base-orientation",), ("wxyz",), "talos"
     ),
     "quaternion inverted": Fault(
-        with_channel("base_orientation", lambda q, _: q * [-1, -1, -1, 1]), ("quaternion-inverse",), of="G1 talos"
+        every("base_orientation", lambda q: q * [-1, -1, -1, 1]), ("quaternion-inverse",), of="G1 talos"
     ),
     "base orientation 30 ms late": Fault(late(0.03, "base_orientation"), ("base-orientation-delay",), of="G1"),
     "ground that drives": Fault(_driving, ("base-moves",), of="G1"),
     "the robot falls": Fault(_falls, ("base-falls",), of="talos"),
     # Contacts
     "contacts swapped": Fault(
-        with_channel("contact", lambda c, _: c[:, np.arange(c.shape[1]) ^ 1]),
+        every("contact", lambda c: c[:, np.arange(c.shape[1]) ^ 1]),
         ("contacts-swapped",),
-        (),
-        "walk G1 talos",
+        of="walk G1 talos",
     ),
     "legs exchanged": Fault(_exchanged, ("legs-exchanged",), of="walk"),
     "contacts 60 ms late": Fault(late(0.06, "contact"), ("contact-stuck", "contact-delay"), of="G1"),

@@ -1,142 +1,69 @@
-"""Take logs from `stribeck init` to `stribeck identify`, follow every printed remedy, and compare with known friction.
+"""Put faults into logs, follow every remedy that `stribeck identify` prints, and compare with known friction.
 
     python -m studies.first_hour --save studies/first_hour.json
 
-`case`: logs as users bring them, in the folder $STRIBECK_CASES; each question of `init` is answered as the README of
-the case says. `fault`: a UR5 and a quadruped, with a wrong model and sensor noise, and one fault each. A remedy is
-applied as it is printed, until the next run prints no new one. `walk`: a humanoid's walk on which no threshold was
-chosen, with one fault each, and no remedy.
+`fault`: a UR5 and a quadruped, with a wrong model and sensor noise, and one fault each. A remedy is applied as it is
+printed, until the next run prints no new one. `walk`: a humanoid's walk on which no threshold was chosen, with one
+fault each, and no remedy.
 """
 
-import json
-import os
 import re
-import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 from shutil import rmtree
-from typing import Any
 
 import numpy as np
 
 import stribeck
-from stribeck import Robot
+from stribeck import LogError, NothingIdentifiedError, Robot
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck.log.writers import write_log
+from stribeck.result import JointResult
 from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots import MODELS
 from stribeck_simulation.sensors.measure import with_noise
-from studies.accuracy_cases import wrong_model
+from studies.accuracy_cases import CASES, LAW, NAMES, measured, wrong_model
+from studies.changes import UR5, packaged, robot_from
 from studies.command import ROOT, Row, command, rounded
 from studies.fault_cases import FAULTS
+from studies.harder_cases import other_walks
 from studies.markdown import markdown_table
-from studies.remedies import Run, Truth, answer, follow, typed
-from studies.turning_walk import VAGUE, run_walk
-from studies.walking_cases import EXAMPLES
+from studies.remedies import Run, Truth, follow
 
+VAGUE = {"bodies-implausible", "chi-square", "friction-unclear", "heterogeneity", "passivity", "robot-model"}
+VAGUE |= {"set-aside", "samples-lost", "not-excited", "weak", "position-stop", "position-limits", "several-causes"}
+VAGUE |= {"torque-delay.ambiguous", "torque-unexplained"}
+"""Checks whose findings name no cause."""
+SURE = ("identified", "no friction")
+"""Verdicts of joints whose curves should be right."""
 WORSE = 0.05
 """Increase of a joint's largest relative error [1] from which a remedy counts as harmful."""
-CASES = (
-    *(f"bags/{name}" for name in ("custom_msg", "float_arrays", "phantom_full")),
-    *(f"joint-number-before-channel/{name}.csv" for name in ("axis0.pos_estimate", "currents_I1", "m1.position")),
-    "joint-number-before-channel/rostopic_echo_p.csv",
-    "nested-mat-with-units-in-names/log.mat",
-    "payload-read-as-gain/log_2kg.npz",
-    *(f"repeated-stamps/{name}.csv" for name in ("clock_of_50_ms", "stamps_in_threes", "whole_seconds")),
-    *(f"{name}/log.npz" for name in ("effort-in-amperes", "init-scales-slipping-quadruped", "one-joint-of-seven-real")),
-    *(f"{name}/log.npz" for name in ("payload-read-as-gain", "pick-and-place-slow", "prismatic-in-mm", "slow-arm")),
-    *(f"{name}/log.npz" for name in ("tight-zone", "tilted-mount-10deg", "trot-wide-intervals")),
-    *(f"{name}/log.csv" for name in ("servo-ticks", "sparse-table-of-two-topics", "turns-read-as-radians")),
-    "uint16-current/log.csv",
-    *(f"airbot-play/{name}" for name in ("trapezoids", "chirp", "chirp_with_payload")),
-)
-"""Logs of users."""
-ANSWERS: dict[str, dict[str, Any]] = {
-    "": {"robot.torque_source": "motor_current"},
-    "effort-in-amperes": {"log.torque.unit": "A"},
-    "repeated-stamps": {"log.rate": 100.0},
-    "airbot-play": {"log.rate": 100.0},
-}
-"""Answers to the questions of `init`, for all cases and by case."""
-ARM3 = {"shoulder": (1.2, 0.8), "elbow": (0.7, 0.4), "wrist": (0.25, 0.10)}
-"""Coulomb [N m] and viscous friction [N m s/rad] of the cases with arm3.urdf."""
+SHAPE = {"stribeck_gain": 0.25, "stribeck_velocity": 0.1, "offset": 0.0, "slope": 80.0}
+"""Other parameters of friction in logs with faults."""
 
 
 def run(kind: str, log: str, fault: str) -> Row:
-    """Follow a case or a fault, or put a fault into a walk."""
-    return run_case(log) if kind == "case" else run_fault(log, fault) if kind == "fault" else run_walk(log, fault)
-
-
-def run_case(name: str) -> Row:
-    """Take a case from `init` to `identify`."""
-    airbot = name.startswith("airbot")
-    data = os.environ.get("STRIBECK_REAL_LOGS" if airbot else "STRIBECK_CASES")
-    if not data:
-        sys.exit("the logs of users are not part of this repository: set STRIBECK_CASES and STRIBECK_REAL_LOGS to them")
-    log, folder = Path(data) / name, ROOT / "build" / "first-hour" / name.replace("/", "-")
-    rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
-    (model,) = (Path(data) / name.partition("/")[0]).glob("*.urdf")
-    code, words = typed("init", model, log, "-o", folder / "robot.toml")
-    if not (folder / "robot.toml").exists():
-        return {"init": words, "code": code}
-    text = (folder / "robot.toml").read_text()
-    asked = text.count("TODO: ")
-    (folder / "robot.toml").write_text(re.sub(r"^ *#.*\n", "", text, flags=re.MULTILINE))
-    answer(folder / "robot.toml", ANSWERS[""] | ANSWERS.get(name.partition("/")[0], {}))
-    given = log.parent / "truth.json"
-    truth: dict[str, Any] = {}
-    if given.exists():
-        truth = {joint: _curve(own) for joint, own in json.loads(given.read_text())["joints"].items()}
-    elif model.name == "arm3.urdf":
-        truth = {joint: _curve({"coulomb": c, "viscous": v}) for joint, (c, v) in ARM3.items()}
-    return {"asked": asked, **_judged(*follow(log, folder / "robot.toml", truth))}
-
-
-def _curve(own: Mapping[str, float]) -> Any:
-    """Make the function of friction against velocity from a case's parameters."""
-
-    def torque(velocity: float) -> float:
-        height = 1 + own.get("gain", 0.0) * np.exp(-((velocity / own.get("vs", 1.0)) ** 2))
-        sliding = own["coulomb"] * height * np.tanh(velocity / own.get("v0", 1e-6)) + own["viscous"] * velocity
-        return float(own.get("scale", 1.0) * sliding + own.get("extra_coulomb", 0.0))
-
-    return torque
+    """Follow the remedies of a fault, or put a fault into a walk."""
+    return run_fault(log, fault) if kind == "fault" else run_walk(log, fault)
 
 
 @cache
 def made(log: str, fault: str) -> tuple[RobotLog, Robot, str, Truth]:
     """Make a log with a fault, its robot and robot file, and its true friction by joint."""
     change = FAULTS[fault]
-    if log == "arm":
-        text = f'[robot]\nmodel = "{EXAMPLES}/ur_description/urdf/ur5_robot.urdf"\nbase = "fixed"\n'
-    else:
-        text = (MODELS / "quadruped.toml").read_text().replace("quadruped.urdf", str(MODELS / "quadruped.urdf"))
+    text = UR5 if log == "arm" else packaged("quadruped.toml", "quadruped.urdf")
     text = text.replace("[robot]", '[robot]\ntorque_source = "motor_current"')
-    path = ROOT / "build" / "first-hour" / f"{log}.toml"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text)
-    robot = Robot.from_file(path)
+    robot = robot_from(text)
     real = change.of_robot(wrong_model(robot, 7))
     limits = np.minimum(robot.effort_limits, 150.0)
     friction = {
-        joint: {
-            "viscous": 0.02 * limit,
-            "coulomb": 0.04 * limit,
-            "stribeck_gain": 0.25,
-            "stribeck_velocity": 0.1,
-            "offset": 0.0,
-            "slope": 80.0,
-        }
+        joint: SHAPE | {"viscous": 0.02 * limit, "coulomb": 0.04 * limit}
         for joint, limit in zip(robot.joint_names, limits.tolist(), strict=True)
     }
     law = get_law("stribeck")
     clean, _ = exact_log(real, law, friction, duration=12.0, rate=200.0, seed=11, gait="walk")
-    noisy = with_noise(clean, position=2e-5, torque=0.05, seed=5)
-    noisy = replace(noisy, velocity=clean.velocity, acceleration=None)
+    noisy = replace(with_noise(clean, position=2e-5, torque=0.05, seed=5), velocity=clean.velocity)
     truth = {
         joint: lambda v, own=own: float(law.torque(np.array([v]), np.array([own[p.name] for p in law.parameters]))[0])
         for joint, own in friction.items()
@@ -147,7 +74,7 @@ def made(log: str, fault: str) -> tuple[RobotLog, Robot, str, Truth]:
 def run_fault(log: str, fault: str) -> Row:
     """Follow the remedies of a log with a fault."""
     given, robot, text, truth = made(log, fault)
-    folder = ROOT / "build" / "first-hour" / f"{log}-{fault.replace(' ', '-').replace('/', '-')}"
+    folder = ROOT / "build" / "first-hour" / re.sub("[ /]", "-", f"{log}-{fault}")
     rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     (folder / "robot.toml").write_text(text)
@@ -165,9 +92,9 @@ def _without_fault(log: str) -> frozenset[str]:
 
 def _cause(found: Run, log: str, fault: str, robot: Robot) -> str:
     """Judge what the findings of a log with a fault name."""
-    made = FAULTS[fault]
+    made, expected = FAULTS[fault], set(FAULTS[fault].joints(robot))
     named = [
-        not (joints and made.joints(robot)) or bool(set(joints) & set(made.joints(robot)))
+        not joints or not expected or bool(expected & set(joints))
         for check, (joints, words) in found.findings.items()
         if check in made.checks and "before you" not in words
     ]
@@ -177,6 +104,47 @@ def _cause(found: Run, log: str, fault: str, robot: Robot) -> str:
         return "listed"
     others = found.findings.keys() - VAGUE - {"torque-scale"} - _without_fault(log)
     return "wrong" if others else "not named"
+
+
+@cache
+def turning_walk(name: str) -> tuple[RobotLog, Robot, Mapping[str, Mapping[str, float]]]:
+    """Make the log of a turning walk, the exact model, and the true parameters of friction by joint."""
+    found = other_walks(name)[2]
+    none = dict.fromkeys(found.log.joint_names, dict.fromkeys(NAMES, 0.0))  # the controller keeps the arms still
+    return measured(found.log, CASES["A"], 5, 0), found.robot, none | found.truth.parameters
+
+
+def run_walk(name: str, fault: str) -> Row:
+    """Identify a walk with a fault by default settings, and judge whether the findings lead to the cause."""
+    given, robot, truth = turning_walk(name)
+    made_fault = FAULTS[fault]
+    joints: dict[str, JointResult] = {}
+    try:
+        result = stribeck.identify(*made_fault.apply(given, robot))
+        joints, checks = result.joints, dict.fromkeys(finding.check for finding in result.findings)
+    except (LogError, NothingIdentifiedError) as error:
+        explained = re.search(r"stribeck explain ([\w-]+)", str(error))
+        words = [word for word in made_fault.words if word in str(error)]
+        checks = dict.fromkeys([explained[1]] if explained else words)
+    wrong = [joint for joint, own in joints.items() if _is_wrong(own, truth[joint])]
+    if checks.keys() & {*made_fault.checks, *made_fault.words}:
+        cause = "named"
+    elif checks.keys() - VAGUE:
+        cause = "wrong"
+    else:
+        cause = "warned" if checks else "silent" if wrong else "harmless"
+    sure = [joint for joint, own in joints.items() if own.verdict in SURE]
+    return {"found": list(checks), "identified": len(sure), "wrong": wrong, "cause": cause}
+
+
+def _is_wrong(joint: JointResult, truth: Mapping[str, float]) -> bool:
+    """Whether a point of a curve with a sure verdict is off by 10 %, 0.05 N m and two half-widths of its interval."""
+    law, values = get_law(LAW), np.array([truth[name] for name in NAMES])
+    for point in joint.curve if joint.verdict in SURE else ():
+        true = float(law.torque(np.array([point.velocity]), values)[0]) - truth["offset"]
+        if abs(point.value - true) > max(0.1 * true, 0.05, 2 * point.half_width):
+            return True
+    return False
 
 
 def _judged(first: Run, last: Run) -> Row:
@@ -194,11 +162,9 @@ def _judged(first: Run, last: Run) -> Row:
 
 
 def tables(rows: list[Row]) -> list[str]:
-    """Format the tables of cases, of faults and of a walk with faults."""
-    cases, faults, walks = ([row for row in rows if row["kind"] == kind] for kind in ("case", "fault", "walk"))
-    head = ("log", "questions", "error before [%]", "after [%]", "wrong", "findings at first")
-    lines = [(row["log"], row.get("asked", "no draft"), *_cells(row)) for row in cases]
-    of_faults = [(row["fault"], row["log"], row["cause"], *_cells(row)) for row in faults]
+    """Format the tables of faults and of a walk with faults."""
+    faults, walks = ([row for row in rows if row["kind"] == kind] for kind in ("fault", "walk"))
+    head = ("error before [%]", "after [%]", "wrong", "findings at first")
     counts = []
     for log in ("arm", "walk"):
         own = [row for row in faults if row["log"] == log and row["fault"] != "none"]
@@ -208,11 +174,10 @@ def tables(rows: list[Row]) -> list[str]:
         (row["fault"], row["log"], row["identified"], len(row["wrong"]), _list(row["found"]), row["cause"])
         for row in walks
     ]
-    bad = ("made worse by a remedy", "wrong in the end")
+    judged = [(row["fault"], row["log"], row["cause"], *_cells(row)) for row in faults]
     return [
-        markdown_table(head, lines),
-        markdown_table(("fault", "log", "cause", *head[2:]), of_faults, 3),
-        markdown_table(("log", "faults", *CAUSES, *bad), counts),
+        markdown_table(("fault", "log", "cause", *head), judged, 3),
+        markdown_table(("log", "faults", *CAUSES, "made worse by a remedy", "wrong in the end"), counts),
         markdown_table(("fault", "robot", "identified", "wrong", "findings", "cause"), walked, 2),
     ]
 
@@ -221,8 +186,6 @@ CAUSES = ("named", "listed", "not named", "wrong")
 
 
 def _cells(row: Row) -> tuple[object, ...]:
-    if "before" not in row:
-        return ("-", "-", "-", row["init"])
     after = "refused" if row["refused"] else f"{100 * row['after']:.0f}"
     return f"{100 * row['before']:.0f}", after, len(row["wrong"]), _list(row["found"])
 
@@ -232,12 +195,8 @@ def _list(checks: list[str]) -> str:
 
 
 if __name__ == "__main__":
-    keys = [{"kind": "case", "log": name, "fault": ""} for name in CASES]
-    of = (("fault", "arm"), ("fault", "walk"), ("walk", "G1"))
-    keys += [
-        {"kind": kind, "log": log, "fault": fault}
-        for fault, own in FAULTS.items()
-        for kind, log in of
-        if log in own.of.split()
-    ]
+    keys: list[Row] = []
+    for fault, own in FAULTS.items():
+        kinds = (("fault", "arm"), ("fault", "walk"), ("walk", "G1"))
+        keys += [{"kind": kind, "log": log, "fault": fault} for kind, log in kinds if log in own.of.split()]
     command(__doc__, keys, run, tables)

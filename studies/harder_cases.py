@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
@@ -16,8 +15,9 @@ from stribeck import Robot
 from stribeck.base.typing import Array
 from stribeck.log import RobotLog
 from stribeck_simulation.run import Simulated
-from stribeck_simulation.scenario import PushTable, StepsTable
-from studies.accuracy_cases import NAMES, ROBOTS, Case, as_walked, kept_walks_of, measured, with_factors, wrong_model
+from stribeck_simulation.walking.footsteps import Push
+from studies.accuracy_cases import NAMES, Case, as_walked, exact_walks, measured, steps_for, with_factors, wrong_model
+from studies.changes import earlier, heaviest, period_of, quantized, with_body, with_model
 
 CORNER = 10.0
 """Bandwidth of coloured noise [Hz]."""
@@ -33,7 +33,7 @@ SPIKES = 0.5, 20.0
 
 @dataclass(frozen=True, kw_only=True)
 class Harder(Case):
-    """Errors in addition to the errors of `Case`.
+    """Errors in addition to the errors of `Case`; zero means none.
 
     Attributes
     ----------
@@ -109,23 +109,18 @@ CONDITIONS: dict[str, Harder] = {
 """Conditions by name. All include the noise of case A: 2e-5 rad and 0.1 N m."""
 
 
-def _short(single_support: float, double_support: float, **kind: float) -> StepsTable:
-    count = round(14 / (single_support + double_support))
-    return StepsTable(count=count, single_support=single_support, double_support=double_support, **kind)
-
-
 def other_walks(name: str) -> list[Simulated]:
     """Simulate four walks of about 15 s, of one robot of the accuracy study, with perfect sensors."""
     size, width = (0.6, 0.14) if name == "G1" else (1.0, 0.18)
     ways = {
-        "diagonal": _short(0.7, 0.2, forward=0.18 * size, sideways=0.12 * size, width=width),
-        "backwards": _short(0.9, 0.3, forward=-0.15 * size),
-        "turning": _short(0.8, 0.2, forward=0.1 * size, turn=0.2, width=width),
-        "pushed": _short(0.7, 0.2, forward=0.2 * size),
+        "diagonal": steps_for(14, 0.7, 0.2, forward=0.18 * size, sideways=0.12 * size, width=width),
+        "backwards": steps_for(14, 0.9, 0.3, forward=-0.15 * size),
+        "turning": steps_for(14, 0.8, 0.2, forward=0.1 * size, turn=0.2, width=width),
+        "pushed": steps_for(14, 0.7, 0.2, forward=0.2 * size),
     }
     side = 80.0 * size**2
-    pushes = {"pushed": [PushTable(start=at, duration=0.1, force=[-side, way * side, 0.0]) for at, way in PUSHED]}
-    return kept_walks_of(name, replace(ROBOTS[name], walks=ways), pushes)
+    pushes = {"pushed": [Push(start=at, duration=0.1, force=[-side, way * side, 0.0]) for at, way in PUSHED]}
+    return exact_walks(name, ways, pushes)
 
 
 PUSHED = (4.0, 1), (8.0, -1), (11.0, 1)
@@ -165,21 +160,22 @@ def _with_rotors(walk: Simulated) -> Simulated:
 
 def _other_rotors(robot: Robot, most: float, seed: int) -> Robot:
     """Give the robot rotors with an error relative to the walks' rotors; its torques are measured at the motors."""
-    model = pin.Model(robot.tree.model)
     factors = 1 + most * np.random.default_rng([seed, 5]).uniform(-1, 1, len(robot.joint_names))
-    model.armature[-len(factors) :] = ROTOR * factors
-    return replace(robot, tree=replace(robot.tree, model=model), torque_source="motor_current")
+
+    def change(model: pin.Model) -> None:
+        model.armature[-len(factors) :] = ROTOR * factors
+
+    return replace(with_model(robot, change), torque_source="motor_current")
 
 
 def _without_payload(robot: Robot, mass: float) -> Robot:
     """Subtract a point mass from the heaviest body: the walking robot carries it, the estimators' model does not."""
-    model = pin.Model(robot.tree.model)
-    joint = max(range(1, model.njoints), key=lambda k: float(model.inertias[k].mass))
-    body = model.inertias[joint]
-    away = body.lever + LEVER * np.eye(3)[0]
-    left = body.toDynamicParameters() - pin.Inertia(mass, away, np.zeros((3, 3))).toDynamicParameters()
-    model.inertias[joint] = pin.Inertia.FromDynamicParameters(left)
-    return replace(robot, tree=replace(robot.tree, model=model))
+
+    def change(body: pin.Inertia) -> pin.Inertia:
+        payload = pin.Inertia(mass, body.lever + LEVER * np.eye(3)[0], np.zeros((3, 3)))
+        return pin.Inertia.FromDynamicParameters(body.toDynamicParameters() - payload.toDynamicParameters())
+
+    return with_body(robot, heaviest(robot), change)
 
 
 def _logged(walk: Simulated, case: Harder, seed: int, number: int) -> RobotLog:
@@ -191,8 +187,8 @@ def _logged(walk: Simulated, case: Harder, seed: int, number: int) -> RobotLog:
     phase = fixed.uniform(0, 2 * np.pi, len(names))
     torque = log.torque + case.ripple * coulomb * np.sin(PERIODS * log.position + phase)
     torque = torque * (1 + case.gains * fixed.standard_normal(len(names)))
-    period = float(np.median(np.diff(log.time)))
-    torque = torque[_earlier(log, case.torque_delay)] + _coloured(drawn, torque.shape, case.coloured, period)
+    period = period_of(log)
+    torque = torque[earlier(log, case.torque_delay)] + _coloured(drawn, torque.shape, case.coloured, period)
     axis = np.append(Rotation.from_euler("z", fixed.uniform(0, 2 * np.pi)).apply([1.0, 0.0, 0.0])[:2], 0.0)
     turn = Rotation.from_rotvec(np.deg2rad(case.tilt) * axis)
     assert log.base_orientation is not None
@@ -201,12 +197,9 @@ def _logged(walk: Simulated, case: Harder, seed: int, number: int) -> RobotLog:
         log,
         torque=torque,
         base_orientation=(Rotation.from_quat(log.base_orientation) * turn).as_quat(),
-        contact=log.contact[_earlier(log, case.contact_delay)],
+        contact=log.contact[earlier(log, case.contact_delay)],
     )
-    log = measured(log, case, seed, number)
-    if case.bits:
-        step = 2 * np.pi / 2**case.bits
-        log = replace(log, position=step * np.round(log.position / step))
+    log = quantized(measured(log, case, seed, number), case.bits)
     if case.spikes:
         rate, height = SPIKES
         there = drawn.random(log.torque.shape) < rate * period
@@ -216,16 +209,10 @@ def _logged(walk: Simulated, case: Harder, seed: int, number: int) -> RobotLog:
 
 def _stood(log: RobotLog, seconds: float) -> RobotLog:
     """Repeat the first sample of a log for so many seconds before the log starts."""
-    period = float(np.median(np.diff(log.time)))
+    period = period_of(log)
     count = round(seconds / period)
     whole = log.take(np.concatenate([np.zeros(count, dtype=np.int64), np.arange(len(log.time))]))
     return replace(whole, time=log.time[0] + period * np.arange(len(whole.time))) if count else log
-
-
-def _earlier(log: RobotLog, late: float) -> NDArray[np.int64]:
-    """Compute the row that a delayed sensor shows at each sample; `late` is the delay [s]."""
-    rows = np.arange(len(log.time))
-    return np.maximum(rows - round(late / float(np.median(np.diff(log.time)))), 0)
 
 
 def _coloured(generator: np.random.Generator, shape: tuple[int, ...], deviation: float, period: float) -> Array:

@@ -30,7 +30,7 @@ from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
 from stribeck.log.interpolation import linear, with_command_delay
 from stribeck.log.sampling import regularise
-from stribeck.result import JointResult, Result
+from stribeck.result import Result
 from studies.command import Row, command, real_robot, rounded
 from studies.markdown import markdown_table
 
@@ -73,12 +73,6 @@ def with_torques(logs: Sequence[RobotLog], unseen: RobotLog, robot: Robot) -> tu
     return found, last
 
 
-def missing_rotor(robot: Robot, joint: JointResult, column: int) -> float:
-    """Return the estimated rotor inertia minus the model's [kg m^2]."""
-    found = joint.parameters.get("armature")
-    return found.value - float(robot.armature[column]) if found else 0.0
-
-
 def predicted_torque(
     robot: Robot,
     result: Result | None,
@@ -97,21 +91,32 @@ def predicted_torque(
     needed = rooted_inverse_dynamics(believed.tree, position, velocity, acceleration, None)[1]
     load = needed if lowpass is None else sosfiltfilt(lowpass, needed, axis=0)
     found, said = needed.copy(), np.ones(needed.shape[1], dtype=bool)
-    for column, name in enumerate(robot.joint_names if result else ()):
-        joint = result.joints.get(name) if result else None
+    if result is None:
+        return found, said
+    for column, name in enumerate(robot.joint_names):
+        joint = result.joints.get(name)
         said[column] = bool(joint and joint.curve)
         if joint and joint.curve:
             found[:, column] += joint.friction(
                 velocity[:, column], load=load[:, column], position=position[:, column], period=period, offset=True
             )
-            found[:, column] += missing_rotor(robot, joint, column) * acceleration[:, column]
-    for coupling in result.couplings.values() if result else ():
+            if rotor := joint.parameters.get("armature"):
+                found[:, column] += (rotor.value - float(robot.armature[column])) * acceleration[:, column]
+    for coupling in result.couplings.values():
         if coupling.parameters:
             acting = np.array([coupling.joints.get(name, 0.0) for name in robot.joint_names])
-            rotor = coupling.parameters["armature"].value if "armature" in coupling.parameters else 0.0
-            torque = coupling.friction(velocity @ acting, offset=True) + rotor * (acceleration @ acting)
+            torque = coupling.friction(velocity @ acting, offset=True)
+            if rotor := coupling.parameters.get("armature"):
+                torque = torque + rotor.value * (acceleration @ acting)
             found += np.outer(torque, acting)
     return found, said
+
+
+def smoothed(position: Array, rate: float, band: float) -> tuple[Array, Array, Array]:
+    """Filter positions up to `WIDER` times the band [Hz]; return them with velocities and accelerations, (T, n)."""
+    position = sosfiltfilt(butter(ORDER, 2 * WIDER * band / rate, output="sos"), position, axis=0)
+    velocity = np.gradient(position, 1 / rate, axis=0)
+    return position, velocity, np.gradient(velocity, 1 / rate, axis=0)
 
 
 def torque_errors(part: RobotLog, robot: Robot, result: Result | None, band: float, slowest: Array) -> Array:
@@ -119,16 +124,13 @@ def torque_errors(part: RobotLog, robot: Robot, result: Result | None, band: flo
     log, sampling = regularise(part, robot.log_table)
     late = result.corrections.torque_delay if result and result.corrections else None
     torque = linear(log.time + late[0], log.time, log.torque) if late else log.torque
-    wide, narrow = (butter(ORDER, 2 * cutoff * sampling.period, output="sos") for cutoff in (WIDER * band, band))
+    narrow = butter(ORDER, 2 * band * sampling.period, output="sos")
     cut, found = round(ENDS / sampling.period), []
     for rows in (rows for rows in sampling.segments if rows.stop - rows.start > 4 * cut):
-        position = sosfiltfilt(wide, log.position[rows], axis=0)
-        velocity = np.gradient(position, sampling.period, axis=0)
-        acceleration = np.gradient(velocity, sampling.period, axis=0)
-        predicted, said = predicted_torque(robot, result, position, velocity, acceleration, narrow, sampling.period)
-        left = torque[rows] - predicted
-        left = sosfiltfilt(narrow, left, axis=0)
-        found.append(np.where(said & (np.abs(velocity) > slowest), left, np.nan)[cut:-cut])
+        motion = smoothed(log.position[rows], sampling.rate, band)
+        predicted, said = predicted_torque(robot, result, *motion, narrow, sampling.period)
+        left = sosfiltfilt(narrow, torque[rows] - predicted, axis=0)
+        found.append(np.where(said & (np.abs(motion[1]) > slowest), left, np.nan)[cut:-cut])
     return np.concatenate(found)
 
 

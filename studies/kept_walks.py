@@ -8,8 +8,7 @@ from pathlib import Path
 import stribeck
 from stribeck import Robot, read_log
 from stribeck_simulation.files import read_truth, write_simulated
-from stribeck_simulation.robots import MODELS
-from stribeck_simulation.run import PACKAGED, Simulated, run_scenario
+from stribeck_simulation.run import Simulated, robot_file, run_scenario
 from stribeck_simulation.scenario import Scenario
 
 ROOT = Path(__file__).parents[1]
@@ -30,7 +29,7 @@ def kept_walk(label: str, scenario: Scenario, folder: Path = Path()) -> Simulate
     folder
         Folder that the robot file's path is relative to.
     """
-    file = MODELS / PACKAGED[scenario.robot] if scenario.robot in PACKAGED else folder / scenario.robot
+    file = robot_file(scenario, folder)
     path = FOLDER / f"{label}.{_digest(scenario, file)}.npz"
     if not path.exists():
         found = run_scenario(scenario, folder)

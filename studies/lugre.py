@@ -108,8 +108,7 @@ def walked(robot: Robot) -> RobotLog:
     """Simulate the noisy log of a humanoid's prescribed walk, with bristles in its legs."""
     log, _ = exact_log(robot, get_law("coulomb-viscous"), {}, duration=SECONDS, seed=SEED, posture=POSTURES["toro"])
     torque = bristles_along(log, dict.fromkeys(robot.joint_names, BRISTLES["LuGre, 300 N m/rad"]))
-    log = replace(log, torque=log.torque + torque, velocity=None, acceleration=None)
-    return with_noise(log, position=2e-5, torque=0.05, seed=SEED + 1)
+    return with_noise(replace(log, torque=log.torque + torque), position=2e-5, torque=0.05, seed=SEED + 1)
 
 
 def bristles_along(log: RobotLog, parameters: Parameters) -> Array:

@@ -12,7 +12,6 @@ from collections.abc import Callable, Collection, Iterator
 from dataclasses import replace
 
 import numpy as np
-import pinocchio as pin
 
 from stribeck import Robot, identify
 from stribeck.base.typing import Array
@@ -23,6 +22,7 @@ from stribeck_simulation.robots import MODELS
 from stribeck_simulation.sensors.measure import with_noise
 from studies.accuracy import ALL_CASES, walks_of
 from studies.accuracy_cases import CASES
+from studies.changes import carrying, earlier, period_of, quantized
 from studies.command import Row, command
 from studies.harder_cases import as_seen
 from studies.markdown import markdown_table
@@ -47,14 +47,7 @@ CAUSES: dict[str, tuple[str, ...]] = {
 """Causes that justify each check's finding."""
 MISSES = {"torque-delay": ("one torque 5 ms late",), "friction-delay": ("torques 2 ms late", "all torques 4 ms late")}
 """Cases with a cause that another check reports; excluded from both counts."""
-FRICTION = {
-    "viscous": 0.3,
-    "coulomb": 1.2,
-    "stribeck_gain": 0.3,
-    "stribeck_velocity": 0.15,
-    "offset": 0.2,
-    "slope": 50.0,
-}
+FRICTION = {"viscous": 0.3, "coulomb": 1.2, "stribeck_gain": 0.3, "stribeck_velocity": 0.15, "offset": 0.2, "slope": 50}
 """Friction of all joints of the arm."""
 Change = Callable[[RobotLog, Array, Array], Array]
 """Function that computes the torque a cause adds to a log from each joint's Coulomb friction and load [N m], (T, n)."""
@@ -62,10 +55,6 @@ Change = Callable[[RobotLog, Array, Array], Array]
 
 def _sign(log: RobotLog) -> Array:
     return np.asarray(np.tanh(40.0 * np.gradient(log.position, log.time, axis=0)))
-
-
-def _samples(log: RobotLog, seconds: float) -> int:
-    return round(seconds / float(np.median(np.diff(log.time))))
 
 
 def load(log: RobotLog, _: Array, carried: Array) -> Array:
@@ -92,7 +81,7 @@ def presliding(log: RobotLog, coulomb: Array, _: Array) -> Array:
 def play(log: RobotLog, _: Array, carried: Array) -> Array:
     """Remove the link's torque from the motor for 20 ms after its sign changes, as backlash does."""
     changed = np.diff(np.sign(carried), axis=0, prepend=np.sign(carried[:1])) != 0
-    span = _samples(log, 0.02)
+    span = round(0.02 / period_of(log))
     crossing = np.apply_along_axis(np.convolve, 0, changed.astype(float), np.ones(span))[: len(log.time)] > 0
     reached = np.abs(np.roll(carried, -span, axis=0)) + np.abs(carried)
     return np.asarray(crossing * np.sign(carried) * np.minimum(reached, 2.0))
@@ -105,8 +94,7 @@ def ripple(periods: float) -> Change:
 
 def late(log: RobotLog, _: Array, __: Array) -> Array:
     """Delay torques by 5 ms."""
-    rows = np.maximum(np.arange(len(log.time)) - _samples(log, 0.005), 0)
-    return log.torque[rows] - log.torque
+    return log.torque[earlier(log, 0.005)] - log.torque
 
 
 IN_SOME: dict[str, tuple[str, Change]] = {
@@ -176,30 +164,19 @@ def of_the_arm(case: str, seed: int) -> Logs:
     """Make a log of 20 s of the arm."""
     robot, cause = Robot.from_file(MODELS / "arm.toml"), ON_THE_ARM[case]
     joints: tuple[str, ...] = ()
-    heavier = _with_payload(robot, 1.0) if cause == "payload" else robot
+    last = robot.tree.model.njoints - 1
+    heavier = carrying(robot, last, 1.0, np.array([0.0, 0.0, 0.08])) if cause == "payload" else robot
     truth = dict.fromkeys(robot.joint_names, FRICTION)
     log, known = exact_log(heavier, get_law("stribeck"), truth, duration=20.0, seed=seed)
-    log = replace(log, velocity=None, acceleration=None)
     if case in IN_SOME:
         cause, change = IN_SOME[case]
         joints = robot.joint_names[seed % 3 :: 3]
         log = added(log, change, dict.fromkeys(joints, FRICTION["coulomb"]), log.torque - known.friction_torque)
-    if cause == "delay" and not joints:
-        log = replace(log, torque=log.torque[np.maximum(np.arange(len(log.time)) - 4, 0)])
+    elif cause == "delay":
+        log = replace(log, torque=log.torque[earlier(log, 0.004)])
     noise = CASES["B" if case == "B" else "A"]
     log = with_noise(log, position=noise.encoder, torque=noise.torque, seed=seed)
-    if cause == "quantisation":
-        step = 2 * np.pi / 2 ** int(case.removesuffix("-bit encoders"))
-        log = replace(log, position=step * np.round(log.position / step))
-    return cause, joints, robot, [log]
-
-
-def _with_payload(robot: Robot, mass: float) -> Robot:
-    """Put a point mass on the last link."""
-    model = pin.Model(robot.tree.model)
-    away = pin.Inertia(mass, np.array([0.0, 0.0, 0.08]), np.zeros((3, 3)))
-    model.inertias[model.njoints - 1] = model.inertias[model.njoints - 1] + away
-    return replace(robot, tree=replace(robot.tree, model=model))
+    return cause, joints, robot, [quantized(log, int(case[:2]) if cause == "quantisation" else 0)]
 
 
 def runs() -> Iterator[Row]:

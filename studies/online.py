@@ -37,15 +37,8 @@ KNEE = "left_knee"
 START = 120.0
 """Time at which friction changes [s]."""
 BACKPACK = '<body name="backpack" pos="-0.1 0 0.2"><inertial pos="0 0 0" mass="5" diaginertia="0.05 0.05 0.05"/></body>'
-NOISE = replace(
-    REALISTIC,
-    position_bias=0.0,
-    torque_offset=0.0,
-    torque_drift=0.0,
-    orientation_bias=0.0,
-    gyroscope_bias=0.0,
-    accelerometer_bias=0.0,
-)
+BIASES = ("position_bias", "torque_offset", "torque_drift", "orientation_bias", "gyroscope_bias", "accelerometer_bias")
+NOISE = replace(REALISTIC, **dict.fromkeys(BIASES, 0.0))
 """Errors of sensors that are drawn anew in each repetition."""
 HOURS = 100.0
 """Mean time between false alarms [h]."""
@@ -114,10 +107,9 @@ Change = Callable[[Simulated, Array], Array]
 """Additional friction torque of a walk [N m], shape (T, n), at times of the stream [s], shape (T,)."""
 
 
-def _friction(walk: Simulated) -> Array:
-    """Compute the simulated friction without offsets [N m], shape (T, n)."""
-    offsets = [walk.truth.parameters.get(name, {}).get("offset", 0.0) for name in walk.log.joint_names]
-    return np.asarray(walk.truth.friction_torque - np.array(offsets))
+def _parameter(walk: Simulated, parameter: str) -> Array:
+    """List a friction parameter of all joints, shape (n,); zero for joints without friction."""
+    return np.array([walk.truth.parameters.get(name, {}).get(parameter, 0.0) for name in walk.log.joint_names])
 
 
 def knee(share: Callable[[Array], Array]) -> Change:
@@ -125,16 +117,16 @@ def knee(share: Callable[[Array], Array]) -> Change:
 
     def added(walk: Simulated, time: Array) -> Array:
         column = np.array([name == KNEE for name in walk.log.joint_names])
-        return np.asarray(_friction(walk) * column * share(time)[:, None])
+        friction = walk.truth.friction_torque - _parameter(walk, "offset")
+        return np.asarray(friction * column * share(time)[:, None])
 
     return added
 
 
 def cold(walk: Simulated, time: Array) -> Array:
     """Increase all viscous friction by 40 %."""
-    viscous = np.array([walk.truth.parameters.get(name, {}).get("viscous", 0.0) for name in walk.log.joint_names])
     velocity = np.gradient(walk.log.position, walk.log.time, axis=0)
-    return np.asarray(0.4 * viscous * velocity * (time >= START)[:, None])
+    return np.asarray(0.4 * _parameter(walk, "viscous") * velocity * (time >= START)[:, None])
 
 
 def stream(walks: Iterable[Simulated], change: Change | None = None, seed: int = 0) -> Iterator[tuple[RobotLog, float]]:
@@ -190,7 +182,7 @@ def two_hours(seed: int) -> Row:
 
 def changed(kind: str, seed: int) -> Row:
     """Watch until some time after an alarm; the change at its time is that of the knee's friction."""
-    slow = kind == "drift"
+    slow, start = kind == "drift", START
 
     def share(time: Array) -> Array:
         return np.asarray(np.clip((time - START) / 2400, 0.0, 0.5) if slow else 0.3 * (time >= START))
@@ -198,10 +190,11 @@ def changed(kind: str, seed: int) -> Row:
     walks: Iterable[Simulated] = repeat(machine().second)
     change = {"step": knee(share), "drift": knee(share), "cold": cold}.get(kind)
     if kind == "payload":
-        walks = chain(repeat(machine().second, int(START / (walk_time() + 1.0))), repeat(loaded()))
+        length = float(np.ptp(machine().second.log.time)) + 1.0
+        count = int(START / length)
+        walks, start = chain(repeat(machine().second, count), repeat(loaded())), count * length
     _, alarms = watch(stream(walks, change, seed), START + (1200 if slow else 120), lambda a: slow and bool(a))
     raised = [alarm for alarm in alarms if alarm.raised]
-    start = START if kind != "payload" else int(START / (walk_time() + 1.0)) * (walk_time() + 1.0)
     first = raised[0].time if raised else np.inf
     return {
         "alarms": [alarm.name for alarm in raised],
@@ -209,12 +202,6 @@ def changed(kind: str, seed: int) -> Row:
         "delay": rounded(first - start),
         "change": rounded(float(share(np.array([first]))[0])),
     }
-
-
-def walk_time() -> float:
-    """Return the duration of the second walk [s]."""
-    time = machine().second.log.time
-    return float(time[-1] - time[0])
 
 
 def restarted(seed: int) -> Row:
@@ -239,31 +226,31 @@ def restarted(seed: int) -> Row:
 
 def run(case: str, seed: int) -> Row:
     """Run a case."""
-    if case in RUNS:
-        return RUNS[case](seed)
-    return changed(case, seed)
+    return RUNS[case](seed) if case in RUNS else changed(case, seed)
 
 
 RUNS: dict[str, Callable[[int], Row]] = {"unchanged": unchanged, "2 hours": two_hours, "restart": restarted}
 SEEDS = {"unchanged": 5, "2 hours": 5, "step": 5, "drift": 1, "cold": 2, "payload": 2, "restart": 1}
 """Number of runs by case."""
+TITLES = {
+    "step": "left knee +30 %",
+    "drift": "left knee +50 % in 20 min",
+    "cold": "viscous friction +40 %",
+    "payload": "payload of 5 kg",
+}
 
 
 def tables(rows: list[Row]) -> list[str]:
     """Format the table of docs/watch.md."""
     own = {case: [row for row in rows if row["case"] == case] for case in SEEDS}
-    cells: list[tuple[str, str]] = []
-    if some := own["unchanged"]:
-        joints, inside, near = (sum(row[name] for row in some) for name in ("joints", "inside", "near"))
-        alarms = sum(len(row["alarms"]) for row in some)
-        cells.append(("true friction within the 95 % interval now", f"{inside} of {joints} joints"))
-        cells.append(
-            ("friction now within the interval of the next log", f"{near} of {joints} joints, {alarms} alarms")
-        )
-    if some := own["2 hours"]:
-        cells.append((f"unchanged for {len(some)} times 2 h", f"{sum(len(row['alarms']) for row in some)} alarms"))
-    titles = {"step": "left knee +30 %", "drift": "left knee +50 % in 20 min", "cold": "viscous friction +40 %"}
-    for case, title in {**titles, "payload": "payload of 5 kg"}.items():
+    joints, inside, near = (sum(row[name] for row in own["unchanged"]) for name in ("joints", "inside", "near"))
+    alarms, rare = (sum(len(row["alarms"]) for row in own[case]) for case in ("unchanged", "2 hours"))
+    cells = [
+        ("true friction within the 95 % interval now", f"{inside} of {joints} joints"),
+        ("friction now within the interval of the next log", f"{near} of {joints} joints, {alarms} alarms"),
+        (f"unchanged for {len(own['2 hours'])} times 2 h", f"{rare} alarms"),
+    ]
+    for case, title in TITLES.items():
         if some := own[case]:
             named = ", ".join(dict.fromkeys(name for row in some for name in row["alarms"] or ["none"]))
             delays = ", ".join(f"{row['delay']:.0f}" for row in some)

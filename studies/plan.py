@@ -22,6 +22,7 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -34,37 +35,28 @@ from stribeck.log import RobotLog
 from stribeck.plan.joint import PlannedJoint, Reach
 from stribeck.plan.plan import Plan
 from stribeck.result import JointResult, Result
-from stribeck.robot import from_robot_file
-from stribeck.settings import RobotFile
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.prescribed.ground import inverse_dynamics
 from stribeck_simulation.robots import MODELS
 from stribeck_simulation.run import POSTURES
+from stribeck_simulation.sensors.measure import with_noise
 from studies.accuracy_cases import wrong_model
+from studies.changes import EXAMPLES, robot_from
 from studies.command import Row, command, rounded
 from studies.markdown import markdown_table
-from studies.walking_cases import EXAMPLES
 
 LINEAR, STRIBECK = "coulomb-viscous", "stribeck"
-ROBOTS: dict[str, tuple[Path, dict[str, Any]]] = {
-    "arm, six joints": (MODELS / "arm.urdf", {}),
-    "Franka Panda": (
-        EXAMPLES / "panda_description/urdf/panda.urdf",
-        {"locked": {"panda_finger_joint1": 0.02, "panda_finger_joint2": 0.02}},
-    ),
-    "quadruped, hung": (MODELS / "quadruped.urdf", {}),
+FIXED = '[robot]\nmodel = "{}"\nbase = "fixed"\n'
+ROBOTS = {
+    "arm, six joints": FIXED.format(MODELS / "arm.urdf"),
+    "Franka Panda": FIXED.format(EXAMPLES / "panda_description/urdf/panda.urdf")
+    + "locked = { panda_finger_joint1 = 0.02, panda_finger_joint2 = 0.02 }\n",
+    "quadruped, hung": FIXED.format(MODELS / "quadruped.urdf"),
 }
-"""Robots with a fixed or hanging base: model, and keys of [robot]."""
+"""Robot files of robots with a fixed or hanging base."""
 WALKERS = {"TORO-like": ("toro.toml", "toro", 6.0), "quadruped": ("quadruped.toml", "quadruped", 3.0)}
 """Walking robots: robot file, posture, and torque noise [N m]."""
-MEANS = {
-    "viscous": 0.3,
-    "coulomb": 0.8,
-    "stribeck_gain": 0.3,
-    "stribeck_velocity": 0.2,
-    "offset": 0.3,
-    "slope": 40.0,
-}
+MEANS = {"viscous": 0.3, "coulomb": 0.8, "stribeck_gain": 0.3, "stribeck_velocity": 0.2, "offset": 0.3, "slope": 40.0}
 """Means of the parameters; each joint's parameters are drawn within 30 % of them."""
 SEEDS = 2
 """Number of times that noise is drawn for a plan."""
@@ -78,13 +70,6 @@ HEAD = (
     *("parameters: median", "worst", "within 30 %", "coverage"),
 )
 WALK_HEAD = ("robot", "joints", "weak before", "walk", "curve: median, slow", "middle", "top", "worst", "within 30 %")
-
-
-def robot_of(name: str) -> Robot:
-    """Read a robot with a fixed base."""
-    path, keys = ROBOTS[name]
-    table = {"robot": {"model": path.name, "base": "fixed", **keys}}
-    return from_robot_file(RobotFile.model_validate(table), path.parent / "robot.toml")
 
 
 def friction_of(robot: Robot, law: str) -> dict[str, dict[str, float]]:
@@ -113,13 +98,9 @@ def log_of(robot: Robot, motion: Array, law: str, seed: int) -> RobotLog:
     for k, joint in enumerate(robot.joint_names):
         values = np.array([friction[joint][parameter.name] for parameter in chosen.parameters])
         torque[:, k] += chosen.torque(motion[1, :, k], values)
-    generator = np.random.default_rng(seed)
-    return RobotLog(
-        time=np.arange(len(torque)) / RATE,
-        joint_names=robot.joint_names,
-        position=motion[0] + ENCODER * generator.standard_normal(torque.shape),
-        torque=torque + TORQUE * generator.standard_normal(torque.shape),
-    )
+    time = np.arange(len(torque)) / RATE
+    log = RobotLog(time=time, joint_names=robot.joint_names, position=motion[0], torque=torque)
+    return with_noise(log, position=ENCODER, torque=TORQUE, seed=seed)
 
 
 def run(robot: str, law: str, **number: int) -> Row:
@@ -130,7 +111,7 @@ def run(robot: str, law: str, **number: int) -> Row:
 @cache
 def two_plans(name: str, law: str) -> list[Row]:
     """Compare the intervals after a plan from the poor log and after a second plan from the first plan's log."""
-    true = robot_of(name)
+    true = robot_from(ROBOTS[name])
     known, joints, rounds = wrong_model(true, 0), None, []
     log = log_of(true, poor_motion(true, np.arange(20 * round(RATE)) / RATE), law, 0)
     for number in (1, 2):
@@ -156,9 +137,8 @@ def planned_after(
         place = Path(folder)
         found = identify(log, robot, law=law, table=place / "friction_torque.parquet")
         (place / "result.json").write_text(found.to_json())
-        if duration is None:
-            return found, plan(place / "result.json", robot, joints=_with_friction(found))
-        return found, plan(place / "result.json", robot, joints=joints, duration=duration)
+        options: dict[str, Any] = {"duration": duration} if duration else {"joints": _with_friction(found)}
+        return found, plan(place / "result.json", robot, **{"joints": joints, **options})
 
 
 def _with_friction(found: Result) -> list[str]:
@@ -190,15 +170,7 @@ def walk_log(name: str, seconds: float, pace: float, path: int, noise: int) -> t
     log, _ = exact_log(
         robot, get_law(LINEAR), friction, duration=seconds, rate=500.0, seed=path, posture=POSTURES[posture], pace=pace
     )
-    generator = np.random.default_rng(noise)
-    return robot, replace(
-        log,
-        velocity=None,
-        acceleration=None,
-        foot_wrench=None,
-        position=log.position + ENCODER * generator.standard_normal(log.position.shape),
-        torque=log.torque + std * generator.standard_normal(log.position.shape),
-    )
+    return robot, with_noise(replace(log, foot_wrench=None), position=ENCODER, torque=std, seed=noise)
 
 
 def walked(name: str, seed: int) -> Row:
@@ -211,14 +183,8 @@ def walked(name: str, seed: int) -> Row:
     joints = {}
     for joint in _with_friction(found):
         now = found.joints[joint]
-        share = PlannedJoint(
-            column=0,
-            found=now,
-            guessed=False,
-            prismatic=False,
-            settings=known.settings,
-            reach=Reach(middle=0.0, amplitude=0.0, speed=0.0),
-        ).shrinking_share
+        nowhere, flags = Reach(middle=0.0, amplitude=0.0, speed=0.0), {"guessed": False, "prismatic": False}
+        share = PlannedJoint(column=0, found=now, settings=known.settings, reach=nowhere, **flags).shrinking_share
         half = np.array([point.half_width for point in now.curve]) * np.sqrt(share / TIMES + 1 - share)
         promised = next(each for each in planned.joints[joint].candidates if each.motion == FASTER).curve
         widths = np.array([point.half_width for point in promised])
@@ -273,11 +239,7 @@ def _extremes(values: list[float]) -> tuple[str, str]:
 
 
 if __name__ == "__main__":
-    keys = [
-        {"robot": robot, "law": law, "plan": number}
-        for robot in ROBOTS
-        for law in (LINEAR, STRIBECK)
-        for number in (1, 2)
-    ]
+    plans = product(ROBOTS, (LINEAR, STRIBECK), (1, 2))
+    keys: list[Row] = [{"robot": robot, "law": law, "plan": number} for robot, law, number in plans]
     keys += [{"robot": robot, "law": LINEAR, "walk": seed} for robot in WALKERS for seed in range(3)]
     command(__doc__, keys, run, tables)

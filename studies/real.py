@@ -9,29 +9,24 @@ this command then ends with exit code 1.
 """
 
 import argparse
-import io
-import json
 import os
 import re
 import runpy
 import sys
 import tempfile
 import time
-import traceback
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import redirect_stderr, redirect_stdout
-from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
-from unittest.mock import patch
+from typing import NamedTuple
 
-from stribeck import cli
 from stribeck.friction import AUTO, LAWS, LAWS_WITH_STATE
 from stribeck.methods import METHODS
+from studies.command import ROOT
+from studies.remedies import last_error, typed
 
-ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples" / "real_robots"
 DATA = Path(os.environ.get("STRIBECK_REAL_LOGS", ROOT.parent / "shared" / "real-logs"))
 WORKERS = 2
@@ -44,16 +39,14 @@ THIN = ("double-pendulum", "so101", "cassie-landings", "icub-walk")
 FORMATS = {".urdf": "urdf", ".xml": "mjcf"}
 
 
-@dataclass(frozen=True)
-class Ran:
-    """A completed command: its log, exit code, duration, messages and result file."""
+class Ran(NamedTuple):
+    """A completed command: its log, exit code, duration and messages."""
 
     log: str
     command: str
     code: int
     seconds: float
     said: str
-    result: Path | None = None
 
     @property
     def failed(self) -> bool:
@@ -61,30 +54,9 @@ class Ran:
         return self.code not in ANSWERS or "Traceback" in self.said
 
     def cells(self) -> list[str]:
-        """Format the row of the table: the verdicts of a result, or the sentence of a refusal."""
-        said = self.said.strip().split("stribeck: ")[-1]  # the sentence comes after the notes
-        said = " ".join(re.sub(r"/\S*/", "", said).split())[:110].replace("|", "/")  # file names without folders
-        counts: Counter[str] = Counter()
-        if self.result and not self.code:
-            joints = json.loads(self.result.read_text(encoding="utf-8"))["joints"].values()
-            counts = Counter(joint["verdict"] for joint in joints)
-        verdicts = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
-        return [self.log, self.command, str(self.code), f"{self.seconds:.1f}", verdicts, said]
-
-
-def run(log: str, words: Sequence[str], shown: str, result: Path | None = None) -> Ran:
-    """Run a command line in this process, without starting another interpreter."""
-    start, said = time.monotonic(), io.StringIO()
-    with redirect_stdout(io.StringIO()), redirect_stderr(said), patch.object(sys, "argv", ["stribeck", *words]):
-        try:
-            cli.main()
-            code = 0
-        except SystemExit as end:
-            code = end.code if isinstance(end.code, int) else int(end.code is not None)
-        except Exception:
-            code = 1
-            traceback.print_exc()
-    return Ran(log, shown, code, time.monotonic() - start, said.getvalue(), result)
+        """Format the row of the table, with the last message."""
+        said = " ".join(re.sub(r"/\S*/", "", last_error(self.said)).split())[:110]  # file names without folders
+        return [self.log, self.command, str(self.code), f"{self.seconds:.1f}", said.replace("|", "/")]
 
 
 def log_sets(folder: Path) -> dict[str, list[Path]]:
@@ -105,62 +77,49 @@ def choices(law: str) -> Iterator[dict[str, str]]:
         yield from ({"method": "whole-log", "corrections": corrections} for corrections in CORRECTIONS)
 
 
-def chain(name: str, logs: Sequence[Path], scratch: Path, law: str | None, only: Sequence[str] = ()) -> list[Ran]:
-    """Run `identify`, `export` and `compare` for every method and correction that can fit one law.
-
-    Parameters
-    ----------
-    name, logs
-        Label of the logs, and their paths.
-    scratch
-        Folder for outputs.
-    law
-        Name of a law, or None for the robot file's own settings.
-    only
-        Corrections to try; all if empty.
-    """
-    robot = logs[0].parent / "robot.toml"
-    model = model_of(robot)
-    ran: list[Ran] = []
-    first: Path | None = None
-    for choice in choices(law) if law else [{}]:
-        if only and choice.get("corrections", only[0]) not in only:
-            continue
-        words = [word for key, value in choice.items() for word in ("--set", f"{key}={value}")]
-        words += ["--law", law] if law else []
-        shown = " ".join([*(value for key, value in choice.items() if key != "holdout"), law or "default"])
-        out = scratch / name.replace(" ", "-") / shown.replace(" ", "-")
-        command = ["identify", *map(str, logs), "-r", str(robot), "-o", str(out), *words]
-        found = run(name, command, f"identify {shown}", out / "result.json")
-        ran.append(found)
-        if found.code:
-            continue
-        target = FORMATS.get(model.suffix, "urdf")
-        exported = ["export", str(out), "-r", str(robot), "--to", target, "-o", str(out / f"model{model.suffix}")]
-        ran.append(run(name, exported, f"export {target} {shown}"))
-        first = first or out
-        others = [str(out)] if first != out else []
-        ran.append(run(name, ["compare", str(first), *others], f"compare {'' if others else 'sides '}{shown}"))
-        if not law:
-            ran.append(run(name, ["plan", str(out), "-r", str(robot), "-o", str(out / "plan")], "plan"))
-    return ran
-
-
-def looked_at(name: str, log: Path, scratch: Path) -> list[Ran]:
-    """Run `inspect` and `convert` on a log, and `init` on it and its model."""
-    robot = log.parent / "robot.toml"
-    out = scratch / name.replace(" ", "-")
-    out.mkdir(parents=True, exist_ok=True)
-    return [
-        run(name, ["inspect", str(log), "-r", str(robot)], "inspect"),
-        run(name, ["convert", str(log), "-r", str(robot), "-o", str(out / "log.parquet")], "convert"),
-        run(name, ["init", str(model_of(robot)), str(log), "-o", str(out / "robot.toml")], "init"),
-    ]
-
-
 def model_of(robot: Path) -> Path:
     """Find the model next to a robot file."""
     return next(path for path in sorted(robot.parent.iterdir()) if path.suffix in FORMATS)
+
+
+def looks(logs: Sequence[Path], out: Path) -> dict[str, list[object]]:
+    """List the commands that look at a log and its model, by label."""
+    log, robot = logs[0], logs[0].parent / "robot.toml"
+    return {
+        "inspect": ["inspect", log, "-r", robot],
+        "convert": ["convert", log, "-r", robot, "-o", out / "log.parquet"],
+        "init": ["init", model_of(robot), log, "-o", out / "robot.toml"],
+    }
+
+
+def fits(logs: Sequence[Path], out: Path, law: str | None, thin: bool) -> dict[str, list[object]]:
+    """List the commands that fit one law by all methods, or the robot file's own settings, and use the results."""
+    robot, found = logs[0].parent / "robot.toml", dict[str, list[object]]()
+    model, first = model_of(robot), None
+    for choice in choices(law) if law else [{}]:
+        if thin and choice.get("corrections", "inertia") != "inertia":
+            continue
+        shown = " ".join([*choice.values(), law or "default"])
+        place, words = out / shown.replace(" ", "-"), [f"--law={law}"] if law else []
+        words += [word for key, value in choice.items() for word in ("--set", f"{key}={value}")]
+        found[f"identify {shown}"] = ["identify", *logs, "-r", robot, "-o", place, *words]
+        to, copy = FORMATS[model.suffix], place / f"model{model.suffix}"
+        found[f"export {to} {shown}"] = ["export", place, "-r", robot, "--to", to, "-o", copy]
+        found[f"compare {shown}"] = ["compare", *dict.fromkeys((first or place, place))]
+        first = first or place
+    if not law:
+        found["plan"] = ["plan", first, "-r", robot, "-o", out / "plan"]
+    return found
+
+
+def run(log: str, commands: dict[str, list[object]]) -> list[Ran]:
+    """Run command lines in this process; without a result, the commands that need it are refused."""
+    ran = []
+    for shown, words in commands.items():
+        start = time.monotonic()
+        code, said = typed(*words)
+        ran.append(Ran(log, shown, code, time.monotonic() - start, said))
+    return ran
 
 
 def all_runs(data: Path, scratch: Path, only: str | None, thin: bool) -> Iterator[Ran]:
@@ -173,12 +132,14 @@ def all_runs(data: Path, scratch: Path, only: str | None, thin: bool) -> Iterato
         for robot in robots:
             sets = log_sets(script["convert"](robot, data, scratch / "logs"))
             for name, logs in list(sets.items())[-1 if thin else 0 :]:
+                out = scratch / name.replace(" ", "-")
+                out.mkdir(parents=True)
                 if len(logs) == 1:
-                    jobs.append(pool.submit(looked_at, name, logs[0], scratch / "looked-at"))
+                    jobs.append(pool.submit(run, name, looks(logs, out)))
                 if robot == "cassie-landings" and len(logs) == 1 and not thin:
                     continue  # logs of fifty milliseconds are inspected, and fitted only together
                 for law in (None, FIRST) if thin else (None, *LAWS, *LAWS_WITH_STATE, AUTO):
-                    jobs.append(pool.submit(chain, name, logs, scratch / "found", law, ("inertia",) if thin else ()))
+                    jobs.append(pool.submit(run, name, fits(logs, out, law, thin)))
         for job in jobs:
             yield from job.result()
 

@@ -3,6 +3,7 @@
 import re
 import sys
 import tomllib
+import traceback
 from collections.abc import Iterator, Mapping
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
@@ -67,18 +68,23 @@ def answer(robot: Path, values: Mapping[str, Any]) -> None:
 
 
 def typed(*words: object) -> tuple[int, str]:
-    """Run the command line in this process; return its exit code and its last error."""
-    errors, code = StringIO(), 0
-    with (
-        patch.object(sys, "argv", ["stribeck", *map(str, words)]),
-        redirect_stderr(errors),
-        redirect_stdout(StringIO()),
-    ):
+    """Run the command line in this process; return its exit code (1 with a traceback for a bug), and its messages."""
+    said, code = StringIO(), 0
+    given = patch.object(sys, "argv", ["stribeck", *map(str, words)])
+    with given, redirect_stderr(said), redirect_stdout(StringIO()):
         try:
             main()
         except SystemExit as stop:
-            code = int(stop.code or 0)
-    return code, errors.getvalue().rpartition("stribeck: ")[2].strip()
+            code = stop.code if isinstance(stop.code, int) else int(stop.code is not None)
+        except Exception:
+            code = 1
+            traceback.print_exc()
+    return code, said.getvalue()
+
+
+def last_error(said: str) -> str:
+    """Select the last error in the messages of the command line."""
+    return said.rpartition("stribeck: ")[2].strip()
 
 
 Truth = Mapping[str, Any]
@@ -98,8 +104,9 @@ class Run:
 def identify(log: Path, robot: Path, truth: Truth, options: list[str]) -> Run:
     """Identify a log, and compare the friction curves with the truth."""
     out = robot.parent / "out"
-    code, words = typed("identify", log, "-r", robot, "-o", out, "--overwrite", *options)
+    code, said = typed("identify", log, "-r", robot, "-o", out, "--overwrite", *options)
     if code:
+        words = last_error(said)
         check = re.search(r"stribeck explain ([\w-]+)", words)
         return Run({check[1] if check else "refused": ((), words)}, {}, [], words)
     result = read_result(out / "result.json")

@@ -16,12 +16,14 @@ from studies.accuracy import CURVE_FIT, DEFAULT
 from studies.accuracy_cases import CASES
 from studies.command import ROOT, Row, saved
 from studies.harder_cases import CONDITIONS
-from studies.markdown import markdown_table, short, with_table
+from studies.markdown import markdown_table, percent, short, with_table
 from studies.paper import figures
 
 PAGE, ASSETS, SCORES = ROOT / "docs/accuracy.md", ROOT / "docs/assets", ROOT / "benchmarks/contest/scores.json"
 Dots = Mapping[str, Mapping[str, Sequence[float]]]
 """Row -> method -> values."""
+FITTED = ("curve-fit", *held_out.METHODS)
+"""Methods of the table of real robots."""
 
 
 def accuracy_rows(case: str, method: str) -> dict[str, list[Row]]:
@@ -38,10 +40,8 @@ def walks_table(label: str, cases: Sequence[str]) -> str:
     cells = []
     for case in cases:
         curve, default = (accuracy_rows(case, method) for method in (CURVE_FIT, DEFAULT))
-        if default:
-            rows = [row for each in default.values() for row in each]
-            covered = f"{100 * accuracy.coverage(rows):.0f} %"
-            cells.append((case, _mean_and_worst(curve), _mean_and_worst(default), covered))
+        covered = percent(accuracy.coverage([row for rows in default.values() for row in rows]))
+        cells.append((case, _mean_and_worst(curve), _mean_and_worst(default), covered))
     return markdown_table((label, "curve fit, mean / worst [%]", "default, mean / worst [%]", "coverage"), cells)
 
 
@@ -61,22 +61,19 @@ def _mean_and_worst(robots: Mapping[str, list[Row]]) -> str:
 
 def held_out_table() -> str:
     """Format the geometric mean over the joints of the held-out error relative to the model without friction."""
-    head = ("curve-fit", *held_out.METHODS)
-    cells = [(robot, *(f"{np.exp(np.mean(np.log(each[name]))):.2f}" for name in head)) for robot, each in _ratios()]
-    return markdown_table(("held-out torque error", *head), cells)
+    cells = []
+    for robot, own in _ratios().items():
+        cells.append((robot, *(f"{np.exp(np.mean(np.log(own[name]))):.2f}" for name in FITTED)))
+    return markdown_table(("held-out torque error", *FITTED), cells)
 
 
-def _ratios() -> list[tuple[str, dict[str, list[float]]]]:
-    return [
-        (
-            row["name"],
-            {
-                name: [each[name] / each["no friction"] for each in row["joints"].values()]
-                for name in ("curve-fit", *held_out.METHODS)
-            },
-        )
-        for row in saved("held_out")
-    ]
+def _ratios() -> dict[str, dict[str, list[float]]]:
+    """Divide the held-out errors of all joints by the errors without friction, by robot and method."""
+    errors = {row["name"]: row["joints"].values() for row in saved("held_out")}
+    return {
+        robot: {name: [each[name] / each["no friction"] for each in joints] for name in FITTED}
+        for robot, joints in errors.items()
+    }
 
 
 def tables() -> list[str]:
@@ -104,7 +101,7 @@ def dots() -> dict[str, tuple[Dots, str]]:
         }
         for cases in (CASES, CONDITIONS)
     )
-    real = {robot: {"curve fit": each["curve-fit"], "default": each["default"]} for robot, each in _ratios()}
+    real = {robot: {"curve fit": each["curve-fit"], "default": each["default"]} for robot, each in _ratios().items()}
     return {
         "accuracy-walks": (walks, percent),
         "accuracy-disturbed": (disturbed, percent),

@@ -20,7 +20,7 @@ from stribeck.friction import get_law
 from stribeck.judgement.curve import relative_width
 from stribeck.result import JointResult
 from studies.accuracy import walks_of
-from studies.accuracy_cases import CASES, LAW, NAMES, ROBOTS, measured, wrong_model
+from studies.accuracy_cases import CASES, LAW, NAMES, WALKS, measured, wrong_model
 from studies.command import Row, command, rounded
 from studies.markdown import markdown_table
 
@@ -89,6 +89,6 @@ def tables(rows: list[Row]) -> list[str]:
 if __name__ == "__main__":
     keys = [
         {"robot": robot, "case": case, "method": method, "seed": 0}
-        for robot, case, method in product(ROBOTS, NOISY, METHODS)
+        for robot, case, method in product(WALKS, NOISY, METHODS)
     ]
     command(__doc__, keys, run, tables)

@@ -23,6 +23,7 @@ from stribeck_simulation.sensors.profiles import get_profile
 from stribeck_simulation.walking.balance.terms import Dynamics
 from stribeck_simulation.walking.plan import BOTH
 from stribeck_simulation.walking.simulate import Conditions, FellError, Walk, simulate_walk
+from studies.accuracy_cases import COMMON
 from studies.command import Row, command
 from studies.markdown import markdown_table
 from studies.walking_cases import CASES, WALKERS, Case, robot_of
@@ -31,8 +32,6 @@ EVERY = 10
 """Number of samples between two evaluations of the robot's state."""
 SMOOTHED = 31
 """Number of samples over which a velocity is averaged, because encoders are noisy."""
-COMMON = {"viscous": 0.2, "stribeck_gain": 0.2, "stribeck_velocity": 0.2, "slope": 40.0}
-"""Friction parameters that all leg joints share."""
 HEAD = ("walk", "steps", "time [s]", "falls", "tilt [deg]", "slip [mm]", "DCM [mm]", "speed")
 
 
@@ -57,7 +56,7 @@ def walk_once(case: Case, seed: int, physics_step: float = PHYSICS_STEP) -> Row:
     try:
         walk = simulate_walk(robot, case.walk, walker.posture, conditions)
     except FellError as fall:
-        return {"steps": 0, "seconds": 0.0, "fell": str(fall), "tilt": 0.0, "slip": 0.0, "error": 0.0, "real_time": 0.0}
+        return dict.fromkeys(("steps", "seconds", "tilt", "slip", "error", "real_time"), 0) | {"fell": str(fall)}
     spent = process_time() - begin
     course, seconds = how_it_went(case.robot, robot, walk), walk.plan.samples * walk.plan.period
     return {

@@ -1,19 +1,15 @@
 """Cases of the walking study: three humanoids and their walks."""
 
-import sysconfig
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
+from typing import Any
 
 from stribeck import Robot
-from stribeck_simulation.robots import MODELS
 from stribeck_simulation.robots.sole import Sole
 from stribeck_simulation.run import POSTURES
-from stribeck_simulation.walking.footsteps import Steps
-from stribeck_simulation.walking.simulate import Push
+from stribeck_simulation.walking.footsteps import Push, Steps
+from studies.changes import EXAMPLES, packaged, robot_from
 
-EXAMPLES = Path(sysconfig.get_path("purelib")) / "cmeel.prefix/share/example-robot-data/robots"
 SIDES = ("left", "right")
 PUSH, PUSHED_FOR = 200.0, 0.1
 """Force [N] and duration [s] of a push that the standing foot cannot balance without a step."""
@@ -52,7 +48,7 @@ def _posture(names: str, *values: tuple[str, float]) -> dict[str, float]:
 
 WALKERS = {
     "TORO-like": Walker(
-        robot_file=(MODELS / "toro.toml").read_text().replace("toro.xml", str(MODELS / "toro.xml")),
+        robot_file=packaged("toro.toml", "toro.xml"),
         friction={  # Table 6.2
             "*_hip_roll": 1.0,
             "*_hip_pitch": 0.75,
@@ -67,7 +63,7 @@ WALKERS = {
         robot_file=_example("TALOS", "talos_data/robots/talos_reduced.urdf", "{}_sole_link"),
         friction={"leg_*": 0.5},
         posture=_posture("leg_{}_{}_joint", ("3", -0.5), ("4", 1.0), ("5", -0.5)),
-        soles={side: Sole((0.0, 0.0, 0.0), 0.1, 0.06) for side in SIDES},
+        soles={side: Sole(half_length=0.1, half_width=0.06) for side in SIDES},
     ),
     "G1": Walker(
         robot_file=_example("G1", "g1_description/urdf/g1_29dof_rev_1_0.urdf", "{}_ankle_roll_link"),
@@ -79,41 +75,35 @@ WALKERS = {
 
 def robot_of(name: str) -> Robot:
     """Read a walker's robot."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "robot.toml"
-        path.write_text(WALKERS[name].robot_file, encoding="utf-8")
-        return Robot.from_file(path)
+    return robot_from(WALKERS[name].robot_file)
 
 
-def _there_and_back(
-    count: int, sideways: float, width: float | None = None, single_support: float = 0.8
-) -> list[Steps]:
-    return [
-        Steps(count=count, sideways=way, width=width, single_support=single_support) for way in (sideways, -sideways)
-    ]
+def _there_and_back(sideways: float, **kind: Any) -> list[Steps]:
+    return [Steps(sideways=way, **kind) for way in (sideways, -sideways)]
 
 
 def _usual(single_support: float = 0.8) -> list[Steps]:
     """Describe 20 steps straight and 10 to each side."""
     straight = Steps(count=20, forward=0.3, single_support=single_support)
-    return [straight, *_there_and_back(10, 0.25, 0.16, single_support)]
+    return [straight, *_there_and_back(0.25, count=10, width=0.16, single_support=single_support)]
 
 
 def _all_ways(forward: float, sideways: float, width: float | None = None) -> list[Steps]:
     """Describe steps straight, to each side, and turning to each side."""
     turning = [Steps(count=6, forward=forward / 2, turn=way, width=width) for way in (0.2, -0.2)]
-    return [Steps(count=10, forward=forward, width=width), *_there_and_back(6, sideways, width), *turning]
+    straight = Steps(count=10, forward=forward, width=width)
+    return [straight, *_there_and_back(sideways, count=6, width=width), *turning]
 
 
 def _pushed(x: float, y: float) -> Case:
     """Describe a straight walk with pushes early in its fourth and seventh swing, one per foot."""
-    pushes = [Push(start, PUSHED_FOR, (PUSH * x, PUSH * y, 0.0)) for start in (4.0, 7.0)]
+    pushes = [Push(start=start, duration=PUSHED_FOR, force=[PUSH * x, PUSH * y, 0.0]) for start in (4.0, 7.0)]
     return Case(walk=[Steps(count=10, forward=0.3)], pushes=pushes)
 
 
 CASES = {
     "100 steps of 0.3 m, then 24 of 0.25 m to each side, ten seeds": Case(
-        walk=[Steps(count=100, forward=0.3), *_there_and_back(24, 0.25, 0.16)], seeds=range(10)
+        walk=[Steps(count=100, forward=0.3), *_there_and_back(0.25, count=24, width=0.16)], seeds=range(10)
     ),
     "20 steps and 10 to each side, single support 0.6 s": Case(walk=_usual(0.6)),
     "the same, 0.8 s": Case(walk=_usual(0.8)),

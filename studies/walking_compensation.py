@@ -85,11 +85,7 @@ def run(robot: str, friction: float) -> Row:
     """Measure the walks at a friction level with each kind of compensation; None for a fall."""
     machine, (bare, result) = robot_of(robot), identified(robot, friction)
     true = with_truth(result, truth_of(robot, machine, friction))
-    walks = {
-        "none": bare,
-        "identified": walked(robot, friction, result),
-        "true": walked(robot, friction, true),
-    }
+    walks = {"none": bare, "identified": walked(robot, friction, result), "true": walked(robot, friction, true)}
     return {kind: None if walk is None else _measured(robot, machine, walk) for kind, walk in walks.items()}
 
 
@@ -110,14 +106,10 @@ def gain(row: Row, measure: str) -> float:
 
 def tables(rows: list[Row]) -> list[str]:
     """Format the table: each measure without, with identified, and with true compensation."""
-    cells = [
-        (
-            row["robot"],
-            f"{row['friction']:g}",
-            *(" / ".join(_shown(row[kind], measure) for kind in KINDS) for measure in MEASURES),
-        )
-        for row in rows
-    ]
+    cells = []
+    for row in rows:
+        shown = (" / ".join(_shown(row[kind], measure) for kind in KINDS) for measure in MEASURES)
+        cells.append((row["robot"], f"{row['friction']:g}", *shown))
     return [markdown_table(("robot", "friction", *MEASURES.values()), cells, 5)]
 
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from studies.accuracy_cases import DOUBLE_SUPPORT
 
 from stribeck_simulation.prescribed.gait import Gait
-from stribeck_simulation.scenario import StepsTable
 from stribeck_simulation.sensors.profiles import PROFILES, SensorProfile
+from stribeck_simulation.walking.footsteps import Steps
 
 SEED = 20261
 RATE = 1000.0
@@ -29,14 +29,14 @@ BRISTLES = {"bristle_stiffness": 300.0, "bristle_damping": 2.0, "stribeck_gain":
 """LuGre parameters [N m/rad], [N m s/rad], [1], [rad/s]: friction of 0.75 N m builds up within about 3 mrad."""
 
 
-def _steps(single_support: float = 0.8, **sizes: float) -> list[StepsTable]:
+def _steps(single_support: float = 0.8, **sizes: float) -> list[Steps]:
     """Describe seven steps straight on and four to each side."""
     common = {"single_support": single_support, "double_support": DOUBLE_SUPPORT}
     forward, sideways = sizes["forward"], sizes["sideways"]
-    straight = StepsTable(count=7, forward=forward, **common)
+    straight = Steps(count=7, forward=forward, **common)
     return [
         straight,
-        *(StepsTable(count=4, sideways=way, width=sizes["width"], **common) for way in (sideways, -sideways)),
+        *(Steps(count=4, sideways=way, width=sizes["width"], **common) for way in (sideways, -sideways)),
     ]
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from tests.commanded import ARM, QUADRUPED, arm_drives, arm_log, clamped_log, leg_drives, write_robot
 
 from benchmarks.contest.cases import COMMANDED_SECONDS, LATENCIES
-from benchmarks.contest.schema import CASE, TRUTH, Asked, Case, KnownFriction, Truth, write
+from benchmarks.contest.schema import CASE, TRUTH, Asked, Case, KnownFriction, Truth, folders_of, write
 
 POINTS = 61
 """Number of velocities of a curve, over the middle 98 % of the joint's velocities."""
@@ -16,9 +16,7 @@ POINTS = 61
 def publish_commanded(name: str, folder: Path, seed: int) -> None:
     """Write the cases of a robot, one per latency, and their ground truth."""
     for number, (label, latency) in enumerate(LATENCIES.items(), seed):
-        case_folder, truth_folder = (folder / part / name / label for part in ("cases", "truth"))
-        case_folder.mkdir(parents=True, exist_ok=True)
-        truth_folder.mkdir(parents=True, exist_ok=True)
+        case_folder, truth_folder = folders_of(folder, name, label)
         if name == "hobby-arm":
             model, drives = ARM, arm_drives(number, latency)
             log: dict[str, Any] = dict(arm_log(drives, number, COMMANDED_SECONDS))

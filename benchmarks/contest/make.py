@@ -12,32 +12,13 @@ from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-from studies.accuracy_cases import ROBOTS as HUMANOIDS
 from studies.accuracy_cases import walk_scenario
 from studies.walking_cases import WALKERS
 
-from benchmarks.contest.cases import (
-    BRISTLES,
-    COMMANDED,
-    COMMANDED_SECONDS,
-    CONDITIONS,
-    COULOMB,
-    EVERY,
-    LATENCIES,
-    PRESCRIBED,
-    RATE,
-    SECONDS,
-    SEED,
-    SLOPE,
-    SPREAD,
-    VISCOUS,
-    WALKS,
-    WRENCHES,
-    Condition,
-)
+from benchmarks.contest import cases
 from benchmarks.contest.commanded_cases import publish_commanded
 from benchmarks.contest.model_errors import publish_model
-from benchmarks.contest.schema import CASE, SUMS, TRUTH, Asked, Case, KnownFriction, Truth, checksums, write
+from benchmarks.contest.schema import CASE, SUMS, TRUTH, Asked, Case, KnownFriction, Truth, checksums, folders_of, write
 from stribeck.base.typing import Array
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
@@ -60,24 +41,24 @@ Parameters = dict[str, dict[str, float]]
 
 
 def make(
-    folder: Path, robots: tuple[str, ...], seconds: float = SECONDS, progress: Callable[[str], None] = print
+    folder: Path, robots: tuple[str, ...], seconds: float = cases.SECONDS, progress: Callable[[str], None] = print
 ) -> None:
     """Write cases and ground truth of the named robots, and the checksums of all files in the folder."""
     for name in robots:
-        if name in COMMANDED:
-            publish_commanded(name, folder, SEED)
-            progress(f"{name}: {len(LATENCIES)} cases of {COMMANDED_SECONDS:.3g} s")
+        if name in cases.COMMANDED:
+            publish_commanded(name, folder, cases.SEED)
+            progress(f"{name}: {len(cases.LATENCIES)} cases of {cases.COMMANDED_SECONDS:.3g} s")
             continue
         moved = motion(name, folder, seconds)
-        for number, condition in enumerate(CONDITIONS):
-            publish(name, moved, condition, folder, np.random.SeedSequence([SEED, number]))
-        progress(f"{name}: {len(CONDITIONS)} cases of {np.ptp(moved.log.time):.3g} s")
+        for number, condition in enumerate(cases.CONDITIONS):
+            publish(name, moved, condition, folder, np.random.SeedSequence([cases.SEED, number]))
+        progress(f"{name}: {len(cases.CONDITIONS)} cases of {np.ptp(moved.log.time):.3g} s")
     (folder / SUMS).write_text(checksums(folder), encoding="utf-8")
 
 
 def robot_file(name: str, folder: Path) -> Path:
     """Write the robot file that a motion is made with."""
-    if name in PRESCRIBED:
+    if name in cases.PRESCRIBED:
         return MODELS / PACKAGED[name]
     path = folder / "robots" / f"{name}.toml"
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -92,32 +73,21 @@ def motion(name: str, folder: Path, seconds: float) -> Simulated:
     the torques.
     """
     path = robot_file(name, folder)
-    if name in WALKS:
-        walked = HUMANOIDS[name]
-        scenario = walk_scenario(walked, WALKS[name][0], path.name).model_copy(update={"walk": WALKS[name]})
-        found = run_scenario(scenario, path.parent)
-        log = replace(found.log, torque=found.log.torque - found.truth.friction_torque)
-        levels = {joint: values["coulomb"] for joint, values in found.truth.parameters.items()}
-        robot = found.robot
-        truth = found.truth
+    if name in cases.WALKS:
+        found = run_scenario(walk_scenario(name, cases.WALKS[name], path.name), path.parent)
+        robot, truth = found.robot, found.truth
+        log = replace(found.log, torque=found.log.torque - truth.friction_torque)
+        levels = {joint: values["coulomb"] for joint, values in truth.parameters.items()}
     else:
-        robot, gait = Robot.from_file(path), PRESCRIBED[name]
-        law, seed = get_law("coulomb-viscous"), SEED
-        log, truth = exact_log(
-            robot,
-            law,
-            {},
-            duration=seconds,
-            rate=RATE,
-            seed=seed,
-            gait=gait,
-            posture=POSTURES.get(name),
-        )
+        robot, law = Robot.from_file(path), get_law("coulomb-viscous")
+        gait, posture = cases.PRESCRIBED[name], POSTURES.get(name)
+        rate, seed = cases.RATE, cases.SEED
+        log, truth = exact_log(robot, law, {}, duration=seconds, rate=rate, seed=seed, gait=gait, posture=posture)
         log = replace(log, velocity=None, acceleration=None)
         if truth.base_velocity is not None and truth.base_acceleration is not None:
             log = _with_imu(log, truth.base_velocity, truth.base_acceleration)
-        levels = dict.fromkeys(robot.joint_names, COULOMB)
-    if name not in WRENCHES:
+        levels = dict.fromkeys(robot.joint_names, cases.COULOMB)
+    if name not in cases.WRENCHES:
         log = replace(log, foot_wrench=None)
     return Simulated(robot, log, replace(truth, parameters=drawn(levels)))
 
@@ -131,15 +101,15 @@ def _with_imu(log: RobotLog, velocity: Array, acceleration: Array) -> RobotLog:
 
 def drawn(levels: dict[str, float]) -> Parameters:
     """Draw Coulomb friction, viscous friction and offset of every joint around a level [N m]."""
-    generator, found = np.random.default_rng([SEED, 100]), {}
+    generator, found = np.random.default_rng([cases.SEED, 100]), {}
     for joint, level in levels.items():
-        coulomb, viscous = np.exp(SPREAD * generator.standard_normal(2)) * [level, VISCOUS]
+        coulomb, viscous = np.exp(cases.SPREAD * generator.standard_normal(2)) * [level, cases.VISCOUS]
         offset = level * generator.uniform(-1, 1)
         found[joint] = {"coulomb": float(coulomb), "viscous": float(viscous), "offset": float(offset)}
     return found
 
 
-def friction(condition: Condition, parameters: Parameters, log: RobotLog) -> Array:
+def friction(condition: cases.Condition, parameters: Parameters, log: RobotLog) -> Array:
     """Compute the friction torque R for the log of a motion without friction [N m], shape (T, n)."""
     velocity = np.gradient(log.position, log.time, axis=0)
     found = np.zeros_like(velocity)
@@ -148,51 +118,49 @@ def friction(condition: Condition, parameters: Parameters, log: RobotLog) -> Arr
     for joint, values in parameters.items():
         column = log.joint_names.index(joint)
         v = velocity[:, column]
-        found[:, column] = values["coulomb"] * np.tanh(SLOPE * v) + values["viscous"] * v + values["offset"]
-        carried, share = log.torque[:, column] + found[:, column], condition.load * np.tanh(SLOPE * v)
+        found[:, column] = values["coulomb"] * np.tanh(cases.SLOPE * v) + values["viscous"] * v + values["offset"]
+        carried, share = log.torque[:, column] + found[:, column], condition.load * np.tanh(cases.SLOPE * v)
         # the share refers to the total torque, which includes this friction
         found[:, column] += share * np.abs(carried) / (1 - share * np.sign(carried))
     return found
 
 
 def _bristles(parameters: Parameters, log: RobotLog, velocity: Array) -> Array:
-    bristles = LuGre(log.joint_names, {joint: {**BRISTLES, **values} for joint, values in parameters.items()})
+    bristles = LuGre(log.joint_names, {joint: {**cases.BRISTLES, **values} for joint, values in parameters.items()})
     truth, found = FrictionTruth(len(log.joint_names), [bristles]), np.empty_like(velocity)
     for k, v in enumerate(velocity):  # the state depends on the previous sample
-        truth.before(Instant(float(log.time[k]), 1 / RATE, log.position[k], v, log.torque[k]))
+        truth.before(Instant(float(log.time[k]), 1 / cases.RATE, log.position[k], v, log.torque[k]))
         found[k] = truth.after(v)
     return found
 
 
-def known(condition: Condition, values: dict[str, float], asked: Asked) -> KnownFriction:
+def known(condition: cases.Condition, values: dict[str, float], asked: Asked) -> KnownFriction:
     """Compute the ground truth of a joint; the curve of LuGre friction is its steady sliding friction."""
     v = np.array(asked.velocity)
     level = values["coulomb"] + condition.load * asked.load
     if condition.bristles:
-        levels = level * (1 + BRISTLES["stribeck_gain"] * np.exp(-((v / BRISTLES["stribeck_velocity"]) ** 2)))
+        effect = cases.BRISTLES["stribeck_gain"] * np.exp(-((v / cases.BRISTLES["stribeck_velocity"]) ** 2))
+        levels = level * (1 + effect)
         curve = levels * np.sign(v) + values["viscous"] * v
     else:
-        curve = level * np.tanh(SLOPE * v) + values["viscous"] * v
+        curve = level * np.tanh(cases.SLOPE * v) + values["viscous"] * v
     return KnownFriction(**values, curve=curve.tolist())
 
 
-def seen(log: RobotLog, condition: Condition, seeds: np.random.SeedSequence) -> RobotLog:
+def seen(log: RobotLog, condition: cases.Condition, seeds: np.random.SeedSequence) -> RobotLog:
     """Add the sensor errors of a condition to an exact log, and reduce it to the published samples."""
     gains, noise = seeds.spawn(2)
-    late = np.maximum(np.arange(len(log.time)) - round(condition.late * RATE), 0)
+    late = np.maximum(np.arange(len(log.time)) - round(condition.late * cases.RATE), 0)
     factors = 1 + condition.gains * np.random.default_rng(gains).standard_normal(len(log.joint_names))
     log = replace(log, torque=log.torque[late] * factors)
-    return measure(log, sensors_for(log, condition.sensors, int(noise.generate_state(1)[0]))).take(
-        slice(None, None, EVERY)
-    )
+    log = measure(log, sensors_for(log, condition.sensors, int(noise.generate_state(1)[0])))
+    return log.take(slice(None, None, cases.EVERY))
 
 
 def publish(name: str, moved: Simulated, label: str, folder: Path, seeds: np.random.SeedSequence) -> None:
     """Write a case and its ground truth."""
-    condition, parameters, robot = CONDITIONS[label], moved.truth.parameters, moved.robot
-    case_folder, truth_folder = (folder / part / name / label for part in ("cases", "truth"))
-    case_folder.mkdir(parents=True, exist_ok=True)
-    truth_folder.mkdir(parents=True, exist_ok=True)
+    condition, parameters, robot = cases.CONDITIONS[label], moved.truth.parameters, moved.robot
+    case_folder, truth_folder = folders_of(folder, name, label)
     model_seed, log_seed = seeds.spawn(2)
     model = publish_robot(robot, case_folder)
     generator = np.random.default_rng(model_seed) if condition.wrong_model else None
@@ -206,7 +174,7 @@ def publish(name: str, moved: Simulated, label: str, folder: Path, seeds: np.ran
         condition=label,
         base=robot.base,
         seconds=float(np.ptp(log.time)),
-        rate=RATE / EVERY,
+        rate=cases.RATE / cases.EVERY,
         logs=["log.npz"],
         joints=asked,
     )

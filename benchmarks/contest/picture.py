@@ -17,13 +17,8 @@ from benchmarks.contest.table import GROUPS, median_curve, names
 INK, PALE, GRID = "#22262b", "#6b7280", "#e3e6ea"
 SHOWN = (*CONDITIONS, *LATENCIES)
 MARKS = dict(zip(SHOWN, "osD^v<PXh", strict=True))
-COLOURS = dict(
-    zip(
-        SHOWN,
-        ("#1b7837", "#2166ac", "#d6604d", "#b35806", "#762a83", "#e08214", "#b2182b", "#35978f", "#01665e"),
-        strict=True,
-    )
-)
+HUES = ("#1b7837", "#2166ac", "#d6604d", "#b35806", "#762a83", "#e08214", "#b2182b", "#35978f", "#01665e")
+COLOURS = dict(zip(SHOWN, HUES, strict=True))
 LEAST, MOST = 1e-4, 3.0
 """Limits of the axis [1]; values outside are drawn at the limits."""
 ROW = 0.34
@@ -42,17 +37,8 @@ def draw(scores: Sequence[Score], path: Path) -> None:
             values = [min(max(value, LEAST), MOST) for value in errors.values()]
             axis.plot([min(values), max(values)], [place, place], color=GRID, lw=6, solid_capstyle="round", zorder=1)
             for condition, value in zip(errors, values, strict=True):
-                axis.plot(
-                    value,
-                    place,
-                    MARKS[condition],
-                    color=COLOURS[condition],
-                    ms=7,
-                    mec="white",
-                    mew=0.6,
-                    clip_on=False,
-                    zorder=3,
-                )
+                mark = {"color": COLOURS[condition], "ms": 7, "mec": "white", "mew": 0.6, "clip_on": False, "zorder": 3}
+                axis.plot(value, place, MARKS[condition], **mark)
         axis.set_yticks(range(len(found)), [name for name, _ in found], color=INK, fontsize=10)
         axis.set_ylim(len(found) - 0.4, -0.6)
         axis.set_title(group, loc="left", color=INK, fontsize=11, fontweight="bold")

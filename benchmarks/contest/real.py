@@ -12,12 +12,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
-from studies.held_out import BANDS, ORDER, PARTS, WIDER, with_torques
+from studies.held_out import BANDS, PARTS, smoothed, with_torques
 
 from benchmarks.contest.make import asked_joints, publish_robot
 from benchmarks.contest.model_errors import publish_model
-from benchmarks.contest.schema import CASE, PREDICT, SUMS, TORQUE, TRUTH, Case, Truth, checksums, write
+from benchmarks.contest.schema import CASE, PREDICT, SUMS, TORQUE, TRUTH, Case, Truth, checksums, folders_of, write
 from stribeck import Robot, read_log
 from stribeck.dynamics.rooted import rooted_inverse_dynamics
 from stribeck.log import RobotLog
@@ -45,9 +44,7 @@ def make_real(folder: Path, data: Path, progress: Callable[[str], None] = print)
 
 def publish_real(name: str, converted: Path, band: float, folder: Path) -> None:
     """Write the case of a real robot from a folder with its logs and robot file."""
-    case_folder, truth_folder = (folder / part / name / CONDITION for part in ("cases", "truth"))
-    case_folder.mkdir(parents=True, exist_ok=True)
-    truth_folder.mkdir(parents=True, exist_ok=True)
+    case_folder, truth_folder = folders_of(folder, name, CONDITION)
     robot = Robot.from_file(converted / "robot.toml")
     publish_model(Path(robot.model_path), case_folder / publish_robot(robot, case_folder), None)
     parts = [even for path in sorted(converted.glob("log*.npz")) for even in evenly(read_log(path, robot), robot)]
@@ -56,12 +53,11 @@ def publish_real(name: str, converted: Path, band: float, folder: Path) -> None:
     for log, label in zip(train, names, strict=True):
         write_log(log, case_folder / label)
     rate = 1 / float(np.median(np.diff(held.time)))
-    position = sosfiltfilt(butter(ORDER, 2 * WIDER * band / rate, output="sos"), held.position, axis=0)
-    velocity = np.gradient(position, 1 / rate, axis=0)
-    acceleration = np.gradient(velocity, 1 / rate, axis=0)
-    rigid = rooted_inverse_dynamics(robot.tree, position, velocity, acceleration, None)[1]
-    motion = {"time": held.time, "position": position, "velocity": velocity, "acceleration": acceleration}
-    np.savez(case_folder / PREDICT, allow_pickle=False, joint_names=np.array(held.joint_names), **motion)
+    motion = smoothed(held.position, rate, band)
+    rigid = rooted_inverse_dynamics(robot.tree, *motion, None)[1]
+    channels = {"joint_names": np.array(held.joint_names), "time": held.time}
+    channels |= dict(zip(("position", "velocity", "acceleration"), motion, strict=True))
+    np.savez(case_folder / PREDICT, allow_pickle=False, **channels)
     np.savez(truth_folder / TORQUE, allow_pickle=False, torque=held.torque, rigid=rigid)
     case = Case(
         robot=name,

@@ -134,6 +134,14 @@ def write(content: Table, path: Path) -> None:
         temporary.write_text(content.model_dump_json(indent=1, exclude_none=True) + "\n", encoding="utf-8")
 
 
+def folders_of(folder: Path, robot: str, condition: str) -> tuple[Path, Path]:
+    """Create the folders of a case and of its ground truth."""
+    cases, truth = (folder / part / robot / condition for part in ("cases", "truth"))
+    for each in (cases, truth):
+        each.mkdir(parents=True, exist_ok=True)
+    return cases, truth
+
+
 def check_answer(answer: Answer, case: Case, path: Path) -> None:
     """Check that an answer contains only queried joints and curves of the right length.
 

@@ -8,24 +8,7 @@ import numpy as np
 from pydantic import Field
 from scipy.signal import butter, sosfiltfilt
 
-from benchmarks.contest.schema import (
-    ANSWER,
-    CASE,
-    PARAMETERS,
-    PREDICT,
-    TORQUE,
-    TRUTH,
-    Answer,
-    Case,
-    Estimate,
-    JointAnswer,
-    KnownFriction,
-    Need,
-    Table,
-    Truth,
-    check_answer,
-    read,
-)
+from benchmarks.contest import schema
 from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
 
@@ -44,7 +27,7 @@ DIGITS = 4
 Rounded = Annotated[float, Field(allow_inf_nan=False)]
 
 
-class Score(Table):
+class Score(schema.Table):
     """Score of an answer; joints without an answer are missing.
 
     Attributes
@@ -79,7 +62,7 @@ class Score(Table):
     condition: str
     asked: int
     version: str = ""
-    needs: list[Need] = []
+    needs: list[schema.Need] = []
     error: dict[str, dict[str, Rounded]] = {}
     relative: dict[str, dict[str, Rounded]] = {}
     curve: dict[str, Rounded] = {}
@@ -102,9 +85,12 @@ def score(contestant: str, case_folder: Path, truth_folder: Path, answered: Path
     SettingsError
         If the answer violates the schema.
     """
-    case, truth = read(Case, case_folder / CASE), read(Truth, truth_folder / TRUTH)
-    answer = read(Answer, answered / ANSWER)
-    check_answer(answer, case, answered / ANSWER)
+    case, truth = (
+        schema.read(schema.Case, case_folder / schema.CASE),
+        schema.read(schema.Truth, truth_folder / schema.TRUTH),
+    )
+    answer = schema.read(schema.Answer, answered / schema.ANSWER)
+    schema.check_answer(answer, case, answered / schema.ANSWER)
     found = Score(
         contestant=contestant,
         robot=case.robot,
@@ -115,43 +101,46 @@ def score(contestant: str, case_folder: Path, truth_folder: Path, answered: Path
         blank=answer.blank,
     )
     found = found.model_copy(update=against_truth(case, truth.joints, answer.joints))
-    if case.predict and (answered / TORQUE).exists():
-        held_out = torque_left(case, case_folder / PREDICT, truth_folder / TORQUE, answered / TORQUE)
+    if case.predict and (answered / schema.TORQUE).exists():
+        held_out = torque_left(
+            case, case_folder / schema.PREDICT, truth_folder / schema.TORQUE, answered / schema.TORQUE
+        )
         found = found.model_copy(update={"held_out": held_out})
     return found
 
 
 def against_truth(
-    case: Case, truth: Mapping[str, KnownFriction], answered: Mapping[str, JointAnswer]
+    case: schema.Case, truth: Mapping[str, schema.KnownFriction], answered: Mapping[str, schema.JointAnswer]
 ) -> dict[str, object]:
     """Compute the score's fields for answered joints with known friction."""
-    error: dict[str, dict[str, float]] = {name: {} for name in PARAMETERS}
-    relative: dict[str, dict[str, float]] = {name: {} for name in PARAMETERS[:2]}
-    covered: dict[str, dict[str, bool]] = {name: {} for name in PARAMETERS}
-    curve, far, beyond, good, with_errors = {}, [], [], 0, 0
-    for joint, found in answered.items():
-        if joint not in truth:
-            continue
-        for name in PARAMETERS:
-            estimate: Estimate | None = getattr(found, name)
-            if estimate is None:
-                continue
-            true = getattr(truth[joint], name)
-            off = estimate.value - true
-            error[name][joint] = _rounded(off)
-            if name in relative:
-                relative[name][joint] = _rounded(abs(off / true))
-            if interval := _interval(estimate):
-                covered[name][joint] = interval[0] <= true <= interval[1]
-            good += estimate.good
-            with_errors += estimate.good and estimate.standard_error is not None
-            if estimate.good and name in relative and abs(off) > FAR * true:
-                far.append(f"{joint} {name}")
-            if estimate.good and estimate.standard_error is not None and abs(off) > ERRORS * estimate.standard_error:
-                beyond.append(f"{joint} {name}")
+    known = {joint: found for joint, found in answered.items() if joint in truth}
+    pairs = [
+        (name, joint, estimate, getattr(truth[joint], name))
+        for joint, found in known.items()
+        for name in schema.PARAMETERS
+        if (estimate := getattr(found, name)) is not None
+    ]
+    error: dict[str, dict[str, float]] = {name: {} for name in schema.PARAMETERS}
+    relative: dict[str, dict[str, float]] = {name: {} for name in schema.PARAMETERS[:2]}
+    covered: dict[str, dict[str, bool]] = {name: {} for name in schema.PARAMETERS}
+    curve, far, beyond = {}, [], []
+    for name, joint, estimate, true in pairs:
+        off = estimate.value - true
+        error[name][joint] = _rounded(off)
+        if name in relative:
+            relative[name][joint] = _rounded(abs(off / true))
+        if interval := _interval(estimate):
+            covered[name][joint] = interval[0] <= true <= interval[1]
+        if estimate.good and name in relative and abs(off) > FAR * true:
+            far.append(f"{joint} {name}")
+        if estimate.good and estimate.standard_error is not None and abs(off) > ERRORS * estimate.standard_error:
+            beyond.append(f"{joint} {name}")
+    for joint, found in known.items():
         if (shape := curve_of(found, np.array(case.joints[joint].velocity))) is not None:
             true_curve = np.array(truth[joint].curve)
             curve[joint] = _rounded(_rms(shape - true_curve) / _rms(true_curve))
+    good = [estimate for _, _, estimate, _ in pairs if estimate.good]
+    shares = {"good": len(good), "with_errors": sum(each.standard_error is not None for each in good)}
     return {
         "error": error,
         "relative": relative,
@@ -159,12 +148,11 @@ def against_truth(
         "curve": curve,
         "far": far,
         "beyond": beyond,
-        "good": good,
-        "with_errors": with_errors,
+        **shares,
     }
 
 
-def curve_of(found: JointAnswer, velocity: Array) -> Array | None:
+def curve_of(found: schema.JointAnswer, velocity: Array) -> Array | None:
     """Compute R(v) without offset from an answer [N m]; None if the answer does not determine it."""
     if found.curve is not None:
         return np.array(found.curve)
@@ -173,14 +161,14 @@ def curve_of(found: JointAnswer, velocity: Array) -> Array | None:
     return np.asarray(found.coulomb.value * np.sign(velocity) + found.viscous.value * velocity)
 
 
-def _interval(estimate: Estimate) -> tuple[float, float] | None:
+def _interval(estimate: schema.Estimate) -> tuple[float, float] | None:
     if estimate.interval_95 or estimate.standard_error is None:
         return estimate.interval_95
     half = NORMAL * estimate.standard_error
     return estimate.value - half, estimate.value + half
 
 
-def torque_left(case: Case, motion: Path, truth: Path, predicted: Path) -> dict[str, float]:
+def torque_left(case: schema.Case, motion: Path, truth: Path, predicted: Path) -> dict[str, float]:
     """Divide the torque unexplained by a prediction by the torque unexplained by the rigid model, per joint [1].
 
     Both are compared up to the case's frequency band, while the joint moves.

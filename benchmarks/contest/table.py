@@ -1,8 +1,9 @@
 """Format saved scores as tables; docs/accuracy.md shows a summary."""
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 
 import numpy as np
+from studies.markdown import markdown_table
 
 from benchmarks.contest.cases import COMMANDED, CONDITIONS, LATENCIES, PRESCRIBED, WALKS
 from benchmarks.contest.score import Score
@@ -10,10 +11,9 @@ from benchmarks.contest.score import Score
 GROUPS = {"walks": tuple(WALKS), **{name: (name,) for name in (*PRESCRIBED, *COMMANDED)}}
 """Robots that share one row of a table."""
 HEAD = (
-    "| logs | contestant | joints answered | Coulomb error, median (90 %) | viscous error, median (90 %) | "
-    "offset error [N m], median (90 %) | curve error, median (90 %) | coverage | "
-    "confident, > 25 % off | confident, > 3 errors off | processor time [s/s] | memory [MB] | needs |\n"
-    "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- |"
+    *("logs", "contestant", "joints answered", "Coulomb error, median (90 %)", "viscous error, median (90 %)"),
+    *("offset error [N m], median (90 %)", "curve error, median (90 %)", "coverage", "confident, > 25 % off"),
+    *("confident, > 3 errors off", "processor time [s/s]", "memory [MB]", "needs"),
 )
 BLANK = "–"
 
@@ -21,33 +21,32 @@ BLANK = "–"
 def lines(scores: Sequence[Score]) -> list[str]:
     """Format all tables in Markdown, separated by blank lines."""
     tables = [by_condition(scores, CONDITIONS), by_condition(scores, LATENCIES), real_table(scores), blanks(scores)]
-    return ["\n".join(main_table(scores)), *(line for table in tables for line in ("", *table))]
+    return [main_table(scores), *(line for table in tables for line in ("", *table))]
 
 
-def main_table(scores: Sequence[Score]) -> list[str]:
+def main_table(scores: Sequence[Score]) -> str:
     """Format the table of all contestants with answers, over all conditions."""
-    rows = [HEAD]
+    rows = [_row(group, name, own) for group, name, own in grouped(scores) if any(each.curve for each in own)]
+    return markdown_table(HEAD, rows, 2, right=1)
+
+
+def grouped(scores: Sequence[Score]) -> Iterator[tuple[str, str, list[Score]]]:
+    """Yield the group of robots, the contestant, and the contestant's scores of this group."""
     for group, robots in GROUPS.items():
         for name in names(scores):
-            own = [each for each in scores if each.contestant == name and each.robot in robots]
-            if any(each.curve for each in own):
-                rows.append(_row(group, name, own))
-    return rows
+            yield group, name, [each for each in scores if each.contestant == name and each.robot in robots]
 
 
 def summary_table(scores: Sequence[Score]) -> list[str]:
     """Format the errors of the curves, the coverage and the confident errors per contestant, for docs/accuracy.md."""
-    rows = [
-        f"| contestant | {' | '.join(GROUPS)} | coverage | confident, > 25 % off |",
-        f"| --- |{' ---: |' * (len(GROUPS) + 2)}",
-    ]
+    rows = []
     for name in names(scores):
         own = [each for each in scores if each.contestant == name and each.curve]
         groups = [[each for each in own if each.robot in robots] for robots in GROUPS.values()]
-        cells = [spread(group, lambda each: each.curve.values(), _percent) for group in groups]
-        if any(groups):
-            rows.append(f"| {name} | {' | '.join(cells)} | {_coverage(own)} | {_confident(own)} |")
-    return rows
+        if own:
+            cells = [spread(group, lambda each: each.curve.values(), _percent) for group in groups]
+            rows.append([name, *cells, _coverage(own), _confident(own)])
+    return markdown_table(("contestant", *GROUPS, "coverage", "confident, > 25 % off"), rows).split("\n")
 
 
 def _coverage(own: Sequence[Score]) -> str:
@@ -59,9 +58,9 @@ def _confident(own: Sequence[Score]) -> str:
     return _share(sum(len(each.far) for each in own), sum(each.good for each in own))
 
 
-def _row(group: str, name: str, own: Sequence[Score]) -> str:
+def _row(group: str, name: str, own: Sequence[Score]) -> list[str]:
     asked, answered = sum(each.asked for each in own), sum(len(each.curve) for each in own)
-    cells = [
+    return [
         f"{group} ({len([each for each in own if each.curve])})",
         name,
         _share(answered, asked),
@@ -76,22 +75,16 @@ def _row(group: str, name: str, own: Sequence[Score]) -> str:
         f"{max(each.memory or 0.0 for each in own):.0f}",
         ", ".join(dict.fromkeys(need for each in own for need in each.needs)) or "nothing",
     ]
-    return f"| {' | '.join(cells)} |"
 
 
 def by_condition(scores: Sequence[Score], conditions: Collection[str]) -> list[str]:
     """Format the median error of the curve for each of the conditions."""
-    rows = [
-        f"| logs | contestant | {' | '.join(conditions)} |",
-        f"| --- | --- |{' ---: |' * len(conditions)}",
-    ]
-    for group, robots in GROUPS.items():
-        for name in names(scores):
-            own = [each for each in scores if each.contestant == name and each.robot in robots]
-            cells = [median_curve(own, condition) for condition in conditions]
-            if any(cell is not None for cell in cells):
-                rows.append(f"| {group} | {name} | {' | '.join(BLANK if v is None else _percent(v) for v in cells)} |")
-    return rows
+    rows = []
+    for group, name, own in grouped(scores):
+        cells = [median_curve(own, condition) for condition in conditions]
+        if any(cell is not None for cell in cells):
+            rows.append((group, name, *(BLANK if v is None else _percent(v) for v in cells)))
+    return markdown_table(("logs", "contestant", *conditions), rows, 2).split("\n")
 
 
 def median_curve(own: Iterable[Score], condition: str) -> float | None:
@@ -103,16 +96,13 @@ def median_curve(own: Iterable[Score], condition: str) -> float | None:
 def real_table(scores: Sequence[Score]) -> list[str]:
     """Format the held-out torque error relative to the model without friction, as geometric means over the joints."""
     robots = list(dict.fromkeys(each.robot for each in scores if each.held_out))
-    rows = [f"| contestant | {' | '.join(robots)} |", f"| --- |{' ---: |' * len(robots)}"] if robots else []
+    rows = []
     for name in names(scores):
         own = {each.robot: each.held_out for each in scores if each.contestant == name and each.held_out}
+        means = {robot: f"{np.exp(np.mean(np.log(list(errors.values())))):.3f}" for robot, errors in own.items()}
         if own:
-            cells = [
-                f"{np.exp(np.mean(np.log(list(own[robot].values())))):.3f}" if own.get(robot) else BLANK
-                for robot in robots
-            ]
-            rows.append(f"| {name} | {' | '.join(cells)} |")
-    return rows
+            rows.append((name, *(means.get(robot, BLANK) for robot in robots)))
+    return markdown_table(("contestant", *robots), rows).split("\n") if robots else []
 
 
 def blanks(scores: Sequence[Score]) -> list[str]:

@@ -14,13 +14,11 @@ from stribeck.robot import Robot
 from stribeck_simulation.friction import Backlash, Drift, FrictionEffect, FrictionTruth, LawFriction, Load, LuGre
 from stribeck_simulation.prescribed.exact import Truth, exact_log
 from stribeck_simulation.robots import MODELS
-from stribeck_simulation.robots.sole import Sole
 from stribeck_simulation.scenario import FrictionTable, Named, Scenario, by_joint
 from stribeck_simulation.sensors.measure import measure, sensors_for
 from stribeck_simulation.sensors.profiles import PROFILES
-from stribeck_simulation.walking.footsteps import Steps
 from stribeck_simulation.walking.ideal import simulate_ideal_walk
-from stribeck_simulation.walking.simulate import Conditions, Push, simulate_walk
+from stribeck_simulation.walking.simulate import Conditions, simulate_walk
 
 PACKAGED = {"toro": "toro.toml", "biped": "robot.toml", "quadruped": "quadruped.toml", "arm": "arm.toml"}
 """Robots that come with stribeck, by name."""
@@ -67,9 +65,7 @@ def run_scenario(
     StribeckError
         If the scenario does not fit the robot, or the robot falls.
     """
-    robot = Robot.from_file(
-        MODELS / PACKAGED[scenario.robot] if scenario.robot in PACKAGED else folder / scenario.robot
-    )
+    robot = Robot.from_file(robot_file(scenario, folder))
     posture = POSTURES.get(scenario.robot, {}) | scenario.posture
     if scenario.simulator == "exact":
         return _exact(scenario, robot, posture)
@@ -78,19 +74,14 @@ def run_scenario(
             f"scenario: the simulator '{scenario.simulator}' lets a robot walk on two contacts of kind 'surface', "
             f"which {robot.name} does not have; take the simulator 'exact'"
         )
-    walk = [Steps(**steps.model_dump()) for steps in scenario.walk]
-    friction = friction_of(scenario, robot)
-    soles = {
-        foot: Sole((table.centre[0], table.centre[1], table.centre[2]), table.half_length, table.half_width)
-        for foot, table in scenario.soles.items()
-    }
+    walk, friction, soles = scenario.walk, friction_of(scenario, robot), scenario.soles
     if scenario.simulator == "mujoco":
         conditions = Conditions(
             friction=friction,
             state=scenario.state,
             profile=PROFILES[scenario.sensors],
             seed=scenario.seed,
-            pushes=[Push(p.start, p.duration, (p.force[0], p.force[1], p.force[2])) for p in scenario.push],
+            pushes=scenario.push,
             believed=believed_model(robot, scenario.model_error, scenario.seed) if scenario.model_error else None,
             soles=soles,
             physics_step=scenario.physics_step,
@@ -104,6 +95,11 @@ def run_scenario(
     literal = scenario.simulator == "constrained-paper"
     found = simulate_ideal_walk(robot, walk, posture, friction, soles=soles, paper_literal=literal, progress=progress)
     return _measured(robot, found.log, found.truth, scenario)
+
+
+def robot_file(scenario: Scenario, folder: Path) -> Path:
+    """Find the robot file of a scenario, whose path may be relative to a folder."""
+    return MODELS / PACKAGED[scenario.robot] if scenario.robot in PACKAGED else folder / scenario.robot
 
 
 def friction_of(scenario: Scenario, robot: Robot) -> FrictionTruth:
@@ -164,16 +160,8 @@ def _exact(scenario: Scenario, robot: Robot, posture: Named) -> Simulated:
             "[friction.joints], no [[walk]], [[push]], drift, lugre, backlash or load"
         )
     parameters = by_joint(table.joints, table.common, robot.joint_names, "[friction.joints]")
-    log, truth = exact_log(
-        robot,
-        law_of(table),
-        parameters,
-        duration=scenario.duration,
-        rate=scenario.rate,
-        seed=scenario.seed,
-        gait=scenario.gait,
-        posture=posture,
-    )
+    motion = scenario.model_dump(include={"duration", "rate", "seed", "gait"})
+    log, truth = exact_log(robot, law_of(table), parameters, posture=posture, **motion)
     return _measured(robot, log, truth, scenario)
 
 

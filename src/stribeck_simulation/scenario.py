@@ -8,44 +8,14 @@ from pydantic import Field, ValidationError, model_validator
 
 from stribeck.base.files import read_text
 from stribeck.errors import SettingsError
-from stribeck.settings import Finite, NonNegative, Positive, Table, describe, parse_toml
+from stribeck.settings import Finite, Positive, Table, describe, parse_toml
 from stribeck_simulation.prescribed.gait import Gait
+from stribeck_simulation.robots.sole import Sole
+from stribeck_simulation.walking.footsteps import Push, Steps
 
 Named = dict[str, Finite]
-Share = Annotated[float, Field(ge=0, lt=1)]
 LONGEST = 1000.0
 """Longest simulation [s]; its log fits into memory."""
-PhysicsStep = Annotated[float, Field(ge=1e-5, le=1e-3)]  # [s]; at most one period of the log
-
-
-class StepsTable(Table):
-    """`[[walk]]`: steps of one kind; see `walking.footsteps.Steps`."""
-
-    count: int = Field(ge=0, le=10_000)
-    forward: Finite = 0.0  # [m]
-    sideways: Finite = 0.0  # [m]
-    turn: Finite = 0.0  # [rad]
-    width: Positive | None = None  # [m]
-    height: Positive = 0.05  # [m]
-    single_support: Positive = 0.8  # [s]
-    double_support: Positive = 0.2  # [s]
-    stand: NonNegative = 0.5  # [s]
-
-
-class PushTable(Table):
-    """`[[push]]`: a temporary force on the base."""
-
-    start: NonNegative  # [s]
-    duration: Positive  # [s]
-    force: Annotated[list[Finite], Field(min_length=3, max_length=3)]  # in the world [N]
-
-
-class SoleTable(Table):
-    """`[soles.<foot>]`: sole of a foot whose shape in the model is a mesh."""
-
-    centre: Annotated[list[Finite], Field(min_length=3, max_length=3)] = [0.0, 0.0, 0.0]  # in the contact frame [m]
-    half_length: Positive  # [m]
-    half_width: Positive  # [m]
 
 
 class DriftTable(Table):
@@ -75,12 +45,12 @@ class Scenario(Table):
     sensors: Literal["ideal", "calibrated", "realistic", "harsh"] = "ideal"
     state: Literal["estimated", "true"] = "estimated"  # input of the controller (mujoco)
     seed: int = Field(default=0, ge=0)
-    model_error: Share = 0.0  # relative error of the masses in the controller's model (mujoco)
-    physics_step: PhysicsStep = 0.00025  # [s] (mujoco)
+    model_error: Annotated[float, Field(ge=0, lt=1)] = 0.0  # relative error of the controller's masses (mujoco)
+    physics_step: Annotated[float, Field(ge=1e-5, le=1e-3)] = 0.00025  # [s] (mujoco); at most one period of the log
     posture: Named = {}  # joint -> position [rad]
-    walk: list[StepsTable] = []
-    push: list[PushTable] = []
-    soles: dict[str, SoleTable] = {}
+    walk: list[Steps] = []
+    push: list[Push] = []
+    soles: dict[str, Sole] = {}
     gait: Gait = "walk"  # (exact)
     duration: Annotated[float, Field(gt=0, le=LONGEST)] = 20.0  # [s] (exact)
     rate: Annotated[float, Field(ge=20, le=10_000)] = 1000.0  # [Hz] (exact)

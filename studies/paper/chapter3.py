@@ -1,6 +1,7 @@
 """Chapter 3: all friction laws, and errors near standstill of a smoothed sign."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -8,7 +9,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from studies.markdown import markdown_table
 from studies.paper import law_figures
-from studies.paper.laws import BRISTLES, KNEE, SLOPE, STATIC, breakaway, curve
+from studies.paper.laws import KNEE, SLOPE, STATIC, curve
 from studies.paper.study import Numbers
 
 WALKS = ()
@@ -18,8 +19,6 @@ TOLERANCE = 0.05
 """Tolerated difference between the smooth law and the jump, relative to Coulomb friction [1]."""
 LOAD = 0.5
 """Torque on a joint at rest relative to its Coulomb friction [1]; a law with a jump keeps the joint at rest."""
-RAMPS = (0.1, 1.0, 10.0)
-"""Accelerations from rest [rad/s^2]."""
 
 
 def smoothing(slope: float) -> dict[str, float]:
@@ -47,49 +46,34 @@ def smoothing(slope: float) -> dict[str, float]:
 
 
 def run(quick: bool) -> Numbers:  # noqa: ARG001 - it takes seconds
-    return {
-        "smoothing": {f"{slope:g}": smoothing(slope) for slope in SLOPES},
-        "lugre": {
-            "bend": STATIC / BRISTLES["bristle_stiffness"],
-            "breakaway": {f"{ramp:g}": breakaway(ramp) for ramp in RAMPS},
-        },
-    }
+    return {"smoothing": {f"{slope:g}": smoothing(slope) for slope in SLOPES}}
 
 
 def drawings(_: Numbers) -> dict[str, Callable[[Figure], None]]:
     """Draw the laws."""
     return {
-        **{f"law-{name}": draw for name, draw in law_figures.LAW_FIGURES.items()},
+        **{f"law-{law}": partial(law_figures.draw_curves, law=law) for law in law_figures.CURVES},
         "laws": law_figures.overview,
         "law-lugre": law_figures.lugre_loops,
     }
 
 
 def texts(numbers: Numbers) -> dict[str, str]:
-    paper = numbers["smoothing"][f"{SLOPE:g}"]
-    breakaway = numbers["lugre"]["breakaway"]
-    return {
-        "smoothing": _smoothing_table(numbers),
-        "band": f"{paper['band']:.3f} rad/s",
-        "kept": f"{100 * paper['kept']:.0f} %",
-        "kept-least": f"{100 * numbers['smoothing']['10']['kept']:.0f} %",
-        "bend": f"{1e3 * numbers['lugre']['bend']:.0f} mrad",
-        "breakaway": " and ".join(
-            [", ".join(f"{t:.2f}" for t in list(breakaway.values())[:-1]), f"{breakaway['10']:.2f}"]
-        ),
-    }
-
-
-def _smoothing_table(numbers: Numbers) -> str:
-    header = [
+    found = numbers["smoothing"]
+    header = (
         "slope a [s/rad]",
         f"more than {100 * TOLERANCE:.0f} % of Fc off below [rad/s]",
         f"creeps under {100 * LOAD:.0f} % of Fc at [rad/s]",
         "peak at [rad/s]",
         "Stribeck excess left at the peak",
+    )
+    rows = [
+        (slope, *(f"{row[key]:.2g}" for key in ("band", "creep", "peak_velocity")), f"{100 * row['kept']:.1f} %")
+        for slope, row in found.items()
     ]
-    rows = []
-    for slope, row in numbers["smoothing"].items():
-        velocities = [f"{row[key]:.2g}" for key in ("band", "creep", "peak_velocity")]
-        rows.append([slope, *velocities, f"{100 * row['kept']:.1f} %"])
-    return markdown_table(header, rows)
+    return {
+        "smoothing": markdown_table(header, rows),
+        "band": f"{found[f'{SLOPE:g}']['band']:.3f} rad/s",
+        "kept": f"{100 * found[f'{SLOPE:g}']['kept']:.0f} %",
+        "kept-least": f"{100 * found['10']['kept']:.0f} %",
+    }

@@ -1,84 +1,58 @@
 """Compare cutoffs for the friction of the swinging leg: the paper's 10 Hz, the choice of `auto`, and others."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from stribeck import Settings
 from stribeck.friction import get_law
-from stribeck.judgement.curve_fit.fit import fit_joint
-from stribeck.judgement.curve_fit.problem import joint_problem
 from stribeck.settings import FilterSettings
 from stribeck_simulation.run import Simulated
-from stribeck_simulation.sensors.measure import measure, sensors_for
-from stribeck_simulation.sensors.profiles import get_profile
-from studies.markdown import markdown_table
-from studies.paper.estimate import estimate, rms
+from studies.markdown import markdown_table, percent
+from studies.paper.estimate import estimate, fit_law, rms
 from studies.paper.study import Numbers
 from studies.paper.swing import JOINTS, SIDE
-from studies.paper.walks import get_walk
+from studies.paper.walks import legs_by_sensors
 
 WALKS = ("legs-contact", "harsh")
 CUTOFFS = (5, 10, 20, 30, 45, 65, 90)
 """Cutoffs of a Savitzky-Golay filter of order 4 [Hz]."""
 PAPER = 10
-SEED = 1
 ENOUGH = 4000
 """Maximum number of samples in a fit."""
 
 
 def run(quick: bool) -> Numbers:
-    exact, harsh = (get_walk(name, quick) for name in WALKS)
-    realistic = measure(exact.log, sensors_for(exact.log, get_profile("realistic"), SEED))
-    walks = {"exact": exact, "realistic": replace(exact, log=realistic), "harsh": harsh}
-    cutoffs = (PAPER, 45) if quick else CUTOFFS
+    walks, cutoffs = legs_by_sensors(quick), (PAPER, 45) if quick else CUTOFFS
     kinds = [FilterSettings(kind="savitzky-golay", cutoff=float(cutoff)) for cutoff in cutoffs]
-    curves = {name: [_curve_errors(walk, kind) for kind in kinds] for name, walk in walks.items()}
-    auto = {name: _curve_errors(walk, FilterSettings()) for name, walk in walks.items()}
     return {
         "cutoffs": cutoffs,
-        "curves": {name: [_over_joints(row) for row in rows] for name, rows in curves.items()},
-        "auto": {name: _over_joints(row) for name, row in auto.items()},
-        "joints_at_paper": {name: rows[cutoffs.index(PAPER)] for name, rows in curves.items()},
-        "joints_at_auto": auto,
+        "curves": {name: [_curve_error(walk, kind) for kind in kinds] for name, walk in walks.items()},
+        "auto": {name: _curve_error(walk, FilterSettings()) for name, walk in walks.items()},
     }
 
 
-def _curve_errors(walk: Simulated, kind: FilterSettings) -> dict[str, float]:
-    """Compute the RMS difference between fitted and true law without offset per joint, relative to Fc [1]."""
+def _curve_error(walk: Simulated, kind: FilterSettings) -> float:
+    """Compute the RMS difference between fitted and true law without offset over all joints, relative to Fc [1]."""
     law, settings = get_law("stribeck"), Settings(filter=kind)
-    samples = estimate(walk, settings).samples
-    errors = {}
+    found, errors = estimate(walk, settings), []
     for joint in JOINTS:
-        problem = joint_problem(samples, f"{SIDE}_{joint}", law, settings)
-        problem = problem.take(slice(None, None, -(-len(problem.velocity) // ENOUGH)))
-        named = walk.truth.parameters[f"{SIDE}_{joint}"]
-        truth = np.array([named[parameter.name] for parameter in law.parameters])
-        fitted = fit_joint(problem).values
-        difference = law.torque(problem.velocity, fitted) - law.torque(problem.velocity, truth)
-        errors[joint] = rms(difference - difference.mean()) / named["coulomb"]
-    return errors
-
-
-def _over_joints(errors: dict[str, float]) -> float:
-    return rms(np.array([*errors.values()]))
+        true = walk.truth.parameters[f"{SIDE}_{joint}"]
+        fitted, velocity = fit_law(found, f"{SIDE}_{joint}", settings, ENOUGH)
+        mine, known = (
+            law.torque(velocity, np.array([each[parameter.name] for parameter in law.parameters]))
+            for each in (fitted, true)
+        )
+        errors.append(rms(mine - known - (mine - known).mean()) / true["coulomb"])
+    return rms(np.array(errors))
 
 
 def texts(numbers: Numbers) -> dict[str, str]:
-    """Format the errors by cutoff and by joint."""
-    cutoffs, curves, auto = numbers["cutoffs"], numbers["curves"], numbers["auto"]
+    """Format the errors by cutoff."""
+    cutoffs, curves = numbers["cutoffs"], numbers["curves"]
     rows = [(f"{f} Hz", *(f"{100 * each[k]:.2g} %" for each in curves.values())) for k, f in enumerate(cutoffs)]
-    rows.append(("auto", *(f"{100 * each:.2g} %" for each in auto.values())))
-    cases = [(name, key) for name in curves for key in ("joints_at_paper", "joints_at_auto")]
-    joints = [
-        (joint.replace("_", " "), *(f"{100 * numbers[key][name][joint]:.2g} %" for name, key in cases))
-        for joint in JOINTS
-    ]
-    head = [f"{name}, {'auto' if key == 'joints_at_auto' else '10 Hz'}" for name, key in cases]
-    best = {name: min(zip(each, cutoffs, strict=True)) for name, each in curves.items()}
+    rows.append(("auto", *(f"{100 * each:.2g} %" for each in numbers["auto"].values())))
+    best, cutoff = min(zip(curves["realistic"], cutoffs, strict=True))
     return {
         "table": markdown_table(("cutoff", *curves), rows),
-        "joints": markdown_table(("joint", *head), joints),
-        **{f"paper-{name}": f"{100 * each[cutoffs.index(PAPER)]:.0f} %" for name, each in curves.items()},
-        **{f"best-{name}": f"{100 * error:.2g} % at {f} Hz" for name, (error, f) in best.items()},
+        "paper-realistic": percent(curves["realistic"][cutoffs.index(PAPER)]),
+        "best-realistic": f"{100 * best:.2g} % at {cutoff} Hz",
     }

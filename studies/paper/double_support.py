@@ -15,8 +15,8 @@ from stribeck import Robot, Settings
 from stribeck.base.typing import Array
 from stribeck.dynamics.state import Orientation, State
 from stribeck_simulation.run import Simulated
-from studies.dense import constrained_sample, minimum_norm_friction_torque
-from studies.markdown import markdown_table
+from studies.dense import minimum_norm_friction_torque
+from studies.markdown import markdown_table, percent
 from studies.paper.estimate import EXACT, Estimate, estimate, rms
 from studies.paper.study import Numbers
 from studies.paper.walks import get_walk
@@ -53,17 +53,20 @@ def _estimate(walk: Simulated) -> Estimate:
 def _by_phase(found: Estimate) -> dict[str, dict[str, float]]:
     """Compute the error of the estimate in single and in double support [N m]."""
     both, knee = found.standing_on(BOTH), found.column(KNEE)
-    others = np.arange(found.truth.shape[1]) != knee
     return {
         phase: {
             "samples": int(np.sum(rows)),
             "knee_friction_rms": rms(found.truth[rows, knee]),
-            "knee_error_rms": rms(found.error[rows, knee]),
-            "other_error_rms": rms(found.error[rows][:, others]),
+            **_errors(found.error[rows], knee),
             "largest_error": float(np.nanmax(np.abs(found.error[rows]))),
         }
         for phase, rows in {"one foot": ~both, "two feet": both}.items()
     }
+
+
+def _errors(error: Array, knee: int) -> dict[str, float]:
+    """Compute the RMS errors of the knee and of all other joints [N m]."""
+    return {"knee_error_rms": rms(error[:, knee]), "other_error_rms": rms(np.delete(error, knee, axis=1))}
 
 
 def _weightings(robot: Robot) -> dict[str, dict[str, float | Array]]:
@@ -83,26 +86,15 @@ def _weightings(robot: Robot) -> dict[str, dict[str, float | Array]]:
 
 
 def _vary_weights(walk: Simulated) -> dict[str, dict[str, float]]:
-    """Compute the error and the unexplained acceleration of (6.1) in double support, by its weights."""
+    """Compute the error of (6.1) in double support, by its weights."""
     log, robot = walk.log, walk.robot
     assert log.contact is not None
     rows = np.flatnonzero(log.contact.all(axis=1))[::STRIDE]
-    state = _state(walk, rows)
-    feet, torque = log.foot_names, log.torque[rows]
-    truth, known = walk.truth.friction_torque[rows], robot.torque_controlled
-    knee = robot.joint_names.index(KNEE)
-    others = np.setdiff1d(known, knee)
-    samples = [constrained_sample(robot, feet, state, torque, k) for k in range(len(rows))]
+    state, knee = _state(walk, rows), robot.joint_names.index(KNEE)
     found = {}
     for label, weights in _weightings(robot).items():
-        friction = minimum_norm_friction_torque(robot, feet, state, torque, **weights)
-        error = friction - truth
-        left = [each.difference - each.mobility @ row for each, row in zip(samples, friction[:, known], strict=True)]
-        found[label] = {
-            "knee_error_rms": rms(error[:, knee]),
-            "other_error_rms": rms(error[:, others]),
-            "unexplained_rms": rms(np.array(left)),
-        }
+        friction = minimum_norm_friction_torque(robot, log.foot_names, state, log.torque[rows], **weights)
+        found[label] = _errors(friction - walk.truth.friction_torque[rows], knee)
     return found
 
 
@@ -129,13 +121,9 @@ def texts(numbers: Numbers) -> dict[str, str]:
     ]
     literal, levelled = (numbers["weightings"][walk] for walk in WALKS)
     weightings = [
-        (
-            label,
-            *(f"{row[label][key]:.2g}" for row in (literal, levelled) for key in ("knee_error_rms", "other_error_rms")),
-        )
-        for label in literal
+        (label, *(f"{row[label][key]:.2g}" for row in (literal, levelled) for key in keys[1:3])) for label in literal
     ]
-    one, two = (numbers["phases"][WALKS[0]][phase] for phase in ("one foot", "two feet"))
+    (one, two), (one_levelled, two_levelled) = (numbers["phases"][walk].values() for walk in WALKS)
     return {
         "phases": markdown_table(
             ("", "standing on", "samples", "knee: friction", "knee: error", "other joints: error", "largest error"),
@@ -145,9 +133,9 @@ def texts(numbers: Numbers) -> dict[str, str]:
             ("weights", "knee, as they land", "others, as they land", "knee, levelled", "others, levelled"), weightings
         ),
         "single": f"{one['knee_error_rms']:.1g} N m",
-        "single-levelled": f"{numbers['phases'][WALKS[1]]['one foot']['knee_error_rms']:.1g} N m",
+        "single-levelled": f"{one_levelled['knee_error_rms']:.1g} N m",
         "double": f"{two['knee_error_rms']:.2g} N m",
-        "double-share": f"{100 * two['knee_error_rms'] / two['knee_friction_rms']:.0f} %",
-        "double-levelled": f"{numbers['phases'][WALKS[1]]['two feet']['knee_error_rms']:.1f} N m",
+        "double-share": percent(two["knee_error_rms"] / two["knee_friction_rms"]),
+        "double-levelled": f"{two_levelled['knee_error_rms']:.1f} N m",
         "known": f"{literal['λ of the right knee 10,000 times smaller']['knee_error_rms']:.1g} N m",
     }

@@ -11,11 +11,14 @@ from stribeck.base.typing import Array
 from stribeck.differentiation.averaging import implied_weights
 from stribeck.differentiation.butterworth import central_kernels
 from stribeck.differentiation.filters import Filter, finite_filter
+from stribeck.friction import get_law
 from stribeck.friction_torque.inverse_dynamics import torque_chunks
 from stribeck.friction_torque.preparation import prepare
 from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.friction_torque.stage import with_filter
 from stribeck.friction_torque.thinning import join
+from stribeck.judgement.curve_fit.fit import fit_joint
+from stribeck.judgement.curve_fit.problem import joint_problem
 from stribeck.settings import FilterSettings, SupportSettings
 from stribeck_simulation.run import Simulated
 
@@ -94,6 +97,15 @@ def estimate(walk: Simulated, settings: Settings) -> Estimate:
     samples = join([chunk.samples for chunk in chunks])
     rows = np.searchsorted(walk.log.time, samples.time - samples.period / 2)
     return Estimate(samples, walk.truth.friction_torque[rows][:, walk.robot.torque_controlled])
+
+
+def fit_law(found: Estimate, joint: str, settings: Settings, most: int | None = None) -> tuple[dict[str, float], Array]:
+    """Fit the law `stribeck` to at most `most` samples of a joint; return its parameters and the velocities."""
+    problem = joint_problem(found.samples, joint, get_law("stribeck"), settings)
+    if most:
+        problem = problem.take(slice(None, None, -(-len(problem.velocity) // most)))
+    fit = fit_joint(problem)
+    return dict(zip(fit.names, map(float, fit.values), strict=True)), problem.velocity
 
 
 def rms(values: Array) -> float:

@@ -8,13 +8,10 @@ import numpy as np
 
 from stribeck import Settings
 from stribeck.differentiation.savitzky_golay import savgol_cutoff
-from stribeck.friction import get_law
-from stribeck.judgement.curve_fit.fit import fit_joint
-from stribeck.judgement.curve_fit.problem import joint_problem
 from stribeck.settings import FilterSettings, SupportSettings
 from stribeck_simulation.run import Simulated
 from studies.markdown import markdown_table
-from studies.paper.estimate import Estimate, estimate, rms
+from studies.paper.estimate import estimate, fit_law, rms
 from studies.paper.study import Numbers
 from studies.paper.swing import swinging
 from studies.paper.walks import get_walk
@@ -38,14 +35,9 @@ def run(quick: bool) -> Numbers:
     kinds["Butterworth"] = _butterworth(equal)
     # the paper's 10 Hz is the cutoff of one pass; both passes together have -6 dB there
     kinds["Butterworth, 10 Hz a pass"] = _butterworth(10 * (np.sqrt(2) - 1) ** (1 / (2 * BUTTERWORTH_ORDER)))
-    found = {name: _estimate(walk, kind) for name, kind in kinds.items()}
-    both = {name: _estimate(walk, kinds[name], filter_torque=True) for name in ("31", "151")}
-    averaged = {name: _estimate(walk, kinds[name], averaged_law=True) for name in ("11", "31", "151")}
     return {
         "equal_cutoff": equal,
-        "filters": {name: _errors(each) | _fit(each) for name, each in found.items()},
-        "torque_too": {name: _errors(each) | _fit(each) for name, each in both.items()},
-        "law_averaged": {name: _errors(each) | _fit(each, averaged_law=True) for name, each in averaged.items()},
+        "filters": {name: _filtered(walk, kind) for name, kind in kinds.items()},
         "truth": walk.truth.parameters[KNEE],
     }
 
@@ -54,25 +46,12 @@ def _butterworth(cutoff: float) -> FilterSettings:
     return FilterSettings(kind="butterworth", order=BUTTERWORTH_ORDER, cutoff=float(cutoff))
 
 
-def _estimate(
-    walk: Simulated, kind: FilterSettings, *, filter_torque: bool = False, averaged_law: bool = False
-) -> Estimate:
-    settings = Settings(filter=kind, support=SUPPORT, filter_torque=filter_torque, averaged_law=averaged_law)
-    return estimate(walk, settings)
-
-
-def _errors(found: Estimate) -> dict[str, float]:
-    """Compute the RMS error of the swinging knee in the Stribeck part and in the straight part of its curve [N m]."""
+def _filtered(walk: Simulated, kind: FilterSettings) -> dict[str, float]:
+    """Compute the swinging knee's RMS error in both parts of its curve [N m], and the fitted parameters of the law."""
+    found = estimate(walk, Settings(filter=kind, support=SUPPORT, filter_torque=False))
     knee = swinging(found, "knee")
     speed, error = np.abs(knee.velocity), knee.torque - knee.truth
-    return {"slow": rms(error[speed < SLOW]), "fast": rms(error[speed > FAST])}
-
-
-def _fit(found: Estimate, averaged_law: bool = False) -> dict[str, float]:
-    """Fit the law's parameters to the filtered curve."""
-    law, settings = get_law("stribeck"), Settings(averaged_law=averaged_law)
-    fit = fit_joint(joint_problem(found.samples, KNEE, law, settings))
-    return dict(zip(fit.names, map(float, fit.values), strict=True))
+    return {"slow": rms(error[speed < SLOW]), "fast": rms(error[speed > FAST])} | fit_law(found, KNEE, Settings())[0]
 
 
 def texts(numbers: Numbers) -> dict[str, str]:
@@ -89,11 +68,6 @@ def texts(numbers: Numbers) -> dict[str, str]:
     rows = [
         (_name(name, numbers["equal_cutoff"]), *(_short(row[key]) for key in columns))
         for name, row in numbers["filters"].items()
-    ]
-    rows += [
-        (f"{_name(name, 0)}, {label}", *(_short(row[key]) for key in columns))
-        for case, label in (("torque_too", "torque too"), ("law_averaged", "law averaged"))
-        for name, row in numbers[case].items()
     ]
     rows.append(("truth", "", "", *(f"{numbers['truth'][key]:g}" for key in list(columns)[2:])))
     savgol, butter = numbers["filters"][str(WINDOWS[-1])], numbers["filters"]["Butterworth"]

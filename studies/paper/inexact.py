@@ -4,23 +4,16 @@ The log does not change; only the estimator uses the wrong model.
 """
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
 
 from stribeck import Robot
 from stribeck.base.typing import Array
+from studies.changes import with_body
 
 Change = Callable[[pin.Inertia], pin.Inertia]
 """Function that changes a body's inertia."""
-ROOT = "pelvis"
-"""Name of the root's body; all other bodies are named after the joint that moves them."""
-
-
-def body_names(robot: Robot) -> tuple[str, ...]:
-    """List the names of a floating robot's bodies, in the order of its model."""
-    return (ROOT, *map(str, list(robot.tree.model.names)[2:]))
 
 
 def scaled(mass: float = 1.0, moments: float = 1.0) -> Change:
@@ -44,13 +37,11 @@ def displaced(offset: Array) -> Change:
     return lambda inertia: pin.Inertia(inertia.mass, inertia.lever + offset, inertia.inertia)
 
 
-def with_bodies(robot: Robot, change: Change, bodies: tuple[str, ...] | None = None) -> Robot:
-    """Change the inertia of the named bodies, or of all bodies."""
-    model = pin.Model(robot.tree.model)
-    for k, name in enumerate(body_names(robot), start=1):
-        if bodies is None or name in bodies:
-            model.inertias[k] = change(model.inertias[k])
-    return replace(robot, tree=replace(robot.tree, model=model))
+def with_bodies(robot: Robot, change: Change) -> Robot:
+    """Change the inertia of all bodies."""
+    for k in range(1, robot.tree.model.njoints):
+        robot = with_body(robot, k, change)
+    return robot
 
 
 def drawn(seed: int, mass: float = 0.05, moments: float = 0.2, offset: float = 0.01) -> Change:

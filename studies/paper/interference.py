@@ -11,10 +11,10 @@ import numpy as np
 
 from stribeck import Settings
 from stribeck.base.typing import Array
-from studies.markdown import markdown_table
+from studies.markdown import markdown_table, percent
 from studies.paper.estimate import estimate
 from studies.paper.study import Numbers
-from studies.paper.swing import JOINTS
+from studies.paper.swing import JOINTS, LABELS
 from studies.paper.walks import get_walk
 
 WALKS = ("legs-contact",)
@@ -40,25 +40,20 @@ def run(quick: bool) -> Numbers:
     worst = np.unravel_index(np.argmax(crossing), crossing.shape)
     return {
         "share": {joint: dict(zip(JOINTS, row, strict=True)) for joint, row in zip(JOINTS, share, strict=True)},
-        "own_worst": np.max(np.abs(np.diag(gain) - 1)),
         "cross_worst": crossing[worst],
         "cross_from": JOINTS[worst[1]],
         "cross_in": JOINTS[worst[0]],
         "cross_mean": crossing.sum() / (crossing.size - len(JOINTS)),
-        "samples": len(truth),
     }
 
 
 def texts(numbers: Numbers) -> dict[str, str]:
     """Format the matrix of shares and its worst values."""
-    rows = [
-        (joint.replace("_", " "), *(f"{100 * value:.2f} %" for value in row.values()))
-        for joint, row in numbers["share"].items()
-    ]
+    shares = zip(LABELS, numbers["share"].values(), strict=True)
+    rows = [(label, *(percent(value, 2) for value in row.values())) for label, row in shares]
     return {
-        "matrix": markdown_table(("found in", *(f"of {joint.replace('_', ' ')}" for joint in JOINTS)), rows),
-        "own": f"{100 * numbers['own_worst']:.2f} %",
-        "cross": f"{100 * numbers['cross_worst']:.2f} %",
-        "cross-mean": f"{100 * numbers['cross_mean']:.2f} %",
-        "where": f"{numbers['cross_from'].replace('_', ' ')} in {numbers['cross_in'].replace('_', ' ')}",
+        "matrix": markdown_table(("found in", *(f"of {label}" for label in LABELS)), rows),
+        "cross": percent(numbers["cross_worst"], 2),
+        "cross-mean": percent(numbers["cross_mean"], 2),
+        "where": f"{numbers['cross_from']} in {numbers['cross_in']}".replace("_", " "),
     }

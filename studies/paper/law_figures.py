@@ -1,6 +1,7 @@
 """Drawings of the laws of Chapter 3."""
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,6 +15,8 @@ from studies.paper.laws import SLOPE, STATIC, STEP, curve, lugre, speeds
 VELOCITY, TORQUE = "velocity [rad/s]", "friction torque [N m]"
 POINTS = 400
 """Number of points of a LuGre curve."""
+Curve = tuple[str, str, str, dict[str, Any]]
+"""Law, label, color and line style, and changed parameters of a curve."""
 
 
 @cache
@@ -41,68 +44,64 @@ def draw_law(axes: Axes, law: str, label: str = "", style: str = "C0-", **change
     axes.plot(x, y, color=style[:2], ls=style[2:], label=label)
 
 
-def coulomb_viscous(figure: Figure) -> None:
-    axes = figure.subplots()
-    draw_law(axes, "coulomb-viscous", "Coulomb and viscous")
-    draw_law(axes, "coulomb-viscous", "with an offset of 0.3 N m", "C1-", offset=0.3)
-    draw_law(axes, "coulomb-viscous", "only Coulomb", "C2--", viscous=0.0)
-    draw_law(axes, "coulomb-viscous", "only viscous", "C3:", coulomb=0.0)
-    _finish(figure, axes)
-
-
-def stribeck(figure: Figure) -> None:
-    axes = figure.subplots()
-    draw_law(axes, "stribeck", f"slope a = {SLOPE:g} s/rad")
-    draw_law(axes, "stribeck", "a = 10 s/rad", "C1--", slope=10.0)
-    draw_law(axes, "stribeck", "a = 200 s/rad", "C2--", slope=200.0)
-    draw_law(axes, "coulomb-viscous", "only Coulomb and viscous", "C5:")
-    _finish(figure, axes)
-
-
-def stribeck_exponent(figure: Figure) -> None:
-    axes = figure.subplots()
-    for style, exponent in {"C0-": 2.0, "C1--": 0.5, "C2--": 1.0, "C3--": 6.0}.items():
-        label = f"exponent delta = {exponent:g}"
-        draw_law(axes, "stribeck-exponent", label, style, exponent=exponent, stribeck_gain=1.0)
-    draw_law(axes, "coulomb-viscous", "only Coulomb and viscous", "C5:")
-    axes.set(xlim=(-0.05, 1.05), ylim=(0.9, 2.1))
-    _finish(figure, axes)
-
-
-def asymmetric(figure: Figure) -> None:
-    axes = figure.subplots()
-    draw_law(axes, "asymmetric", "Fc- = 1.3 Fc+,  Fv- = 2 Fv+", viscous_negative=0.4, coulomb_negative=1.3)
-    draw_law(axes, "coulomb-viscous", "equal in both directions", "C5:")
-    _finish(figure, axes)
-
-
-LAW_FIGURES = {
-    "coulomb-viscous": coulomb_viscous,
-    "stribeck": stribeck,
-    "stribeck-exponent": stribeck_exponent,
-    "asymmetric": asymmetric,
+STEADY: Curve = ("coulomb-viscous", "only Coulomb and viscous", "C5:", {})
+"""Curve without a Stribeck effect, for comparison."""
+CURVES: dict[str, list[Curve]] = {
+    "coulomb-viscous": [
+        ("coulomb-viscous", "Coulomb and viscous", "C0-", {}),
+        ("coulomb-viscous", "with an offset of 0.3 N m", "C1-", {"offset": 0.3}),
+        ("coulomb-viscous", "only Coulomb", "C2--", {"viscous": 0.0}),
+        ("coulomb-viscous", "only viscous", "C3:", {"coulomb": 0.0}),
+    ],
+    "stribeck": [
+        ("stribeck", f"slope a = {SLOPE:g} s/rad", "C0-", {}),
+        ("stribeck", "a = 10 s/rad", "C1--", {"slope": 10.0}),
+        ("stribeck", "a = 200 s/rad", "C2--", {"slope": 200.0}),
+        STEADY,
+    ],
+    "stribeck-exponent": [
+        *(
+            ("stribeck-exponent", f"exponent delta = {delta:g}", style, {"exponent": delta, "stribeck_gain": 1.0})
+            for style, delta in {"C0-": 2.0, "C1--": 0.5, "C2--": 1.0, "C3--": 6.0}.items()
+        ),
+        STEADY,
+    ],
+    "asymmetric": [
+        ("asymmetric", "Fc- = 1.3 Fc+,  Fv- = 2 Fv+", "C0-", {"viscous_negative": 0.4, "coulomb_negative": 1.3}),
+        ("coulomb-viscous", "equal in both directions", "C5:", {}),
+    ],
 }
-"""Drawing functions by the name of the law."""
+"""Curves of each law's figure."""
+
+
+def draw_curves(figure: Figure, law: str) -> None:
+    """Draw the figure of a law."""
+    axes = figure.subplots()
+    for name, label, style, changes in CURVES[law]:
+        draw_law(axes, name, label, style, **changes)
+    if law == "stribeck-exponent":
+        axes.set(xlim=(-0.05, 1.05), ylim=(0.9, 2.1))
+    axes.set(xlabel=VELOCITY, ylabel=TORQUE)
+    figure.legend(loc="outside right center")
 
 
 def overview(figure: Figure) -> None:
     """Draw the paper's laws one by one, in its order."""
     figure.set_size_inches(6.5, 4.2)
     grid = figure.subplots(2, 3, sharex=True, sharey=True)
-    coulomb, viscous, static, weakening, smooth, dynamic = grid.flat
-    draw_law(coulomb, "coulomb-viscous", viscous=0.0)
-    coulomb.set_title("Coulomb")
-    draw_law(viscous, "coulomb-viscous", coulomb=0.0)
-    viscous.set_title("viscous")
-    draw_law(static, "coulomb-viscous", viscous=0.0)
-    static.plot([0.0, 0.0], [-STATIC, STATIC], "C1", marker="_", markersize=6)
-    static.set_title("Coulomb with static")
-    draw_law(weakening, "stribeck-exponent", viscous=0.0)
-    weakening.set_title("Stribeck")
-    draw_law(smooth, "stribeck")
-    smooth.set_title("continuous Stribeck")
-    dynamic.plot(*turns(amplitude=1.0, rate=1.0, count=2.0)[1:])
-    dynamic.set_title("LuGre at 1 Hz")
+    shown: dict[str, tuple[str, dict[str, Any]]] = {
+        "Coulomb": ("coulomb-viscous", {"viscous": 0.0}),
+        "viscous": ("coulomb-viscous", {"coulomb": 0.0}),
+        "Coulomb with static": ("coulomb-viscous", {"viscous": 0.0}),
+        "Stribeck": ("stribeck-exponent", {"viscous": 0.0}),
+        "continuous Stribeck": ("stribeck", {}),
+    }
+    for axes, (title, (law, changes)) in zip(grid.flat, shown.items(), strict=False):
+        draw_law(axes, law, **changes)
+        axes.set_title(title)
+    grid[0, 2].plot([0.0, 0.0], [-STATIC, STATIC], "C1", marker="_", markersize=6)
+    grid[1, 2].plot(*turns(amplitude=1.0, rate=1.0, count=2.0)[1:])
+    grid[1, 2].set_title("LuGre at 1 Hz")
     figure.supxlabel(VELOCITY, fontsize=9)
     figure.supylabel(TORQUE, fontsize=9)
 
@@ -125,8 +124,3 @@ def lugre_loops(figure: Figure) -> None:
     right.plot(np.insert(x, middle, 0), np.insert(y, middle, np.nan), color=figures.ink(), ls=":", label="steady")
     right.set(xlabel=VELOCITY, title="the same law versus velocity")
     right.legend()
-
-
-def _finish(figure: Figure, axes: Axes) -> None:
-    axes.set(xlabel=VELOCITY, ylabel=TORQUE)
-    figure.legend(loc="outside right center")

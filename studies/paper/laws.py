@@ -45,8 +45,3 @@ def lugre(velocity: Array) -> Array:
         truth.before(Instant(time=k * STEP, step=STEP, position=nothing, velocity=before, torque=nothing))
         torque[k], before = truth.after(now)[0], now
     return torque
-
-
-def breakaway(ramp: float) -> float:
-    """Compute LuGre's largest friction torque [N m] from rest to 0.5 rad/s at a constant acceleration [rad/s^2]."""
-    return float(np.max(lugre(np.arange(0.0, 0.5, ramp * STEP))))

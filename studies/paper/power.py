@@ -1,4 +1,4 @@
-"""Fig. 7.4: acceleration difference versus velocity, and friction with positive power.
+"""Fig. 7.3 and 7.4: acceleration difference versus velocity, and friction with positive power.
 
 All leg joints have friction. Its offset dissipates nothing and is removed from the log, as by a calibration. To keep
 impacts out of the paper's window of 151 samples, 0.1 s are excluded at both ends of a swing.
@@ -9,23 +9,22 @@ from dataclasses import replace
 import numpy as np
 
 from stribeck import Settings
-from stribeck.settings import FilterSettings
+from stribeck.judgement.passivity import positive_power_fraction
+from stribeck.settings import FilterSettings, SupportSettings
 from stribeck_simulation.run import Simulated
-from stribeck_simulation.sensors.measure import measure, sensors_for
-from stribeck_simulation.sensors.profiles import get_profile
-from studies.markdown import markdown_table
-from studies.paper.acceleration import AS_PAPER, UNFILTERED, Motion, calibrated, motions
-from studies.paper.estimate import estimate
+from studies.markdown import markdown_table, percent
+from studies.paper.estimate import Differences, estimate
 from studies.paper.inexact import drawn, scaled, with_bodies
 from studies.paper.study import Numbers
-from studies.paper.swing import JOINTS, feeding, swinging
+from studies.paper.swing import JOINTS, LABELS, model_acceleration, swinging
 from studies.paper.walks import get_walk
 
 WALKS = ("legs-contact",)
-SHORT = UNFILTERED.model_copy(update={"filter": FilterSettings(kind="savitzky-golay", window=31)})
+TRIMMED = SupportSettings(trim_start=0.1, trim_end=0.1)
+AS_PAPER = Settings(filter=FilterSettings(kind="savitzky-golay", window=151), support=TRIMMED, filter_torque=False)
+"""Settings of the paper: a filtered acceleration and an unfiltered torque."""
 FILTERS = {
-    "unfiltered": UNFILTERED,
-    "window 31": SHORT,
+    "unfiltered": Settings(filter=Differences(scheme="central"), support=TRIMMED, filter_torque=False),
     "window 151": AS_PAPER,
     "window 151, torque too": AS_PAPER.model_copy(update={"averaged_law": True}),
 }
@@ -36,69 +35,62 @@ SEEDS = range(1, 9)
 
 
 def run(quick: bool) -> Numbers:
-    walk = calibrated(get_walk("legs-contact", quick))
-    noisy = replace(walk, log=measure(walk.log, sensors_for(walk.log, get_profile("calibrated"), 1)))
-    heavier, lighter = (replace(walk, robot=with_bodies(walk.robot, scaled(f, f))) for f in (1.1, 0.9))
-    seeds = SEEDS[:1] if quick else SEEDS
-    wrong = [replace(walk, robot=with_bodies(walk.robot, drawn(seed))) for seed in seeds]
-    models = {"exact": [walk], "+10 %": [heavier], "-10 %": [lighter], "drawn": wrong, "exact, noise": [noisy]}
-    moved = {name: motions(walk, settings) for name, settings in FILTERS.items()}
+    walk = _calibrated(get_walk("legs-contact", quick))
+    robots = {
+        "exact": [walk.robot],
+        "+10 %": [with_bodies(walk.robot, scaled(1.1, 1.1))],
+        "-10 %": [with_bodies(walk.robot, scaled(0.9, 0.9))],
+        "drawn": [with_bodies(walk.robot, drawn(seed)) for seed in (SEEDS[:1] if quick else SEEDS)],
+    }
     return {
         "torque": {
-            model: {name: _mean([_torque(each, settings) for each in several]) for name, settings in FILTERS.items()}
-            for model, several in models.items()
+            model: {name: _torque([replace(walk, robot=robot) for robot in each], own) for name, own in FILTERS.items()}
+            for model, each in robots.items()
         },
-        "difference": {name: _difference(each) for name, each in moved.items()},
+        "difference": {name: _difference(walk, each) for name, each in FILTERS.items()},
     }
 
 
-def _torque(walk: Simulated, settings: Settings) -> dict[str, float]:
+def _calibrated(walk: Simulated) -> Simulated:
+    """Subtract the friction's offset, which dissipates nothing, from a walk's torque."""
+    offset = np.array([walk.truth.parameters.get(name, {}).get("offset", 0.0) for name in walk.log.joint_names])
+    return replace(walk, log=replace(walk.log, torque=walk.log.torque - offset))
+
+
+def _torque(walks: list[Simulated], settings: Settings) -> dict[str, float]:
     """Compute the share of samples in which the estimated friction torque has positive power, per joint."""
-    found = estimate(walk, settings)
-    joints = {joint: swinging(found, joint) for joint in JOINTS}
-    return {joint: feeding(each.velocity, each.torque) for joint, each in joints.items()}
+    found = [estimate(walk, settings) for walk in walks]
+    curves = {joint: [swinging(each, joint) for each in found] for joint in JOINTS}
+    return {
+        joint: float(np.mean([positive_power_fraction(each.velocity, each.torque) for each in own]))
+        for joint, own in curves.items()
+    }
 
 
-def _difference(joints: dict[str, Motion]) -> dict[str, float]:
+def _difference(walk: Simulated, settings: Settings) -> dict[str, float]:
     """Compute the share of samples in which acceleration difference and velocity have the same sign, per joint."""
-    return {joint: feeding(each.velocity, each.model - each.measured) for joint, each in joints.items()}
-
-
-def _mean(rows: list[dict[str, float]]) -> dict[str, float]:
-    return {key: float(np.mean([row[key] for row in rows])) for key in rows[0]}
+    found = estimate(walk, settings)
+    curves, model = [swinging(found, joint) for joint in JOINTS], model_acceleration(walk, found)
+    shares = [positive_power_fraction(each.velocity, model[:, k] - each.acceleration) for k, each in enumerate(curves)]
+    return dict(zip(JOINTS, shares, strict=True))
 
 
 def texts(numbers: Numbers) -> dict[str, str]:
     """Format the shares of samples with positive power, per joint, by model and filter."""
     torque, difference = numbers["torque"], numbers["difference"]
-    shown = [(m, f) for m in MODELS for f in FILTERS if f != "window 31"]
-    rows = [
-        (
-            f"{MODELS[m]}, {f}",
-            *(_percent(torque[m][f][joint]) for joint in JOINTS),
-            _percent(_over_joints(torque[m][f])),
-        )
-        for m, f in shown
-    ]
-    noisy = [(name, *(_percent(torque["exact, noise"][name][joint]) for joint in JOINTS)) for name in FILTERS]
-    signs = [(name, *(_percent(difference[name][joint]) for joint in JOINTS)) for name in FILTERS]
-    joints = [joint.replace("_", " ") for joint in JOINTS]
+    rows = []
+    for model, label in MODELS.items():
+        for name, shares in torque[model].items():
+            cells = [*shares.values(), sum(shares.values()) / len(shares)]
+            rows.append((f"{label}, {name}", *(percent(share, 1) for share in cells)))
+    signs = [(name, *(percent(share, 1) for share in shares.values())) for name, shares in difference.items()]
     return {
-        "table": markdown_table(("model and filter", *joints, "mean"), rows),
-        "noise": markdown_table(("filter", *joints), noisy),
-        "signs": markdown_table(("filter", *joints), signs),
-        "sign-hip-roll": _percent(difference["unfiltered"]["hip_roll"]),
-        "exact-raw": _percent(max(torque["exact"]["unfiltered"].values())),
-        "heavier-hip-pitch": _percent(torque["+10 %"]["unfiltered"]["hip_pitch"]),
-        "heavier-knee": _percent(torque["+10 %"]["unfiltered"]["knee"]),
-        "filter-most": _percent(max(torque["exact"]["window 151"].values())),
-        "both-most": _percent(max(torque["exact"]["window 151, torque too"].values())),
+        "table": markdown_table(("model and filter", *LABELS, "mean"), rows),
+        "signs": markdown_table(("filter", *LABELS), signs),
+        "sign-hip-roll": percent(difference["unfiltered"]["hip_roll"], 1),
+        "exact-raw": percent(max(torque["exact"]["unfiltered"].values()), 1),
+        "heavier-hip-pitch": percent(torque["+10 %"]["unfiltered"]["hip_pitch"], 1),
+        "heavier-knee": percent(torque["+10 %"]["unfiltered"]["knee"], 1),
+        "filter-most": percent(max(torque["exact"]["window 151"].values()), 1),
+        "both-most": percent(max(torque["exact"]["window 151, torque too"].values()), 1),
     }
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.1f} %"
-
-
-def _over_joints(row: dict[str, float]) -> float:
-    return sum(row.values()) / len(row)

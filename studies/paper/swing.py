@@ -1,20 +1,22 @@
 """Samples of the joints of a swinging leg, the right leg as in the paper, and measures of a friction curve."""
 
-from __future__ import annotations
-
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from stribeck.base.typing import Array
-from stribeck.judgement.passivity import positive_power_fraction
+from stribeck.dynamics.rooted import joint_inertia
+from stribeck_simulation.run import Simulated
+from studies.markdown import markdown_table
 from studies.paper.estimate import Estimate
 
 JOINTS = ("hip_roll", "hip_pitch", "hip_yaw", "knee", "ankle_roll", "ankle_pitch")
+LABELS = tuple(joint.replace("_", " ") for joint in JOINTS)
+"""Names of the joints in tables."""
 SIDE = "right"
 SUPPORT = "left_foot"
 """Support while the right leg swings."""
-OTHER_SIDE, OTHER_SUPPORT = "left", "right_foot"
 BINS = 30
 """Number of velocity bins in which rising and falling branch are compared."""
 FEWEST = 5
@@ -22,7 +24,7 @@ FEWEST = 5
 
 
 class Swing(NamedTuple):
-    """Samples of one joint, shape (N,) each."""
+    """Samples of one joint of the right leg, shape (N,) each."""
 
     time: Array  # [s]
     velocity: Array  # [rad/s]
@@ -30,15 +32,10 @@ class Swing(NamedTuple):
     torque: Array  # estimated friction torque [N m]
     truth: Array  # true friction torque [N m]
 
-    def thinned(self, stride: int) -> Swing:
-        """Select every `stride`-th sample."""
-        return Swing(*(each[::stride] for each in self))
 
-
-def swinging(found: Estimate, joint: str, side: str = SIDE) -> Swing:
+def swinging(found: Estimate, joint: str) -> Swing:
     """Select the samples of a joint while its leg swings."""
-    rows = found.standing_on(SUPPORT if side == SIDE else OTHER_SUPPORT)
-    column, samples = found.column(f"{side}_{joint}"), found.samples
+    rows, column, samples = found.standing_on(SUPPORT), found.column(f"{SIDE}_{joint}"), found.samples
     return Swing(
         samples.time[rows],
         samples.velocity[rows, column],
@@ -46,6 +43,26 @@ def swinging(found: Estimate, joint: str, side: str = SIDE) -> Swing:
         samples.friction_torque[rows, column],
         found.truth[rows, column],
     )
+
+
+def joint_table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """Format a table with one row of cells per joint, in the order of `JOINTS`."""
+    return markdown_table(("joint", *head), [(label, *row) for label, row in zip(LABELS, rows, strict=True)])
+
+
+def model_acceleration(walk: Simulated, found: Estimate) -> Array:
+    """Compute the acceleration (5.10) that the measured torque causes without friction [rad/s^2], shape (N, 6).
+
+    (5.13) gives `a_est = a_msr + M_mod^-1 R` over all torque-controlled joints. The measured acceleration cancels,
+    because R contains -M_mod a_msr. The columns are the swinging right leg's joints.
+    """
+    samples, rows = found.samples, found.standing_on(SUPPORT)
+    here = np.searchsorted(walk.log.time, samples.time[rows] - samples.period / 2)
+    known = walk.robot.torque_controlled
+    inertia = joint_inertia(walk.robot.rooted_at(SUPPORT), walk.log.position[here])[:, known[:, None], known]
+    change = np.linalg.solve(inertia, samples.friction_torque[rows][:, :, None])[:, :, 0]
+    columns = [found.column(f"{SIDE}_{joint}") for joint in JOINTS]
+    return np.asarray((samples.acceleration[rows] + change)[:, columns])
 
 
 def split(velocity: Array, acceleration: Array, torque: Array) -> float:
@@ -64,8 +81,3 @@ def split(velocity: Array, acceleration: Array, torque: Array) -> float:
     if not weight.any():
         return float("nan")
     return float(np.sqrt(np.average((means[0] - means[1]) ** 2, weights=weight)))
-
-
-def feeding(velocity: Array, torque: Array) -> float:
-    """Compute the share of samples in which a friction torque has positive power, contrary to (7.9)."""
-    return positive_power_fraction(velocity, torque)

@@ -1,7 +1,11 @@
 """Walks that the studies of the paper share: the scenarios of examples/scenarios, and the paper's variants."""
 
+from dataclasses import replace
+
 from stribeck_simulation.run import Simulated
 from stribeck_simulation.scenario import Scenario, read_scenario
+from stribeck_simulation.sensors.measure import measure, sensors_for
+from stribeck_simulation.sensors.profiles import SensorProfile, get_profile
 from studies.kept_walks import kept_walk
 from studies.paper.study import ROOT
 
@@ -44,3 +48,14 @@ def get_walk(name: str, quick: bool = False) -> Simulated:
         short = [steps.model_copy(update=change) for steps in scenario.walk]
         scenario = scenario.model_copy(update={"walk": short, "physics_step": QUICK_PHYSICS})
     return kept_walk(f"{name}-quick" if quick else name, scenario)
+
+
+def sensed(walk: Simulated, profile: SensorProfile, seed: int = 1) -> Simulated:
+    """Measure the exact log of a walk with sensors of a profile."""
+    return replace(walk, log=measure(walk.log, sensors_for(walk.log, profile, seed)))
+
+
+def legs_by_sensors(quick: bool) -> dict[str, Simulated]:
+    """Load walks with friction in all leg joints, by their sensors."""
+    exact = get_walk("legs-contact", quick)
+    return {"exact": exact, "realistic": sensed(exact, get_profile("realistic")), "harsh": get_walk("harsh", quick)}

@@ -17,7 +17,7 @@ from stribeck_simulation.walking.balance.tasks import Gains, base_task, com_task
 from stribeck_simulation.walking.balance.terms import Dynamics
 from stribeck_simulation.walking.start import Start, start_standing
 
-SOLE = Sole((0.0, 0.0, 0.0), 0.1, 0.05)
+SOLE = Sole(half_length=0.1, half_width=0.05)
 
 
 def corner_wrench(forces: Array) -> Array:

@@ -15,7 +15,7 @@ from stribeck_simulation.robots import MODELS
 from stribeck_simulation.robots.sole import Sole
 from stribeck_simulation.run import POSTURES
 
-SOLES = {f"{side}_foot": Sole((0.03, 0.0, 0.01), 0.11, 0.05) for side in SIDES}
+SOLES = {f"{side}_foot": Sole(centre=[0.03, 0.0, 0.01], half_length=0.11, half_width=0.05) for side in SIDES}
 """Soles of the packaged biped, ahead of their frames."""
 KNEES = {f"{side}_knee": STRIBECK for side in SIDES}
 """Where there is friction, which no picture shows."""

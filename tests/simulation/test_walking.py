@@ -12,8 +12,8 @@ from stribeck import identify
 from stribeck.robot import Robot
 from stribeck_simulation.robots import MODELS
 from stribeck_simulation.sensors.profiles import PROFILES
-from stribeck_simulation.walking.footsteps import Steps
-from stribeck_simulation.walking.simulate import Conditions, FellError, Push, Walk, simulate_walk
+from stribeck_simulation.walking.footsteps import Push, Steps
+from stribeck_simulation.walking.simulate import Conditions, FellError, Walk, simulate_walk
 
 COARSE = 0.0005  # [s], twice the usual physics step
 
@@ -125,7 +125,9 @@ def test_other_robots_walk_with_the_same_gains(name: str, tmp_path: Path) -> Non
 
 def pushed(force: float) -> np.ndarray:
     """Return the base's path when it is pushed aside while it stands, shape (T, 3)."""
-    conditions = Conditions(state="true", pushes=[Push(0.3, 0.1, (0.0, force, 0.0))], physics_step=COARSE)
+    conditions = Conditions(
+        state="true", pushes=[Push(start=0.3, duration=0.1, force=[0.0, force, 0.0])], physics_step=COARSE
+    )
     position = simulate_walk(toro(), [], POSTURE["toro"], conditions).truth.base_position
     assert position is not None
     return position
@@ -135,7 +137,9 @@ def pushed(force: float) -> np.ndarray:
 def test_a_push_that_one_foot_cannot_bear_is_met_by_a_step_aside() -> None:
     walk = [Steps(count=4, forward=0.2)]
     conditions = Conditions(
-        profile=PROFILES["realistic"], pushes=[Push(2.0, 0.1, (0.0, -200.0, 0.0))], physics_step=COARSE
+        profile=PROFILES["realistic"],
+        pushes=[Push(start=2.0, duration=0.1, force=[0.0, -200.0, 0.0])],
+        physics_step=COARSE,
     )
     found = simulate_walk(toro(), walk, POSTURE["toro"], conditions)  # the right foot swings then
     position, orientation = found.truth.base_position, found.truth.base_orientation

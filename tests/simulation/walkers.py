@@ -12,7 +12,7 @@ from stribeck_simulation.robots import MODELS
 from stribeck_simulation.robots.sole import Sole
 
 LEG_JOINTS = ("leg_", "hip", "knee", "ankle")
-SOLES: dict[str, dict[str, Sole]] = {"talos": {side: Sole((0.0, 0.0, 0.0), 0.1, 0.06) for side in SIDES}}
+SOLES: dict[str, dict[str, Sole]] = {"talos": {side: Sole(half_length=0.1, half_width=0.06) for side in SIDES}}
 """Of feet that are meshes in the model."""
 BENT = {
     f"{side}_{joint}": value

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from studies import kept_walks
 from studies.paper import figures, pages, walks
-from studies.paper.coasting import STEP, chatter, coast, least_inertia
+from studies.paper.explicit_steps import STEP, chatter, coast, least_inertia
 from studies.paper.identified import JOINTS, PARAMETERS, mean_and_worst, read_paper
 from studies.paper.laws import SLOPE, curve
 from studies.paper.study import NUMBERS, ROOT, find_studies, plain
@@ -19,7 +19,7 @@ from stribeck_simulation.run import run_scenario
 from stribeck_simulation.scenario import by_joint
 
 STUDIES = find_studies()
-FALL = {"start": 0.5, "duration": 0.6}
+DURATION = 0.6
 PAPER = read_paper()
 KEPT = json.loads((NUMBERS / "tables.json").read_text())["found"]
 
@@ -112,10 +112,10 @@ def test_errors_are_at_most_half_of_the_papers_and_what_it_cannot_find_is_weak()
 def test_explicit_steps_chatter_below_the_least_inertia_and_implicit_ones_only_lose_speed() -> None:
     for slope in (20.0, 40.0, 1000.0):
         least = least_inertia(slope)
-        assert chatter(coast(1.05 * least, slope, implicit=False, **FALL)) == 0
-        assert chatter(coast(0.95 * least, slope, implicit=False, **FALL)) > 0
+        assert chatter(coast(1.05 * least, slope, implicit=False, duration=DURATION)) == 0
+        assert chatter(coast(0.95 * least, slope, implicit=False, duration=DURATION)) > 0
     for slope in (10.0, 1000.0, np.inf):
-        assert np.all(np.diff(np.abs(coast(0.01, slope, implicit=True, **FALL))) <= 0)
+        assert np.all(np.diff(np.abs(coast(0.01, slope, implicit=True, duration=DURATION))) <= 0)
     inertia = 0.9 * least_inertia(SLOPE)
-    found = chatter(coast(inertia, SLOPE, implicit=False, **FALL))
+    found = chatter(coast(inertia, SLOPE, implicit=False, duration=DURATION))
     assert 2 * found == pytest.approx(STEP / inertia * curve("stribeck", np.array([found]))[0], rel=1e-6)

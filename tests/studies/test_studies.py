@@ -20,8 +20,7 @@ from stribeck.judgement.curve import WIDEST
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.robots import MODELS
 from stribeck_simulation.run import Simulated
-from stribeck_simulation.walking.footsteps import Steps
-from stribeck_simulation.walking.simulate import Push
+from stribeck_simulation.walking.footsteps import Push, Steps
 
 STUDIES = sorted(path.stem for path in (ROOT / "studies").glob("*.json"))
 PAGES = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
@@ -102,7 +101,7 @@ def test_plans_keep_their_promises() -> None:
 
 
 def test_faults_are_named_and_no_remedy_makes_a_joint_worse() -> None:
-    rows = [row for row in saved("first_hour") if row["kind"] != "case"]
+    rows = saved("first_hour")
     causes = {log: [row["cause"] for row in rows if row["log"] == log] for log in ("arm", "walk", "G1")}
     assert [len(each) - 1 for each in causes.values()] == [32, 34, 45]
     assert [each.count("named") for each in causes.values()] == [25, 27, 38]
@@ -130,9 +129,7 @@ def test_lugre_finds_bristles_where_they_are() -> None:
     assert by["no bristles"]["travel"]["identified"] == 0
 
 
-def test_wrenches_help_the_curve_fit_and_exported_models_explain_other_logs() -> None:
-    error = {(row["case"], row["method"]): row["coulomb"] for row in saved("ground_reaction")}
-    assert error["B", "whole-log"] < error["B", "ground-reaction"] < error["B", "curve-fit"]
+def test_exported_models_explain_other_logs() -> None:
     for row in saved("replayed"):
         assert row["exported"]["velocity"][1] < row["as given"]["velocity"][1]
 
@@ -144,14 +141,14 @@ def test_no_walk_fell() -> None:
 @pytest.mark.long
 def test_short_walks_agree() -> None:
     case = "G1: straight 0.2 m, sideways 0.1 m, turning"
-    short = replace(WALKS[case], walk=[replace(WALKS[case].walk[0], count=3)])
+    short = replace(WALKS[case], walk=[WALKS[case].walk[0].model_copy(update={"count": 3})])
     found = walking.walk_once(short, 0, COARSE)
     (known,) = (row for row in saved("walking") if row["case"] == case)
     assert (found["fell"], found["steps"]) == ("", 3)
     assert 0.0 < found["tilt"] < 1.5 * known["tilt"]
     assert 0.0 < found["error"] < 1.5 * known["error"]
     pushed = replace(WALKS["the same, 0.8 s"], walk=[Steps(count=0)])
-    pushed = replace(pushed, pushes=[Push(0.1, 0.1, (0.0, 3000.0, 0.0))])
+    pushed = replace(pushed, pushes=[Push(start=0.1, duration=0.1, force=[0.0, 3000.0, 0.0])])
     assert "fell" in walking.walk_once(pushed, 0, COARSE)["fell"]
 
 

@@ -7,9 +7,6 @@ the IMU gives the motion of the base, and a joint's samples count while no foot 
 code of stribeck.
 """
 
-import json
-import sys
-import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +15,7 @@ import pinocchio as pin
 from scipy.ndimage import binary_dilation
 from scipy.signal import butter, sosfiltfilt
 
-from benchmarks.contest.contestants.command import torque_of
+from benchmarks.contest.contestants.command import main, names_of, read_case, torque_of, with_rotors
 
 CUTOFF = 20.0
 """Cutoff of all filters [Hz], unless the case contains the band of its torques."""
@@ -33,10 +30,9 @@ LEAST = 100
 NAMES = ("coulomb", "viscous", "offset")
 
 
-def load_model(folder: Path) -> tuple[Any, dict[str, Any]]:
-    """Read Pinocchio's model, without gravity if the base floats (its IMU measures gravity), and the robot file."""
-    table = tomllib.loads((folder / "robot.toml").read_text(encoding="utf-8"))
-    robot, path = table["robot"], str(folder / table["robot"]["model"])
+def load_model(folder: Path, robot: dict[str, Any]) -> Any:
+    """Read Pinocchio's model, without gravity if the base floats (its IMU measures gravity)."""
+    path = str(folder / robot["model"])
     floating = robot.get("base", "floating") == "floating"
     if path.endswith(".xml"):
         model = pin.buildModelFromMJCF(path)
@@ -46,7 +42,7 @@ def load_model(folder: Path) -> tuple[Any, dict[str, Any]]:
         model.gravity.linear = np.zeros(3)
     for joint, value in robot.get("armature", {}).items():
         model.armature[model.joints[model.getJointId(joint)].idx_v] = value
-    return model, table
+    return model
 
 
 def rigid_torque(model: Any, names: list[str], q: Any, v: Any, a: Any, base: Any = None) -> Any:
@@ -80,8 +76,7 @@ def in_the_air(model: Any, table: dict[str, Any], names: list[str], log: Any, pe
 
 def equations(model: Any, table: dict[str, Any], log: Any, cutoff: float) -> tuple[Any, Any, Any, Any]:
     """Compute friction torque, velocity, acceleration and the mask of valid samples of one log, shape (T, n) each."""
-    names, time = [str(name) for name in log["joint_names"]], log["time"]
-    period = float(np.median(np.diff(time)))
+    names, period = names_of(log), float(np.median(np.diff(log["time"])))
     lowpass = butter(4, 2 * cutoff * period, output="sos")
     raw = log["position"], torque_of(log, table["robot"], names)
     q, torque = (sosfiltfilt(lowpass, each, axis=0) for each in raw)
@@ -99,16 +94,17 @@ def equations(model: Any, table: dict[str, Any], log: Any, cutoff: float) -> tup
     return torque - rigid_torque(model, names, q, v, a, base), v, a, counts
 
 
-def main() -> None:
-    folder, out = Path(sys.argv[1]), Path(sys.argv[2])
-    case = json.loads((folder / "case.json").read_text(encoding="utf-8"))
-    model, table = load_model(folder)
-    logs = [np.load(folder / log) for log in case["logs"]]
-    names = [str(name) for name in logs[0]["joint_names"]]
+def columns_of(v: Any, a: Any, rotors: bool) -> Any:
+    """Stack the regressors of Coulomb friction, viscous friction, offset and rotor inertia, shape (T, n, p)."""
+    return np.stack([np.sign(v), v, np.ones_like(v), a][: 3 + rotors], axis=2)
+
+
+def answer(folder: Path, out: Path) -> dict[str, Any]:
+    case, table, logs = read_case(folder)
+    model, names, rotors = load_model(folder, table["robot"]), names_of(logs[0]), with_rotors(table["robot"])
     parts = [equations(model, table, log, case.get("band", CUTOFF)) for log in logs]
     left, v, a, counts = (np.concatenate(each) for each in zip(*parts, strict=True))
-    rotors = table["robot"].get("torque_source", "link_side_sensor") != "link_side_sensor"
-    columns = np.stack([np.sign(v), v, np.ones_like(v), a][: 3 + rotors], axis=2)
+    columns = columns_of(v, a, rotors)
     found = {
         name: np.linalg.lstsq(columns[rows, k], left[rows, k])[0]
         for k, (name, rows) in enumerate(zip(names, counts.T, strict=True))
@@ -117,8 +113,7 @@ def main() -> None:
     if case.get("predict"):
         log = np.load(folder / case["predict"])
         q, v, a = (log[name] for name in ("position", "velocity", "acceleration"))
-        columns = np.stack([np.sign(v), v, np.ones_like(v), a][: 3 + rotors], axis=2)
-        friction = np.einsum("tnp,np->tn", columns, np.array([found[name] for name in names]))
+        friction = np.einsum("tnp,np->tn", columns_of(v, a, rotors), np.array([found[name] for name in names]))
         np.savez(out / "torque.npz", torque=rigid_torque(model, names, q, v, a) + friction)
     joints = {
         joint: {name: {"value": float(value)} for name, value in zip(NAMES, found[joint], strict=False)}
@@ -127,11 +122,9 @@ def main() -> None:
     }
     missing = [joint for joint in case["joints"] if joint not in found]
     needs = ["contact flags", "IMU"] if table.get("contacts") else []
-    answer = {"method": "least squares", "version": np.__version__, "needs": needs, "joints": joints}
-    if missing:
-        answer["blank"] = f"never in the air and moving: {', '.join(missing)}"
-    (out / "answer.json").write_text(json.dumps(answer), encoding="utf-8")
+    blank = {"blank": f"never in the air and moving: {', '.join(missing)}"} if missing else {}
+    return {"method": "least squares", "version": np.__version__, "needs": needs, "joints": joints, **blank}
 
 
 if __name__ == "__main__":
-    main()
+    main(answer)

@@ -5,32 +5,20 @@ python -m benchmarks.contest.contestants.stribeck_method METHOD CASE OUT
 
 import sys
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from studies.held_out import predicted_torque
 
-from benchmarks.contest.schema import (
-    ANSWER,
-    CASE,
-    PARAMETERS,
-    PREDICT,
-    TORQUE,
-    Answer,
-    Case,
-    Estimate,
-    JointAnswer,
-    Need,
-    read,
-    write,
-)
+from benchmarks.contest import schema
 from stribeck import Robot, Settings, __version__, identify, read_log
 from stribeck.base.typing import Array
 from stribeck.errors import StribeckError
 from stribeck.log.interpolation import linear
 from stribeck.result import JointResult, ParameterEstimate, Result
 
-NEEDS: Mapping[str, list[Need]] = {
+NEEDS: Mapping[str, list[schema.Need]] = {
     "curve-fit": ["contact flags"],
     "direct": ["contact flags"],
     "observer": ["contact flags"],
@@ -40,37 +28,40 @@ NEEDS: Mapping[str, list[Need]] = {
 """Required channels of a walking robot, by method; wrenches or kinematics replace missing contact flags."""
 
 
-def answer(method: str, folder: Path, out: Path) -> Answer:
+def answer(method: str, folder: Path, out: Path) -> schema.Answer:
     """Run a method on a case, and write predicted torques to `out`."""
-    case, robot = read(Case, folder / CASE), Robot.from_file(folder / "robot.toml")
+    case, robot = schema.read(schema.Case, folder / schema.CASE), Robot.from_file(folder / "robot.toml")
     needs = NEEDS.get(method, []) if robot.base == "floating" else []
+    reply = partial(schema.Answer, method=method, version=__version__, needs=needs)
     try:
         result = identify([read_log(folder / log, robot) for log in case.logs], robot, Settings(method=method))
     except StribeckError as error:
-        return Answer(method=method, version=__version__, needs=needs, blank=str(error).replace(f"{folder}/", ""))
+        return schema.Answer(
+            method=method, version=__version__, needs=needs, blank=str(error).replace(f"{folder}/", "")
+        )
     if case.predict:
-        np.savez(out / TORQUE, torque=predicted(folder / PREDICT, robot, result))
+        np.savez(out / schema.TORQUE, torque=predicted(folder / schema.PREDICT, robot, result))
     joints = {joint: of_joint(result.joints[joint], np.array(asked.velocity)) for joint, asked in case.joints.items()}
     found = {joint: each for joint, each in joints.items() if each}
     blank = "; ".join(f"{joint} is {result.joints[joint].verdict}" for joint in joints if joint not in found)
-    return Answer(method=method, version=__version__, needs=needs, joints=found, blank=blank or None)
+    return reply(joints=found, blank=blank or None)
 
 
-def of_joint(found: JointResult, velocity: Array) -> JointAnswer | None:
+def of_joint(found: JointResult, velocity: Array) -> schema.JointAnswer | None:
     """Convert a joint's result to an answer; the verdict "no friction" becomes a deliberate zero."""
     if not found.parameters and found.verdict != "no friction":
         return None
-    given = {name: estimate(found.parameters[name]) for name in PARAMETERS if name in found.parameters}
+    given = {name: estimate(found.parameters[name]) for name in schema.PARAMETERS if name in found.parameters}
     if found.verdict == "no friction":
-        given |= {"coulomb": Estimate(value=0.0), "viscous": Estimate(value=0.0)}
+        given |= {"coulomb": schema.Estimate(value=0.0), "viscous": schema.Estimate(value=0.0)}
     curve = found.friction(velocity) if "offset" in found.parameters else None
-    return JointAnswer(**given, curve=None if curve is None else curve.tolist())
+    return schema.JointAnswer(**given, curve=None if curve is None else curve.tolist())
 
 
-def estimate(found: ParameterEstimate) -> Estimate:
+def estimate(found: ParameterEstimate) -> schema.Estimate:
     """Convert a parameter; weak parameters are not marked as good."""
     low, high = found.interval_95
-    return Estimate(
+    return schema.Estimate(
         value=found.value,
         standard_error=found.standard_error if np.isfinite(found.standard_error) else None,
         interval_95=(low, high) if np.isfinite([low, high]).all() else None,
@@ -91,7 +82,7 @@ def predicted(path: Path, robot: Robot, result: Result) -> Array:
 
 def main() -> None:
     method, folder, out = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3])
-    write(answer(method, folder, out), out / ANSWER)
+    schema.write(answer(method, folder, out), out / schema.ANSWER)
 
 
 if __name__ == "__main__":

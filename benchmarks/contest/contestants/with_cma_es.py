@@ -6,10 +6,7 @@ Requires cma and mujoco[sysid]. A rollout of the log's first seconds follows its
 in the robot file. The sum of squared position errors is minimized.
 """
 
-import json
-import sys
 import time
-import tomllib
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -19,6 +16,7 @@ import mujoco
 import numpy as np
 from mujoco import rollout
 
+from benchmarks.contest.contestants.command import main, names_of, read_case
 from benchmarks.contest.contestants.with_mujoco_sysid import load_spec
 
 SECONDS = 10.0
@@ -71,32 +69,28 @@ class Rollouts:
         return float(np.mean((states[:, 1 + np.array(self.columns)] + bias - self.position) ** 2))
 
 
-def main() -> None:
-    folder, out = Path(sys.argv[1]), Path(sys.argv[2])
-    answer: dict[str, Any] = {"method": "CMA-ES", "version": version("cma"), "needs": ["fixed base"]}
-    case = json.loads((folder / "case.json").read_text(encoding="utf-8"))
-    table = tomllib.loads((folder / "robot.toml").read_text(encoding="utf-8"))["robot"]
-    if "kp" in table:
-        log = np.load(folder / case["logs"][0])
-        joints = [str(name) for name in log["joint_names"]]
-        spec = load_spec(folder, table, joints, case["rate"])
-        spec.option.timestep = STEP
-        rollouts = Rollouts(spec.compile(), log)
-        begin = np.append(np.repeat(BEGIN, len(joints)), 0.1)
-        search = cma.CMAEvolutionStrategy(begin, SPREAD, {"bounds": [0, 1], "seed": 1, "verbose": -9})
-        while not search.stop() and time.process_time() < BUDGET:
-            places = search.ask()
-            search.tell(places, [rollouts.error(place) for place in places])
-        (_, damping, friction, _), delay = rollouts.values(search.result.xbest)
-        print(f"{search.result.evaluations} rollouts, {search.stop() or 'out of time'}, delay {delay:.4f} s")
-        answer["joints"] = {
-            joint: {"coulomb": {"value": float(friction[k])}, "viscous": {"value": float(damping[k])}}
-            for k, joint in enumerate(joints)
-        }
-    else:
-        answer["blank"] = "its rollouts follow position commands, and the log has none"
-    (out / "answer.json").write_text(json.dumps(answer), encoding="utf-8")
+def answer(folder: Path, _: Path) -> dict[str, Any]:
+    said: dict[str, Any] = {"method": "CMA-ES", "version": version("cma"), "needs": ["fixed base"]}
+    case, robot_file, (log, *_) = read_case(folder)
+    table, joints = robot_file["robot"], names_of(log)
+    if "kp" not in table:
+        return said | {"blank": "its rollouts follow position commands, and the log has none"}
+    spec = load_spec(folder, table, joints, case["rate"])
+    spec.option.timestep = STEP
+    rollouts = Rollouts(spec.compile(), log)
+    begin = np.append(np.repeat(BEGIN, len(joints)), 0.1)
+    search = cma.CMAEvolutionStrategy(begin, SPREAD, {"bounds": [0, 1], "seed": 1, "verbose": -9})
+    while not search.stop() and time.process_time() < BUDGET:
+        places = search.ask()
+        search.tell(places, [rollouts.error(place) for place in places])
+    (_, damping, friction, _), delay = rollouts.values(search.result.xbest)
+    print(f"{search.result.evaluations} rollouts, {search.stop() or 'out of time'}, delay {delay:.4f} s")
+    said["joints"] = {
+        joint: {"coulomb": {"value": float(friction[k])}, "viscous": {"value": float(damping[k])}}
+        for k, joint in enumerate(joints)
+    }
+    return said
 
 
 if __name__ == "__main__":
-    main()
+    main(answer)

@@ -7,9 +7,6 @@ TX40: `BaseIdentification` with its filter, decimation and QR decomposition, `so
 its standard deviations.
 """
 
-import json
-import sys
-import tomllib
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -20,18 +17,20 @@ from figaroh.identification.base_identification import BaseIdentification
 from figaroh.tools.load_robot import load_robot
 from figaroh.tools.regressor import build_regressor_basic, build_regressor_reduced
 
-from benchmarks.contest.contestants.command import torque_of
+from benchmarks.contest.contestants.command import main, names_of, read_case, torque_of, with_rotors
 
 CUTOFF = 20.0
-"""Cutoff of FIGAROH's lowpass [Hz]; the TX40 has the cutoff of FIGAROH's example."""
-EXAMPLE = {"tx40": 100.0}
+"""Cutoff of FIGAROH's lowpass [Hz]."""
 MEDIAN = 1
 """Window of FIGAROH's median filter [samples]; its default of 5 flattens all reversals in a log of 500 Hz."""
+EXAMPLE = {"tx40": (100.0, 5)}
+"""Cutoff and median filter of FIGAROH's example, by robot."""
 ENDS = 0.25
 """Duration excluded at both ends of a log, where filters settle [s]."""
 DECIMATED = 50.0
 """Minimum rate after decimation [Hz]; FIGAROH's default factor of 10 suits the 5 kHz of its example."""
 FACTOR = 10
+TEMPLATE = Path(__file__).with_name("figaroh.yaml")
 NAMES = {"coulomb": "fs", "viscous": "fv", "offset": "off"}
 
 
@@ -75,57 +74,36 @@ class Identification(BaseIdentification):
 
 
 def configuration(joints: list[str], rate: float, cutoff: float, median: int, rotors: bool) -> dict[str, Any]:
-    """Write FIGAROH's configuration in its unified format."""
+    """Fill in the template of FIGAROH's configuration."""
+    filled: dict[str, Any] = yaml.safe_load(TEMPLATE.read_text(encoding="utf-8"))
+    properties, task = filled["robot"]["properties"], filled["tasks"]["identification"]
     zeros = [0.0] * len(joints)
-    return {
-        "robot": {
-            "name": "robot",
-            "properties": {
-                "joints": {"active_joints": joints},
-                "mechanics": {
-                    "friction_coefficients": {"viscous": zeros, "static": zeros},
-                    "actuator_inertias": zeros,
-                    "joint_offsets": zeros,
-                },
-                "coupling": {"has_coupled_wrist": False},
-            },
-        },
-        "tasks": {
-            "identification": {
-                "enabled": True,
-                "problem": {
-                    "include_external_forces": False,
-                    "use_joint_torques": True,
-                    "model_components": {"friction": True, "joint_offset": True, "actuator_inertia": rotors},
-                },
-                "signal_processing": {
-                    "sampling_frequency": rate,
-                    "cutoff_frequency": cutoff,
-                    "filter_order": 4,
-                    "filter_params": {"med_fil": median},
-                },
-            }
-        },
+    properties["joints"]["active_joints"] = joints
+    properties["mechanics"] = {
+        "friction_coefficients": {"viscous": zeros, "static": zeros},
+        "actuator_inertias": zeros,
+        "joint_offsets": zeros,
     }
+    task["problem"]["model_components"]["actuator_inertia"] = rotors
+    task["signal_processing"] |= {"sampling_frequency": rate, "cutoff_frequency": cutoff}
+    task["signal_processing"]["filter_params"]["med_fil"] = median
+    return filled
 
 
 def answer(folder: Path, out: Path) -> dict[str, Any]:
     said: dict[str, Any] = {"method": "FIGAROH", "version": version("figaroh"), "needs": ["fixed base"]}
-    case = json.loads((folder / "case.json").read_text(encoding="utf-8"))
-    table = tomllib.loads((folder / "robot.toml").read_text(encoding="utf-8"))["robot"]
+    case, robot_file, logs = read_case(folder)
+    table = robot_file["robot"]
     if case["base"] == "floating":
         return said | {"blank": "its regressor of joint torques knows no ground reactions: a robot has to be fixed"}
     if not table["model"].endswith(".urdf"):
         return said | {"blank": "it reads only URDF, and the published model is MJCF"}
     robot = load_robot(str(folder / table["model"]), package_dirs=str(folder))
-    joints = [str(name) for name in np.load(folder / case["logs"][0])["joint_names"]]
-    rotors = table.get("torque_source", "link_side_sensor") != "link_side_sensor"
-    example = case["robot"] in EXAMPLE
-    cutoff, median = (EXAMPLE[case["robot"]], 5) if example else (CUTOFF, MEDIAN)
-    settings = configuration(joints, case["rate"], cutoff, median, rotors)
+    joints = names_of(logs[0])
+    cutoff, median = EXAMPLE.get(case["robot"], (CUTOFF, MEDIAN))
+    settings = configuration(joints, case["rate"], cutoff, median, with_rotors(table))
     (out / "figaroh.yaml").write_text(yaml.safe_dump(settings), encoding="utf-8")
     order = sorted(range(len(joints)), key=lambda k: int(robot.model.getJointId(joints[k])))
-    logs = [np.load(folder / log) for log in case["logs"]]
     own = [
         {
             "timestamps": log["time"],
@@ -170,10 +148,5 @@ def predict(found: Any, log: Any, order: list[int], out: Path) -> None:
     np.savez(out / "torque.npz", torque=unsorted)
 
 
-def main() -> None:
-    folder, out = Path(sys.argv[1]), Path(sys.argv[2])
-    (out / "answer.json").write_text(json.dumps(answer(folder, out)), encoding="utf-8")
-
-
 if __name__ == "__main__":
-    main()
+    main(answer)

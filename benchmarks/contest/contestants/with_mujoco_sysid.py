@@ -2,16 +2,13 @@
 
     python benchmarks/contest/contestants/with_mujoco_sysid.py CASE OUT
 
-Requires only mujoco[sysid]. The program follows its integration test, which identifies an arm: one modifier per
-parameter, sensors of position and velocity, `build_residual_fn`, `optimize(optimizer="mujoco")`, and
-`calculate_intervals`. Rollouts restart every half second, because an arm without a controller falls during a whole log.
-Logs of position commands drive position actuators with the gains of the robot file; these controlled rollouts last
-20 s, and the delay of the drives is another parameter (`SignalTransform.delay`).
+Requires mujoco[sysid], and the root of the repository in PYTHONPATH. The program follows its integration test, which
+identifies an arm: one modifier per parameter, sensors of position and velocity, `build_residual_fn`,
+`optimize(optimizer="mujoco")`, and `calculate_intervals`. Rollouts restart every half second, because an arm without a
+controller falls during a whole log. Logs of position commands drive position actuators with the gains of the robot
+file; these controlled rollouts last 20 s, and the delay of the drives is another parameter (`SignalTransform.delay`).
 """
 
-import json
-import sys
-import tomllib
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -20,6 +17,8 @@ import mujoco
 import numpy as np
 from mujoco import sysid
 from scipy.signal import butter, sosfiltfilt
+
+from benchmarks.contest.contestants.command import main, names_of, read_case, with_rotors
 
 CUTOFF = 20.0
 """Cutoff for the initial positions of rollouts [Hz]."""
@@ -72,19 +71,12 @@ def load_spec(folder: Path, table: dict[str, Any], joints: list[str], rate: floa
         else:
             motor.set_to_motor()
         motor.biastype = mujoco.mjtBias.mjBIAS_AFFINE  # its constant is minus the offset
-        spec.add_sensor(
-            name=f"{joint}_position",
-            type=mujoco.mjtSensor.mjSENS_JOINTPOS,
-            objtype=mujoco.mjtObj.mjOBJ_JOINT,
-            objname=joint,
-        )
-    for joint in joints:
-        spec.add_sensor(
-            name=f"{joint}_velocity",
-            type=mujoco.mjtSensor.mjSENS_JOINTVEL,
-            objtype=mujoco.mjtObj.mjOBJ_JOINT,
-            objname=joint,
-        )
+    for kind, sensor in (
+        ("position", mujoco.mjtSensor.mjSENS_JOINTPOS),
+        ("velocity", mujoco.mjtSensor.mjSENS_JOINTVEL),
+    ):
+        for joint in joints:
+            spec.add_sensor(name=f"{joint}_{kind}", type=sensor, objtype=mujoco.mjtObj.mjOBJ_JOINT, objname=joint)
     return spec
 
 
@@ -142,8 +134,8 @@ def parameters(joints: list[str], rotors: bool) -> Any:
 
 def answer(folder: Path, out: Path) -> dict[str, Any]:
     said: dict[str, Any] = {"method": "mujoco.sysid", "version": version("mujoco"), "needs": ["fixed base"]}
-    case = json.loads((folder / "case.json").read_text(encoding="utf-8"))
-    table = tomllib.loads((folder / "robot.toml").read_text(encoding="utf-8"))["robot"]
+    case, robot_file, logs = read_case(folder)
+    table, joints = robot_file["robot"], names_of(logs[0])
     if case["base"] == "floating":
         return said | {
             "blank": "its rollouts begin with the whole state: the log of a walk has no position and velocity of the "
@@ -154,12 +146,9 @@ def answer(folder: Path, out: Path) -> dict[str, Any]:
             "blank": "its parameters belong to single joints, and a motor turns two of this robot's, one with a link "
             "without inertia: its rollouts diverge"
         }
-    logs = [np.load(folder / log) for log in case["logs"]]
-    joints = [str(name) for name in logs[0]["joint_names"]]
-    rotors = table.get("torque_source", "link_side_sensor") != "link_side_sensor"
     spec = load_spec(folder, table, joints, case["rate"])
     windows = sequences(spec, logs, joints)
-    begin = parameters(joints, rotors)
+    begin = parameters(joints, with_rotors(table))
     transform = sysid.SignalTransform()
     if "kp" in table:
         begin.add(sysid.Parameter("delay", nominal=DELAY[0], min_value=0.0, max_value=DELAY[1]))
@@ -208,10 +197,5 @@ def predict(spec: Any, found: Any, log: Any, joints: list[str], out: Path) -> No
     np.savez(out / "torque.npz", torque=torque)
 
 
-def main() -> None:
-    folder, out = Path(sys.argv[1]), Path(sys.argv[2])
-    (out / "answer.json").write_text(json.dumps(answer(folder, out)), encoding="utf-8")
-
-
 if __name__ == "__main__":
-    main()
+    main(answer)

@@ -49,12 +49,8 @@ class Backlash:
     def linearise(self, instant: Instant) -> tuple[Array, Array]:
         """Compute D and c of these joints, shape (k,) each."""
         play, k, d = self._values
-        h, q, v, torque = (
-            instant.step,
-            instant.position[self.columns],
-            instant.velocity[self.columns],
-            instant.torque[self.columns],
-        )
+        h, state = instant.step, (instant.position, instant.velocity, instant.torque)
+        q, v, torque = (values[self.columns] for values in state)
         bar = q.copy() if self._bar is None else self._bar
         free = bar + h * torque / d  # next position of the bar without contact
         gap = free - (q + h * v)

@@ -17,7 +17,7 @@ from stribeck_simulation.robots.sole import Sole
 
 POSES = 8
 """Number of poses in the strip, over one stride."""
-NO_SOLE = Sole((0.0, 0.0, 0.0), 0.0, 0.0)
+NO_SOLE = Sole.model_construct(half_length=0.0, half_width=0.0)  # a point
 """Sole of a point foot."""
 
 

@@ -10,7 +10,7 @@ acceleration of sample k - 1, and friction from positions has an error of 0.1 N 
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -170,8 +170,7 @@ class _Rows(NamedTuple):
 
 def _log(robot: Robot, model: pin.Model, rows: _Rows, step: float) -> RobotLog:
     columns, root = robot.tree.columns, robot.tree.root_size
-    joints = len(columns)
-    floating = robot.base == "floating"
+    joints, floating = len(columns), robot.base == "floating"
     orientation, rate, force = _imu(robot, model, rows) if floating else (None, None, None)
     return RobotLog(
         time=np.arange(len(rows.torque), dtype=np.float64) * step,
@@ -191,16 +190,11 @@ def _log(robot: Robot, model: pin.Model, rows: _Rows, step: float) -> RobotLog:
 
 
 def _truth(robot: Robot, rows: _Rows, friction: FrictionTruth) -> Truth:
-    truth = Truth(friction_torque=rows.friction, parameters=friction.parameters)
-    if robot.base == "fixed":
-        return truth
-    return replace(
-        truth,
-        base_position=rows.configuration[:, :3],
-        base_orientation=rows.configuration[:, 3:7],
-        base_velocity=rows.velocity[:, :6],
-        base_acceleration=rows.acceleration[:, :6],
-    )
+    base: dict[str, Array] = {}
+    if robot.base == "floating":
+        base = {"base_position": rows.configuration[:, :3], "base_orientation": rows.configuration[:, 3:7]}
+        base |= {"base_velocity": rows.velocity[:, :6], "base_acceleration": rows.acceleration[:, :6]}
+    return Truth(friction_torque=rows.friction, parameters=friction.parameters, **base)
 
 
 def _imu(robot: Robot, model: pin.Model, rows: _Rows) -> tuple[Array, Array, Array]:
@@ -232,8 +226,7 @@ def _standing(supports: Sequence[Support], time: float) -> tuple[str, ...]:
 
 def _ground(robot: Robot, supports: Sequence[Support], configuration: Array) -> float:
     """Compute the height of the first standing feet [m]."""
-    model = robot.tree.model
-    data = model.createData()
+    model, data = robot.tree.model, robot.tree.model.createData()
     pin.framesForwardKinematics(model, data, configuration)
     frames = [model.getFrameId(robot.contacts[foot].frame) for foot in _standing(supports, 0.0)]
     return float(np.mean([data.oMf[frame].translation[2] for frame in frames])) if frames else 0.0

@@ -1,17 +1,20 @@
 """Rectangular contact area of a foot, in the contact's frame."""
 
-from dataclasses import dataclass
+from typing import Annotated
 
 import mujoco
 import numpy as np
+from pydantic import Field
 
 from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
+from stribeck.settings import Finite, Positive, Table
+
+Vector = Annotated[list[Finite], Field(min_length=3, max_length=3)]
 
 
-@dataclass(frozen=True)
-class Sole:
-    """A rectangle parallel to the contact frame's xy plane.
+class Sole(Table):
+    """`[soles.<foot>]`: a rectangle parallel to the contact frame's xy plane.
 
     Attributes
     ----------
@@ -21,9 +24,9 @@ class Sole:
         Half lengths along x and y of the contact frame [m].
     """
 
-    centre: tuple[float, float, float]
-    half_length: float
-    half_width: float
+    centre: Vector = [0.0, 0.0, 0.0]
+    half_length: Positive
+    half_width: Positive
 
 
 def sole_under(model: mujoco.MjModel, body: int, rotation: Array, translation: Array, where: str) -> Sole:
@@ -66,4 +69,4 @@ def sole_under(model: mujoco.MjModel, body: int, rotation: Array, translation: A
     if not np.all(high > low):
         raise SettingsError(f"{where}: the model has no box, sphere or capsule there that collides; give its sole")
     middle, half = (low + high) / 2, (high - low) / 2
-    return Sole((float(middle[0]), float(middle[1]), float(low[2])), float(half[0]), float(half[1]))
+    return Sole(centre=[*middle[:2].tolist(), float(low[2])], half_length=float(half[0]), half_width=float(half[1]))

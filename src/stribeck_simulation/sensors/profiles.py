@@ -13,7 +13,7 @@ Values marked "assumed" have no public source. Sources of the other values:
 - Cassie: time stamps at 2 kHz of DAIRLab/cassie_impact_dataset are off by 0.022 ms RMS, 1 % of them by 0.1 ms or more.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -70,6 +70,10 @@ class SensorProfile:
     delay: float = 0.0
     jitter: float = 0.0
 
+    def only(self, *errors: str) -> "SensorProfile":
+        """Keep only the named errors."""
+        return SensorProfile(**{error: getattr(self, error) for error in errors})
+
 
 REALISTIC = SensorProfile(
     position_resolution=2 * np.pi / 2**20,  # AksIM
@@ -94,15 +98,9 @@ REALISTIC = SensorProfile(
 
 PROFILES = {
     "ideal": SensorProfile(),
-    "calibrated": replace(  # calibrated; only noise remains
-        SensorProfile(),
-        position_resolution=REALISTIC.position_resolution,
-        position_noise=REALISTIC.position_noise,
-        torque_noise=REALISTIC.torque_noise,
-        gyroscope_noise=REALISTIC.gyroscope_noise,
-        accelerometer_noise=REALISTIC.accelerometer_noise,
-        force_noise=REALISTIC.force_noise,
-        moment_noise=REALISTIC.moment_noise,
+    "calibrated": REALISTIC.only(  # only noise remains
+        *("position_resolution", "position_noise", "torque_noise", "gyroscope_noise"),
+        *("accelerometer_noise", "force_noise", "moment_noise"),
     ),
     "realistic": REALISTIC,
     "harsh": SensorProfile(

@@ -1,18 +1,20 @@
-"""Footsteps: sequences of steps straight, sideways, turning or in place."""
+"""Footsteps: sequences of steps straight, sideways, turning or in place; and pushes during a walk."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from pydantic import Field
 
 from stribeck.base.typing import Array
+from stribeck.settings import Finite, NonNegative, Positive, Table
+from stribeck_simulation.robots.sole import Vector
 
 FEET = 2
 
 
-@dataclass(frozen=True, kw_only=True)
-class Steps:
-    """Steps of one kind; the last step brings the feet side by side.
+class Steps(Table):
+    """`[[walk]]`: steps of one kind; the last step brings the feet side by side.
 
     Attributes
     ----------
@@ -34,15 +36,31 @@ class Steps:
         Duration of standing before the first step [s].
     """
 
-    count: int
-    forward: float = 0.0
-    sideways: float = 0.0
-    turn: float = 0.0
-    width: float | None = None
-    height: float = 0.05
-    single_support: float = 0.8
-    double_support: float = 0.2
-    stand: float = 0.5
+    count: int = Field(ge=0, le=10_000)
+    forward: Finite = 0.0
+    sideways: Finite = 0.0
+    turn: Finite = 0.0
+    width: Positive | None = None
+    height: Positive = 0.05
+    single_support: Positive = 0.8
+    double_support: Positive = 0.2
+    stand: NonNegative = 0.5
+
+
+class Push(Table):
+    """`[[push]]`: a temporary force on the base.
+
+    Attributes
+    ----------
+    start, duration
+        Start and duration [s].
+    force
+        Force in the world [N].
+    """
+
+    start: NonNegative
+    duration: Positive
+    force: Vector
 
 
 @dataclass(frozen=True)

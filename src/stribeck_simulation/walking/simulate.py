@@ -23,7 +23,7 @@ from stribeck_simulation.walking.balance.controller import WalkingController
 from stribeck_simulation.walking.balance.tasks import Gains
 from stribeck_simulation.walking.balance.terms import Dynamics
 from stribeck_simulation.walking.estimator import Measurement, StateEstimator
-from stribeck_simulation.walking.footsteps import Steps
+from stribeck_simulation.walking.footsteps import Push, Steps
 from stribeck_simulation.walking.plan import Plan, plan_walk
 from stribeck_simulation.walking.recorder import Recorder
 from stribeck_simulation.walking.start import start_standing
@@ -36,23 +36,6 @@ HELD = 2
 
 class FellError(StribeckError):
     """The simulated robot fell."""
-
-
-@dataclass(frozen=True)
-class Push:
-    """A temporary force on the base.
-
-    Attributes
-    ----------
-    start, duration
-        Start and duration [s].
-    force
-        Force in the world [N].
-    """
-
-    start: float
-    duration: float
-    force: tuple[float, float, float]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -217,10 +200,8 @@ def _read(recorder: Recorder, sensors: Sensors, k: int) -> Measurement:
 
 
 def _push_at(pushes: Sequence[Push], time: float) -> Array | None:
-    if not pushes:
-        return None
-    forces = [push.force for push in pushes if push.start <= time < push.start + push.duration]
-    return np.asarray(np.sum(forces, axis=0)) if forces else np.zeros(3)
+    acting = [np.array(push.force) for push in pushes if push.start <= time < push.start + push.duration]
+    return np.asarray(np.sum([np.zeros(3), *acting], axis=0)) if pushes else None
 
 
 def _place(plan: Plan, sample: int) -> str:
