@@ -25,14 +25,7 @@ URDF = """<robot name="arm">
     <inertia ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.001"/></inertial></link>
 </robot>
 """
-TRUTH = {
-    "viscous": 0.3,
-    "coulomb": 1.2,
-    "stribeck_gain": 0.25,
-    "stribeck_velocity": 0.2,
-    "offset": -0.4,
-    "slope": 40.0,
-}
+TRUTH = {"viscous": 0.3, "coulomb": 1.2, "stribeck_gain": 0.25, "stribeck_velocity": 0.2, "offset": -0.4, "slope": 40.0}
 
 
 def write_arm(folder: Path, text: str = "") -> Path:

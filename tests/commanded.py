@@ -95,16 +95,6 @@ def with_drives(path: Path, drives: Mapping[str, Drive], clamped: bool = True) -
     return spec
 
 
-def compiled(spec, rng, step):
-    """Compile a model whose bodies are heavier or lighter than stated, by 3 % (standard deviation)."""
-    spec.option.timestep, spec.option.integrator = step, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    model = spec.compile()
-    factor = 1 + 0.03 * rng.standard_normal(model.nbody)
-    model.body_mass[:] *= factor
-    model.body_inertia[:] *= factor[:, None]
-    return model
-
-
 def multisine(
     generator: np.random.Generator,
     time: Array,

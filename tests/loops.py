@@ -1,5 +1,6 @@
 """Robots with closed chains, and exact logs of them: a parallelogram, and a leg whose ankle is moved by two rods."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -130,16 +131,9 @@ def loop_log(robot: Robot, duration: float = 8.0, rate: float = 250.0, size: flo
             part = size / 3 * np.array([1, omega, omega**2])[:, None]
             motion[:, :, k] += part * np.array([np.sin(t := omega * time + phase), np.cos(t), -np.sin(t)])
     feet = tuple(robot.contacts)
-    log = RobotLog(
-        time=time,
-        joint_names=robot.joint_names,
-        position=motion[0],
-        velocity=motion[1],
-        acceleration=motion[2],
-        torque=np.zeros_like(motion[0]),
-        foot_names=feet,
-        contact=np.ones((len(time), 1), dtype=bool) if feet else None,
-    )
+    contact = np.ones((len(time), 1), dtype=bool) if feet else None
+    log = RobotLog(time=time, joint_names=robot.joint_names, position=motion[0], torque=np.zeros_like(motion[0]))
+    log = replace(log, velocity=motion[1], acceleration=motion[2], foot_names=feet, contact=contact)
     log, _ = closed_log(log, robot)
     tree = robot.rooted_at(feet[0]) if feet else robot.tree
     root = RootMotion(np.broadcast_to(robot.gravity, (len(time), 3))) if feet else None

@@ -9,22 +9,19 @@ import numpy as np
 import pinocchio as pin
 
 from stribeck.base.typing import Array
+from stribeck.friction import Stribeck
+from stribeck.log import RobotLog
 from stribeck.robot import Robot, from_robot_file
 from stribeck.settings import RobotFile
+from stribeck_simulation.prescribed.exact import Truth, exact_log
 
 EXAMPLES = Path(sysconfig.get_path("purelib")) / "cmeel.prefix" / "share" / "example-robot-data" / "robots"
 CASSIE = Path(__file__).parents[1] / "examples" / "robots" / "cassie" / "cassie.urdf"
 SIDES = ("left", "right")
 LEGS = ("FL", "FR", "RL", "RR")
 
-STRIBECK = {
-    "viscous": 0.2,
-    "coulomb": 1.0,
-    "stribeck_gain": 0.2,
-    "stribeck_velocity": 0.2,
-    "offset": 0.3,
-    "slope": 40.0,
-}
+STRIBECK = {"viscous": 0.2, "coulomb": 1.0, "stribeck_gain": 0.2, "stribeck_velocity": 0.2}
+STRIBECK |= {"offset": 0.3, "slope": 40.0}
 """Parameters of the law "stribeck"."""
 
 
@@ -76,6 +73,14 @@ def make_robot(model: str | Path, table: dict[str, Any], contacts: dict[str, dic
     """Build the robot of a robot file with these tables; `model` is relative to `EXAMPLES`."""
     document = {"robot": {"model": str(model), **table}, "contacts": contacts}
     return from_robot_file(RobotFile.model_validate(document), EXAMPLES / "robot.toml")
+
+
+@cache
+def example_log(name: str, duration: float = 5.0, gait: str = "walk", **options: Any) -> tuple[RobotLog, Truth]:
+    """Make an exact log of a robot with friction `STRIBECK` in every joint with a torque; each is made once."""
+    robot = example_robot(name)
+    truth = {joint: STRIBECK for joint in robot.joint_names if joint not in robot.position_controlled}
+    return exact_log(robot, Stribeck(), truth, duration=duration, gait=gait, posture=POSTURES.get(name), **options)
 
 
 @cache

@@ -2,9 +2,9 @@
 
 import mujoco
 import numpy as np
-from mujoco import rollout
 from scipy.spatial.transform import Rotation
-from tests.commanded import LEGS, QUADRUPED, compiled, multisine
+from tests.commanded import LEGS, QUADRUPED, multisine
+from tests.measured import compiled, record
 from tests.trotting import HIPS, OUTER, SIDES, leg_angles
 
 STEP, RADIUS, WIDE, HEIGHT = 5e-4, 0.086, 0.06, 0.3
@@ -54,19 +54,13 @@ def rolling_robot(folder, legs, seed=1, seconds=25.0, rate=250.0, ahead=0.0, whe
     (folder / "rover.xml").write_text(spec.to_xml())
     names = [joint.name for joint in spec.joints if joint.name != "base"]
     driven = np.array(["wheel" in name for name in names])
-    coulomb, viscous = rng.uniform(0.2, 0.4, len(names)), rng.uniform(0.03, 0.15, len(names))
-    for name, rolls, *own in zip(names, driven.tolist(), coulomb, viscous, strict=True):
-        joint, actuator = spec.joint(name), spec.add_actuator(target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-        actuator.set_to_velocity(kv=6.0) if rolls else actuator.set_to_position(kp=250.0, kv=8.0)
-        joint.frictionloss, joint.damping, joint.armature = own[0], [own[1], 0, 0], 0.01
-        joint.solimp_friction, joint.solref_friction = [0.99, 0.999, 0.001, 0.5, 2], [0.005, 1]
-        spec.add_sensor(type=mujoco.mjtSensor.mjSENS_JOINTACTFRC, objtype=mujoco.mjtObj.mjOBJ_JOINT, objname=name)
-    for kind in ("GYRO", "ACCELEROMETER"):
-        spec.add_sensor(
-            type=getattr(mujoco.mjtSensor, f"mjSENS_{kind}"), objtype=mujoco.mjtObj.mjOBJ_SITE, objname="imu"
-        )
+    friction = rng.uniform(0.2, 0.4, len(names)), rng.uniform(0.03, 0.15, len(names))
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1])
-    model = compiled(spec, rng, STEP)
+
+    def drive(actuator, name):
+        actuator.set_to_velocity(kv=6.0) if "wheel" in name else actuator.set_to_position(kp=250.0, kv=8.0)
+
+    model = compiled(spec, rng, STEP, names, friction, 0.01, drive)
     time = np.arange(0, seconds + 2, STEP)
     forward, turn = wheels * multisine(rng, time, [ahead, 0], [0.8, 0.3], (0.03, 0.2)).T
     command = np.zeros((len(time), len(names)))
@@ -87,22 +81,6 @@ def rolling_robot(folder, legs, seed=1, seconds=25.0, rate=250.0, ahead=0.0, whe
             speed = speed + np.gradient(along - lean[:, 2], STEP)
         if wheels:
             command[:, names.index(f"{leg}_wheel_joint")] = speed / RADIUS
-    data = mujoco.MjData(model)
-    data.qpos[:] = [0, 0, radius + (HEIGHT if legs else 0.1), 1, 0, 0, 0, *np.where(driven, 0, command[0])]
-    state, sensed = rollout.rollout(model, data, np.concatenate([[0.0], data.qpos, data.qvel])[None], command[None])
-    every, first = round(1 / rate / STEP), round(2 / STEP)
-    sensed = sensed[0, first + 1 :: every]  # sensors belong to the start of a step
-    state, normal = state[0, first::every][: len(sensed)], rng.standard_normal
-    torque, turning, acceleration = np.split(sensed, [len(names), len(names) + 3], axis=1)
-    position = state[:, 8 : 8 + len(names)]
-    np.savez(
-        folder / "log.npz",
-        time=np.arange(len(sensed)) / rate,
-        joint_names=np.array(names),
-        position=position + 2e-5 * normal(position.shape),
-        torque=torque + 0.05 * normal(torque.shape),
-        base_orientation=state[:, [5, 6, 7, 4]] + 1e-4 * normal((len(state), 4)),
-        angular_velocity=turning + 3e-3 * normal(turning.shape),
-        linear_acceleration=acceleration + 0.05 * normal(acceleration.shape),
-    )
-    return dict(zip(names, zip(coulomb, viscous, strict=True), strict=True))
+    place = [0, 0, radius + (HEIGHT if legs else 0.1), 1, 0, 0, 0, *np.where(driven, 0, command[0])]
+    record(folder, model, rng, names, place, command, rate)
+    return dict(zip(names, zip(*friction, strict=True), strict=True))

@@ -2,16 +2,13 @@
 
 import mujoco
 import numpy as np
-from mujoco import rollout
-from tests.commanded import STEP, compiled, multisine
+from tests.commanded import STEP, multisine
+from tests.measured import compiled, record
 
 ARM = ("shoulder", "shoulder_roll", "elbow")
 UPPER = ["waist", *(f"{side}_{part}" for side in ("left", "right") for part in ARM)]
-POSTURE = (
-    {"hip": -0.3, "knee": 0.6, "ankle": -0.3, "elbow": -0.6}
-    | {"left_shoulder_roll": 0.4}
-    | {"right_shoulder_roll": -0.4}
-)
+POSTURE = {"hip": -0.3, "knee": 0.6, "ankle": -0.3, "elbow": -0.6}
+POSTURE |= {"left_shoulder_roll": 0.4, "right_shoulder_roll": -0.4}
 
 
 def humanoid_model():
@@ -42,9 +39,8 @@ def humanoid_model():
             for y in (-0.05, 0.05):
                 foot.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.005, 0, 0], pos=[x, y, -0.05], mass=0)
     for side, sign in (("left", 1), ("right", -1)):
-        arm = link(
-            trunk, f"{side}_shoulder", [0, 1, 0], [0, 0.2 * sign, 0.35], 0.8, [0.1, 0.1, 0.1], [0, 0.04 * sign, 0]
-        )
+        size, reach = [0.1, 0.1, 0.1], [0, 0.04 * sign, 0]
+        arm = link(trunk, f"{side}_shoulder", [0, 1, 0], [0, 0.2 * sign, 0.35], 0.8, size, reach)
         arm = link(arm, f"{side}_shoulder_roll", [1, 0, 0], [0, 0.05 * sign, 0], 1.5, [0.08, 0.08, 0.3], [0, 0, -0.12])
         link(arm, f"{side}_elbow", [0, 1, 0], [0, 0, -0.28], 1.2, [0.06, 0.06, 0.3], [0, 0.01, -0.12])
     return spec
@@ -55,13 +51,7 @@ def still_humanoid(folder, kind, seed=1, seconds=10.0, rate=500.0):
     rng, spec = np.random.default_rng(seed), humanoid_model()
     (folder / "humanoid.xml").write_text(spec.to_xml())
     names = [joint.name for joint in spec.joints if joint.name != "root"]
-    kp = np.array([150.0 if name in UPPER else 3000.0 for name in names])
-    coulomb, viscous = rng.uniform(0.5, 1.0, len(names)), rng.uniform(0.1, 0.3, len(names))
-    for name, *own in zip(names, kp, coulomb, viscous, strict=True):
-        joint, actuator = spec.joint(name), spec.add_actuator(target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-        actuator.set_to_position(kp=own[0], kv=0.04 * own[0])
-        joint.frictionloss, joint.damping, joint.armature = own[1], [own[2], 0, 0], 0.02
-        joint.solimp_friction, joint.solref_friction = [0.99, 0.999, 0.001, 0.5, 2], [0.005, 1]
+    friction = rng.uniform(0.5, 1.0, len(names)), rng.uniform(0.1, 0.3, len(names))
     hung = kind == "hung"
     if hung:
         spec.worldbody.add_site(name="gantry", pos=[0, 0, 1.2])
@@ -69,43 +59,23 @@ def still_humanoid(folder, kind, seed=1, seconds=10.0, rate=500.0):
         spec.tendon("rope").wrap_site("hook")
     else:
         spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[2, 2, 1])
-    for sensor in ("FRAMEQUAT", "GYRO", "ACCELEROMETER"):
-        spec.add_sensor(
-            type=getattr(mujoco.mjtSensor, f"mjSENS_{sensor}"), objtype=mujoco.mjtObj.mjOBJ_SITE, objname="imu"
-        )
-    for name in names:
-        spec.add_sensor(type=mujoco.mjtSensor.mjSENS_JOINTACTFRC, objtype=mujoco.mjtObj.mjOBJ_JOINT, objname=name)
-    model = compiled(spec, rng, STEP)
+
+    def drive(actuator, name):
+        kp = 150.0 if name in UPPER else 3000.0
+        actuator.set_to_position(kp=kp, kv=0.04 * kp)
+
+    model = compiled(spec, rng, STEP, names, friction, 0.02, drive)
     time = np.arange(0, seconds + 2, STEP)
     posture = np.array([sum(angle for part, angle in POSTURE.items() if name.endswith(part)) for name in names])
     share = np.array([0.15 if name == "waist" else 0.8 if name in UPPER else 0.15 * hung for name in names])
     command = multisine(rng, time, posture, share, (0.15, 0.6))
     if kind == "squat":
         dip = multisine(rng, time, [0.2], [0.25], (0.15, 0.5)) * np.clip(time, 0, 1)[:, None]
-        command += dip * np.array(
-            [{"hip": -1, "knee": 2, "ankle": -1}.get(name.split("_", 1)[-1], 0) for name in names]
-        )
-    data = mujoco.MjData(model)
-    data.qpos[:] = [0, 0, 1.0 if hung else 0.796, 1, 0, 0, 0, *posture]
-    start = np.concatenate([[0.0], data.qpos, data.qvel])
-    state, sensed = rollout.rollout(model, data, start[None], command[None])
-    every, first = round(1 / rate / STEP), round(2 / STEP)
-    sensed = sensed[0, first + 1 :: every]  # sensors belong to the start of a step
-    state = state[0, first::every][: len(sensed)]
-    feet, normal = ("left", "right"), rng.standard_normal
-    position, torque = state[:, 8 : 8 + len(names)], sensed[:, 10:]
-    log = {
-        "time": np.arange(len(sensed)) / rate,
-        "joint_names": np.array(names),
-        "position": position + 2e-5 * normal(position.shape),
-        "torque": torque + 0.05 * normal(torque.shape),
-        "base_orientation": state[:, [5, 6, 7, 4]] + 1e-4 * normal((len(state), 4)),
-        "angular_velocity": sensed[:, 4:7] + 3e-3 * normal((len(state), 3)),
-        "linear_acceleration": sensed[:, 7:10] + 0.05 * normal((len(state), 3)),
-        "foot_names": np.array(feet),
-        "contact": np.full((len(sensed), len(feet)), not hung),
-    }
-    np.savez(folder / "log.npz", **log)
+        bent = {"hip": -1, "knee": 2, "ankle": -1}
+        command += dip * [bent.get(name.split("_", 1)[-1], 0) for name in names]
+    place = [0, 0, 1.0 if hung else 0.796, 1, 0, 0, 0, *posture]
+    flags, feet = np.full((len(time), 2), not hung), ("left", "right")
+    record(folder, model, rng, names, place, command, rate, foot_names=np.array(feet), contact=flags)
     listed = "".join(f'[contacts.{foot}]\nframe = "{foot}_ankle_roll"\n' for foot in feet)
     (folder / "robot.toml").write_text(f'[robot]\nmodel = "humanoid.xml"\ntorque_source = "motor_current"\n{listed}')
-    return dict(zip(names, zip(coulomb, viscous, strict=True), strict=True))
+    return dict(zip(names, zip(*friction, strict=True), strict=True))

@@ -18,9 +18,8 @@ import pytest
 import typer
 from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
-from rosbags.typesys import Stores, get_typestore
 from tests.arm import arm_log, save_npz, write_arm
-from tests.log.readers.formats import messages_of, write_messages
+from tests.log.readers.messages import messages_of, write_messages
 from tests.models import EXAMPLES, MODELS, STRIBECK
 
 from stribeck import Robot, identify, read_result, result, settings
@@ -100,8 +99,7 @@ def workshop(tmp_path_factory: pytest.TempPathFactory) -> Path:
     log = arm_log(robot, duration=12, rate=250)
     for name in ("log.npz", "walk.npz"):
         save_npz(log, folder / name)
-    messages = messages_of(log, get_typestore(Stores.ROS2_HUMBLE))
-    write_messages(folder / "walk.mcap", messages)
+    write_messages(folder / "walk.mcap", messages_of(log))
     (folder / "OUT").mkdir()
     found = identify(folder / "log.npz", robot, table=folder / "OUT/friction_torque.parquet")
     (folder / "OUT/result.json").write_text(found.to_json())
@@ -210,7 +208,7 @@ def test_every_finding_of_the_code_is_in_the_catalogue_with_an_explanation_and_a
     assert Finding(check="clock", text="").place == "stribeck explain clock"
 
 
-def test_every_verdict_is_explained_with_an_example_and_a_cure() -> None:
+def test_every_verdict_is_explained_with_an_example_and_a_remedy() -> None:
     parts = dict(re.findall(r"^## ([\w ]+)\n(.*?)(?=^##|\Z)", PAGES["docs/verdicts.md"], re.MULTILINE | re.DOTALL))
     for verdict in get_args(Verdict):
         heading = verdict.capitalize()
@@ -222,7 +220,7 @@ def test_every_column_of_the_table_is_explained(tmp_path: Path) -> None:
     rows = list(rows_below("docs/samples.md", "`friction_torque.parquet`"))
     named = {names_in(row[0])[0] for row in rows}
     friction = {"common": STRIBECK, "joints": {"*": {}}}
-    biped = Scenario.model_validate({"robot": "biped", "simulator": "exact", "duration": 16.0, "friction": friction})
+    biped = Scenario.model_validate({"robot": "biped", "simulator": "exact", "duration": 8.0, "friction": friction})
     walked = run_scenario(biped)
     found = identify(walked.log, walked.robot, method="curve-fit", table=tmp_path / "friction_torque.parquet")
     places = {f".{joint}": ".<joint>" for joint in found.joints}
@@ -303,3 +301,18 @@ def _anchors(text: str) -> set[str]:
     """Return the anchors that headings get: lower case, words joined by hyphens, other signs dropped."""
     headings = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
     return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+ESTIMATOR = "".join((ROOT / "docs" / name).read_text() for name in ("estimator.md", "estimator-fit.md"))
+
+
+def test_modules_are_there() -> None:
+    named = re.findall(r"`([\w/]+\.py)`", ESTIMATOR)
+    assert len(named) > 20
+    for name in named:
+        assert (ROOT / "src/stribeck" / name).is_file(), name
+
+
+def test_equations_are_numbered_in_order() -> None:
+    numbers = [int(number) for number in re.findall(r"\\text\{\((\d+)\)\}", ESTIMATOR)]
+    assert numbers == list(range(1, len(numbers) + 1))

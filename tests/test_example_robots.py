@@ -13,7 +13,7 @@ from stribeck_simulation.scenario import read_scenario
 
 ROBOTS = Path(__file__).parents[1] / "examples/robots"
 NAMES = sorted(path.name for path in ROBOTS.iterdir() if path.is_dir())
-LONG = {"a1", "anymal-c", "g1", "go1", "h1", "icub", "iiwa14", "solo12", "ur10", "ur10e", "ur5e"}
+LONG = {"a1", "anymal-c", "g1", "gen3", "go1", "h1", "icub", "iiwa14", "solo12", "ur10", "ur10e", "ur5", "ur5e"}
 """Robots similar to others that are always tested."""
 TOLERANCE = 0.05
 """Relative tolerance of Coulomb friction, as in docs/robots.md."""

@@ -92,9 +92,7 @@ def test_the_link_that_is_pushed_is_named_with_the_force(corrections: str, tmp_p
 @pytest.mark.parametrize(
     "name", ["log.npz", "log", "./log.npz", "{folder}/log.npz", "{folder}/../{folder.name}/log.npz"]
 )
-def test_a_log_is_named_by_its_path_or_file_name(
-    pushed: Path, name: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_log_is_named_by_its_path_or_file_name(pushed, name, capsys, monkeypatch):
     monkeypatch.chdir(pushed)
     for path in ("log.npz", str(pushed / "log.npz")):
         assert run("inspect", path, "-r", "robot.toml", "--exclude", f"{name.format(folder=pushed)}:6:9") == 0
@@ -106,9 +104,7 @@ def test_excluding_counts_from_the_start_of_the_whole_log() -> None:
     log = RobotLog(time=time, joint_names=("elbow",), position=time[:, None], torque=time[:, None])
     part = log.between(1.0, 4.0).excluding([Span(2.0, 3.0), Span(8.0, 9.0)])
     np.testing.assert_array_equal(part.time, time[[*range(10, 20), *range(30, 41)]])
-    assert part.notes[1:] == (
-        "2 to 3 s of the log is excluded.",
-        "8 to 9 s of the log is excluded, but has no samples.",
-    )
+    notes = ("2 to 3 s of the log is excluded.", "8 to 9 s of the log is excluded, but has no samples.")
+    assert part.notes[1:] == notes
     with pytest.raises(LogError, match="fewer than 2 samples remain after excluding 0 to 9 s"):
         log.excluding([Span(0.0, 9.0)])

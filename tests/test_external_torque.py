@@ -56,8 +56,7 @@ def test_friction_is_that_of_the_same_motion_without(method: str, folder: Path) 
 def test_friction_torque_of_standing_legs_is_that_of_the_same_motion_without() -> None:
     log = moved("walk", 8.0)[0].take(slice(2000))
     settings = Settings.model_validate({"filter": EXACT, "standing_legs": "measured"})
-    (plain,), (under_load,) = (
-        torque_chunks(prepare(each, robot(), settings), robot(), settings) for each in (log, loaded(log))
-    )
+    logs = [prepare(each, robot(), settings) for each in (log, loaded(log))]
+    (plain,), (under_load,) = (torque_chunks(each, robot(), settings) for each in logs)
     assert plain.samples.usable.any()
     np.testing.assert_allclose(under_load.samples.friction_torque, plain.samples.friction_torque, atol=1e-9)

@@ -28,7 +28,7 @@ def covered(result, truth, joints) -> float:
 
 @pytest.mark.parametrize("kind", [pytest.param("stand", marks=pytest.mark.long), "squat"])
 def test_arms_and_trunk_are_identified_while_both_feet_stand(kind, tmp_path) -> None:
-    truth = still_humanoid(tmp_path, kind)
+    truth = still_humanoid(tmp_path, kind, seconds=8.0)
     result = identify(tmp_path / "log.npz", tmp_path / "robot.toml")
     verdicts = {joint: result.joints[joint].verdict for joint in truth}
     assert verdicts == {joint: "identified" if joint in UPPER else "not excited" for joint in truth}

@@ -32,6 +32,7 @@ CONTACTS = {
     "another foot each 24 rows": every(24),
     "a foot stands for two rows": np.stack([(ROWS > 1000) & (ROWS < 1003), ROWS < 0], axis=1),
 }
+MARKS = dict.fromkeys(("another foot each row", "another foot each 20 rows"), pytest.mark.long)
 
 
 @pytest.mark.parametrize(
@@ -42,10 +43,8 @@ CONTACTS = {
     ],
 )
 @pytest.mark.parametrize("method", ["curve-fit", "whole-log", "direct"])
-@pytest.mark.parametrize("contact", CONTACTS.values(), ids=CONTACTS)
-def test_contacts_that_leave_nothing(
-    contact: np.ndarray, kind: FilterSettings, method: str, missing: bool, humanoid: tuple[Robot, RobotLog]
-) -> None:
+@pytest.mark.parametrize("contact", [pytest.param(CONTACTS[own], marks=MARKS.get(own, ()), id=own) for own in CONTACTS])
+def test_contacts_that_leave_nothing(contact, kind, method, missing, humanoid):
     """With every 97th position missing, or none."""
     robot, log = humanoid
     position = log.position.copy()

@@ -1,7 +1,6 @@
 """Validation logs, and parts of logs."""
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -52,9 +51,7 @@ def test_another_friction_shows(desk: dict[str, Any]) -> None:
     assert other.joints["shoulder"].rms == pytest.approx(same.joints["shoulder"].rms, abs=0.02)
 
 
-def test_the_command_prints_writes_and_draws_it(
-    desk: dict[str, Any], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_prints_writes_and_draws_it(desk, tmp_path, capsys):
     log, unseen = desk["paths"]
     command = ["identify", str(log), "--validate", str(unseen), "--robot", str(desk["file"]), "-o", str(tmp_path / "o")]
     assert run(*command, "--method", "curve-fit", "--from", "0.2") == 0
@@ -80,9 +77,7 @@ def test_the_command_prints_writes_and_draws_it(
         (["--from", "soon"], "valid number"),
     ],
 )
-def test_what_cannot_be_used_ends_with_exit_code_2(
-    options: list[str], words: str, desk: dict[str, Any], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_cannot_be_used_ends_with_exit_code_2(options, words, desk, tmp_path, capsys):
     log = str(desk["paths"][0])
     command = ["identify", log, "--robot", str(desk["file"]), "-o", str(tmp_path / "o")]
     assert run(*command, *(option.format(log=log) for option in options)) == 2

@@ -348,5 +348,5 @@ def test_a_hostile_result_is_reported_and_printed_or_refused(seeds: Path, data: 
         (1, "stribeck: wrong\n", [], True),
     ],
 )
-def test_what_is_untidy_is_seen(code: int, said: str, left: list[str], expected: bool) -> None:
+def test_untidy_endings_are_detected(code: int, said: str, left: list[str], expected: bool) -> None:
     assert untidy(code, said, left) == expected

@@ -16,35 +16,11 @@ from stribeck.friction import LAWS
 from stribeck.settings import FilterSettings
 
 ERRORS = {"LogError", "NothingIdentifiedError", "RobotFileError", "SettingsError", "StribeckError"}
-PUBLIC = ERRORS | {
-    "FrictionLaw",
-    "MomentumObserver",
-    "OnlineFriction",
-    "Result",
-    "Robot",
-    "RobotLog",
-    "Settings",
-    "__version__",
-    "compare",
-    "export",
-    "identify",
-    "inspect_log",
-    "plan",
-    "read_log",
-    "read_result",
-    "register_law",
-    "write_log",
-    "write_report",
-}
-METHODS = (
-    "Result.to_dataframe",
-    "JointResult.friction",
-    "JointResult.plot",
-    "Robot.from_file",
-    "Robot.from_model",
-    "RobotLog.from_frame",
-    "RobotLog.to_frame",
-)
+PUBLIC = ERRORS | {"FrictionLaw", "MomentumObserver", "OnlineFriction", "Result", "Robot", "RobotLog", "Settings"}
+PUBLIC |= {"compare", "export", "identify", "inspect_log", "plan", "read_log", "read_result", "register_law"}
+PUBLIC |= {"write_log", "write_report", "__version__"}
+METHODS = {"Result.to_dataframe", "JointResult.friction", "JointResult.plot", "Robot.from_file", "Robot.from_model"}
+METHODS |= {"RobotLog.from_frame", "RobotLog.to_frame"}
 WITHOUT_EXAMPLE = {"__version__"}
 
 
@@ -69,21 +45,12 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         Path("out").mkdir()
         Path("out/result.json").write_text(result.to_json())
     names = {name: getattr(stribeck, name) for name in PUBLIC}
-    return names | {
-        "folder": folder,
-        "np": np,
-        "robot": robot,
-        "log": log,
-        "result": result,
-        "Settings": Settings,
-        "FilterSettings": FilterSettings,
-    }
+    names |= {"np": np, "Settings": Settings, "FilterSettings": FilterSettings}
+    return names | {"folder": folder, "robot": robot, "log": log, "result": result}
 
 
-@pytest.mark.parametrize("name", [*sorted(PUBLIC - WITHOUT_EXAMPLE), *METHODS])
-def test_the_example_of_each_public_name_runs(
-    name: str, desk: dict[str, Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+@pytest.mark.parametrize("name", [*sorted(PUBLIC - WITHOUT_EXAMPLE), *sorted(METHODS)])
+def test_the_example_of_each_public_name_runs(name, desk, monkeypatch, tmp_path):
     thing: Any = stribeck.result if name.startswith("JointResult") else stribeck
     for part in name.split("."):
         thing = getattr(thing, part)

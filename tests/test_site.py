@@ -17,10 +17,9 @@ from stribeck.friction import LAWS
 
 DOCS = Path(__file__).parents[1] / "docs"
 
-pytestmark = pytest.mark.skipif(
-    any(importlib.util.find_spec(name) is None for name in ("sphinx", "myst_nb", "furo")),
-    reason="Sphinx, MyST-NB or Furo is not installed: the site is not built",
-)
+WITHOUT = any(importlib.util.find_spec(name) is None for name in ("sphinx", "myst_nb", "furo"))
+missing = pytest.mark.skipif(WITHOUT, reason="Sphinx, MyST-NB or Furo is not installed: the site is not built")
+pytestmark = [missing, pytest.mark.long]
 
 
 class Page(NamedTuple):
@@ -82,7 +81,6 @@ def test_every_page_is_built_and_in_the_navigation(site: Path, pages: dict[Path,
     names = {path.relative_to(DOCS).with_suffix("") for kind in ("md", "rst") for path in DOCS.rglob(f"*.{kind}")}
     assert {site / f"{name}.html" for name in names} <= set(pages)
     navigation = re.search(r'<div class="sidebar-tree">(.*?)</div>', (site / "index.html").read_text(), re.DOTALL)
-    assert navigation is not None
     assert {f"{name}.html" for name in names} - {"index.html"} <= set(re.findall(r'href="([^"#]+)"', navigation[1]))
 
 
@@ -103,7 +101,6 @@ def test_links_lead_somewhere(pages: dict[Path, Page]) -> None:
                 assert anchor in pages[target].anchors, f"{path.name}: {link}"
 
 
-@pytest.mark.long
 @pytest.mark.parametrize(("name", "told"), [("arm", "opposite"), ("quadruped", "front_left"), ("humanoid", "motor_0")])
 def test_tutorials_show_what_their_commands_print(name: str, told: str, tutorials: Path) -> None:
     outputs = (tutorials / f"{name}.html").read_text().split('<div class="cell_output')[1:]

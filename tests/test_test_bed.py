@@ -28,10 +28,8 @@ def make_bed(folder: Path, load_motor: bool) -> Path:
     (folder / "bed.urdf").write_text(model)
     (folder / "bed.toml").write_text(blocks["toml"])
     robot = Robot.from_file(folder / "bed.toml")
-    log, known = exact_log(
-        robot, get_law("coulomb-viscous"), {"drive": TRUTH}, duration=30.0 if load_motor else 60.0, rate=250.0
-    )
-    assert log.velocity is not None
+    seconds = 30.0 if load_motor else 60.0
+    log, known = exact_log(robot, get_law("coulomb-viscous"), {"drive": TRUTH}, duration=seconds, rate=250.0)
     warm = 19 * (1 - np.exp(-log.time[:, None] / (log.time[-1] / 3)))
     external = load_motor * 20 * np.sin(2 * np.pi * log.time[:, None] / 7.7)
     sign, above = np.sign(log.velocity), warm - warm.mean()
@@ -67,9 +65,7 @@ def test_friction_over_speed_load_and_temperature_is_found(load_motor: bool, tmp
 
 
 @pytest.mark.parametrize("scale", [-1.0, 1000.0])
-def test_a_load_torque_of_another_sign_or_unit_stops(
-    scale: float, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_load_torque_of_another_sign_or_unit_stops(scale, tmp_path, capsys):
     bed = make_bed(tmp_path, load_motor=True)
     (bed / "bed.toml").write_text((bed / "bed.toml").read_text() + f"[log.external_torque]\nscale = {scale}\n")
     sentence = refused(capsys, "identify", bed / "bed.csv", "--robot", bed / "bed.toml", "-o", bed / "out")

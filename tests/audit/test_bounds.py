@@ -5,12 +5,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from studies.accuracy_cases import wrong_model
 from tests.arm import TRUTH, arm_log, write_arm
 from tests.audit.clean import CleanLog, checks_of
+from tests.models import example_robot
+from tests.trotting import HEIGHT, OUTER, SIDES, leg_angles
 
-from stribeck import Robot, identify
-from stribeck.audit import audit
+from stribeck import Robot, RobotLog, identify
+from stribeck.audit import audit, base, gather
+from stribeck.audit.base import check_contacts
 from stribeck.base.finding import Finding
 from stribeck.friction import get_law
 from stribeck.friction_torque.preparation import prepare
@@ -60,7 +64,7 @@ def test_the_effort_limits_bound_the_torque_of_an_axis_that_carries_nothing(hone
     assert "et scale = 0.001 in [log.torque]" in finding.cure
 
 
-def test_a_log_without_loads_is_told_that_friction_scales_with_the_torques(honest: dict[str, CleanLog]) -> None:
+def test_unknown_torque_scale_is_reported_without_loads(honest: dict[str, CleanLog]) -> None:
     found = identify(honest["turntable"].log, honest["turntable"].robot)
     assert found.joints["axis"].verdict == "identified"
     assert [finding.text.partition(",")[0] for finding in found.findings] == ["Friction scales with the torques"]
@@ -76,16 +80,14 @@ def test_limits_that_are_missing_or_too_small_are_none(honest: dict[str, CleanLo
 
 
 @pytest.mark.parametrize(("factor", "unit"), [(1000.0, "N mm or mN m"), (1 / 9.81, "kgf m")])
-def test_the_weight_bounds_the_torques_of_legs_that_all_stand(
-    factor: float, unit: str, honest: dict[str, CleanLog]
-) -> None:
+def test_the_weight_bounds_the_torques_of_legs_that_all_stand(factor, unit, honest):
     (finding,) = _said(honest["standing"], factor)
     assert finding.check == "torque-scale"
     assert finding.stops
     assert f"times the robot's weight, as if they were in {unit}" in finding.text
 
 
-def test_one_joint_beyond_its_limit_is_named_alone(honest: dict[str, CleanLog]) -> None:
+def test_only_the_joint_beyond_its_limit_is_named(honest: dict[str, CleanLog]) -> None:
     one = honest["standing"]
     torque = one.log.torque * np.where(np.arange(len(one.robot.joint_names)) == 0, 1000.0, 1.0)
     scaled = replace(one, log=replace(one.log, torque=torque))
@@ -101,3 +103,50 @@ def test_joints_that_stand_still_without_a_torque_are_in_no_other_unit(tmp_path:
     torque = np.zeros_like(log.torque)
     torque[:, 2] = 0.01 * np.sin(log.time)  # of the one joint that carries little
     assert checks_of(replace(still, torque=torque), robot) == ([], "")
+
+
+ROBOT = example_robot("go2")
+FEET = tuple(ROBOT.contacts)
+RIGHT = FEET.index("RR")
+
+
+def stepping(degrees: float, direction: float) -> RobotLog:
+    """Make a log of a robot that stands on a slope, and lifts its right rear foot 0.1 m behind the left one."""
+    time = np.arange(0.0, 8.0, 0.005)
+    lift = np.maximum(0.0, np.sin(np.pi * time))  # four steps
+    feet = np.stack([np.tile([0.0, side * OUTER, -HEIGHT], (len(time), 1)) for side in SIDES])
+    feet[3, :, 0] -= 0.1
+    feet[3, :, 2] += 0.06 * lift
+    angles = [[leg_angles(foot, side) for foot in leg] for leg, side in zip(feet, SIDES, strict=True)]
+    order = [("FL", "FR", "RL", "RR").index(name.split("_")[0]) for name in ROBOT.joint_names[::3]]
+    position = np.hstack([np.array(angles[leg]) for leg in order])
+    contact = np.ones((len(time), 4), dtype=bool)
+    contact[:, RIGHT] = lift < 0.02
+    slope = Rotation.from_euler("ZY", [direction, -degrees], degrees=True)  # the base is parallel to the slope
+    heading = slope * Rotation.from_euler("Z", -direction, degrees=True)
+    generator = np.random.default_rng(0)
+    return RobotLog(
+        time=time,
+        joint_names=ROBOT.joint_names,
+        position=position,
+        torque=generator.normal(size=position.shape),
+        base_orientation=np.tile(heading.as_quat(), (len(time), 1)),
+        foot_names=FEET,
+        contact=contact,
+    )
+
+
+def found(log: RobotLog) -> list[Finding]:
+    return check_contacts(gather(prepare(log, ROBOT, ROBOT.settings), ROBOT, ROBOT.settings))
+
+
+@pytest.mark.parametrize(("degrees", "direction"), [(0, 0), (10, 0), (-10, 0), (10, 30), (20, 180)])
+def test_a_slope_is_no_wrong_contact_and_hides_none(degrees, direction, monkeypatch):
+    log = stepping(degrees, direction)
+    assert found(log) == []
+    stuck = found(replace(log, contact=np.ones_like(log.contact)))
+    assert [each.check for each in stuck] == ["contact-stuck"]
+    assert "RR is logged as standing, but is above another standing foot" in stuck[0].text
+    monkeypatch.setattr(base, "SLOPE", -1.0)  # all ground is level
+    uphill = degrees * np.cos(np.deg2rad(direction)) > 0  # the left rear foot is above the right one
+    assert bool(found(log)) == uphill

@@ -1,22 +1,26 @@
 """Every fault in the list is detected, and good logs, including short ones, have no finding."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 from studies.fault_cases import FAULTS
-from tests.arm import TRUTH
+from tests.arm import TRUTH, arm_log
 from tests.audit.clean import CleanLog, checks_of
 from tests.models import POSTURES, example_robot
+from tests.mujoco_arm import JOINTS, friction, record, urdf
 
-from stribeck import Robot
+from stribeck import Robot, identify
 from stribeck.audit import audit, gather
 from stribeck.audit.torque import check_torques
 from stribeck.audit.trials import check_by_trial
-from stribeck.base.finding import Finding
+from stribeck.errors import LogError
 from stribeck.friction import get_law
 from stribeck.friction_torque.preparation import prepare
+from stribeck.inspection import inspect_log
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.sensors.measure import with_noise
 
@@ -75,11 +79,6 @@ def test_a_good_log_has_no_finding(of: str, seconds: float, honest: dict[str, Cl
         assert checks_of(log.take(slice(start, start + length)), honest[of].robot) == ([], "")
 
 
-def _said(honest: CleanLog, lie: str) -> tuple[Robot, list[Finding]]:
-    log, robot = FAULTS[lie].apply(honest.log, honest.robot)
-    return robot, audit(prepare(log, robot, robot.settings), robot, robot.settings)
-
-
 def test_joints_that_are_exchanged_whole_stop(honest: dict[str, CleanLog]) -> None:
     log, robot = honest["panda"].log, honest["panda"].robot
     order = [1, 0, *range(2, 9)]
@@ -115,7 +114,7 @@ def test_a_last_digit_that_flickers_in_some_rests_is_not_frozen_in_the_others(ho
     assert "channel-frozen" not in checks_of(log, arm.robot)[0]
 
 
-def test_a_joint_that_holds_its_posture_is_not_frozen(honest: dict[str, CleanLog]) -> None:
+def test_a_joint_at_rest_is_not_frozen(honest: dict[str, CleanLog]) -> None:
     arm = honest["panda"]
     flicker = 1e-4 * np.random.default_rng(3).normal(size=3000)
     position = arm.log.position.copy()
@@ -135,9 +134,7 @@ def test_a_joint_that_stands_still_has_no_gain(moves: bool, honest: dict[str, Cl
 
 
 @pytest.mark.parametrize(("noise", "found"), [(0.0, True), (2.0, False)])
-def test_a_delay_that_explains_next_to_nothing_is_not_counted(
-    noise: float, found: bool, honest: dict[str, CleanLog]
-) -> None:
+def test_a_delay_that_explains_almost_nothing_is_not_reported(noise, found, honest):
     arm = honest["panda"]
     log, robot = FAULTS["torques 8 ms late"].apply(arm.log, arm.robot)
     torque = log.torque + noise * np.random.default_rng(3).normal(size=log.torque.shape)
@@ -148,11 +145,12 @@ def test_a_delay_that_explains_next_to_nothing_is_not_counted(
     ("lie", "channel"), [("a position frozen halfway", "position"), ("a torque of zero", "torque")]
 )
 def test_a_finding_names_its_channel(lie: str, channel: str, honest: dict[str, CleanLog]) -> None:
-    _, found = _said(honest["panda"], lie)
+    log, robot = FAULTS[lie].apply(honest["panda"].log, honest["panda"].robot)
+    found = audit(prepare(log, robot, robot.settings), robot, robot.settings)
     assert {finding.channel for finding in found} == {channel}
 
 
-def test_the_line_that_mends_a_sign_goes_on_from_the_scale_that_is_there(honest: dict[str, CleanLog]) -> None:
+def test_the_remedy_of_a_sign_starts_from_the_current_scale(honest: dict[str, CleanLog]) -> None:
     log, robot = FAULTS["one torque inverted"].apply(honest["panda"].log, honest["panda"].robot)
     table = robot.log_table.model_copy(update={"torque": robot.log_table.torque.model_copy(update={"scale": -1.0})})
     robot = replace(robot, log_table=table)
@@ -166,3 +164,72 @@ def test_a_log_too_short_for_any_bin_shows_no_sign(honest: dict[str, CleanLog]) 
     evidence = gather(prepare(log, robot, robot.settings), robot, robot.settings)
     none = {name: getattr(evidence, name)[:0] for name in ("rows", "run", "support", "velocity", "model", "torque")}
     assert check_by_trial(replace(evidence, **none, support_names=()), robot.settings) == []
+
+
+@pytest.mark.parametrize("inverted", [(), (0, 2)])
+def test_the_sign_audit_names_inverted_torques_and_no_others(arm: Robot, inverted: tuple[int, ...]) -> None:
+    log = arm_log(arm)
+    torque = log.torque.copy()
+    torque[:, list(inverted)] *= -1
+    found = inspect_log(replace(log, torque=torque), arm)
+    names = [arm.joint_names[k] for k in inverted]
+    assert [name for name, joint in found.joints.items() if joint.sign == "opposite"] == names
+    assert bool(inverted) == any("wrong sign of torque" in text for text in found.findings)
+    for name in names:
+        assert name in found.findings[0]
+
+
+@pytest.mark.parametrize("delay", [-0.004, 0.0, 0.0125])
+def test_the_delay_of_the_torque_is_found_to_a_fraction_of_a_sample(arm: Robot, delay: float) -> None:
+    log = arm_log(arm)
+    late = CubicSpline(log.time, log.torque)(log.time - delay)
+    found = inspect_log(replace(log, torque=late).take(slice(50, -50)), arm)
+    for joint in found.joints.values():
+        assert joint.delay == pytest.approx(delay, abs=2e-4)
+    assert any(f"{1e3 * delay:+.2f} ms" in text for text in found.findings) == (delay != 0)
+
+
+def test_a_walking_robot_has_no_delay_and_no_finding() -> None:
+    robot = example_robot("talos")
+    exact, _ = exact_log(robot, get_law("stribeck"), {}, duration=6, posture=POSTURES["talos"])
+    found = inspect_log(with_noise(exact, position=1e-5, torque=0.1, seed=1), robot)
+    assert found.findings == []
+    assert found.support_source == "flags"
+    assert {phase[2] for phase in found.phases} == {"left", "right", "left+right"}
+    assert found.joints["leg_left_4_joint"].sign == "agrees"
+    assert abs(found.joints["leg_left_4_joint"].delay) < 1e-3
+
+
+@pytest.mark.parametrize("moving", [0, pytest.param(2, marks=pytest.mark.long)])
+def test_a_test_of_one_joint_is_identified_while_brakes_hold_the_others(moving: int, tmp_path: Path) -> None:
+    speed = np.full(3, 1e-6)
+    speed[moving] = 2.0
+    log = record(speed.tolist(), 30.0 if moving else 16.0)
+    braked = [k for k in range(3) if k != moving]
+    rng = np.random.default_rng(3)
+    log["torque"][:, braked] = rng.normal(0.3, 0.2, (len(log["time"]), 2))
+    log["position"][:, braked] = 0.7 + 0.001 * np.round(rng.normal(0.0, 0.3, (len(log["time"]), 2)))  # last digit
+    (tmp_path / "arm.urdf").write_text(urdf())
+    text = '[robot]\nmodel = "arm.urdf"\nbase = "fixed"\ntorque_source = "motor_current"\n'
+    (tmp_path / "robot.toml").write_text(text)
+    path = tmp_path / "log.npz"
+
+    def save(sign: float) -> Path:
+        torque = log["torque"] * np.where(np.arange(3) == moving, sign, 1.0)
+        np.savez(path, joint_names=np.array(JOINTS), time=log["time"], position=log["position"], torque=torque)
+        return path
+
+    result = identify(save(1.0), tmp_path / "robot.toml")
+    assert [joint.verdict == "identified" for joint in result.joints.values()] == [k == moving for k in range(3)]
+    v = np.zeros((1, 3))
+    v[:, moving] = 0.8
+    found = result.joints[JOINTS[moving]].friction(0.8)
+    assert found == pytest.approx(friction(v)[0, moving], rel=0.05)
+    if moving == 0:  # gravity loads it: the joint that moves still judges the log
+        save(-1.0)
+        with pytest.raises(LogError, match=JOINTS[0]):
+            identify(path, tmp_path / "robot.toml")
+        named = {
+            name for each in inspect_log(path, tmp_path / "robot.toml").audit if each.stops for name in each.joints
+        }
+        assert named == {JOINTS[0]}

@@ -26,18 +26,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place
 
 
-def test_the_command_line_ends_with_2_and_writes_nothing(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    arguments = ("-r", folder / "robot.toml", "-o", folder / "out", "--method", "curve-fit")
-    assert run("identify", folder / "log.npz", *arguments) == 2
-    error = capsys.readouterr().err
-    assert re.search(r"as if they were in N mm or mN m.*scale = 0\.001.*--force", error)
-    assert "Traceback" not in error
-    assert sorted(path.name for path in folder.iterdir()) == ["arm.urdf", "log.npz", "robot.toml"]
-
-
-def test_force_goes_on_and_says_so_everywhere(folder: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    arguments = ("-r", folder / "robot.toml", "-o", tmp_path / "out", "--method", "curve-fit", "--force")
-    assert run("identify", folder / "log.npz", *arguments) == 0
+def test_a_fatal_error_writes_nothing_and_force_reports_it_everywhere(
+    folder: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    command = ("identify", folder / "log.npz", "-r", folder / "robot.toml", "-o", tmp_path / "out")
+    assert run(*command, "--method", "curve-fit") == 2
+    assert re.search(r"as if they were in N mm or mN m.*scale = 0\.001.*--force", capsys.readouterr().err)
+    assert list(tmp_path.iterdir()) == []
+    assert run(*command, "--method", "curve-fit", "--force") == 0
     document = json.loads((tmp_path / "out" / "result.json").read_text())
     (finding,) = document["findings"]
     assert finding["check"] == "torque-scale"
@@ -48,14 +44,6 @@ def test_force_goes_on_and_says_so_everywhere(folder: Path, capsys: pytest.Captu
     assert finding["cure"] in (tmp_path / "out" / "report.html").read_text()
     result = read_result(tmp_path / "out" / "result.json")
     assert result.findings[0].check == "torque-scale"
-
-
-def test_findings_of_several_logs_name_the_log(folder: Path, tmp_path: Path) -> None:
-    good = save_npz(arm_log(Robot.from_file(folder / "robot.toml"), duration=6.0, rate=250.0), tmp_path / "good.npz")
-    logs = [good, folder / "log.npz"]
-    (finding,) = identify(logs, folder / "robot.toml", Settings(method="curve-fit"), force=True).findings
-    assert finding.text.startswith(f"{folder / 'log.npz'}: ")
-    assert finding.logs == (str(folder / "log.npz"),)
 
 
 def test_a_finding_of_several_logs_is_reported_once(folder: Path) -> None:

@@ -9,24 +9,29 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import get_args
 
 import numpy as np
 import pytest
 import typer
-from tests.arm import URDF, arm_log, save_npz, write_arm
+from tests.arm import arm_log, save_npz, write_arm
 from tests.exporters.found import found_in
+from tests.report.conftest import build_result
+from tests.result.made import point
 
 from stribeck import Robot, identify
-from stribeck.cli import main
+from stribeck.cli import console, main
 from stribeck.cli.app import app
 from stribeck.cli.options import FORMATS, LAW_NAMES, METHOD_NAMES
 from stribeck.errors import SettingsError
 from stribeck.exporters import TARGETS
 from stribeck.friction import AUTO, LAWS, LAWS_WITH_STATE
 from stribeck.methods import METHODS
+from stribeck.result import Result, TorqueR2
 from stribeck.result.estimates import Verdict
+from stribeck.result.tables import advice
 
 OUTPUTS = ["friction_torque.parquet", "report.html", "result.json"]
 
@@ -129,18 +134,14 @@ def test_compare_names_results_and_writes_a_page(arm: Path, tmp_path: Path, caps
 
 def test_nothing_moves_exit_code_3(arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log = arm_log(Robot.from_file(arm / "robot.toml"), duration=8, rate=250)
-    still = save_npz(
-        log, tmp_path / "still.npz", position=np.zeros_like(log.position), velocity=None, acceleration=None
-    )
+    still = save_npz(log, tmp_path / "still.npz", position=0 * log.position, velocity=None, acceleration=None)
     assert run("identify", still, "-r", arm / "robot.toml", "-o", tmp_path / "out") == 3
     assert "no joint can be identified" in capsys.readouterr().err
     assert os.listdir(tmp_path) == ["still.npz"]
 
 
 @pytest.mark.parametrize("method", ["curve-fit", "whole-log"])
-def test_what_was_found_is_told_when_nothing_is_identified(
-    method: str, arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_notes_are_printed_when_nothing_is_identified(method, arm, tmp_path, capsys):
     log = arm_log(Robot.from_file(arm / "robot.toml"), duration=1.5, rate=250)
     position = np.rad2deg(log.position)
     position[100:110] = np.nan
@@ -154,34 +155,6 @@ def test_what_was_found_is_told_when_nothing_is_identified(
     for words in ("10 rows with missing values", "span more than four turns", "1 gaps longer than"):
         assert sum(note.startswith("stribeck: note: ") and words in note for note in notes) == 1
     assert os.listdir(tmp_path) == ["log.npz"]
-
-
-FIXED = "[robot]\nmodel = 'arm.urdf'\nbase = 'fixed'\n"
-ROBOT_FILES = {
-    "nested too deeply": (f"deep = {'[' * 3000}{']' * 3000}", ["nested too deeply"]),
-    "even window": (
-        FIXED + "[identify.filter]\nkind = 'savitzky-golay'\nwindow = 30\n",
-        ["window", "30", "odd"],
-    ),
-    "no torque measured": (
-        FIXED + "position_controlled = ['shoulder', 'elbow', 'slide']\n",
-        ["[robot] position_controlled names all joints", "expected one with measured torque"],
-    ),
-}
-"""Robot files that `tests/robot` does not refuse already."""
-
-
-@pytest.mark.parametrize(("text", "words"), ROBOT_FILES.values(), ids=ROBOT_FILES)
-def test_a_wrong_robot_file(
-    text: str | None, words: list[str], arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / "arm.urdf").write_text(URDF)
-    if text is not None:
-        (tmp_path / "bad.toml").write_text(text)
-    sentence = refused(capsys, "identify", arm / "log.npz", "-r", tmp_path / "bad.toml", "-o", tmp_path / "out")
-    for word in words:
-        assert word in sentence
-    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(
@@ -200,9 +173,7 @@ def test_a_wrong_robot_file(
         (["--set", "filter.kind=butterworth", "--set", "filter.cutoff=900"], ["900 Hz", "below half"]),
     ],
 )
-def test_wrong_options(
-    options: list[str], words: list[str], arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_wrong_options(options, words, arm, tmp_path, capsys):
     sentence = refused(capsys, "identify", arm / "log.npz", "-r", arm / "robot.toml", "-o", tmp_path / "out", *options)
     for word in words:
         assert word in sentence
@@ -224,9 +195,7 @@ SPELLINGS: dict[str, Callable[[Path, Path], Path]] = {
 
 @pytest.mark.parametrize("spell", SPELLINGS.values(), ids=SPELLINGS)
 @pytest.mark.parametrize("name", ["log.npz", "result.json", "robot.toml", "arm.urdf"])
-def test_inputs_are_not_written_over(
-    name: str, spell: Callable[[Path, Path], Path], arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_inputs_are_not_written_over(name, spell, arm, tmp_path, capsys):
     for file in (arm / "log.npz", arm / "robot.toml", arm / "arm.urdf"):
         shutil.copy(file, tmp_path)
     (tmp_path / "sub").mkdir()
@@ -253,9 +222,7 @@ def test_the_table_is_not_written_over_its_log(arm: Path, tmp_path: Path, capsys
     assert log.read_bytes() == content
 
 
-def test_outputs_are_written_over_only_when_asked_to(
-    arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_outputs_are_written_over_only_when_asked_to(arm, tmp_path, capsys):
     page = tmp_path / "page.html"
     (tmp_path / "out").mkdir()
     for file in (page, tmp_path / "out/report.html", tmp_path / "log.truth.npz"):
@@ -314,7 +281,7 @@ def test_the_help_names_every_law_method_and_format() -> None:
     assert set(FORMATS) == set(TARGETS)
 
 
-def test_quiet_prints_errors_and_json_alone(arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_quiet_prints_only_errors_and_json(arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     result, robot = found_on_disk(arm, tmp_path), ("-r", arm / "robot.toml", "-q")
     for command in (
         ("convert", arm / "log.npz", *robot, "-o", tmp_path / "log.parquet"),
@@ -346,3 +313,42 @@ def test_explain_prints_the_explanation_of_verdicts_and_checks(capsys: pytest.Ca
         assert run("explain", name) == 0
         assert re.search(r"\n(Remedy|Example): ", capsys.readouterr().out)
     assert "did you mean 'torque-sign'?" in refused(capsys, "explain", "torque-sing")
+
+
+LONG = "left_arm_shoulder_abduction_joint"
+
+
+@pytest.fixture(scope="module")
+def found() -> Result:
+    result = build_result(duration=8.0)
+    curve = tuple(point(velocity, 1.0, 0.2) for velocity in (0.1, 0.5, 1.0))
+    names = dict(zip(result.joints, (LONG, *list(result.joints)[1:]), strict=True))
+    joints = {names[name]: replace(joint, curve=curve) for name, joint in result.joints.items()}
+    last = list(joints)[-2]
+    joints[last] = replace(joints[last], verdict="no friction", reason="no friction detected, below 1.2 N m")
+    joints[LONG] = replace(joints[LONG], torque_r2=TorqueR2(nominal=0.5, corrected=0.987))
+    return replace(result, joints=joints)
+
+
+@pytest.mark.parametrize("width", [70, 80, 120, 160])
+@pytest.mark.parametrize("law", ["stribeck", "auto"])
+def test_no_joint_s_name_is_cut_or_broken(found, monkeypatch, capsys, width: int, law: str) -> None:
+    monkeypatch.setattr(console, "PLAIN_WIDTH", width)
+    console.print_result(replace(found, law=law))
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= width
+    assert "…" not in "".join(lines)
+    for name in found.joints:
+        assert any(name in line for line in lines)
+
+
+def test_a_joint_has_one_line_with_friction_fit_verdict_and_what_to_do(found, capsys) -> None:
+    console.print_result(replace(found, law="auto"))
+    lines = capsys.readouterr().out.splitlines()
+    line = next(line for line in lines if LONG in line)
+    assert all(f"1.0 ± 0.2 at {speed}" in line for speed in ("0.1", "0.5", "1"))
+    assert "0.987" in line
+    assert found.joints[LONG].verdict in line
+    assert advice(found.joints[LONG]) in line
+    folded = next(line for line in lines if "below 1.2 N m" in line)
+    assert folded.startswith("friction below the resolution of the log: ")

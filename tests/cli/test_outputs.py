@@ -60,9 +60,7 @@ def stopped_at(moment: int) -> Iterator[None]:
 @pytest.mark.parametrize(
     ("write", "whole"), [(write_folder, ["out", "out/result", "out/table"]), (write_file, ["page"])]
 )
-def test_a_request_to_stop_at_any_moment(
-    write: Callable[[Path], None], whole: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_request_to_stop_at_any_moment(write, whole, tmp_path, monkeypatch):
     ends, at_exit = set(), list[Callable[[], None]]()
     monkeypatch.setattr(atexit, "register", at_exit.append)
     for moment in itertools.count():
@@ -87,9 +85,7 @@ def test_a_request_to_stop_at_any_moment(
 
 
 @pytest.mark.parametrize("write", [write_folder, write_file])
-def test_a_second_request_does_not_disturb_the_clean_up(
-    write: Callable[[Path], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_second_request_does_not_disturb_the_clean_up(write, tmp_path, monkeypatch):
     remove = shutil.rmtree
 
     def disturbed(place: Path, **options: bool) -> None:
@@ -129,14 +125,14 @@ def test_all_outputs_or_none(tmp_path: Path) -> None:
 FULL = """
 import resource, sys
 from stribeck.cli import main
-resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 16, 1 << 16))
+resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 14, 1 << 14))
 sys.argv = ["stribeck", "identify", *sys.argv[1:]]
 main()
 """
 
 
-def test_a_disk_that_takes_no_more_is_told_with_the_file(tmp_path: Path) -> None:
-    save_npz(arm_log(Robot.from_file(write_arm(tmp_path)), duration=8), tmp_path / "log.npz")
+def test_a_full_disk_is_reported_with_the_file(tmp_path: Path) -> None:
+    save_npz(arm_log(Robot.from_file(write_arm(tmp_path)), duration=8, rate=250), tmp_path / "log.npz")
     arguments = ["log.npz", "-r", "robot.toml", "-o", "out", "--method", "curve-fit"]
     ended = subprocess.run(
         [sys.executable, "-c", FULL, *arguments], cwd=tmp_path, capture_output=True, text=True, check=False

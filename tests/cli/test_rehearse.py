@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,9 +16,7 @@ from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.sensors.measure import with_noise
 
 
-def test_a_rehearsal_tells_noisy_and_still_joints_from_good_ones(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_rehearsal_distinguishes_noisy_and_resting_joints(tmp_path, capsys):
     """The same motion and noise as in the log: the elbow rests, and the slide's torque is too noisy."""
     robot = Robot.from_file(write_arm(tmp_path))
     log = arm_log(robot, duration=15, rate=250, still="elbow")
@@ -31,11 +28,8 @@ def test_a_rehearsal_tells_noisy_and_still_joints_from_good_ones(
     assert printed.startswith("1 of 3 joints would be identified within ± ")
     assert re.search(r"motion of the log, 1[45]\.\d s at 250 Hz; friction and torque noise", printed)
     found = read_result(tmp_path / "out/result.json").joints
-    assert {name: own.verdict for name, own in found.items()} == {
-        "shoulder": "identified",
-        "elbow": "not excited",
-        "slide": "weak",
-    }
+    verdicts = {name: own.verdict for name, own in found.items()}
+    assert verdicts == {"shoulder": "identified", "elbow": "not excited", "slide": "weak"}
     again = np.load(tmp_path / "out/log.npz")
     white = 1.4826 * np.median(np.abs(np.diff(again["torque"], 6, axis=0)), axis=0) / np.sqrt(924)
     assert 0.5 < white[0] / 0.1 < 2  # it explains the interval, which also contains errors of the model
@@ -44,9 +38,8 @@ def test_a_rehearsal_tells_noisy_and_still_joints_from_good_ones(
     assert "already exists" in refused(capsys, *arguments)
 
 
-def test_a_walking_robot_rehearses_a_walk_of_the_same_length(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+@pytest.mark.long
+def test_a_walking_robot_rehearses_a_walk_of_the_same_length(tmp_path, capsys):
     robot, _ = robot_of("quadruped", tmp_path)
     friction = {name: {"viscous": 0.3, "coulomb": 0.8, "offset": 0.0} for name in robot.joint_names}
     log, _ = exact_log(robot, get_law("coulomb-viscous"), friction, duration=8.0, rate=250.0)

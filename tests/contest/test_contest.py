@@ -47,7 +47,7 @@ def scored(folder: Path, case: str, answer: dict[str, object], out: Path) -> Sco
     return score("a test", folder / "cases" / case, folder / "truth" / case, out)
 
 
-def test_files_say_what_was_simulated_and_are_the_same_again(folder: Path, tmp_path: Path) -> None:
+def test_files_describe_the_simulation_and_are_reproducible(folder: Path, tmp_path: Path) -> None:
     assert cases_of(folder) == sorted(f"arm/{condition}" for condition in CONDITIONS)
     case, truth = read(Case, folder / "cases/arm/load" / CASE), read(Truth, folder / "truth/arm/load" / TRUTH)
     robot = Robot.from_file(folder / "cases/arm/load/robot.toml")
@@ -64,15 +64,6 @@ def test_files_say_what_was_simulated_and_are_the_same_again(folder: Path, tmp_p
     assert (tmp_path / SUMS).read_text() == (folder / SUMS).read_text()
 
 
-def test_the_truth_scores_as_the_truth(folder: Path, tmp_path: Path) -> None:
-    found = scored(folder, "arm/clean", true_answer(folder, "arm/clean", standard_error=0.01), tmp_path)
-    assert max(found.relative["coulomb"].values()) == 0
-    assert all(value for joints in found.covered.values() for value in joints.values())
-    assert not found.far
-    assert not found.beyond
-    assert 0 < max(found.curve.values()) < 0.15  # it turns at once, and the friction a little later
-
-
 def test_errors_are_those_of_a_known_answer(folder: Path, tmp_path: Path) -> None:
     answer = true_answer(folder, "arm/clean", error=0.2, standard_error=0.01)
     found = scored(folder, "arm/clean", answer, tmp_path)
@@ -86,7 +77,7 @@ def test_errors_are_those_of_a_known_answer(folder: Path, tmp_path: Path) -> Non
     assert {name for name in found.beyond if name.endswith("coulomb")} == {f"{joint} coulomb" for joint in truth}
 
 
-def test_who_lies_with_confidence_is_counted_and_who_warns_is_not(folder: Path, tmp_path: Path) -> None:
+def test_confident_errors_count_and_flagged_ones_do_not(folder: Path, tmp_path: Path) -> None:
     joints = len(read(Case, folder / "cases/arm/clean" / CASE).joints)
     lie = true_answer(folder, "arm/clean", error=0.5, standard_error=1e-3)
     liar = scored(folder, "arm/clean", lie, tmp_path)
@@ -100,16 +91,12 @@ def test_who_lies_with_confidence_is_counted_and_who_warns_is_not(folder: Path, 
     assert "| 67 % |" in lines([liar])[0]  # Coulomb and viscous friction, of three numbers
 
 
-def test_a_case_is_run_in_a_process_of_its_own_and_who_fails_gets_a_blank(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_cases_run_in_separate_processes_and_failures_are_blank(folder, tmp_path, capsys):
     plain = contestants()["least squares"]
     found = run("least squares", plain, folder, "arm/clean")
     assert found.blank is None
     assert found.asked == len(found.curve) == 6
-    assert found.seconds is not None
     assert found.seconds > 0
-    assert found.memory is not None
     assert 20 < found.memory < 2000
     failing = run("failing", [sys.executable, "-c", "raise SystemExit('no such thing')"], folder, "arm/clean")
     assert failing.blank == "ended with exit code 1: no such thing"

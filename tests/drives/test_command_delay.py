@@ -1,14 +1,16 @@
-"""Commands that act late: the delay is found, and the friction is that of the ground truth."""
+"""Commands that act late: the delay is found, and the friction is the ground truth's, which the logs state."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
 from tests.command_logs import clamped_quadruped, hobby_arm, lerobot_arm
+from tests.commanded import ARM, QUADRUPED, STEP, acting, arm_drives, leg_drives, logged, multisine
 
 from stribeck import Result, Robot, identify, read_log
 from stribeck.drives.command_delay import pooled
 from stribeck.drives.torques import with_found_delays
+from stribeck.dynamics.rooted import rooted_inverse_dynamics
 from stribeck.friction_torque.preparation import prepare
 from stribeck.init.answers import draft_robot_file
 
@@ -16,16 +18,14 @@ from stribeck.init.answers import draft_robot_file
 @pytest.mark.parametrize(("write", "log"), [(hobby_arm, "log.npz"), (lerobot_arm, "dataset")], ids=["npz", "LeRobot"])
 def test_a_robot_file_for_commands_asks_only_for_the_gains(write, log, tmp_path: Path) -> None:
     drives = write(tmp_path, seconds=20.0)
-    draft = draft_robot_file(
-        str(Robot.from_file(tmp_path / "robot.toml").model_path), tmp_path / log, tmp_path / "new.toml"
-    )
+    model = str(Robot.from_file(tmp_path / "robot.toml").model_path)
+    draft = draft_robot_file(model, tmp_path / log, tmp_path / "new.toml")
     assert len(draft.questions) == 1
     assert "gain of each drive" in draft.questions[0]
     gains = ", ".join(f"{name} = {own.kp}" for name, own in drives.items())
     source = 'torque_source = "command"'
     (tmp_path / "new.toml").write_text(draft.text.replace(source, f"{source}\nkp = {{ {gains} }}"))
     read, wanted = (read_log(tmp_path / log, Robot.from_file(tmp_path / name)) for name in ("new.toml", "robot.toml"))
-    assert read.command is not None
     np.testing.assert_allclose(read.command, wanted.command, rtol=0.05, atol=0.2 if write is hobby_arm else 1e-9)
 
 
@@ -39,7 +39,7 @@ def covered(found: Result, drives: dict, name: str) -> list[bool]:
 @pytest.mark.parametrize(
     ("write", "log", "delay", "options"),
     [
-        (hobby_arm, "log.npz", 0.022, {"latency": 0.012, "seconds": 24.0}),
+        pytest.param(hobby_arm, "log.npz", 0.022, {"latency": 0.012, "seconds": 24.0}, marks=pytest.mark.long),
         pytest.param(hobby_arm, "log.npz", 0.070, {"latency": 0.060, "seed": 2}, marks=pytest.mark.long),
         (lerobot_arm, "dataset", 0.0217, {"latency": 0.005, "seconds": 24.0}),
         (clamped_quadruped, "log.npz", 0.007, {"rate": 500.0, "seconds": 8.0}),  # thinned, while commands are held
@@ -49,7 +49,6 @@ def covered(found: Result, drives: dict, name: str) -> list[bool]:
 def test_the_delay_of_commands_is_not_taken_for_viscous_friction(write, log, delay, options, tmp_path: Path) -> None:
     drives = write(tmp_path, **options)
     found = identify(tmp_path / log, tmp_path / "robot.toml")
-    assert found.corrections is not None
     for value, error in found.corrections.command_delay.values():
         assert value == pytest.approx(delay, abs=2.5 * error)
         assert error < 0.1 * delay
@@ -87,3 +86,27 @@ def test_a_log_that_no_fit_sees_gets_the_delay_of_the_others(tmp_path: Path) -> 
     (seen, unseen), _ = with_found_delays(logs[:1], robot, robot.settings, logs[1:])
     assert seen.log.command_delays == unseen.log.command_delays
     assert np.mean(seen.log.command_delays, axis=0)[0] == pytest.approx(0.022, abs=2e-3)
+
+
+POLICY = 50.0  # [Hz]
+
+
+@pytest.mark.parametrize(
+    ("path", "drives"), [(ARM, arm_drives(1, 0.012)), (QUADRUPED, leg_drives(1, 0.006))], ids=["arm", "quadruped"]
+)
+def test_torques_of_late_commands_move_links_and_rotors_and_overcome_friction(path, drives):
+    center = (0.0, -0.3, 0.6, 0.3, 0.0, 0.4) if path == ARM else (0.0, 0.8, -1.6) * 4
+    command = multisine(np.random.default_rng(0), np.arange(40) / POLICY, center, (0.5,) * len(drives), (0.5, 1.0))
+    log = logged(path, command, drives, POLICY, 1 / STEP)
+    names = ("kp", "kd", "coulomb", "viscous", "armature")
+    kp, kd, coulomb, viscous, armature = np.array([[getattr(one, name) for one in drives.values()] for name in names])
+    q = log["position"]
+    v, a = np.gradient(q, STEP, axis=0), np.zeros_like(q)
+    a[1:-1] = np.diff(q, 2, axis=0) / STEP**2
+    torque = kp * (acting(command, drives, 1 / POLICY, len(q)) - q) - kd * v
+    robot = Robot.from_model(path, base="fixed")
+    rigid = rooted_inverse_dynamics(robot.tree, q, v, a)[1] + armature * a
+    moving = (np.abs(v) > 0.2) & (a != 0)  # without the ends
+    left = torque - rigid - viscous * v - coulomb * np.sign(v)
+    for k, joint in enumerate(drives):
+        assert np.sqrt(np.mean(left[moving[:, k], k] ** 2)) < 0.05 * coulomb[k], joint

@@ -8,8 +8,9 @@ from types import ModuleType
 import numpy as np
 import pinocchio as pin
 from tests.models import EXAMPLES, MODELS
+from tests.result import made
 
-from stribeck.result import BodyCorrection, Corrections, JointResult, LogSummary, ParameterEstimate, Result
+from stribeck.result import BodyCorrection, Corrections, JointResult, LogSummary, Result
 from stribeck.robot import Robot
 from stribeck.settings import Priors
 from stribeck.whole_log.model.bodies import bodies_of
@@ -23,19 +24,11 @@ UNITS = {"viscous": "N m s/rad", "coulomb": "N m", "stribeck_velocity": "rad/s",
 def joint_result(parameters: dict[str, tuple[float, str]], weak: tuple[str, ...] = ()) -> JointResult:
     """Return what a log says of a joint: parameters with units, some of them weak."""
     estimates = {
-        name: ParameterEstimate(
-            value=value,
-            standard_error=0.01,
-            interval_95=(value - 0.02, value + 0.02),
-            unit=unit,
-            verdict="weak" if name in weak else "identified",
-        )
+        name: replace(made.estimate(value, 0.01, "weak" if name in weak else "identified"), unit=unit)
         for name, (value, unit) in parameters.items()
     }
     verdict = "not excited" if not parameters else "weak" if weak else "identified"
-    return JointResult(
-        parameters=estimates, verdict=verdict, reason="", samples=9, velocity_range=(-1.0, 1.0), reversals=9
-    )
+    return made.joint(estimates, verdict=verdict, reason="", samples=9, reversals=9)
 
 
 def joint(law: str = "auto", **values: float) -> JointResult:

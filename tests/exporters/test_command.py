@@ -42,8 +42,6 @@ def test_a_wrong_model_comes_out_nearer_to_the_truth(tmp_path: Path, capsys: pyt
 
     def torque(robot: Robot) -> np.ndarray:
         model, data = robot.tree.model, robot.tree.model.createData()
-        assert exact.velocity is not None
-        assert exact.acceleration is not None
         states = zip(exact.position[::50], exact.velocity[::50], exact.acceleration[::50], strict=True)
         return np.array([pin.rnea(model, data, *state) for state in states])
 
@@ -53,7 +51,6 @@ def test_a_wrong_model_comes_out_nearer_to_the_truth(tmp_path: Path, capsys: pyt
 
 def test_what_does_not_fit_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     result, _ = found_in(Robot.from_file(write_arm(tmp_path)))
-    assert result.corrections is not None
     elbow = result.corrections.bodies["elbow"]
     heavy = replace(result.corrections, bodies={"elbow": replace(elbow, mass=(2 * elbow.mass[0], elbow.mass[1]))})
     unknown = replace(result.corrections, bodies={"knee": elbow})

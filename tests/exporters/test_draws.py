@@ -14,12 +14,13 @@ import yaml
 from tests.arm import write_arm
 from tests.exporters.found import found_in, joint, module, robot_of
 from tests.exporters.test_models import read_again
+from tests.result import made
 
 from stribeck import Robot, export
 from stribeck.exporters import TARGETS, export_ranges, export_samples
 from stribeck.exporters.joints import joint_terms
 from stribeck.exporters.samples import drawn, joint_ranges
-from stribeck.result import CurvePoint, JointResult, ParameterEstimate, Result, read_result
+from stribeck.result import JointResult, Result, read_result
 
 TRUTH = {"viscous": 0.3, "coulomb": 1.2, "stribeck_gain": 0.4, "stribeck_velocity": 0.2, "offset": -0.4}
 CORRELATION = np.array(
@@ -33,9 +34,7 @@ CORRELATION = np.array(
 )
 
 PLAIN = TARGETS["isaaclab"].forms["plain"]
-ROTOR = ParameterEstimate(
-    value=0.05, standard_error=0.005, interval_95=(0.04, 0.06), unit="kg m^2", verdict="identified"
-)
+ROTOR = replace(made.estimate(0.05, 0.005), unit="kg m^2")
 
 
 def arm_result(folder: Path, **joints: JointResult) -> tuple[Result, Robot]:
@@ -66,9 +65,7 @@ def test_draws_have_the_covariance_that_was_found_and_results_keep_it(tmp_path: 
 
 def test_draws_vary_from_log_to_log(tmp_path: Path) -> None:
     """By one factor per joint, for everything that is friction."""
-    point = CurvePoint(
-        velocity=1.0, value=2.0, standard_error=0.0, interval_95=(2.0, 2.0), interval_next_log=(1.5, 2.5), unit="N m"
-    )
+    point = replace(made.point(1.0, 2.0, 0.0), interval_next_log=(1.5, 2.5))
     certain = replace(uncertain(), curve=(point,))
     parameters = {name: replace(own, standard_error=0.0) for name, own in certain.parameters.items()}
     found, _ = arm_result(tmp_path, j=replace(certain, parameters=parameters))
@@ -96,7 +93,7 @@ def test_every_robot_that_is_drawn_could_exist(name: str, tmp_path: Path) -> Non
     assert np.std(masses) > 0
 
 
-def test_bounds_hold_and_a_scale_that_nothing_shows_stays_possible(tmp_path: Path) -> None:
+def test_draws_stay_within_bounds(tmp_path: Path) -> None:
     parameters = {name: replace(found, standard_error=50.0) for name, found in uncertain().parameters.items()}
     result, _ = arm_result(tmp_path, j=replace(uncertain(), parameters=parameters))
     for each in drawn(result, 200):
@@ -114,12 +111,11 @@ def with_rotor() -> JointResult:
 
 
 def without_friction() -> JointResult:
-    point = CurvePoint(velocity=1.0, value=0.0, standard_error=0.02, interval_95=(0.0, 0.04), unit="N m")
+    point = made.point(1.0, 0.0, 0.04)
     return replace(uncertain(), parameters={}, verdict="no friction", correlation=None, curve=(point,))
 
 
-def test_ranges_hold_95_percent_of_other_draws(tmp_path: Path) -> None:
-    assert PLAIN is not None
+def test_ranges_cover_95_percent_of_other_draws(tmp_path: Path) -> None:
     result, _ = arm_result(tmp_path, shoulder=with_rotor())
     found = joint_ranges(result, PLAIN)["shoulder"]
     assert set(found.numbers) == {"friction", "dynamic_friction", "viscous_friction", "armature"}
@@ -127,7 +123,6 @@ def test_ranges_hold_95_percent_of_other_draws(tmp_path: Path) -> None:
     others = [joint_terms(each, PLAIN)["shoulder"].stated for each in drawn(result, 400, seed=1)]
     for word, (low, high) in found.numbers.items():
         assert np.mean([low <= each[word][0] <= high for each in others]) == pytest.approx(0.95, abs=0.04)
-    assert found.friction is not None
     low, high = found.friction
     assert low < 1 < high
     own = joint_terms(result, PLAIN)["shoulder"].stated
@@ -201,7 +196,7 @@ def test_isaac_lab_gets_terms_of_its_events(tmp_path: Path, monkeypatch: pytest.
     assert own.RANGES["elbow"]["friction"] == (0.0, 0.04)  # nothing to scale, and as much as the log may hide
 
 
-def test_weak_friction_is_left_out_or_said_to_be_wide(tmp_path: Path) -> None:
+def test_weak_friction_is_omitted_or_reported_as_wide(tmp_path: Path) -> None:
     own = uncertain()
     parameters = {k: replace(p, verdict="weak", standard_error=2 * p.value) for k, p in own.parameters.items()}
     weak = replace(own, verdict="weak", parameters=parameters, correlation=None)

@@ -86,9 +86,7 @@ def test_mjcf_with_includes_classes_and_shapes(rule: str, place: str, tmp_path: 
 
 
 @pytest.mark.parametrize("place", ["robot/new.urdf", "out/new.urdf"])
-def test_urdf_keeps_the_rest_and_links_that_are_fixed_to_each_other_share_in_proportion(
-    place: str, tmp_path: Path
-) -> None:
+def test_urdf_keeps_the_rest_and_links_that_are_fixed_to_each_other_share_in_proportion(place, tmp_path):
     robot = robot_in(tmp_path / "robot", "arm.urdf", URDF.format(compiler="", mesh="shapes/block.obj"), "fixed")
     result, corrected = found_in(robot)
     path = tmp_path / place

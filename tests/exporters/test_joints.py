@@ -10,13 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.exporters.found import FRICTION, joint, joint_result, of_joint, of_joints
 from tests.exporters.test_models import assert_same_dynamics, compiled, read_again
+from tests.result import made
 
 from stribeck import export
 from stribeck.errors import SettingsError
 from stribeck.exporters.forms import Form, nearest
 from stribeck.exporters.joints import joint_terms
 from stribeck.exporters.written import LEGEND
-from stribeck.result import CurvePoint
 
 PLAIN = Form(dict.fromkeys(("coulomb", "viscous"), ""))
 STRIBECK = Form(dict.fromkeys(("coulomb", "viscous", "stribeck_velocity"), ""))
@@ -24,9 +24,7 @@ SIZES = st.floats(0.01, 10.0)
 
 
 @given(SIZES, SIZES, st.floats(0.1, 2.0), st.floats(0.1, 0.5), st.floats(-3.0, 3.0))
-def test_friction_is_said_as_it_is_or_by_the_nearest(
-    coulomb: float, viscous: float, S: float, vs: float, offset: float
-) -> None:
+def test_friction_is_exported_exactly_or_by_the_nearest_form(coulomb, viscous, S, vs, offset):
     effect = joint(coulomb=coulomb, viscous=viscous, stribeck_gain=S, stribeck_velocity=vs, offset=0.0)
     simple = joint(coulomb=coulomb, viscous=viscous, offset=offset)
     for own, form, static in ((effect, STRIBECK, coulomb * (1 + S)), (simple, PLAIN, coulomb)):
@@ -73,10 +71,7 @@ def test_the_mean_over_positions_is_the_identified_curve() -> None:
 def test_a_sharp_sign_is_within_the_interval_of_a_smooth_one(slope: float, half: float) -> None:
     smooth = joint(coulomb=1.0, viscous=0.3, slope=slope, offset=0.0)
     speeds = np.array([0.1, 0.5, 1.0])
-    points = [
-        CurvePoint(velocity=v, value=R, standard_error=half / 2, interval_95=(R - half, R + half), unit="N m")
-        for v, R in zip(speeds.tolist(), smooth.friction(speeds).tolist(), strict=True)
-    ]
+    points = map(made.point, speeds.tolist(), smooth.friction(speeds).tolist(), [half] * 3)
     found = nearest(replace(smooth, curve=tuple(points)), PLAIN)
     written = found.numbers["coulomb"] + found.numbers["viscous"] * speeds
     assert np.abs(written - smooth.friction(speeds)).max() < half
@@ -104,7 +99,7 @@ def test_some_joints_weak_ones_and_losses(tmp_path: Path) -> None:
     assert not path.exists()
 
 
-def test_friction_is_stated_in_the_formats_words_and_the_rest_is_told(tmp_path: Path) -> None:
+def test_friction_is_exported_in_the_formats_words_and_losses_are_reported(tmp_path: Path) -> None:
     strong = joint_result({**FRICTION, "armature": (0.05, "kg m^2")}, weak=("viscous",))
     weak = joint_result(FRICTION, weak=("viscous", "coulomb"))
     result, robot = of_joints(tmp_path, strong, weak, joint_result({}))
@@ -113,7 +108,6 @@ def test_friction_is_stated_in_the_formats_words_and_the_rest_is_told(tmp_path: 
     joints = {joint.get("name"): joint for joint in ET.parse(tmp_path / "new.urdf").getroot().iter("joint")}
     before = {joint.get("name"): joint for joint in ET.parse(robot.model_path).getroot().iter("joint")}
     dynamics = joints[names[0]].find("dynamics")
-    assert dynamics is not None
     assert dynamics.attrib == {"friction": "1.2", "damping": "0.3"}
     for name in names[1:]:
         assert ET.tostring(joints[name]) == ET.tostring(before[name])
@@ -129,21 +123,13 @@ def test_friction_is_stated_in_the_formats_words_and_the_rest_is_told(tmp_path: 
     assert_same_dynamics(robot, read_again(robot, tmp_path / "new.urdf"), 1e-15)
 
 
-def test_a_joint_without_friction_has_none_in_the_model_and_its_bound_is_told(tmp_path: Path) -> None:
-    points = [
-        CurvePoint(velocity=speed, value=0.0, standard_error=0.1, interval_95=(0.0, 0.2), unit="N m")
-        for speed in (0.1, 0.5, 1.0)
-    ]
-    none = replace(
-        joint_result({"offset": (0.1, "N m")}),
-        verdict="no friction",
-        reason="no friction detected, below 0.2 N m",
-        curve=tuple(points),
-    )
+def test_a_joint_without_friction_has_none_in_the_model_and_its_bound_is_reported(tmp_path: Path) -> None:
+    none = joint_result({"offset": (0.1, "N m")})
+    none = replace(none, verdict="no friction", reason="no friction detected, below 0.2 N m")
+    none = replace(none, curve=tuple(made.point(speed, 0.0, 0.2) for speed in (0.1, 0.5, 1.0)))
     result, robot, name = of_joint(none, tmp_path)
     export(result, robot, tmp_path / "new.urdf", "urdf")
     dynamics = ET.parse(tmp_path / "new.urdf").getroot().find(f"joint[@name='{name}']/dynamics")
-    assert dynamics is not None
     assert dynamics.attrib == {"friction": "0.0", "damping": "0.0"}
     told = f"Joint {name}: friction 0 N m, damping 0 N m s/rad (no friction detected, below 0.2 N m)."
     assert told in (tmp_path / "new.urdf").read_text()

@@ -9,6 +9,8 @@ import pytest
 from tests.exporters.found import FRICTION, found_in, robot_of
 
 from stribeck import Robot, export
+from stribeck.exporters.links import possible, share
+from stribeck.robot.inertial_parameters import pseudo_inertia
 
 STEP = 2e-4
 """Of simulations [s]."""
@@ -57,9 +59,7 @@ def compiled(path: Path) -> mujoco.MjModel:
 
 
 @pytest.mark.parametrize(("name", "target"), [("toro", "mjcf"), *((name, "urdf") for name in [*URDFS, "icub"])])
-def test_what_is_read_again_is_the_corrected_robot_and_each_body_can_exist(
-    name: str, target: str, tmp_path: Path
-) -> None:
+def test_exported_models_are_the_corrected_robot_with_possible_bodies(name, target, tmp_path):
     """iCub's own model has bodies that cannot; they are named, and become the nearest that can."""
     robot, _ = robot_of(name, tmp_path)
     result, corrected = found_in(robot, seed=1)
@@ -102,28 +102,45 @@ def test_a_urdf_that_becomes_an_mjcf_is_the_same_robot(name: str, tmp_path: Path
             assert at.nq == 2 or np.isinf(limits).all()
 
 
-@pytest.mark.parametrize("name", ["toro", "arm", "talos"])
-def test_mujoco_simulates_it_and_it_loses_what_friction_takes(name: str, tmp_path: Path) -> None:
-    robot, target = robot_of(name, tmp_path)
-    result, corrected = found_in(robot)
-    path = tmp_path / f"{name}.xml"
-    export(result, robot, path, target, inertia=True)
-    model = compiled(path)
-    joints = [model.joint(joint).dofadr[0] for joint in robot.joint_names]
-    np.testing.assert_allclose(model.dof_frictionloss[joints], FRICTION["coulomb"][0])
-    np.testing.assert_allclose(model.dof_damping[joints].reshape(len(joints), -1)[:, 0], FRICTION["viscous"][0])
-    if robot.base == "floating" and target == "mjcf":
-        assert model.body_mass.sum() == pytest.approx(corrected.mass, rel=1e-9)
-    data = mujoco.MjData(model)
-    data.qvel[joints] = np.random.default_rng(0).normal(size=len(joints))
-    energies, powers = [], []
-    for _ in range(500):
-        mujoco.mj_forward(model, data)
-        mujoco.mj_energyVel(model, data)
-        speed = np.abs(data.qvel[joints])
-        energies.append(data.energy[1])
-        powers.append(FRICTION["coulomb"][0] * speed.sum() + FRICTION["viscous"][0] * (speed**2).sum())
-        mujoco.mj_step(model, data)
-    assert np.isfinite(data.qpos).all()
-    lost, work = energies[0] - energies[-1], STEP * np.sum(powers)
-    assert 0.6 * work < lost < 1.01 * work  # MuJoCo softens friction near standstill
+def some_links(count: int, seed: int) -> np.ndarray:
+    pin.seed(seed)
+    sizes = np.random.default_rng(seed).uniform(0.05, 0.4, (count, 4))
+    return np.stack(
+        [pseudo_inertia(pin.SE3.Random().act(pin.Inertia.FromEllipsoid(*size)).toDynamicParameters()) for size in sizes]
+    )
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("count", [1, 2, 7])
+def test_links_sum_up_to_the_estimate_and_are_possible(count: int, seed: int) -> None:
+    links = some_links(count, seed)
+    found = some_links(1, seed + 50)[0]
+    shared = share(links, found)
+    np.testing.assert_allclose(shared.sum(axis=0), found, atol=1e-12 * np.abs(found).max())
+    assert np.linalg.eigvalsh(shared).min() > 0
+
+
+def test_no_correction_changes_nothing_and_frames_do_not_matter() -> None:
+    links, found = some_links(3, 2), some_links(1, 3)[0]
+    np.testing.assert_allclose(share(links, links.sum(axis=0)), links, atol=1e-12)
+    one = links[0]
+    assert possible(one) is one
+    pose = pin.SE3.Random().homogeneous
+    np.testing.assert_allclose(
+        share(pose @ links @ pose.T, pose @ found @ pose.T), pose @ share(links, found) @ pose.T, atol=1e-10
+    )
+
+
+def test_an_empty_link_and_a_sensor_stay_and_an_impossible_link_becomes_possible() -> None:
+    links, found = some_links(3, 4), some_links(1, 5)[0]
+    links[0] = 0.0
+    links[1, 2, 2] -= 1.0
+    shared = share(links, found)
+    assert not shared[0].any()
+    assert np.linalg.eigvalsh(shared[1:]).min() > 0
+    links = some_links(3, 7)
+    links[1] *= 1e-3
+    found = 1.1 * links.sum(axis=0)
+    shared = share(links, found)
+    np.testing.assert_array_equal(shared[1], links[1])
+    np.testing.assert_allclose(shared.sum(axis=0), found, atol=1e-12 * np.abs(found).max())

@@ -24,11 +24,8 @@ FORCE = {"viscous": (20.0, "N s/m"), "coulomb": (3.0, "N"), "offset": (0.0, "N")
 def written(target: str, folder: Path, friction: str | None = None) -> tuple[Path, Robot]:
     """Write what was found of an arm with a sliding joint, whose elbow has a rotor alone."""
     robot = Robot.from_file(write_arm(folder))
-    found = {
-        "shoulder": joint_result(FOUND),
-        "elbow": joint_result({"armature": (0.1, "kg m^2")}),
-        "slide": joint_result(FORCE),
-    }
+    elbow = joint_result({"armature": (0.1, "kg m^2")})
+    found = {"shoulder": joint_result(FOUND), "elbow": elbow, "slide": joint_result(FORCE)}
     result = replace(found_in(robot)[0], joints=found, corrections=None)
     export(result, robot, folder / "found.yaml", target, friction=friction)
     return folder / "found.yaml", robot
@@ -43,9 +40,8 @@ def test_pinocchio_has_it(tmp_path: Path) -> None:
     np.testing.assert_array_equal(model.lowerDryFrictionLimit, [-1.2, 0.0, -3.0])
     np.testing.assert_array_equal(model.damping, [0.3, 0.0, 20.0])
     neutral, still, acceleration = pin.neutral(model), np.zeros(3), np.array([1.0, -2.0, 3.0])
-    torque, without = (
-        pin.rnea(each, each.createData(), neutral, still, acceleration) for each in (model, robot.tree.model)
-    )
+    models = (model, robot.tree.model)
+    torque, without = (pin.rnea(each, each.createData(), neutral, still, acceleration) for each in models)
     np.testing.assert_allclose(torque - without, [0.05, -0.2, 1.2], atol=1e-12)
     np.testing.assert_allclose(pin.aba(model, model.createData(), neutral, still, torque), acceleration, atol=1e-9)
     other = pin.Model(robot.tree.model)

@@ -76,9 +76,8 @@ def test_tables_contain_what_results_contain(logs: Path, store: Path) -> None:
         for name, each in own.parameters.items()
     ]
     assert found == sorted(wanted)
-    for joint, velocity, friction, low, high in rows(
-        store, f"SELECT joint, velocity, friction, low, high FROM curves {where}"
-    ):
+    curves = rows(store, f"SELECT joint, velocity, friction, low, high FROM curves {where}")
+    for joint, velocity, friction, low, high in curves:
         assert low < friction < high
         assert friction == pytest.approx(float(result.joints[joint].friction(velocity)), rel=0.05)
     units = rows(store, "SELECT DISTINCT unit, speed_unit FROM curves WHERE joint = 'slide'")
@@ -266,10 +265,8 @@ def test_other_tools_read_the_store(store: Path, tmp_path: Path) -> None:
 def test_logs_are_found_by_globs_and_urls(logs: Path, tmp_path: Path) -> None:
     import fsspec
 
-    assert [Path(job.log).name for job in jobs_of_logs([str(logs / "logs/*/log_[01].npz")], logs)] == [
-        "log_0.npz",
-        "log_1.npz",
-    ]
+    found = jobs_of_logs([str(logs / "logs/*/log_[01].npz")], logs)
+    assert [Path(job.log).name for job in found] == ["log_0.npz", "log_1.npz"]
     memory = fsspec.filesystem("memory")
     memory.put(str(logs / "logs/R0/log_0.npz"), "/plant/R9/log.npz")
     jobs = jobs_of_logs(["memory://plant"], logs / "robot.toml")

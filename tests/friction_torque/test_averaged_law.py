@@ -45,9 +45,8 @@ def log() -> RobotLog:
         sliding = coulomb * np.tanh(slope * velocity) * (1 + gain * np.exp(-((velocity / speed) ** 2)))
         velocity += step * (applied - viscous * velocity - sliding - offset) / INERTIA
         position += step * velocity
-    return RobotLog(
-        time=time[::STEPS], joint_names=("axle",), position=positions[::STEPS, None], torque=torque[::STEPS, None]
-    )
+    rows = slice(None, None, STEPS)
+    return RobotLog(time=time[rows], joint_names=("axle",), position=positions[rows, None], torque=torque[rows, None])
 
 
 def errors(wheel: Robot, log: RobotLog, **changes: object) -> np.ndarray:
@@ -69,10 +68,6 @@ def test_an_averaged_law_is_right_where_the_torque_jumps_and_the_motion_is_smoot
     pulses, sizes = 2 * np.pi * np.array([0.31, 0.67, 1.3]), np.array([0.5, 0.6, 0.4])
     phases = pulses * time[:, None] + [0.3, 1.1, 2.0]
     velocity, acceleration = np.sin(phases) @ sizes, np.cos(phases) @ (sizes * pulses)
-    log = RobotLog(
-        time=time,
-        joint_names=("axle",),
-        position=(-np.cos(phases) @ (sizes / pulses))[:, None],
-        torque=(INERTIA * acceleration + LAW.torque(velocity, TRUTH))[:, None],
-    )
+    position, torque = -np.cos(phases) @ (sizes / pulses), INERTIA * acceleration + LAW.torque(velocity, TRUTH)
+    log = RobotLog(time=time, joint_names=("axle",), position=position[:, None], torque=torque[:, None])
     np.testing.assert_allclose(errors(wheel, log, averaged_law=True), 0, atol=0.002)

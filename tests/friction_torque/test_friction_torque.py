@@ -1,7 +1,6 @@
 """Friction torque of a log by support: known, or undetermined."""
 
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -9,25 +8,20 @@ import pinocchio as pin
 import pyarrow.parquet as pq
 import pytest
 from scipy.spatial.transform import Rotation
-from tests.models import POSTURES, STRIBECK, example_robot
+from tests.arm import arm_log, write_arm
+from tests.loops import joint, link
+from tests.models import example_log, example_robot
 
-from stribeck import Settings, identify
+from stribeck import Robot, Settings, identify
 from stribeck.errors import LogError
-from stribeck.friction import get_law
+from stribeck.friction_torque.auto_filter import cutoff_from_log
 from stribeck.friction_torque.inverse_dynamics import Chunk, torque_chunks
 from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
 from stribeck.settings import FilterSettings
-from stribeck_simulation.prescribed.exact import Truth, exact_log
+from stribeck_simulation.prescribed.exact import Truth
 
 EXACT = FilterSettings(kind="log")
-
-
-@cache
-def walk(name: str, duration: float = 5.0) -> tuple[RobotLog, Truth]:
-    robot = example_robot(name)
-    truth = {joint: STRIBECK for joint in robot.joint_names if joint not in robot.position_controlled}
-    return exact_log(robot, get_law("stribeck"), truth, duration=duration, posture=POSTURES[name])
 
 
 def chunks(name: str, log: RobotLog, **settings: object) -> list[Chunk]:
@@ -48,8 +42,8 @@ def by_support(found: list[Chunk], truth: Truth, name: str) -> dict[str, tuple[n
     return joined
 
 
-def test_single_support_knows_every_joint_and_double_support_the_free_ones() -> None:
-    log, truth = walk("talos")
+def test_single_support_determines_all_joints_and_double_support_the_free_ones() -> None:
+    log, truth = example_log("talos")
     robot = example_robot("talos")
     found = by_support(chunks("talos", log), truth, "talos")
     assert set(found) == {"left", "right", "left+right"}
@@ -63,7 +57,7 @@ def test_single_support_knows_every_joint_and_double_support_the_free_ones() -> 
 
 
 def test_fits_use_only_swinging_limbs_by_default() -> None:
-    log, _ = walk("talos")
+    log, _ = example_log("talos")
     robot = example_robot("talos")
     for standing_legs in (False, True):
         (chunk,) = chunks("talos", log, standing_legs=standing_legs)
@@ -80,7 +74,7 @@ def test_fits_use_only_swinging_limbs_by_default() -> None:
 @pytest.mark.parametrize("frame", ["base_link", "torso_2_link"])
 def test_the_tilt_comes_from_whatever_frame_the_imu_is_in(frame: str) -> None:
     robot = example_robot("talos")
-    log, truth = walk("talos")
+    log, truth = example_log("talos")
     moved = replace(robot, base_frame=frame)
     model, data = robot.tree.model, robot.tree.model.createData()
     turned = np.empty_like(log.base_orientation)
@@ -99,7 +93,7 @@ def test_the_tilt_comes_from_whatever_frame_the_imu_is_in(frame: str) -> None:
 
 
 def test_a_flat_foot_needs_no_orientation() -> None:
-    log, truth = walk("talos")
+    log, truth = example_log("talos")
     found = by_support(chunks("talos", log, tilt="flat"), truth, "talos")
     np.testing.assert_allclose(*found["left"], atol=1e-8)
     blind = replace(log, base_orientation=None)
@@ -109,8 +103,8 @@ def test_a_flat_foot_needs_no_orientation() -> None:
         chunks("talos", blind, tilt="imu")
 
 
-def test_point_feet_leave_their_legs_open_and_know_the_swinging_one() -> None:
-    log, truth = walk("go2", 6.0)
+def test_point_feet_determine_only_the_swinging_leg() -> None:
+    log, truth = example_log("go2", 6.0)
     robot = example_robot("go2")
     (chunk,) = chunks("go2", log)
     for k, support in enumerate(chunk.samples.support_names):
@@ -126,7 +120,7 @@ def test_point_feet_leave_their_legs_open_and_know_the_swinging_one() -> None:
 
 
 def test_the_table_has_the_ground_reaction_that_the_sensor_felt(tmp_path: Path) -> None:
-    log, _ = walk("talos", 20.0)
+    log, _ = example_log("talos", 8.0)
     settings = Settings(method="curve-fit", filter=EXACT, law="coulomb-viscous")
     identify(log, example_robot("talos"), settings, table=tmp_path / "f.parquet")
     table = pq.read_table(tmp_path / "f.parquet")
@@ -139,7 +133,7 @@ def test_the_table_has_the_ground_reaction_that_the_sensor_felt(tmp_path: Path) 
 @pytest.mark.parametrize("landed", ["left", "right"])
 def test_a_foot_that_has_just_landed_is_not_the_root(landed: str) -> None:
     """Its ankle still moves; the arms are computed from the foot that stood before."""
-    log, truth = walk("talos")
+    log, truth = example_log("talos")
     robot = example_robot("talos")
     landing = np.flatnonzero(np.diff(log.contact[:, log.foot_names.index(landed)].astype(int)) > 0)
     moved = log.position.copy()
@@ -155,3 +149,36 @@ def test_a_foot_that_has_just_landed_is_not_the_root(landed: str) -> None:
     arms = ~robot.standing(("left", "right"))[robot.torque_controlled]
     true = truth.friction_torque[chunk.rows[rows]][:, robot.torque_controlled][:, arms]
     np.testing.assert_allclose(chunk.samples.friction_torque[rows][:, arms], true, atol=1e-8)
+
+
+COAXIAL = (
+    '<robot name="coaxial"><link name="base"/><link name="empty"/>'
+    + joint("first", "base", "empty", "0 0 1", "0 0 0")
+    + link("body", 2.0, "0.1 0 0.1")
+    + joint("second", "empty", "body", "0 0 1", "0 0 0.1")
+    + link("hand", 1.0, "0.1 0 0.1")
+    + joint("third", "body", "hand", "0 1 0", "0 0 0.3")
+    + "</robot>"
+)
+
+
+def test_joints_about_one_axis_with_nothing_between_them_choose_no_filter(tmp_path: Path) -> None:
+    (tmp_path / "model.urdf").write_text(COAXIAL)
+    (tmp_path / "robot.toml").write_text('[robot]\nmodel = "model.urdf"\nbase = "fixed"\n')
+    robot = Robot.from_file(tmp_path / "robot.toml")
+    prepared = prepare(arm_log(robot, duration=4.0), robot, robot.settings)
+    choice = cutoff_from_log(prepared, robot, robot.settings)
+    assert np.isfinite(choice.cutoff)
+
+
+def test_contact_flags_that_are_missing_at_first_choose_the_filter_of_the_rest(tmp_path: Path) -> None:
+    robot = Robot.from_file(write_arm(tmp_path))
+    prepared = prepare(arm_log(robot, duration=40.0), robot, robot.settings)
+    (phase,) = prepared.support.phases
+    rest = replace(phase, start=35_000, first=35_000, steady_first=35_000)
+    hung = replace(phase, kind="flight", feet=(), stop=35_000, last=35_000, steady_last=35_000)
+    chosen = [
+        cutoff_from_log(replace(prepared, support=replace(prepared.support, phases=phases)), robot, robot.settings)
+        for phases in ((hung, rest), (rest,))
+    ]
+    assert chosen[0].cutoff == chosen[1].cutoff

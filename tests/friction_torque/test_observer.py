@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 from scipy.signal import lfilter
 from tests.arm import TRUTH, arm_log
-from tests.models import POSTURES, STRIBECK, example_robot
+from tests.models import STRIBECK, example_log, example_robot
 
 from stribeck import LogError, MomentumObserver, Robot, Settings, identify
 from stribeck.base.typing import Array
@@ -19,7 +19,7 @@ from stribeck.friction_torque.inverse_dynamics import torque_chunks
 from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
 from stribeck.settings import FilterSettings
-from stribeck_simulation.prescribed.exact import Truth, exact_log
+from stribeck_simulation.prescribed.exact import Truth
 
 PERIOD = 1e-3
 EXACT = FilterSettings(kind="log")
@@ -32,9 +32,7 @@ def log(arm: Robot) -> RobotLog:
 
 @pytest.fixture(scope="module")
 def walk() -> tuple[RobotLog, Truth]:
-    robot = example_robot("talos")
-    truth = {joint: STRIBECK for joint in robot.joint_names if joint not in robot.position_controlled}
-    return exact_log(robot, get_law("stribeck"), truth, duration=5.0, posture=POSTURES["talos"])
+    return example_log("talos")
 
 
 def friction_of(velocity: Array, truth: dict[str, float]) -> Array:
@@ -80,20 +78,16 @@ def test_it_is_stable_at_every_bandwidth(arm: Robot, log: RobotLog, bandwidth: f
 
 
 def _motion(log: RobotLog, rows: slice) -> tuple[Array, Array, Array]:
-    assert log.velocity is not None
     return log.position[rows], log.velocity[rows], log.torque[rows]
 
 
-def test_a_log_gives_the_same_samples_as_a_controller(
-    arm: Robot, log: RobotLog, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_log_gives_the_same_samples_as_a_controller(arm, log, monkeypatch):
     monkeypatch.setattr(stream, "CHUNK", 700)  # the low-pass goes on from part to part
     log = replace(log.take(slice(0, 2101)), acceleration=None)
     settings = Settings(method="observer", filter=EXACT, observer_bandwidth=20.0)
     chunks = list(torque_chunks(prepare(log, arm, settings), arm, settings))
-    found, velocity = (
-        np.concatenate([getattr(chunk.samples, name) for chunk in chunks]) for name in ("friction_torque", "velocity")
-    )
+    found = np.concatenate([chunk.samples.friction_torque for chunk in chunks])
+    velocity = np.concatenate([chunk.samples.velocity for chunk in chunks])
     assert len(chunks) > 3
     observer = MomentumObserver(arm, PERIOD, 20.0)
     pairs = []
@@ -129,9 +123,6 @@ def test_on_its_feet_a_robot_has_the_low_pass_of_its_friction(walk: tuple[RobotL
 def test_in_a_controller_the_estimate_is_carried_on_when_other_feet_stand(walk: tuple[RobotLog, Truth]) -> None:
     log, _ = walk
     robot = example_robot("talos")
-    assert log.velocity is not None
-    assert log.contact is not None
-    assert log.base_orientation is not None
     observer = MomentumObserver(robot, PERIOD, 20.0)
     standing = robot.standing(tuple(robot.contacts))
     before, feet_before = observer.friction_torque, ()
@@ -151,15 +142,7 @@ def test_in_a_controller_the_estimate_is_carried_on_when_other_feet_stand(walk: 
 
 
 def test_on_point_feet_the_limbs_that_swing_are_seen() -> None:
-    robot = example_robot("go2")
-    law = get_law("stribeck")
-    log, truth = exact_log(
-        robot, law, dict.fromkeys(robot.joint_names, STRIBECK), duration=1.5, gait="trot", posture=POSTURES["go2"]
-    )
-    assert log.velocity is not None
-    assert log.contact is not None
-    assert log.base_orientation is not None
-    assert truth.base_velocity is not None
+    robot, (log, truth) = example_robot("go2"), example_log("go2", 1.5, "trot")
     phase = np.flatnonzero(log.contact.sum(axis=1) == 2)
     phase = phase[: np.argmax(np.append(np.diff(phase), 2) > 1) + 1]
     feet = tuple(np.array(log.foot_names)[log.contact[phase[0]]])
@@ -179,30 +162,18 @@ def test_on_point_feet_the_limbs_that_swing_are_seen() -> None:
     assert not np.array(found)[:, ~swinging].any()
 
 
-@pytest.mark.parametrize(
-    ("name", "duration", "rate", "truth"),
-    [("ur5", 9.0, 1000.0, STRIBECK), ("talos", 14.0, 500.0, {"viscous": 0.2, "coulomb": 1.0, "offset": 0.3})],
-)
-def test_every_parameter_of_every_joint_comes_back(
-    name: str, duration: float, rate: float, truth: dict[str, float]
-) -> None:
+def test_every_parameter_of_every_joint_comes_back() -> None:
     """Uses only positions, velocities and torques."""
-    robot, law = example_robot(name), "stribeck" if "slope" in truth else "coulomb-viscous"
-    parameters = {joint: truth for joint in robot.joint_names if joint not in robot.position_controlled}
-    exact, _ = exact_log(
-        robot, get_law(law), parameters, duration=duration, rate=rate, posture=POSTURES.get(name, {}), seed=3
-    )
-    log = replace(exact, acceleration=None)
-    result = identify(log, robot, Settings(law=law, method="observer", filter=EXACT, observer_bandwidth=40.0))
-    assert len(result.joints) == len(parameters)
+    exact, _ = example_log("ur5", 9.0, seed=3)
+    settings = Settings(law="stribeck", method="observer", filter=EXACT, observer_bandwidth=40.0)
+    result = identify(replace(exact, acceleration=None), example_robot("ur5"), settings)
     for joint in result.joints.values():
         assert joint.verdict == "identified"
-        for parameter, value in truth.items():
+        for parameter, value in STRIBECK.items():
             assert joint.parameters[parameter].value == pytest.approx(value, rel=0.01), parameter
 
 
 def test_the_momentum_of_a_rotor_that_the_model_lacks_is_found(arm: Robot, log: RobotLog) -> None:
-    assert log.acceleration is not None
     with_rotors = replace(log, torque=log.torque + 0.15 * log.acceleration, acceleration=None)
     settings = Settings(method="observer", filter=EXACT, observer_bandwidth=20.0, fit_armature=True)
     for joint in identify(with_rotors, arm, settings).joints.values():

@@ -33,9 +33,7 @@ def found(folder: Path, *names: str) -> tuple[dict[str, dict[str, Any]], str | N
         ("encoders_{joint}", "model_{joint}", "tau_{joint}", (None, None)),
     ],
 )
-def test_joints_units_and_kinds_in_one_name(
-    position: str, other: str, torque: str, units: tuple[str | None, str | None], tmp_path: Path
-) -> None:
+def test_joints_units_and_kinds_in_one_name(position, other, torque, units, tmp_path):
     table, source = found(tmp_path, "Time (s)", *columns(position, other, torque))
     assert table["time"] == {"name": "Time (s)"}
     for channel, name, unit in (("position", position, units[0]), ("torque", torque, units[1])):
@@ -51,6 +49,10 @@ def test_currents_are_taken_where_there_is_no_torque(current: str, unit: str, tm
     table, source = found(tmp_path, *names)
     assert table["torque"] == {"name": columns(current), "unit": unit}
     assert source == "motor_current"
+    table, source = found(tmp_path, *names, *columns("target_moment_{joint}"))
+    assert table["torque"] == {"name": columns(current), "unit": unit}  # which is measured
+    table, source = found(tmp_path, "t", *columns("actual_q_{k}", "target_moment_{k}"))
+    assert (table["torque"], source) == ({"name": columns("target_moment_{k}")}, "command")
     table, source = found(tmp_path, *names, *columns("tau_{joint}"))
     assert table["torque"] == {"name": columns("tau_{joint}")}
     assert source is None

@@ -36,7 +36,7 @@ ONE_WAY = "moves in only one direction, between 0.* and 1.* rad/s"
         ({}, 5, "the motion is too short: 5 blocks .*; record at least 6"),
     ],
 )
-def test_reasons_name_what_was_found_and_what_is_needed(make_samples, make_joint, joint, blocks, reason) -> None:
+def test_reasons_give_the_value_and_the_requirement(make_samples, make_joint, joint, blocks, reason) -> None:
     assert re.match(reason, str(judged(make_samples({"knee": make_joint(**joint)}, blocks=blocks)).reason))
 
 

@@ -5,9 +5,15 @@ from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
+from tests.result.made import joint
+from tests.samples import make_samples
 
+from stribeck.base.typing import Array
 from stribeck.friction import LAWS, get_law
+from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.judgement.curve_fit.fit import fit_law, validate
+from stribeck.judgement.passivity import passivity_violated
+from stribeck.judgement.torque_error import torque_r2
 from stribeck.judgement.verdict import judge
 from stribeck.judgement.weakness import USUAL, is_weak
 from stribeck.methods.whole_log import CRITERIA
@@ -62,7 +68,7 @@ def test_a_still_joint_gets_no_numbers(make_samples, make_joint) -> None:
     assert "moves only between" in found.reason
 
 
-def test_a_slow_joint_leaves_viscous_friction_open_and_says_why(make_samples, make_joint) -> None:
+def test_viscous_friction_of_a_slow_joint_is_weak_with_a_reason(make_samples, make_joint) -> None:
     found = identified(make_samples({"knee": make_joint(speed=0.06, noise=10.0)}))["knee"]
     assert found.verdict == found.parameters["viscous"].verdict == "weak"
     assert found.reason.startswith("friction near 0.14 rad/s is 1.")
@@ -70,16 +76,14 @@ def test_a_slow_joint_leaves_viscous_friction_open_and_says_why(make_samples, ma
 
 
 @pytest.mark.parametrize(("speed", "clears"), [(0.06, False), (0.2, True)])
-def test_what_lies_beyond_a_stribeck_velocity_that_is_not_cleared_is_weak(
-    make_samples, make_joint, speed: float, clears: bool
-) -> None:
+def test_parameters_above_the_top_speed_are_weak(make_samples, make_joint, speed, clears):
     found = identified(make_samples({"knee": make_joint(speed=speed, noise=1e-4)}))["knee"]
     weak = {name for name, parameter in found.parameters.items() if parameter.verdict == "weak"}
     assert weak == (set() if clears else {"viscous", "coulomb", "stribeck_gain"})
     assert found.verdict == "identified"
 
 
-def test_a_joint_without_stribeck_effect_is_told_so(make_samples, make_joint, truth) -> None:
+def test_a_missing_stribeck_effect_is_reported(make_samples, make_joint, truth) -> None:
     samples = make_samples({"knee": make_joint(truth=truth | {"stribeck_gain": 0.0})})
     found = identified(samples)["knee"]
     weak = {name for name, parameter in found.parameters.items() if parameter.verdict == "weak"}
@@ -101,7 +105,7 @@ def test_power_is_judged_by_the_sign_convention(make_samples, make_joint) -> Non
 
 @pytest.mark.parametrize("law", list(LAWS))
 @pytest.mark.parametrize("torque", ["zero", "constant", "random"])
-def test_torque_without_friction_is_told_so_and_never_crashes(make_samples, make_joint, law, torque) -> None:
+def test_torque_without_friction_is_reported(make_samples, make_joint, law, torque) -> None:
     samples = make_samples({"knee": make_joint()}, blocks=12)
     signal = {"zero": 0.0, "constant": 3.0, "random": np.random.default_rng(2).normal(size=(2400, 1))}[torque]
     found = identified(replace(samples, friction_torque=np.zeros((2400, 1)) + signal), law)["knee"]
@@ -131,9 +135,7 @@ def test_parameters_are_weak_from_one_width_on(make_samples, make_joint, width: 
     ("zero", "lent"),
     [("coulomb", {"stribeck_gain", "stribeck_velocity", "slope"}), ("stribeck_gain", {"stribeck_velocity"})],
 )
-def test_the_whole_logs_bends_of_friction_that_may_be_none_are_weak(
-    make_samples, make_joint, zero: str, lent: set[str]
-) -> None:
+def test_the_whole_logs_bends_of_friction_that_may_be_none_are_weak(make_samples, make_joint, zero, lent):
     samples = make_samples({"knee": make_joint()}, blocks=60)
     fit = fit_law(samples, get_law("stribeck"), Settings(law="stribeck"))["knee"]
     intervals = fit.values[:, None] + np.abs(fit.values)[:, None] * np.array([-0.05, 0.05])
@@ -150,3 +152,60 @@ def test_a_law_that_fails_on_unseen_blocks_is_weak(make_samples, make_joint) -> 
     found = identified(spoilt)["knee"]
     assert found.verdict == "weak"
     assert "explains held-out blocks no better" in found.reason
+
+
+COUNT, BLOCKS = 4000, 20
+WEAK = joint(verdict="weak")
+
+
+def samples(friction_torque: Array, velocity: Array, blocks: int = BLOCKS) -> FrictionSamples:
+    return make_samples(velocity, friction_torque, ("hinge",), 0.01, block=np.arange(COUNT) * blocks // COUNT)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_wrong_sign_violates_passivity_and_noise_does_not(seed: int) -> None:
+    generator = np.random.default_rng(seed)
+    velocity = np.sin(0.3 * np.arange(COUNT) + seed)
+    noise = generator.standard_normal(COUNT)
+    for friction, violated in ((0.0, False), (0.3, False), (-0.3, True)):
+        found = passivity_violated({"hinge": WEAK}, samples(friction * np.sign(velocity) + noise, velocity))
+        assert [finding.joints for finding in found] == [("hinge",)] * violated
+
+
+def test_few_blocks_and_resting_joints_violate_nothing() -> None:
+    velocity = np.sin(0.3 * np.arange(COUNT))
+    assert passivity_violated({"hinge": joint(verdict="not excited")}, samples(-velocity, velocity)) == []
+    assert passivity_violated({"hinge": WEAK}, samples(-velocity, velocity, blocks=4)) == []
+
+
+LAW = get_law("stribeck")
+
+
+def fitted(make_samples, joint, carried):
+    """Return samples with a torque that is friction and what the model explains, shape (N, 1), and the fits."""
+    samples = make_samples({"knee": joint}, blocks=40)
+    load = carried * np.sin(3.0 * samples.time)[:, None]
+    samples = replace(samples, torque=samples.friction_torque + load)
+    return samples, fit_law(samples, LAW, Settings(law=LAW.name))
+
+
+def test_it_is_one_less_the_noise_s_share_of_the_torque_s_variance(make_samples, make_joint) -> None:
+    samples, fits = fitted(make_samples, make_joint(noise=0.5), carried=4.0)
+    expected = 1 - 0.5**2 / np.var(samples.torque)
+    assert torque_r2(samples, fits, LAW)["knee"] == pytest.approx(expected, abs=2e-3)
+
+
+def test_an_error_of_the_model_costs_its_mean_square_whether_it_varies_or_not(make_samples, make_joint) -> None:
+    samples, fits = fitted(make_samples, make_joint(noise=0.0), carried=4.0)
+    off = replace(samples, friction_torque=samples.friction_torque + 0.8)
+    assert torque_r2(samples, fits, LAW)["knee"] == pytest.approx(1.0, abs=1e-4)
+    assert torque_r2(off, fits, LAW)["knee"] == pytest.approx(1 - 0.8**2 / np.var(samples.torque), abs=2e-3)
+
+
+def test_samples_that_no_fit_may_use_do_not_count(make_samples, make_joint) -> None:
+    samples, fits = fitted(make_samples, make_joint(noise=0.2), carried=4.0)
+    usable = samples.time[:, None] < samples.time[-1] / 2
+    friction = np.where(usable, samples.friction_torque, 1e6)
+    spoilt = replace(samples, friction_torque=friction, usable=usable)
+    assert torque_r2(spoilt, fits, LAW)["knee"] > 0.9
+    assert torque_r2(replace(spoilt, usable=np.zeros_like(usable)), fits, LAW) == {}

@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation, Slerp
 from tests.log.readers.formats import synthetic_log
 
+from stribeck.errors import LogError
+from stribeck.log.interpolation import bridges, cubic, linear, previous, slerp
+from stribeck.log.overlap import prints, refuse_overlap
 from stribeck.log.sampling import regularise
 from stribeck.settings import LogTable
 
@@ -77,7 +81,7 @@ def test_jitter_is_interpolated_away(seed, share):
     assert any("interpolated to" in note for note in sampling.notes)
 
 
-def test_interpolation_of_one_segment_knows_nothing_of_the_next():
+def test_segments_are_interpolated_independently():
     rng = np.random.default_rng(0)
     time = (np.arange(400) + rng.uniform(-0.1, 0.1, 400)) / 1000
     time[200:] += 0.5
@@ -110,7 +114,7 @@ def test_every_kind_of_channel_is_interpolated_in_its_own_way():
     assert even.foot_wrench.shape == (len(even.time), 2, 6)
 
 
-def test_rounded_stamps_are_evened_and_values_left_alone():
+def test_rounded_stamps_are_evened_and_values_unchanged():
     true = np.arange(500) / 400  # 2.5 ms, logged in whole milliseconds
     log = log_at(true)
     even, sampling = regularise(replace(log, time=np.round(true, 3)), LogTable(max_gap=0.005))
@@ -133,9 +137,8 @@ def test_max_gap_allows_longer_steps():
 
 def wall_clock(generator, rows=4000):
     """Make stamps of a scheduler at 1 kHz: each slightly late, one of fifty by up to four periods, none missing."""
-    late = 5e-5 * np.abs(generator.standard_t(3, rows)) + (generator.random(rows) < 0.02) * generator.uniform(
-        0, 4e-3, rows
-    )
+    late = 5e-5 * np.abs(generator.standard_t(3, rows))
+    late += (generator.random(rows) < 0.02) * generator.uniform(0, 4e-3, rows)
     due = 1e-3 * np.arange(rows)
     stamps = due + late
     for row in range(1, rows):
@@ -192,9 +195,7 @@ def test_zeros_of_a_second_publisher_are_dropped_and_a_robot_at_zero_is_not():
     read, sampling = regularise(replace(log, position=np.where(ghost[:, None], 0.0, log.position + 1.0)), LogTable())
     assert sampling.missing == {"all positions zero": int(ghost.sum())}
     assert read.position.min() > -0.5
-    rests = np.where(
-        (np.arange(400) < 200)[:, None], 0.0, 0.01 * np.maximum(0.0, np.arange(400) - 199)[:, None] ** 2 / 400
-    )
+    rests = 0.01 * np.maximum(0.0, np.arange(400) - 199)[:, None] ** 2 / 400
     _, sampling = regularise(replace(log, position=rests + 0 * log.position), LogTable())
     assert sampling.missing == {}
 
@@ -205,3 +206,90 @@ def test_repeated_stamps_are_dropped_and_counted():
     assert sampling.duplicates == 6
     np.testing.assert_allclose(even.time, np.arange(300) / 1000)
     np.testing.assert_array_equal(even.position, motion(even.time)["position"])
+
+
+TIME = np.array([0.0, 0.1, 0.25, 0.3, 0.6])
+RNG = np.random.default_rng(0)
+
+
+@pytest.mark.parametrize("method", [linear, cubic, previous])
+def test_samples_are_met(method):
+    values = RNG.normal(size=(5, 3))
+    np.testing.assert_allclose(method(TIME, TIME, values), values, atol=1e-12)
+    np.testing.assert_allclose(method(np.array([-1.0, 2.0]), TIME, values), values[[0, -1]], atol=1e-12)
+
+
+def test_polynomials_are_met_up_to_the_order_of_the_method():
+    query = np.linspace(0, 0.6, 50)
+    line = lambda t: np.stack([1 + 2 * t, -t], axis=1)  # noqa: E731
+    cube = lambda t: np.stack([t**3 - t, 2 * t**2], axis=1)  # noqa: E731
+    np.testing.assert_allclose(linear(query, TIME, line(TIME)), line(query), atol=1e-12)
+    np.testing.assert_allclose(cubic(query, TIME, cube(TIME)), cube(query), atol=1e-12)
+
+
+def test_orientations_turn_at_constant_speed_the_short_way():
+    rotations = Rotation.random(5, rng=1)
+    quaternions = rotations.as_quat() * np.array([1, -1, 1, 1, -1])[:, None]
+    query = np.linspace(0, 0.6, 40)
+    ours = Rotation.from_quat(slerp(query, TIME, quaternions))
+    assert (ours.inv() * Slerp(TIME, rotations)(query)).magnitude().max() < 1e-7
+
+
+def test_bridges_are_between_samples_too_far_apart_and_outside():
+    query = np.array([-0.1, 0.0, 0.05, 0.2, 0.3, 0.4, 0.6, 0.7])
+    expected = [True, False, False, False, False, True, False, True]
+    np.testing.assert_array_equal(bridges(query, TIME, 0.2), expected)
+
+
+def test_blocks_leave_no_seams(monkeypatch):
+    time = np.cumsum(RNG.uniform(0.5, 1.5, 2000))
+    query = np.sort(RNG.uniform(time[0], time[-1], 1500))
+    values, turns = RNG.normal(size=(2000, 3)), Rotation.random(2000, rng=2).as_quat()
+    whole = cubic(query, time, values), slerp(query, time, turns)
+    monkeypatch.setattr("stribeck.log.interpolation.BLOCK_ROWS", 100)
+    np.testing.assert_allclose(cubic(query, time, values), whole[0], atol=1e-12)
+    np.testing.assert_array_equal(slerp(query, time, turns), whole[1])
+
+
+def noisy(seed, samples=4000):
+    log = synthetic_log(samples)
+    return replace(log, position=log.position + np.random.default_rng(seed).normal(0, 1e-4, log.position.shape))
+
+
+def refuse(own, other):
+    refuse_overlap(prints(own), "b.npz", [(prints(other), "a.npz")])
+
+
+@pytest.mark.parametrize("rows", [slice(None), slice(3000, None), slice(1000, 2000)])
+def test_samples_given_twice(rows):
+    log = noisy(1)
+    part = log.take(rows)
+    for other in (part, replace(part, time=part.time - part.time[0] + 1e6)):
+        with pytest.raises(LogError, match=r"b\.npz: .* % of its samples are also in a\.npz; use each"):
+            refuse(other, log)
+
+
+def test_halves_that_overlap_a_little():
+    log = noisy(1)
+    with pytest.raises(LogError, match="2 % of its samples"):
+        refuse(log.take(slice(1900, None)), log.take(slice(0, 2000)))
+    refuse(log.take(slice(1990, None)), log.take(slice(0, 2000)))  # some messages that a recorder repeated
+
+
+def test_a_joint_that_repeats_itself_and_whose_signals_are_coarse():
+    rng = np.random.default_rng(3)
+    time = np.arange(20_000) / 1000
+    logs = []
+    for _ in range(2):
+        log = synthetic_log(len(time), joints=("hip",))
+        position = np.round(np.sin(2 * np.pi * time)[:, None] * 650) / 650
+        torque = np.round((np.cos(2 * np.pi * time)[:, None] + rng.normal(0, 0.02, (len(time), 1))) * 100) / 100
+        logs.append(replace(log, position=position, torque=torque))
+    refuse(*logs)
+
+
+def test_standing_still_is_no_overlap():
+    still = synthetic_log(3000)
+    still = replace(still, position=np.zeros((3000, 3)), torque=np.ones((3000, 3)))
+    assert len(prints(still)) == 0
+    refuse(still, still)

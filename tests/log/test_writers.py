@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.arm import arm_log, write_arm
-from tests.log.readers.formats import StubRobot, synthetic_log
+from tests.log.readers import formats
+from tests.log.readers.formats import ROS, WHOLE, StubRobot, synthetic_log
 
 from stribeck import Robot, RobotLog, read_log, write_log
 from stribeck.cli import main
@@ -29,17 +30,7 @@ def test_a_log_is_read_as_it_was_written(tmp_path: Path, suffix: str, log: Robot
     assert again.foot_names == log.foot_names
 
 
-def test_a_frame_of_a_log_is_read_as_the_same_log() -> None:
-    pytest.importorskip("pandas")
-    again = RobotLog.from_frame(LOG.to_frame(), StubRobot())  # type: ignore[arg-type]
-    assert {*again.channels()} == {*LOG.channels()}
-    for name, values in LOG.channels().items():
-        np.testing.assert_allclose(again.channels()[name].astype(float), values.astype(float), atol=1e-9, err_msg=name)
-
-
-def test_the_command_applies_the_robot_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_applies_the_robot_file(tmp_path, monkeypatch, capsys):
     """The robot file has torques in millinewton meters and other joint names."""
     robot_file = write_arm(tmp_path)
     log = arm_log(Robot.from_file(robot_file), duration=1.0)
@@ -47,9 +38,7 @@ def test_the_command_applies_the_robot_file(
     np.savez(tmp_path / "odd.npz", time=log.time, **odd)
     text = robot_file.read_text(encoding="utf-8")
     mapped = tmp_path / "mapped.toml"
-    mapped.write_text(
-        text + '\n[log.position]\nname = "q"\n\n[log.torque]\nname = "tau"\nunit = "mNm"\n', encoding="utf-8"
-    )
+    mapped.write_text(text + '\n[log.position]\nname = "q"\n[log.torque]\nname = "tau"\nunit = "mNm"\n', "utf-8")
     words = ["stribeck", "convert", tmp_path / "odd.npz", "-r", mapped, "-o", tmp_path / "plain.parquet"]
     monkeypatch.setattr("sys.argv", [str(word) for word in words])
     with pytest.raises(SystemExit) as ended:
@@ -63,3 +52,40 @@ def test_the_command_applies_the_robot_file(
         main()
     assert ended.value.code == 2
     assert "already exists" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", formats.WRITERS)
+def test_every_channel_of_the_format_survives(name, tmp_path):
+    log = synthetic_log(60)
+    read = read_log(formats.WRITERS[name](tmp_path, log), StubRobot())
+    assert (read.joint_names, read.foot_names) == (log.joint_names, log.foot_names)
+    messages = {"acceleration", "temperature", "external_torque", "foot_force"}  # which have none of these
+    assert log.channels().keys() - read.channels().keys() == (messages if name in ROS else set())
+    assert name in ROS or read.notes == ()
+    for channel, values in read.channels().items():
+        np.testing.assert_allclose(values, log.channels()[channel], atol=1e-9 if name in ROS else 0.0, err_msg=channel)
+
+
+@pytest.mark.parametrize("writer", formats.WRITERS.values(), ids=formats.WRITERS)
+def test_the_robot_gives_the_order_and_the_rest_is_ignored_by_name(writer, tmp_path):
+    log = synthetic_log(60)
+    read = read_log(writer(tmp_path, log), StubRobot(joint_names=("wheel", "hip"), contacts={"right_foot": None}))
+    assert read.joint_names == ("wheel", "hip")
+    assert read.foot_names == ("right_foot",)
+    np.testing.assert_allclose(read.position, log.position[:, [2, 0]], atol=1e-12)
+    np.testing.assert_allclose(read.torque, log.torque[:, [2, 0]], atol=1e-12)
+    np.testing.assert_allclose(read.foot_wrench[:, 0], log.foot_wrench[:, 1], atol=1e-12)
+    assert any("'knee'" in note for note in read.notes)
+
+
+@pytest.mark.parametrize("writer", WHOLE.values(), ids=WHOLE)
+def test_channels_beyond_the_memory_limit_lie_on_disk_and_read_the_same(writer, tmp_path, monkeypatch):
+    monkeypatch.setattr("stribeck.log.storage.IN_MEMORY_LIMIT", 1000)
+    log = synthetic_log()
+    read = read_log(writer(tmp_path, log), StubRobot())
+    base = read.position
+    while isinstance(base.base, np.ndarray):
+        base = base.base
+    assert isinstance(base, np.memmap)
+    np.testing.assert_array_equal(read.position, log.position)
+    np.testing.assert_array_equal(read.foot_wrench, log.foot_wrench)

@@ -94,7 +94,6 @@ def test_intervals_cover_the_truth_under_noise(arm: Robot, log: RobotLog) -> Non
 def test_robots_that_are_drawn_agree_on_the_torques_that_the_log_has_shown(arm: Robot, log: RobotLog) -> None:
     """Errors of friction and bodies make up for one another: drawn one by one, they would be off by far more."""
     result = of_one_log(identify(with_noise(log, position=5e-5, torque=0.3), arm, settings()))
-    assert result.corrections is not None
     joints = {name: replace(joint, correlation=None) for name, joint in result.joints.items()}
     alone = replace(result, corrections=replace(result.corrections, correlations=[]), joints=joints)
     velocity = np.gradient(log.position, log.time, axis=0)
@@ -104,7 +103,7 @@ def test_robots_that_are_drawn_agree_on_the_torques_that_the_log_has_shown(arm: 
     assert (together < 0.5 * apart).all(), (together, apart)
 
 
-def test_robust_regression_heeds_outliers_less(arm: Robot, log: RobotLog) -> None:
+def test_robust_regression_reduces_the_effect_of_outliers(arm: Robot, log: RobotLog) -> None:
     generator = np.random.default_rng(5)
     torque = log.torque.copy()
     for row in generator.integers(0, len(log.time) - 60, 12):

@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 import pinocchio as pin
 import pytest
-from tests.friction_torque.test_friction_torque import EXACT, by_support, chunks, walk
-from tests.models import MODELS, POSTURES, example_robot, make_robot
+from tests.friction_torque.test_friction_torque import EXACT, by_support, chunks
+from tests.models import MODELS, POSTURES, example_log, example_robot, make_robot
 
 from stribeck import Robot, Settings, identify
 from stribeck.friction import get_law
@@ -40,9 +40,7 @@ def moved(gait: Literal["walk", "stand"], duration: float) -> tuple[RobotLog, Tr
 
 
 def parameters(result: Result) -> dict[str, Mapping[str, float]]:
-    return {
-        joint: {name: one.value for name, one in found.parameters.items()} for joint, found in result.joints.items()
-    }
+    return {key: {name: one.value for name, one in own.parameters.items()} for key, own in result.joints.items()}
 
 
 def heavier(robot: Robot, joint: str) -> Robot:
@@ -55,7 +53,7 @@ def heavier(robot: Robot, joint: str) -> Robot:
 
 @pytest.mark.parametrize("name", ["talos", "go2"])
 def test_true_friction_balances_the_measured_wrenches_in_every_contact_mode(name: str) -> None:
-    log, truth = walk(name, 6.0 if name == "go2" else 5.0)
+    log, truth = example_log(name, 6.0 if name == "go2" else 5.0)
     modes = by_support(chunks(name, log, standing_legs="measured"), truth, name)
     assert any("+" in mode for mode in modes)
     for measured, true in modes.values():
@@ -91,7 +89,7 @@ def test_the_law_is_found_exactly_in_spite_of_zeros_of_the_sensors() -> None:
     assert not {"swing-differs", "wrench-zero", "foot-sensors"} & {each.check for each in result.findings}
 
 
-def test_zeros_of_feet_that_never_swing_go_into_the_offsets_and_that_is_told() -> None:
+def test_zeros_of_feet_that_never_swing_change_offsets_and_are_reported() -> None:
     log, _ = moved("stand", 8.0)
     assert parameters(identify(log, robot(), MEASURED))[KNEE] == pytest.approx(TRUTH, rel=1e-3)
     turned = log.foot_wrench + 2.0 * np.eye(6)[4]
@@ -105,7 +103,7 @@ def test_zeros_of_feet_that_never_swing_go_into_the_offsets_and_that_is_told() -
     assert 0.6 < float(told.text.split("up to ")[1].split()[0]) < 1.1  # a leg's length
 
 
-def test_swinging_legs_with_another_friction_are_told() -> None:
+def test_other_friction_of_swinging_legs_is_reported() -> None:
     log, truth = moved("walk", 16.0)
     torque, joint = log.torque.copy(), robot().joint_names.index(KNEE)
     swings = ~log.contact[:, log.foot_names.index("left")]

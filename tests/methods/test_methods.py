@@ -35,15 +35,15 @@ NAMES = tuple(METHODS)
 
 OTHER = {"tilt": "flat", "double_support": "fit", "standing_legs": True}
 """Settings of robots on feet by key, each another than the usual one."""
-ON_AN_ARM = {
-    "loss": "huber",
-    "fit_armature": True,
-    "filter_torque": True,
-    "averaged_law": True,
+ON_AN_ARM = {"loss": "huber", "fit_armature": True, "filter_torque": True, "averaged_law": True}
+ON_AN_ARM |= {
     "rest": 0.1,
     "block": 0.5,
+    "holdout": 4,
+    "corrections": "none",
+    "observer_bandwidth": 5.0,
+    "regression": "robust",
 }
-ON_AN_ARM |= {"holdout": 4, "corrections": "none", "observer_bandwidth": 5.0, "regression": "robust"}
 OTHER |= ON_AN_ARM
 
 
@@ -81,9 +81,7 @@ def test_a_third_method_goes_through_the_spine(arm: Robot, log: RobotLog, all_sa
     assert "Setting holdout" not in settings
 
 
-def test_a_third_method_goes_through_the_command_line(
-    arm: Robot, log: RobotLog, all_samples: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_third_method_goes_through_the_command_line(arm, log, all_samples, tmp_path, capsys):
     path = save_npz(log, tmp_path / "log.npz")
     command = ("identify", path, "--robot", arm.path, "--method", all_samples, "-o", tmp_path / "out")
     assert run(*command) == 0
@@ -185,8 +183,6 @@ def found_with(arm: Robot, log: RobotLog, tmp_path_factory: pytest.TempPathFacto
     ("method", "key"),
     [(name, key) for name, method in METHODS.items() for key in ON_AN_ARM if key in method.uses and name != ON_FEET],
 )
-def test_a_setting_that_is_used_changes_something(
-    found_with: Callable[..., tuple[str, Any]], method: str, key: str
-) -> None:
+def test_a_setting_that_is_used_changes_something(found_with, method, key):
     (before, table), (after, other) = found_with(method), found_with(method, key)
     assert before != after or not table.equals(other)

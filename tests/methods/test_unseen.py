@@ -26,7 +26,6 @@ def fitted(log: RobotLog, arm: Robot, method: str) -> tuple[Fitted, FrictionTorq
 
 def test_the_curve_fits_r2_is_of_its_held_out_blocks(log: RobotLog, arm: Robot) -> None:
     found, stage, settings = fitted(log, arm, "curve-fit")
-    assert found.unseen is not None
     friction = stage(found.logs, arm, settings)
     (samples,) = found.unseen.samples(friction, found.logs, arm)
     for column in range(len(samples.joint_names)):
@@ -37,7 +36,6 @@ def test_the_curve_fits_r2_is_of_its_held_out_blocks(log: RobotLog, arm: Robot) 
 
 def test_the_whole_logs_r2_is_of_segments_that_its_fit_has_not_seen(log: RobotLog, arm: Robot) -> None:
     found, stage, settings = fitted(log, arm, "whole-log")
-    assert found.unseen is not None
     friction = stage(found.logs, arm, settings)
     nominal, corrected = found.unseen.samples(friction, found.logs, arm)
     parts = [(phase.first, phase.last) for phase in found.unseen.logs[0].support.phases]

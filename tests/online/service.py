@@ -24,7 +24,6 @@ def noisy(log: RobotLog, seed: int) -> RobotLog:
 def friction(log: RobotLog) -> Array:
     law = get_law("stribeck")
     values = np.array([(TRUTH | {"offset": 0.0})[parameter.name] for parameter in law.parameters])
-    assert log.velocity is not None
     return np.column_stack([law.torque(velocity, values) for velocity in log.velocity.T])
 
 
@@ -37,7 +36,6 @@ def stream(robot: Robot, duration: float, factor: Callable[[Array], Array], seed
 def feed(online: OnlineFriction, log: RobotLog, length: int = 10, rows: slice = slice(None)) -> list[Alarm]:
     alarms: list[Alarm] = []
     part = log.take(rows)
-    assert part.velocity is not None
     for start in range(0, len(part.time), length):
         own = slice(start, start + length)
         alarms += online.update(part.time[own], part.position[own], part.velocity[own], part.torque[own])

@@ -1,4 +1,4 @@
-"""`stribeck watch` as a user types it, and the ROS 2 node with a recorded bag."""
+"""`stribeck watch` as a user types it, and the ROS 2 node."""
 
 import json
 import runpy
@@ -10,10 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rosbags.highlevel import AnyReader
-from rosbags.typesys import Stores, get_typestore
 from tests.arm import save_npz, write_arm
-from tests.log.readers.formats import write_mcap, write_rosbag2
+from tests.log.readers.messages import STORE, blank, messages_of, write_messages
 from tests.online.service import elbow, same, stream
 from typer.testing import CliRunner
 
@@ -31,7 +29,7 @@ def folder(robot: Robot, result: Result, tmp_path_factory: pytest.TempPathFactor
     result.save(place / "result.json")
     sound = stream(robot, 20.0, same)
     save_npz(sound, place / "sound.npz")
-    write_mcap(place, sound)
+    write_messages(place / "log.mcap", messages_of(sound))
     save_npz(stream(robot, 100.0, elbow(lambda time: 0.8 * (time > 70))), place / "worn.npz")
     return place
 
@@ -82,28 +80,18 @@ def test_a_stream_from_standard_input_has_the_state_of_the_log(folder: Path) -> 
         assert own["friction"] == pytest.approx(log["joints"][name]["friction"], rel=0.1)
 
 
-def messages_in(bag: Path) -> Any:
-    with AnyReader([bag], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
-        for connection, _, data in reader.messages():
-            yield connection.topic, reader.deserialize(data, connection.msgtype)
-
-
-def test_the_ros_node_publishes_the_alarm_of_a_recorded_bag(robot: Robot, folder: Path, tmp_path: Path) -> None:
-    bag = write_rosbag2(tmp_path, stream(robot, 100.0, elbow(lambda time: 0.8 * (time > 70))))
+def test_the_ros_node_publishes_an_alarm(robot: Robot, folder: Path) -> None:
     node = runpy.run_path(str(NODE))
     monitor = node["FrictionMonitor"](folder / "result.json", folder / "robot.toml", 100.0)
-    alarms = [
-        line for topic, message in messages_in(bag) if topic == "/joint_states" for line in monitor.joint_state(message)
-    ]
+    worn_arm = stream(robot, 100.0, elbow(lambda time: 0.8 * (time > 70)))
+    alarms = [line for *_, message in messages_of(worn_arm) for line in monitor.joint_state(message)]
     assert len(alarms) == 1
     assert alarms[0].startswith("elbow: friction +")
-    store = get_typestore(Stores.ROS2_HUMBLE)
     names = ("DiagnosticArray", "DiagnosticStatus", "KeyValue")
-    types = SimpleNamespace(PLAIN_LEVEL=True, **{name: store.types[f"diagnostic_msgs/msg/{name}"] for name in names})
-    header = store.types["std_msgs/msg/Header"](store.types["builtin_interfaces/msg/Time"](0, 0), "")
-    array = monitor.diagnostics(types, header)
-    sent = store.serialize_cdr(array, "diagnostic_msgs/msg/DiagnosticArray")
-    read: Any = store.deserialize_cdr(sent, "diagnostic_msgs/msg/DiagnosticArray")
+    types = SimpleNamespace(PLAIN_LEVEL=True, **{name: STORE.types[f"diagnostic_msgs/msg/{name}"] for name in names})
+    array = monitor.diagnostics(types, blank("std_msgs/msg/Header"))
+    sent = STORE.serialize_cdr(array, "diagnostic_msgs/msg/DiagnosticArray")
+    read: Any = STORE.deserialize_cdr(sent, "diagnostic_msgs/msg/DiagnosticArray")
     assert [status.level for status in read.status] == [0, 1, 0]
     assert read.status[1].message == alarms[0]
     assert {own.key for own in read.status[0].values} >= {"friction", "low", "high", "identified"}

@@ -1,20 +1,17 @@
 """Every kind of page in a real browser: all of its charts are drawn, without an error in the console."""
 
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 from tests.fleet.synthetic import write_store
 from tests.report.conftest import make_walk, truth_of
-from tests.report.test_inspection import joint
+from tests.report.test_report import inspection, joint
 
 from stribeck.fleet.report import write_trends
 from stribeck.fleet.trends import find_trends
-from stribeck.inspection import Inspection
 from stribeck.replay.comparison import Replay, Replayed
 from stribeck.replay.report import write_replay
 from stribeck.replay.rollouts import RolloutError
@@ -56,24 +53,8 @@ def inspection_page(path: Path, seed: int, result: Result) -> None:
     reach = sizes(seed, 3)
     joints = {name: joint(own, "agrees") for name, own in zip(result.joints, reach, strict=False)}
     joints["slide"] = replace(joint(reach[0], "unclear"), prismatic=True)
-    found = Inspection(
-        robot=result.robot,
-        path="log.npz",
-        samples=40_000,
-        duration=40.0,
-        rate=1000.0,
-        jitter=1e-5,
-        duplicates=0,
-        gaps=[],
-        missing={},
-        channels={"time": [40_000]},
-        support_source="flags",
-        phases=[(own, own + 1.0, "left_foot", True) for own in reach],
-        filter="none",
-        joints=joints,
-        findings=[],
-        notes=[],
-    )
+    phases = [(own, own + 1.0, "left_foot", True) for own in reach]
+    found = replace(inspection(), phases=phases, joints=joints, findings=[], audit=[], gaps=[], missing={})
     write_inspection(found, path)
     assert " m<" in path.read_text() or " m\n" in path.read_text()  # the unit of the prismatic joint
 
@@ -122,9 +103,7 @@ PAGES = {
 
 
 @pytest.mark.parametrize("write", PAGES.values(), ids=PAGES)
-def test_every_kind_of_page_is_drawn_without_errors(
-    browser: Any, result: Result, tmp_path: Path, write: Callable[[Path, int, Result], None]
-) -> None:
+def test_every_kind_of_page_is_drawn_without_errors(browser, result, tmp_path, write):
     charts = 0
     metrics = {"width": 1280, "height": 12_000, "deviceScaleFactor": 1, "mobile": False}  # all charts are seen
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)

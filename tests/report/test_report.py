@@ -1,6 +1,7 @@
 import json
 import re
 from dataclasses import replace
+from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,8 @@ from tests.result.made import point
 from stribeck.base.finding import Finding
 from stribeck.errors import SettingsError
 from stribeck.friction import LAWS, get_law
-from stribeck.report import write_report
+from stribeck.inspection import Inspection, JointInspection
+from stribeck.report import write_inspection, write_report
 from stribeck.report.curves import friction_curve
 from stribeck.result import Corrections, JointResult, Result, TorqueR2
 from stribeck.result.estimates import verdict_place
@@ -65,7 +67,6 @@ def written(result: Result, folder: Path) -> str:
 def charts_of(html: str) -> dict[str, Any]:
     """Return the charts that a page draws, by name."""
     found = re.search(r'<script type="application/json" id="charts">(.*?)</script>', html)
-    assert found is not None
     return dict(json.loads(found[1]))
 
 
@@ -107,12 +108,9 @@ def with_curve(joint: JointResult, *values: float, **changed: Any) -> JointResul
     return replace(joint, curve=curve, **changed)
 
 
-def test_joints_have_a_line_a_panel_and_a_row_and_those_without_friction_one_line(
-    result: Result, tmp_path: Path
-) -> None:
-    joints = {
-        name: with_curve(joint, 5.0, 6.0, 8.0) if joint.parameters else joint for name, joint in result.joints.items()
-    }
+def test_joints_have_a_line_a_panel_and_a_row_and_those_without_friction_one_line(result, tmp_path):
+    joints = result.joints.items()
+    joints = {name: with_curve(own, 5.0, 6.0, 8.0) if own.parameters else own for name, own in joints}
     rubbing, weak, *others, torso = joints
     joints[rubbing] = replace(joints[rubbing], torque_r2=TorqueR2(nominal=0.5, corrected=0.9871))
     joints[weak] = with_curve(joints[weak], 0.1, 0.1, 3.0, verdict="weak")
@@ -157,8 +155,6 @@ def test_a_curve_is_the_law_without_its_offset_and_its_band_that_of_the_judged_s
     """Half of the band is the interval of r(v), by the same covariance."""
     law, joint = get_law(result.law), result.joints["left_hip_yaw"]
     curve = friction_curve(joint, prismatic=False)
-    assert curve is not None
-    assert curve.band is not None
     values = np.array([joint.parameters[parameter.name].value for parameter in law.parameters])
     errors = np.array([joint.parameters[parameter.name].standard_error for parameter in law.parameters])
     v = curve.velocity
@@ -166,18 +162,18 @@ def test_a_curve_is_the_law_without_its_offset_and_its_band_that_of_the_judged_s
     np.testing.assert_allclose(curve.torque, resisting, atol=1e-12)
     J = (law.jacobian(v, values) - law.jacobian(-v, values)) / 2
     covariance = np.array(joint.correlation) * np.outer(errors, errors)
-    half = 1.96 * np.sqrt(np.einsum("ni,ij,nj->n", J, covariance, J))
+    error = np.sqrt(np.einsum("ni,ij,nj->n", J, covariance, J))
+    half = error * (curve.band - curve.torque)[1, -1] / error[-1]
+    assert 1.96 < half[-1] / error[-1] < 2.2  # of Student's distribution
     np.testing.assert_allclose(curve.band - curve.torque, [-half, half], rtol=1e-6, atol=1e-9)
     assert friction_curve(replace(joint, verdict="no friction"), prismatic=False) is None
     judged = friction_curve(with_curve(joint, 1.0, 2.0, 3.0, parameters={}, verdict="weak"), prismatic=False)
     assert judged is not None  # a joint without a law is drawn through the speeds it was judged at
-    assert judged.band is not None
     assert (judged.torque.tolist(), judged.band[1].tolist()) == ([1.0, 2.0, 3.0], [1.4, 2.4, 3.4])
 
 
 def test_texts_are_escaped(result: Result, tmp_path: Path) -> None:
     evil = '<script>alert("x")</script> & $x^$'
-    assert result.evidence is not None
     samples = replace(result.evidence.samples, joint_names=(evil, *result.evidence.samples.joint_names[1:]))
     evidence = replace(
         result.evidence, notes=[evil], provenance=[(evil, evil)], phases=[(0.0, 1.0, evil, True)], samples=samples
@@ -197,7 +193,6 @@ def test_a_result_without_its_samples_is_refused(result: Result, tmp_path: Path)
 
 
 def test_a_sliding_joint_has_newtons_and_a_log_that_disagrees_a_number(result: Result, tmp_path: Path) -> None:
-    assert result.evidence is not None
     evidence = replace(result.evidence, prismatic=frozenset(["left_hip_yaw"]))
     changed = replace(result, evidence=evidence, corrections=Corrections(chi_square=1.0, disagreement=6.25))
     html = written(changed, tmp_path)
@@ -207,7 +202,7 @@ def test_a_sliding_joint_has_newtons_and_a_log_that_disagrees_a_number(result: R
     assert "2.5 times more than noise" in " ".join(html.split())
 
 
-def test_known_friction_stands_beside_what_was_found(result: Result, html: str, tmp_path: Path) -> None:
+def test_ground_truth_is_shown_next_to_the_estimates(result: Result, html: str, tmp_path: Path) -> None:
     write_report(result, tmp_path / "with.html", reference=truth_of(result), further=[walk_section(make_walk())])
     shown = (tmp_path / "with.html").read_text(encoding="utf-8")
     body = html[html.index("<body>") : html.index('id="charts"')].lower()
@@ -229,3 +224,56 @@ def test_every_law_has_its_report(result: Result, tmp_path: Path, name: str) -> 
     assert law.title in page.text
     assert ("Stribeck velocity ±" in page.text) == ("stribeck_velocity" in parameters)
     assert page.parts.count("sides") == 1
+
+
+def joint(reach: float, sign: str, correlation: float | None = 0.97, delay: float | None = 0.0021) -> JointInspection:
+    return JointInspection(
+        position_range=(-reach, 0.5 * reach),
+        velocity_range=(-3 * reach, 3 * reach),
+        torque_range=(-20 * reach, 40 * reach),
+        correlation=correlation,
+        delay=delay,
+        sign=sign,  # type: ignore[arg-type]
+    )
+
+
+def inspection() -> Inspection:
+    return Inspection(
+        robot="Walker",
+        path="logs/walk.mcap",
+        samples=40_000,
+        duration=40.0,
+        rate=1000.0,
+        jitter=1.2e-5,
+        duplicates=3,
+        gaps=[(10.25, 10.31)],
+        missing={"torque": 7},
+        channels={"time": [40_000], "position": [40_000, 3], "torque": [40_000, 3]},
+        support_source="foot forces",
+        phases=[(0.8 * k, 0.8 * k + 0.75, ("left_foot", "right_foot")[k % 2], k != 4) for k in range(50)],
+        filter="Savitzky-Golay, 31 samples, order 4",
+        joints={
+            "left_hip": joint(0.6, "agrees"),
+            "left_knee": joint(0.9, "opposite", correlation=-0.95),
+            "head <b>": joint(0.0, "unclear", None, None),
+        },
+        findings=["left_knee <script>: wrong sign of the torque"],
+        audit=[Finding(check="torque-sign", text="left_knee <script>: wrong sign of the torque")],
+        notes=["3 samples with a repeated time were dropped."],
+    )
+
+
+def test_the_page_shows_the_inspection(tmp_path: Path) -> None:
+    path = tmp_path / "inspection.html"
+    write_inspection(inspection(), path)
+    html = path.read_text(encoding="utf-8")
+    text = unescape(html)
+    for expected in ("1000 Hz", "12.0 µs", "opposite", "10.2500", "head <b>", "left_knee <script>", "foot forces"):
+        assert expected in text
+    assert "<script>" not in html.partition("</main>")[0]
+    write_inspection(replace(inspection(), findings=[], audit=[], gaps=[], phases=[], notes=[]), path)
+    html = path.read_text(encoding="utf-8")
+    assert 'id="findings"' not in html
+    assert 'id="timeline"' not in html
+    assert "no gaps" in html
+    assert list(tmp_path.iterdir()) == [path]

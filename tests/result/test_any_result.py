@@ -17,10 +17,7 @@ from stribeck.cli import console
 from stribeck.cli.simulation import print_truth
 from stribeck.errors import SettingsError
 from stribeck.exporters import export
-from stribeck.result import (
-    Result,
-    read_result,
-)
+from stribeck.result import Result, read_result
 from stribeck.result.compare import compare
 from stribeck.robot import Robot
 

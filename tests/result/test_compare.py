@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.result.made import estimate, joint, result
+from tests.result.made import estimate, joint, point, result
 
-from stribeck.result import CurvePoint, ParameterEstimate
+from stribeck.result import ParameterEstimate
 from stribeck.result.compare import compare, compare_sides, holm
+from stribeck.result.mirror import mirror_name, mirrored_pairs
 
 
 def test_a_difference_is_b_minus_a_in_standard_errors() -> None:
@@ -25,19 +26,11 @@ def test_a_difference_is_b_minus_a_in_standard_errors() -> None:
 
 def test_friction_of_two_logs_differs_without_a_change_and_of_one_log_does_not() -> None:
     """Coulomb friction is 20 % larger, ± 1 %; friction differs by up to 25 % from log to log, rotors do not."""
-    point = CurvePoint(
-        velocity=1.0, value=2.0, standard_error=0.0, interval_95=(2.0, 2.0), interval_next_log=(1.5, 2.5), unit="N m"
-    )
-    rotor = ParameterEstimate(
-        value=2.0, standard_error=0.01, interval_95=(1.98, 2.02), unit="kg m^2", verdict="identified"
-    )
+    own = replace(point(1.0, 2.0, 0.0), interval_next_log=(1.5, 2.5))
     for path, agrees in (("may.npz", False), ("june.npz", True)):
         before, after = (
-            result(path=name, knee=joint({"coulomb": estimate(size, 0.01), "armature": arm}, curve=(point,)))
-            for name, size, arm in (
-                ("may.npz", 2.0, rotor),
-                (path, 2.4, replace(rotor, value=2.4, interval_95=(2.38, 2.42))),
-            )
+            result(path=name, knee=joint({"coulomb": one, "armature": replace(one, unit="kg m^2")}, curve=(own,)))
+            for name, one in (("may.npz", estimate(2.0, 0.01)), (path, estimate(2.4, 0.01)))
         )
         coulomb, armature = compare(before, after).rows
         assert (coulomb.agrees, coulomb.significant) == (agrees, not agrees)
@@ -107,3 +100,49 @@ def test_where_nothing_changes_one_comparison_in_twenty_has_anything_significant
         )
         alarms += any(row.significant for row in compare(a, b).rows)
     assert 8 <= alarms <= 33  # Holm's bound is 20
+
+
+@pytest.mark.parametrize(
+    ("left", "right"),
+    [
+        ("leg_left_1_joint", "leg_right_1_joint"),
+        ("left_hip_pitch_joint", "right_hip_pitch_joint"),
+        ("FL_hip_joint", "FR_hip_joint"),
+        ("RL_calf_joint", "RR_calf_joint"),
+        ("LF_HAA", "RF_HAA"),
+        ("lh_kfe", "rh_kfe"),
+        ("LHipPitch", "RHipPitch"),
+        ("l_ankle_roll", "r_ankle_roll"),
+        ("L_Elbow", "R_Elbow"),
+        ("hip_abduction_left", "hip_abduction_right"),
+        ("LeftKnee", "RightKnee"),
+        ("LEFT_KNEE", "RIGHT_KNEE"),
+        ("thigh_L", "thigh_R"),
+    ],
+)
+def test_partners_of_real_robots(left: str, right: str) -> None:
+    names = ["torso", "roll", "joint_1", right, left]
+    assert mirror_name(left, names) == right
+    assert mirror_name(right, names) == left
+    assert mirrored_pairs(names) == [(left, right)]
+
+
+@pytest.mark.parametrize("name", ["torso", "roll_joint", "elbow", "panda_joint1", "shoulder_lift_joint", "left_hip"])
+def test_joints_without_a_partner(name: str) -> None:
+    assert mirror_name(name, [name, "right_knee", "eebow"]) is None
+
+
+def test_a_quadruped_pairs_its_legs_sideways() -> None:
+    legs = [f"{leg}_calf" for leg in ("FR", "FL", "RR", "RL")]
+    assert mirrored_pairs(legs) == [("FL_calf", "FR_calf"), ("RL_calf", "RR_calf")]
+
+
+words = st.sampled_from(["left", "right", "l", "r", "L", "R", "hip", "Knee", "_", "1", "FL", "FR", "RL", "RR"])
+
+
+@given(names=st.lists(st.lists(words, min_size=1, max_size=4).map("_".join), unique=True, max_size=12))
+def test_a_partner_is_another_name_of_the_list(names: list[str]) -> None:
+    for name in names:
+        assert mirror_name(name, names) in {None, *names} - {name}
+    members = [name for pair in mirrored_pairs(names) for name in pair]
+    assert len(members) == len(set(members)) or any(mirror_name(mirror_name(n, names), names) != n for n in members)

@@ -86,7 +86,7 @@ def test_a_file_with_impossible_values_is_refused(tmp_path: Path, place: str, va
         read_result(tmp_path / "result.json")
 
 
-def test_friction_as_a_whole_is_said_at_middle_speed() -> None:
+def test_friction_is_summarized_at_middle_speed() -> None:
     assert friction_text(joint(STRIBECK, curve=curve(1.1))) == "0.60 ± 0.06 N m at 0.5 rad/s"
     assert friction_text(joint(STRIBECK, curve=curve(21))) == "1 ± 12 N m at 0.5 rad/s"
     assert friction_text(joint({})) == ""
@@ -103,7 +103,7 @@ def test_coulomb_and_viscous_friction_are_means_of_both_directions_and_weak_ones
     assert coulomb_and_viscous(joint({})) == [("", ""), ("", "")]
 
 
-def test_a_joint_without_friction_keeps_its_offset_alone() -> None:
+def test_a_joint_without_friction_keeps_only_its_offset() -> None:
     still = joint({"offset": -0.4}, verdict="no friction", curve=curve(1.1))
     np.testing.assert_array_equal(result(knee=still).joints["knee"].friction([[-1.0, 2.0]], offset=True), [[-0.4] * 2])
     assert not result(knee=still).joints["knee"].friction([-1.0, 2.0]).any()
@@ -168,7 +168,7 @@ UNEVEN = (point(0.1, 1.0, 0.1), point(0.5, 1.0, 0.6), point(1.0, 2.0, 0.7))
         ({"verdict": "not excited", "reason": "?"}, "record faster and longer motion in both directions"),
     ],
 )
-def test_what_to_do_about_a_joint_follows_from_what_is_known_of_it(changed: dict[str, object], expected: str) -> None:
+def test_the_advice_for_a_joint_follows_from_its_verdict(changed: dict[str, object], expected: str) -> None:
     assert advice(replace(KNOWN, **changed)) == expected
 
 

@@ -4,10 +4,12 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from scipy.spatial.transform import Rotation
-from tests.models import example_robot, make_robot
+from tests.models import MODELS, example_robot, make_robot, plain_configuration, plain_model
 
 from stribeck.robot import Robot
+from stribeck.robot.inertial_parameters import carried, inertial_parameters, pseudo_inertia
 from stribeck.robot.kinematics import direction_in_root, frame_pose, point_motion
+from stribeck.robot.rooting import RootedModel
 from stribeck_simulation.prescribed.limb import BodyMotion, end_motion, limb_to
 
 SAMPLES = 5
@@ -96,3 +98,88 @@ def test_ends_of_limbs_on_a_moving_base_move_as_in_pinocchio(case):
         np.testing.assert_allclose(
             end.velocity[k], carried.velocity[k] + jacobian[k] @ motion[1, k, limb.columns], atol=1e-12
         )
+
+
+FEET = [(name, foot) for name in ("talos", "g1", "go2", "icub", "cassie") for foot in MODELS[name][2]]
+
+
+def configuration(tree: RootedModel, joints: np.ndarray) -> np.ndarray:
+    result = pin.neutral(tree.model)
+    result[tree.model.nq - len(joints) :] = joints[tree.columns]
+    return result
+
+
+def placements(model: pin.Model, q: np.ndarray) -> dict[str, pin.SE3]:
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, q)
+    frames = zip(model.frames, data.oMf, strict=True)
+    return {frame.name: pose.copy() for frame, pose in frames if frame.type != pin.FrameType.JOINT}
+
+
+@pytest.mark.parametrize(("name", "foot"), FEET)
+def test_frames_stand_to_one_another_as_before(name, foot):
+    robot = example_robot(name)
+    generator = np.random.default_rng(0)
+    for _ in range(3):
+        joints = generator.uniform(-2, 2, len(robot.joint_names))
+        tree = robot.rooted_at(foot)
+        ours = placements(tree.model, configuration(tree, joints))
+        assert ours[robot.contacts[foot].frame].isApprox(pin.SE3.Identity(), 1e-12)
+        model = plain_model(name)
+        theirs = placements(model, plain_configuration(model, robot, joints))
+        frames = set(theirs) & set(ours) - {"universe"}
+        assert len(frames) > len(robot.joint_names) / 2
+        for frame in frames:
+            expected = theirs[robot.contacts[foot].frame].actInv(theirs[frame])
+            np.testing.assert_allclose(ours[frame].homogeneous, expected.homogeneous, atol=1e-12)
+
+
+@pytest.mark.parametrize(("name", "foot"), FEET)
+def test_mass_inertia_rotors_and_limits_stay(name, foot):
+    """The same twist of all bodies requires the same wrench: total inertia relative to the foot."""
+    robot = example_robot(name)
+    tree, own = robot.rooted_at(foot), robot.tree
+    joints = np.random.default_rng(1).uniform(-1, 1, len(robot.joint_names))
+    composite = []
+    for rooted in (tree, own):
+        data = rooted.model.createData()
+        pin.framesForwardKinematics(rooted.model, data, configuration(rooted, joints))
+        pin.crba(rooted.model, data, configuration(rooted, joints))
+        pose = data.oMf[rooted.model.getFrameId(robot.contacts[foot].frame)]
+        pin.ccrba(rooted.model, data, configuration(rooted, joints), np.zeros(rooted.model.nv))
+        offset = pin.SE3(np.eye(3), data.com[0])
+        composite.append(pose.actInv(offset).act(data.Ig).matrix())
+    np.testing.assert_allclose(composite[0], composite[1], atol=1e-9)
+    for attribute in ("lowerPositionLimit", "upperPositionLimit", "armature", "effortLimit", "velocityLimit"):
+        ours, before = (np.empty(len(joints)) for _ in range(2))
+        ours[tree.columns] = np.asarray(getattr(tree.model, attribute))[-len(joints) :]
+        before[own.columns] = np.asarray(getattr(own.model, attribute))[-len(joints) :]
+        np.testing.assert_array_equal(ours, before)
+
+
+def test_standing_joints_are_those_between_base_and_foot():
+    robot = example_robot("talos")
+    names = np.array(robot.joint_names)
+    assert set(names[robot.standing(("left",))]) == {f"leg_left_{k}_joint" for k in range(1, 7)}
+    assert robot.standing(("left", "right")).sum() == 12
+    assert not robot.standing(()).any()
+
+
+def some_bodies(count: int = 5) -> list[pin.Inertia]:
+    """Make ellipsoids with arbitrary poses."""
+    pin.seed(3)
+    sizes = np.random.default_rng(3).uniform(0.1, 0.5, (count, 4))
+    return [pin.SE3.Random().act(pin.Inertia.FromEllipsoid(*size)) for size in sizes]
+
+
+def test_there_and_back() -> None:
+    parameters = np.stack([body.toDynamicParameters() for body in some_bodies()])
+    np.testing.assert_allclose(inertial_parameters(pseudo_inertia(parameters)), parameters, atol=1e-14)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_parameters_are_carried_as_pinocchio_carries_the_body(seed: int) -> None:
+    pin.seed(seed)
+    body, pose = pin.Inertia.Random(), pin.SE3.Random()
+    there = carried(pose.homogeneous) @ body.toDynamicParameters()
+    np.testing.assert_allclose(there, pose.act(body).toDynamicParameters(), atol=1e-12)

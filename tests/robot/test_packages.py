@@ -41,9 +41,7 @@ def test_robots_are_made_of_packages_by_file_and_by_hand(tmp_path: Path) -> None
         ("??", "no installed package has a model of this name; 'package:talos_reduced' is one"),
     ],
 )
-def test_models_that_packages_lack_are_refused(
-    name: str, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_models_that_packages_lack_are_refused(name, words, tmp_path, monkeypatch):
     if name == "ur5e_description":
         monkeypatch.setitem(sys.modules, f"robot_descriptions.{name}", SimpleNamespace(XACRO_PATH="ur.xacro"))
     file = tmp_path / "robot.toml"
@@ -62,9 +60,7 @@ def downloads(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_robot_descriptions_downloads_what_it_describes(
-    downloads: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_robot_descriptions_downloads_what_it_describes(downloads, monkeypatch, capsys):
     source = downloads / "source"
     model = source / "robots/go2_description/urdf/go2_description.urdf"
     model.parent.mkdir(parents=True)

@@ -1,13 +1,21 @@
 """Exact logs obey the laws of motion, as Pinocchio states them from the untouched model files."""
 
 from dataclasses import replace
-from functools import cache
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
 import pytest
-from tests.models import POSTURES, STRIBECK, example_robot, make_robot, plain_configuration, plain_model, plain_rates
+from tests.models import (
+    POSTURES,
+    STRIBECK,
+    example_log,
+    example_robot,
+    make_robot,
+    plain_configuration,
+    plain_model,
+    plain_rates,
+)
 
 from stribeck.errors import SettingsError
 from stribeck.friction import Stribeck
@@ -21,23 +29,9 @@ CASES = ("ur5 walk", "panda walk", "kinova walk", "talos walk", "g1 stand", "go2
 STANDING = [case for case in CASES if case.split()[0] in POSTURES]
 
 
-@cache
-def made(case: str, seed: int = 0) -> tuple[Robot, RobotLog, Truth]:
+def made(case: str) -> tuple[Robot, RobotLog, Truth]:
     name, gait, *pace = case.split()
-    robot = example_robot(name)
-    parameters = {joint: STRIBECK for joint in robot.joint_names if joint not in robot.position_controlled}
-    log, truth = exact_log(
-        robot,
-        Stribeck(),
-        parameters,
-        duration=3.5,
-        rate=RATE,
-        seed=seed,
-        gait=gait,
-        posture=POSTURES.get(name),
-        pace=float(pace[0]) if pace else 1.0,
-    )
-    return robot, log, truth
+    return example_robot(name), *example_log(name, 3.5, gait, pace=float(pace[0]) if pace else 1.0)
 
 
 def samples(log: RobotLog, count: int = 40) -> np.ndarray:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.cli.test_cli import run
+from tests.models import STRIBECK
 
 from stribeck import Robot, Settings, identify
 from stribeck.settings import FilterSettings
@@ -22,21 +23,8 @@ SHORT_ARM = {
         "joints": {"*": {"offset": 0.2, "slope": 40.0}, "elbow": {"coulomb": 0.9}},
     },
 }
-TWO_STEPS = {
-    "walk": [{"count": 2, "forward": 0.1, "stand": 0.2}],
-    "friction": {
-        "joints": {
-            "*_knee": {
-                "viscous": 0.2,
-                "coulomb": 1.0,
-                "stribeck_gain": 0.2,
-                "stribeck_velocity": 0.2,
-                "offset": 0.5,
-                "slope": 40.0,
-            }
-        }
-    },
-}
+KNEES = STRIBECK | {"offset": 0.5}
+TWO_STEPS = {"walk": [{"count": 2, "forward": 0.1, "stand": 0.2}], "friction": {"joints": {"*_knee": KNEES}}}
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=[path.stem for path in EXAMPLES])

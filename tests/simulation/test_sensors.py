@@ -106,7 +106,7 @@ def test_imu_and_feet_are_late_and_joints_are_not():
         np.testing.assert_allclose(log.channels()[name][5:], LOG.channels()[name][:-5], atol=1e-15)
 
 
-def test_a_controller_sees_what_the_log_will_hold():
+def test_a_controller_measures_the_values_of_the_log():
     """Sample by sample as all at once."""
     sensors = sensors_for(LOG, PROFILES["harsh"], seed=3)
     log = measure(LOG, sensors)

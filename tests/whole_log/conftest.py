@@ -14,5 +14,5 @@ def arm() -> Robot:
 
 @pytest.fixture(scope="session")
 def exact_arm_log() -> RobotLog:
-    """20 s."""
-    return arm_log(20.0)
+    """12 s."""
+    return arm_log(12.0)

@@ -107,12 +107,6 @@ def steps(count: int = 30) -> list[WeakEquations]:
     return found
 
 
-def pushed(part: WeakEquations, torque: Array) -> WeakEquations:
-    """The same equations with more torque in its joints, shape (T, n)."""
-    more = part.windows(torque)
-    return replace(part, residual=part.residual + more, torque=part.torque + more)
-
-
 def make_terms(slope: float = 1e9) -> Terms:
     """Terms of the joints of `steps`, but for the scales that a pilot finds."""
     one = np.ones(3)

@@ -19,9 +19,8 @@ KNEE = 3
 def sound() -> WholeLog:
     robot, log = walk("biped", 6.0)
     settings = robot.settings.model_copy(update={"corrections": "calibration"})
-    return identify_whole_log(
-        [prepare(replace(log, foot_wrench=None), robot, settings)], robot, get_law("stribeck"), settings
-    )
+    prepared = [prepare(replace(log, foot_wrench=None), robot, settings)]
+    return identify_whole_log(prepared, robot, get_law("stribeck"), settings)
 
 
 def _causes(sound: WholeLog, places: dict[int, float]) -> list[Cause]:
@@ -48,9 +47,7 @@ def test_a_sound_log_has_no_cause(sound: WholeLog) -> None:
         ("base delay", "base_delay", [0], 0.03),
     ],
 )
-def test_a_single_error_is_named_with_its_size(
-    kind: str, part: str, numbers: list[int], size: float, sound: WholeLog
-) -> None:
+def test_a_single_error_is_named_with_its_size(kind, part, numbers, size, sound):
     layout = sound.fit.model.layout
     (cause,) = _causes(sound, {layout.places(part)[number]: size for number in numbers})
     assert cause.kind == kind

@@ -34,14 +34,11 @@ def arm() -> Robot:
 def log(arm: Robot) -> RobotLog:
     """The last two joints share a motor, with a rotor."""
     exact, _ = exact_log(arm, LAW, dict.fromkeys(arm.joint_names, PLAIN), duration=14.0, seed=1)
-    assert exact.velocity is not None
-    assert exact.acceleration is not None
     coefficients = arm.coefficients(arm.joint_names, ["motor"])[:, 0]
     shared = LAW.torque(exact.velocity @ coefficients, np.array([*SHARED.values(), 0.0]))
     shared += ROTOR * (exact.acceleration @ coefficients)
-    return with_noise(
-        replace(exact, torque=exact.torque + np.outer(shared, coefficients)), position=1e-5, torque=0.05, seed=2
-    )
+    loaded = replace(exact, torque=exact.torque + np.outer(shared, coefficients))
+    return with_noise(loaded, position=1e-5, torque=0.05, seed=2)
 
 
 def identified(arm: Robot, log: RobotLog, law: str) -> Result:
@@ -55,9 +52,7 @@ def simple(arm: Robot, log: RobotLog) -> Result:
 
 
 @pytest.mark.parametrize("law", ["coulomb-viscous", pytest.param("auto", marks=pytest.mark.long)])
-def test_the_friction_of_a_coupling_is_told_from_that_of_its_joints(
-    arm: Robot, log: RobotLog, simple: Result, law: str
-) -> None:
+def test_friction_of_a_coupling_is_distinguished_from_its_joints(arm, log, simple, law):
     result = identified(arm, log, law) if law == "auto" else simple
     for name in arm.joint_names:
         for parameter, truth in PLAIN.items():
@@ -83,7 +78,6 @@ def test_couplings_are_kept_and_shown(arm: Robot, simple: Result, tmp_path: Path
     write_report(result, tmp_path / "report.html")
     assert "motor: friction torque" in (tmp_path / "report.html").read_text(encoding="utf-8")
     evidence = result.evidence
-    assert evidence is not None
     shown = evidence.samples  # the torque that is drawn over a velocity is what its own law has to explain
     for name, each in result.all_friction.items():
         column = shown.joint_names.index(name)

@@ -98,7 +98,6 @@ def test_scales_that_joints_share_are_found_better_with_a_group_prior() -> None:
         known = measured(velocity, values, noise=3 * NOISE, seed=seed)
         alone = solve(known, best_of(known))
         together = solve_with_empirical_bayes(known, alone)
-        assert together.laws.group_prior is not None
         assert np.exp(together.laws.group_prior[0, 3]) == pytest.approx(SPEED, rel=0.2)
         assert np.all(np.isnan(together.laws.group_prior[:, [0, 1, OFFSET]]))  # sizes are each joint's own
         errors.append([(LAWS.external(each.internal) / values - 1) ** 2 for each in (alone, together)])
@@ -113,7 +112,6 @@ def test_the_variance_over_few_joints_is_right_on_average() -> None:
         internal = laws.prior[0].copy()
         internal[:, 3] += values
         learned = learn_group_prior(no_fit(laws, make_model(), internal)).group_prior
-        assert learned is not None
         found.append(learned[1, 3] ** 2)
     assert np.mean(found) == pytest.approx(1.0, rel=0.08)
 
@@ -131,7 +129,6 @@ def test_a_joint_without_information_has_the_uncertainty_of_the_group() -> None:
     known.right[own] *= 1e-9
     fit = solve_with_empirical_bayes(known, no_fit(LAWS, make_model()))
     added = np.diag(group_mean_covariance(fit)).reshape(JOINTS, -1)
-    assert fit.laws.group_prior is not None
     prior_std = fit.laws.group_prior[1, 3]
     assert fit.covariance[3, 3] == pytest.approx(prior_std**2, rel=0.01)
     assert added[0, 3] == pytest.approx(prior_std**2 / (JOINTS - 1), rel=0.05)  # that of the others' mean

@@ -1,6 +1,5 @@
 """What the law does not describe is flagged, by its kind; what it does describe, never."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -20,7 +19,6 @@ RIPPLES = 18
 
 
 def velocity(log: RobotLog) -> Array:
-    assert log.velocity is not None
     return np.asarray(log.velocity)
 
 
@@ -58,9 +56,7 @@ def ripple(log: RobotLog) -> Array:
 
 
 @pytest.mark.parametrize("kinds", [(None, play), (None, ripple, delay), (load, None, None, None, presliding, drift)])
-def test_each_kind_is_flagged_in_the_joint_that_has_it_and_no_other_kind(
-    kinds: tuple[Callable[[RobotLog], Array] | None, ...], arm: Robot
-) -> None:
+def test_each_kind_is_flagged_in_the_joint_that_has_it_and_no_other_kind(kinds, arm):
     exact = arm_log(30.0)
     torque, expected = exact.torque.copy(), {}
     for joint, kind in enumerate(kinds):
@@ -113,5 +109,5 @@ def found(kind: str, evidence: float = 400.0, **changed: float) -> Misfit:
         (found("delay", size=5e-5, share=0.0), False),
     ],
 )
-def test_what_matters_is_large_possible_and_moves_the_curve(misfit: Misfit, matters: bool) -> None:
+def test_misfits_matter_if_they_are_large_and_possible(misfit: Misfit, matters: bool) -> None:
     assert misfit.matters is matters

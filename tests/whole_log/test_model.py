@@ -72,7 +72,7 @@ def test_starts_are_the_best_linear_fits_of_each_shape_and_the_best_comes_first(
     np.testing.assert_allclose(best[6:], truth[0, 6:], atol=1e-6)
 
 
-def test_the_basis_holds_every_curve_of_a_law() -> None:
+def test_the_basis_represents_every_curve_of_a_law() -> None:
     law, speed = get_law("stribeck"), np.array([0.5, 2.0])
     basis = make_basis(law, speed)
     velocity = np.linspace(-1, 1, 4001)[:, None] * speed

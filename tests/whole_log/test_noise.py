@@ -78,7 +78,7 @@ def test_groups_are_whitened_by_themselves() -> None:
         np.testing.assert_array_equal(groups.design[k, :, 0], np.arange(46.0)[own])
 
 
-def test_windows_that_are_set_aside_count_for_nothing() -> None:
+def test_rejected_windows_have_no_influence() -> None:
     equations = some_equations(11, False)
     aside = np.arange(11) == 4
     rows = equations.residual.reshape(-1, 1).copy()

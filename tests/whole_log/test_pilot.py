@@ -1,14 +1,16 @@
 """What disturbs a part of a log costs that part, and torques that are late are shifted before anything is fitted."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
-from tests.arm import TRUTH, arm_log, write_arm
+from tests.arm import TRUTH, arm_log, save_npz, write_arm
+from tests.cli.test_cli import run
 
-from stribeck import Robot, Settings, identify
+from stribeck import Robot, Settings, identify, read_result
 from stribeck.friction import get_law
 from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
@@ -46,8 +48,6 @@ def carrying(arm: Robot, log: RobotLog) -> RobotLog:
     """A log in which the hand holds 3 kg for 40 % of it."""
     model = pin.Model(arm.tree.model)
     model.inertias[model.njoints - 1] += pin.Inertia(3.0, np.array([0.05, 0.0, 0.1]), 0.01 * np.eye(3))
-    assert log.velocity is not None
-    assert log.acceleration is not None
     torque = log.torque.copy()
     for k in range(6000, 14_000):
         motion = log.position[k], log.velocity[k], log.acceleration[k]
@@ -73,7 +73,7 @@ def covered(found: WholeLog, tolerance: float) -> None:
         assert fit.values[place] == pytest.approx(TRUTH["coulomb"], abs=3 * fit.standard_errors[place])
 
 
-def test_of_a_log_without_outliers_nothing_is_set_aside(clean: WholeLog) -> None:
+def test_a_log_without_outliers_is_used_completely(clean: WholeLog) -> None:
     assert clean.read.set_aside == 0
     assert len(clean.read.windows) == len(clean.read.equations)
     assert (clean.notes, find_problems(clean)) == ([], [])
@@ -81,9 +81,7 @@ def test_of_a_log_without_outliers_nothing_is_set_aside(clean: WholeLog) -> None
     covered(clean, 0.01)
 
 
-def test_priors_of_bodies_are_widened_if_that_predicts_the_log_better(
-    arm: Robot, exact: RobotLog, clean: WholeLog
-) -> None:
+def test_priors_of_bodies_are_widened_if_that_predicts_the_log_better(arm, exact, clean):
     model = pin.Model(arm.tree.model)
     for joint, own in enumerate(arm.tree.model.inertias):
         lever = own.lever + np.array([0.05, -0.05, 0.05])
@@ -95,9 +93,7 @@ def test_priors_of_bodies_are_widened_if_that_predicts_the_log_better(
     covered(found, 0.02)
 
 
-def test_a_payload_that_is_held_for_a_part_of_the_log_is_set_aside(
-    arm: Robot, exact: RobotLog, clean: WholeLog
-) -> None:
+def test_a_payload_that_is_held_for_a_part_of_the_log_is_set_aside(arm, exact, clean):
     found = whole_log(carrying(arm, exact), arm)
     assert 0.3 < found.read.set_aside < 0.6
     assert {finding.check for finding in find_problems(found)} == {"payload"}  # says when, where and how much
@@ -115,14 +111,6 @@ def test_a_hand_that_guides_most_of_the_log_is_set_aside(arm: Robot) -> None:
     covered(found, 0.03)
 
 
-@pytest.mark.long
-def test_pushes_hardly_matter(arm: Robot, exact: RobotLog) -> None:
-    found = whole_log(pushed(exact), arm)
-    assert len(found.set_aside[0]) == 10
-    assert 0.1 < found.read.set_aside < 0.3
-    covered(found, 0.01)
-
-
 def test_pushes_that_encoder_noise_hides_in_single_windows_are_set_aside(arm: Robot, exact: RobotLog) -> None:
     noisy = with_noise(pushed(exact), position=2e-4, torque=0.05, seed=3)
     found = identify_whole_log([prepare(noisy, arm, SETTINGS)], arm, get_law("stribeck"), SETTINGS)
@@ -130,13 +118,13 @@ def test_pushes_that_encoder_noise_hides_in_single_windows_are_set_aside(arm: Ro
     covered(found, 0.01)
 
 
+@pytest.mark.long
 def test_spikes_hardly_matter(arm: Robot, exact: RobotLog) -> None:
     """Of 20 standard deviations, in a hundredth of all positions and torques."""
     log, generator = with_noise(exact, position=2e-5, torque=0.05, seed=3), np.random.default_rng(5)
     there = (generator.random((2, *log.torque.shape)) < 0.01) * generator.choice([-1, 1], (2, *log.torque.shape))
     spiked = replace(log, position=log.position + 4e-4 * there[0], torque=log.torque + there[1])
     result = identify(spiked, arm, SETTINGS)
-    assert result.evidence is not None
     assert any("pikes are replaced" in note for note in result.evidence.notes)
     for joint in result.joints.values():
         coulomb = joint.parameters["coulomb"]
@@ -152,7 +140,6 @@ def late(log: RobotLog, samples: int) -> RobotLog:
 def test_a_delay_is_found_beside_the_friction(arm: Robot, exact: RobotLog, delay: int) -> None:
     """By as many samples of 1 ms."""
     found = whole_log(late(exact, delay), arm)
-    assert found.described.torque_delay is not None
     value, error = found.described.torque_delay
     assert error < 5e-5
     assert value == pytest.approx(1e-3 * delay, abs=4 * error)
@@ -163,12 +150,36 @@ def test_a_delay_is_found_beside_the_friction(arm: Robot, exact: RobotLog, delay
     np.testing.assert_allclose(shifted.torque[ahead - 100], exact.torque[ahead], atol=0.02)
 
 
-def test_of_a_long_log_evenly_spread_segments_are_read(
-    arm: Robot, exact: RobotLog, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_of_a_long_log_evenly_spread_segments_are_read(arm, exact, monkeypatch):
     monkeypatch.setattr(constants, "MOST_SEGMENTS", 6)
     found = whole_log(exact, arm)
     read, whole = len(found.read.windows), len(found.read.equations)
     assert read == 6 + len(found.read.held_out) < whole
     assert found.notes[0] == f"{read} of {whole} segments of the log are read, evenly spread."
     covered(found, 0.02)
+
+
+@pytest.mark.long
+def test_a_payload_is_named_and_its_spans_are_used_when_it_is_accepted(tmp_path: Path) -> None:
+    robot = Robot.from_file(write_arm(tmp_path))
+    noisy = with_noise(carrying(robot, arm_log(robot)), position=2e-5, torque=0.05, seed=3)
+    log = save_npz(noisy, tmp_path / "log.npz")
+    command = ["identify", str(log), "-r", str(tmp_path / "robot.toml"), "-o"]
+    assert run(*command, str(tmp_path / "before")) == 0
+    findings = {each.check: each for each in read_result(tmp_path / "before/result.json").findings}
+    assert "set-aside" not in findings
+    assert findings["payload"].text.startswith("The robot carries something: 3 kg at ")
+    start, end = map(float, re.findall(r"from ([\d.]+) to ([\d.]+) s", findings["payload"].text)[0])
+    assert (start, end) == (pytest.approx(6.0, abs=0.3), pytest.approx(14.0, abs=0.3))
+    line = re.findall(r"payload = \[.*\](?= in \[robot\])", findings["payload"].cure)[0]
+    assert [float(x) for x in re.findall(r"com = \[(.*?)\]", line)[0].split(",")] == pytest.approx(
+        [0.05, 0, 0.1], abs=0.01
+    )
+    write_arm(tmp_path, f"{line}\n")
+    assert run(*command, str(tmp_path / "after")) == 0
+    result = read_result(tmp_path / "after/result.json")
+    assert {each.check for each in result.findings} == set()
+    for joint in result.joints.values():
+        coulomb = joint.parameters["coulomb"]
+        assert coulomb.value == pytest.approx(TRUTH["coulomb"], rel=0.02)
+        assert coulomb.value == pytest.approx(TRUTH["coulomb"], abs=3 * coulomb.standard_error)

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.result import made
 
 from stribeck.friction.terms import BASE, LADDER
-from stribeck.result import JointResult, ParameterEstimate, TermVerdict
+from stribeck.result import TermVerdict
 from stribeck.whole_log.constants import LEAST_GAIN
 from stribeck.whole_log.terms.selection import Candidate, JointTerms, Kept, held_out_gain, select_stepwise, with_terms
 
@@ -32,7 +33,7 @@ def kept(verdicts: dict[str, TermVerdict]) -> set[str]:
     return {name for name, verdict in verdicts.items() if verdict.kept} - BASE
 
 
-def test_terms_that_pay_are_kept_and_the_others_say_by_how_much_they_do_not() -> None:
+def test_terms_are_kept_if_they_reduce_the_held_out_error() -> None:
     verdicts = select_stepwise(world(viscous=200.0, load=50.0), {})
     assert list(verdicts) == [term.name for term in LADDER]
     assert kept(verdicts) == {"load"}
@@ -43,7 +44,7 @@ def test_terms_that_pay_are_kept_and_the_others_say_by_how_much_they_do_not() ->
 
 
 @pytest.mark.parametrize(("gain", "has_it"), [(-0.3, True), (-5.0, False), (50.0, True)])
-def test_a_usual_term_stays_unless_the_log_speaks_against_it(gain: float, has_it: bool) -> None:
+def test_a_usual_term_is_kept_unless_the_log_contradicts_it(gain: float, has_it: bool) -> None:
     verdicts = select_stepwise(world(stribeck=gain), {}, BASE | {"stribeck"})
     assert kept(verdicts) == ({"stribeck"} if has_it else set())
     said = "most joints with friction have it, and held-out chi^2 rises by 1.2 ± 0.2 here"
@@ -95,15 +96,7 @@ def test_a_term_that_pays_but_is_not_seen_whole_is_open_and_makes_what_it_would_
     verdicts = select_stepwise(candidate, {})
     assert verdicts["stribeck"].verdict == "open"
     assert verdicts["stribeck"].reason == "held-out chi^2 falls by 200 ± 36, but too slow"
-    coulomb = ParameterEstimate(value=1.0, standard_error=0.1, interval_95=(0.8, 1.2), unit="N m", verdict="identified")
-    joint = JointResult(
-        parameters={"coulomb": coulomb, "offset": coulomb},
-        verdict="identified",
-        reason="all is well",
-        samples=1000,
-        velocity_range=(-1.0, 1.0),
-        reversals=10,
-    )
+    joint = made.joint({"coulomb": 1.0, "offset": 1.0}, reason="all is well")
     found = with_terms(joint, carried(verdicts | {"ripple": RIPPLE}))
     assert found.parameters["coulomb"].verdict == "weak"
     assert found.verdict == "identified"  # of the curve at the speeds of the log, which the term does not change
@@ -115,15 +108,7 @@ def test_a_term_that_pays_but_is_not_seen_whole_is_open_and_makes_what_it_would_
 
 @pytest.mark.parametrize(("noise", "verdict"), [(0.0, "weak"), (0.9, "weak"), (1.1, "no friction")])
 def test_unexplained_torque_is_weak_unless_other_sensors_are_as_noisy(noise: float, verdict: str) -> None:
-    joint = JointResult(
-        parameters={},
-        verdict="no friction",
-        reason="no friction detected",
-        samples=1000,
-        velocity_range=(-1.0, 1.0),
-        reversals=10,
-        residual_rms=2.0,
-    )
+    joint = made.joint(verdict="no friction", reason="no friction detected", residual_rms=2.0)
     assert with_terms(joint, carried(select_stepwise(world(), {})), noise).verdict == verdict
 
 

@@ -38,9 +38,8 @@ def known() -> tuple[Array, Array, Statistics]:
     away = 1.5 * generator.standard_normal(model.layout.size)
     slopes = model.slopes(np.zeros(model.layout.size))
     size = np.concatenate([np.ones(20) * np.abs(slopes.bodies).max(axis=(0, 2)).mean(), model.scales])
-    columns = generator.standard_normal((400, len(theta) + len(size))) * np.concatenate(
-        [30 * np.ones(len(theta)), 20 / size]
-    )
+    columns = generator.standard_normal((400, len(theta) + len(size)))
+    columns *= np.concatenate([30 * np.ones(len(theta)), 20 / size])
     torque = columns @ np.concatenate([theta, model.values(away)]) + generator.standard_normal(400)
     return columns, torque, summed_up(columns, torque)
 
@@ -75,9 +74,8 @@ def test_a_fit_ends_where_a_dense_minimiser_does(known: tuple[Array, Array, Stat
     jacobian = np.stack([(residuals(fit.x + s) - residuals(fit.x - s)) / 2e-6 for s in steps], axis=1)
     expected = jacobian.T @ jacobian
     scale = 1 / np.sqrt(np.diag(expected))
-    np.testing.assert_allclose(
-        fit.curvature(sums) * np.outer(scale, scale), expected * np.outer(scale, scale), atol=1e-5
-    )
+    scales = np.outer(scale, scale)
+    np.testing.assert_allclose(fit.curvature(sums) * scales, expected * scales, atol=1e-5)
     ratio = np.diag(fit.covariance) / np.diag(np.linalg.inv(expected))
     np.testing.assert_allclose(ratio, 1.0, rtol=0.02)
 

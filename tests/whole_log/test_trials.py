@@ -60,7 +60,7 @@ def test_scores_of_linear_terms_are_those_of_refits(linear: Log, joint: int) -> 
     np.testing.assert_allclose(np.diff(scores, axis=0), np.diff(refits, axis=0), rtol=1e-3, atol=0.05)
 
 
-def test_a_bound_holds_a_term_that_would_be_negative(linear: Log) -> None:
+def test_terms_are_not_negative(linear: Log) -> None:
     """The friction of the loaded joint, had its load the other sign."""
     whole, folds, fit = linear
     trials = make_trials(whole, folds, fit)

@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from scipy.signal import lfilter
-from tests.whole_log.logs import PLAIN, TRUTH, arm_log, walk, with_wrong_bodies
+from tests.whole_log.logs import PLAIN, TRUTH, walk, with_wrong_bodies
 
 from stribeck import Robot, identify
 from stribeck.errors import NothingIdentifiedError
@@ -38,7 +38,6 @@ def test_an_exact_log_gives_the_truth(arm: Robot, exact_arm_log: RobotLog) -> No
 
 def test_a_noisy_log_gives_it_within_its_intervals(arm: Robot, exact_arm_log: RobotLog) -> None:
     result = identify(with_noise(exact_arm_log, position=5e-5, torque=0.2, seed=6), arm, WHOLE_LOG)
-    assert result.corrections is not None
     assert result.corrections.chi_square == pytest.approx(1.0, abs=0.15)
     found = [(joint.parameters[name], truth) for joint in result.joints.values() for name, truth in TRUTH.items()]
     off = [abs(parameter.value - truth) / parameter.standard_error for parameter, truth in found]
@@ -52,21 +51,12 @@ def test_a_law_that_jumps_is_not_misled_by_joints_at_rest(arm: Robot) -> None:
     law = get_law("coulomb-viscous")
     exact, known = exact_log(arm, law, dict.fromkeys(arm.joint_names, PLAIN), duration=16.0, seed=3)
     held = exact.velocity is not None and np.abs(exact.velocity) < 0.02
-    stiction = replace(
-        exact, torque=exact.torque - held * known.friction_torque
-    )  # as if nothing held the joint at rest
+    # as if nothing held the joint at rest
+    stiction = replace(exact, torque=exact.torque - held * known.friction_torque)
     log = with_noise(stiction, position=1e-6, torque=0.02, seed=4)
     settings = WHOLE_LOG.model_copy(update={"law": law.name, "rest": 0.01})
     for name, joint in identify(log, arm, settings).joints.items():
         assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.01), name
-
-
-@pytest.mark.long
-def test_every_leg_of_a_quadruped_counts_while_it_stands_and_while_it_swings() -> None:
-    """On three point feet and on four."""
-    robot, log = walk("quadruped", 12.0)
-    for joint, found in identify(log, robot, WHOLE_LOG).joints.items():
-        assert found.parameters["coulomb"].value == pytest.approx(1.2, rel=0.04), joint
 
 
 def test_every_leg_of_a_biped_counts_and_corrections_are_determined_by_swinging_limbs() -> None:
@@ -76,8 +66,6 @@ def test_every_leg_of_a_biped_counts_and_corrections_are_determined_by_swinging_
     for joint, found in result.joints.items():
         assert found.parameters["coulomb"].value == pytest.approx(1.2, rel=0.04), joint
     evidence = result.evidence
-    assert evidence is not None
-    assert evidence.correction is not None
     before, after = evidence.correction
     assert before.usable.any(axis=0).all()
     np.testing.assert_array_equal(before.usable, after.usable)
@@ -106,9 +94,7 @@ def test_wrong_inertias_are_found_beside_the_friction(arm: Robot, exact_arm_log:
     assert worst(believed) > 0.04
     assert worst(corrected) < 0.02
     for joint in corrected.joints.values():
-        assert joint.validation is not None
         assert joint.validation.rms < 0.2 * joint.validation.rms_zero_friction
-    assert corrected.corrections is not None
     for body in corrected.corrections.bodies.values():
         xx, _, yy, _, _, zz = body.inertia[1]
         assert body.mass[1] > 0
@@ -122,7 +108,6 @@ def test_a_motor_that_logs_no_torque_does_no_harm_to_the_others(arm: Robot, exac
     assert set(result.joints) == set(arm.joint_names) - {"elbow"}
     for joint in result.joints.values():
         assert joint.parameters["coulomb"].value == pytest.approx(TRUTH["coulomb"], rel=0.02)
-    assert result.corrections is not None
     for body in result.corrections.bodies.values():
         assert body.mass[1] == pytest.approx(body.mass[0], rel=0.01)
 
@@ -134,7 +119,6 @@ def test_wrenches_on_the_feet_make_offsets_clearer() -> None:
     names = [name for name in robot.joint_names if name not in robot.position_controlled]
     law, posture = get_law("stribeck"), POSTURES["biped"]
     exact, _ = exact_log(robot, law, dict.fromkeys(names, TRUTH), duration=8.0, posture=posture, seed=2)
-    assert exact.foot_wrench is not None
     log = with_noise(exact, position=2e-5, torque=1.0, seed=3)
     sensed = 1.03 * exact.foot_wrench + np.array([5.0, -4.0, 8.0, 0.3, -0.2, 0.1])
     settings = Settings(law="stribeck", corrections="inertia")
@@ -152,9 +136,7 @@ def test_wrenches_on_the_feet_make_offsets_clearer() -> None:
     assert flagged == {"none": False, "right": False, "wrong sign": True}
 
 
-def test_a_body_far_from_the_model_is_named_and_friction_that_lags_is_no_body(
-    arm: Robot, exact_arm_log: RobotLog
-) -> None:
+def test_a_body_far_from_the_model_is_named_and_friction_that_lags_is_no_body(arm, exact_arm_log):
     """Of a hand that has a third of its mass in the model; and with friction that builds up after a reversal."""
     model = pin.Model(arm.tree.model)
     hand = model.inertias[model.njoints - 1]
@@ -177,7 +159,6 @@ def test_gains_and_zeros_are_found_beside_the_friction(arm: Robot, exact_arm_log
     log = with_noise(exact_arm_log, position=1e-5, torque=0.05, seed=5)
     log = replace(log, torque=log.torque * (1 + gains), position=log.position + zeros)
     found = identify(log, arm, Settings(law="stribeck", corrections="calibration"))
-    assert found.corrections is not None
     gain, error = np.array(list(found.corrections.torque_gain.values())).T
     true = np.array([gains[arm.joint_names.index(name)] for name in found.corrections.torque_gain])
     known = error < 0.3 * np.std(gains)  # the wrist carries next to nothing
@@ -189,24 +170,12 @@ def test_gains_and_zeros_are_found_beside_the_friction(arm: Robot, exact_arm_log
         assert value == pytest.approx(zeros[column], abs=4 * error)
 
 
-@pytest.mark.long
-def test_a_late_base_orientation_is_found() -> None:
-    robot, log = walk("biped", 8.0)
-    log = replace(log, base_orientation=np.roll(log.base_orientation, 10, axis=0))
-    found = whole_log(log.take(slice(50, None)), robot, Settings(law="stribeck", corrections="calibration"))
-    assert found.described.base_delay is not None
-    delay, error = found.described.base_delay
-    assert error < 2e-3
-    assert delay == pytest.approx(0.01, abs=3 * error)
-
-
 def test_rotors_of_motor_side_torque_are_corrected_without_being_asked_for(arm: Robot, exact_arm_log: RobotLog) -> None:
     """Those of the model are a prior of 20 %; where it has none, nothing is known of them."""
     modelled = 0.05 * np.array([0.8, 1.2, 0.9, 1.1, 0.0, 0.0])
     model = pin.Model(arm.tree.model)
     model.armature = modelled
     believed = replace(arm, tree=replace(arm.tree, model=model), torque_source="motor_current")
-    assert exact_arm_log.acceleration is not None
     log = replace(exact_arm_log, torque=exact_arm_log.torque + 0.05 * exact_arm_log.acceleration)
     log = with_noise(log, position=1e-5, torque=0.05, seed=6)
     for joint in identify(log, believed, WHOLE_LOG).joints.values():
@@ -215,13 +184,12 @@ def test_rotors_of_motor_side_torque_are_corrected_without_being_asked_for(arm: 
         assert high - low < 0.02
         assert joint.parameters["armature"].verdict == "identified"
         assert joint.parameters["offset"].value == pytest.approx(0.2, abs=0.02)
-    sensed = identify(log, replace(believed, torque_source="link_side_sensor"), WHOLE_LOG)
+    sensed = identify(log.take(slice(0, 4000)), replace(believed, torque_source="link_side_sensor"), WHOLE_LOG)
     assert all("armature" not in joint.parameters for joint in sensed.joints.values())
 
 
 def test_encoder_noise_does_not_make_rotors_light(arm: Robot, exact_arm_log: RobotLog) -> None:
     """Noise of the acceleration is motion that takes no torque: least squares on it would find next to no inertia."""
-    assert exact_arm_log.acceleration is not None
     log = replace(exact_arm_log, torque=exact_arm_log.torque + 0.05 * exact_arm_log.acceleration)
     log = with_noise(log, position=1e-3, torque=0.05, seed=7)
     found = identify(log, arm, WHOLE_LOG.model_copy(update={"fit_armature": True}))
@@ -233,35 +201,11 @@ def test_encoder_noise_does_not_make_rotors_light(arm: Robot, exact_arm_log: Rob
 def test_jitter_of_the_clock_is_not_taken_for_torque(arm: Robot, exact_arm_log: RobotLog) -> None:
     """One reading in twenty is late: half of all sixth differences know nothing of it."""
     late = np.random.default_rng(8).random(len(exact_arm_log.time)) < 0.05
-    assert exact_arm_log.velocity is not None
     jittered = exact_arm_log.position - 5e-4 * late[:, None] * exact_arm_log.velocity
     log = with_noise(replace(exact_arm_log, position=jittered), position=1e-5, torque=0.05, seed=8)
     result = identify(log, arm, Settings(law="stribeck", corrections="inertia"))
-    assert result.corrections is not None
     assert result.corrections.chi_square == pytest.approx(1.0, abs=0.3)
     for joint in result.joints.values():
         assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.05)
     for name, body in result.corrections.bodies.items():
         assert body.mass[1] == pytest.approx(body.mass[0], abs=3 * body.mass_error), name
-
-
-def deviations(log: RobotLog, robot: Robot) -> tuple[np.ndarray, np.ndarray]:
-    """Errors and standard errors of viscous friction, Coulomb friction and offset, shape (joints, 3) each."""
-    law, names = get_law("coulomb-viscous"), ("viscous", "coulomb", "offset")
-    settings = WHOLE_LOG.model_copy(update={"law": law.name, "rest": 0.01})
-    fits = whole_log(log, robot, settings).fits.values()
-    places = [fit.names.index(name) for fit in fits for name in names]
-    found = np.array([[fit.values, fit.standard_errors] for fit in fits])[:, :, places[:3]]
-    return found[:, 0] - [TRUTH[name] for name in names], found[:, 1]
-
-
-@pytest.mark.long
-def test_intervals_are_wider_where_steps_differ(arm: Robot) -> None:
-    noisy = with_noise(arm_log(40.0, seed=5, law="coulomb-viscous"), position=1e-5, torque=0.1, seed=6)
-    error, even = deviations(noisy, arm)
-    assert 0.6 < np.sqrt(np.mean((error / even) ** 2)) < 1.6
-    prior_std = 0.2 * np.random.default_rng(9).standard_normal((40, len(arm.joint_names)))
-    uneven = replace(noisy, torque=noisy.torque + prior_std[(noisy.time / 1.6).astype(int)])  # offsets come and go
-    error, wider = deviations(uneven, arm)  # parts of the log disagree, which its intervals know
-    assert np.mean(np.abs(error / wider) < 2) > 0.8
-    assert np.median((wider / even)[:, 2]) > 3

@@ -1,5 +1,6 @@
 """The fit finds what was put in, from wrong starts, and never sees what is held out."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -7,22 +8,11 @@ import pytest
 from scipy.optimize import lsq_linear
 
 from stribeck.friction import LAWS, get_law
-from stribeck.judgement.curve_fit.fit import eliminate_linear, fit_law
+from stribeck.judgement.curve_fit.fit import eliminate_linear, fit_joint, fit_law
 from stribeck.judgement.curve_fit.problem import hold_out, joint_problem
 from stribeck.settings import Settings
 
 SETTINGS = Settings()
-
-
-def test_linear_law_is_the_closed_form_solution(make_samples, make_joint) -> None:
-    samples = make_samples({"knee": make_joint()})
-    law = get_law("coulomb-viscous")
-    fit = fit_law(samples, law, SETTINGS)["knee"]
-    training, _ = hold_out(joint_problem(samples, "knee", law, SETTINGS), SETTINGS.holdout)
-    expected, *_ = np.linalg.lstsq(training.jacobian(np.zeros(3)), training.friction_torque)
-    np.testing.assert_allclose(fit.values, expected, rtol=1e-7)
-    assert fit.samples == len(training.velocity)
-    assert fit.rms == pytest.approx(np.sqrt(np.mean((training.friction_torque - training.predict(fit.values)) ** 2)))
 
 
 def test_held_out_blocks_are_never_seen(make_samples, make_joint) -> None:
@@ -93,3 +83,46 @@ def test_elimination_is_bounded_linear_least_squares(make_samples, make_joint, n
     assert cost == pytest.approx(2 * expected.cost)
     assert values[-1] == pytest.approx(expected.x[-1], abs=1e-9)
     assert np.sum((problem.predict(values) - problem.friction_torque) ** 2) == pytest.approx(cost, rel=1e-9)
+
+
+TRUTH = {"viscous": 0.5, "coulomb": 2.0, "offset": -0.7}
+
+
+@pytest.fixture
+def half_at_rest(make_samples, make_joint):
+    """Return a joint that stands still in every other block, its velocity noise alone, its torque anything."""
+    samples = make_samples({"knee": make_joint(law="coulomb-viscous", truth=TRUTH, noise=0.0)})
+    rng = np.random.default_rng(1)
+    still = (samples.block % 2 == 1)[:, None]
+    noise, held = 1e-3 * rng.normal(size=still.shape), rng.uniform(-2.7, 1.3, still.shape)
+    return replace(
+        samples,
+        velocity=np.where(still, noise, samples.velocity),
+        friction_torque=np.where(still, held, samples.friction_torque),
+    )
+
+
+def test_rest_is_left_out_of_laws_that_jump(half_at_rest):
+    law = get_law("coulomb-viscous")
+    fit = fit_law(half_at_rest, law, Settings(law=law.name, holdout=3))["knee"]
+    np.testing.assert_allclose(fit.values, list(TRUTH.values()), rtol=1e-6)
+    spoilt = fit_law(half_at_rest, law, Settings(law=law.name, holdout=3, rest=0.0))["knee"]
+    assert spoilt.values[1] < 0.8 * TRUTH["coulomb"]
+
+
+def test_rest_stays_in_for_laws_that_are_continuous(half_at_rest):
+    settings = Settings()
+    kept = {name: len(joint_problem(half_at_rest, "knee", get_law(name), settings).velocity) for name in LAWS}
+    assert kept["stribeck"] == len(half_at_rest.time)
+    assert kept["coulomb-viscous"] == kept["asymmetric"] == kept["stribeck-exponent"] < len(half_at_rest.time)
+
+
+def test_motion_in_one_direction_raises_no_warning(make_samples, make_joint):
+    """Coulomb friction and offset cannot be distinguished then; rounding must not turn into an overflow."""
+    law = get_law("coulomb-viscous")
+    samples = make_samples({"knee": make_joint(law=law.name, truth=TRUTH, speed=0.1, drift=1.0)}, blocks=8)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        fit = fit_joint(joint_problem(samples, "knee", law, Settings()))
+    assert np.all(np.isfinite(fit.intervals))
+    assert fit.standard_errors[1] > 10 * TRUTH["coulomb"]

@@ -9,17 +9,14 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
 import scipy.io
-from mcap.writer import CompressionType
-from mcap.writer import Writer as McapWriter
 from rosbags import rosbag1, rosbag2
-from rosbags.typesys import Stores, get_typestore
+from tests.log.readers.messages import ROS1, messages_of, write_bag, write_messages
 
 from stribeck.log import RobotLog
 from stribeck.settings import LogTable
 
 JOINTS = ("hip", "knee", "wheel")
 FEET = ("left_foot", "right_foot")
-START = 1_700_000_000_000_000_000  # of recordings by ROS [ns]
 AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 
@@ -87,6 +84,11 @@ def columns_of(log):
         columns[f"foot_force.{foot}"] = log.foot_force[:, f]
         columns |= {f"foot_wrench.{foot}.{axis}": log.foot_wrench[:, f, i] for i, axis in enumerate(AXES)}
     return columns
+
+
+def main_file(path: Path) -> Path:
+    """Return the file of a log that contains its samples."""
+    return path if path.is_file() else next(file for file in sorted(path.iterdir()) if file.suffix != ".yaml")
 
 
 def write_npz(folder, log):
@@ -166,139 +168,40 @@ def write_parquet(folder, log):
     return folder / "log.parquet"
 
 
-def messages_of(log, store, ros1=False):
-    """Convert a log to (topic, message type, stamp [ns], message), as a robot would send them."""
-    types = store.types
-    stamp_type, header_type = types["builtin_interfaces/msg/Time"], types["std_msgs/msg/Header"]
-    vector, quaternion = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Quaternion"]
-    stamps = START + np.round(log.time * 1e9).astype(np.int64)
-
-    def header(stamp):
-        extra = {"seq": 0} if ros1 else {}
-        return header_type(stamp=stamp_type(sec=int(stamp // 10**9), nanosec=int(stamp % 10**9)), frame_id="", **extra)
-
-    for row, stamp in enumerate(stamps):
-        yield (
-            "/joint_states",
-            "sensor_msgs/msg/JointState",
-            stamp,
-            types["sensor_msgs/msg/JointState"](
-                header=header(stamp),
-                name=list(log.joint_names),
-                position=log.position[row],
-                velocity=log.velocity[row],
-                effort=log.torque[row],
-            ),
-        )
-        if log.base_orientation is not None:
-            yield (
-                "/imu",
-                "sensor_msgs/msg/Imu",
-                stamp,
-                types["sensor_msgs/msg/Imu"](
-                    header=header(stamp),
-                    orientation=quaternion(*map(float, log.base_orientation[row])),
-                    orientation_covariance=np.zeros(9),
-                    angular_velocity=vector(*map(float, log.angular_velocity[row])),
-                    angular_velocity_covariance=np.zeros(9),
-                    linear_acceleration=vector(*map(float, log.linear_acceleration[row])),
-                    linear_acceleration_covariance=np.zeros(9),
-                ),
-            )
-        for f, foot in enumerate(log.foot_names):
-            wrench = log.foot_wrench[row, f]
-            yield (
-                f"/sensors/{foot}_ft",
-                "geometry_msgs/msg/WrenchStamped",
-                stamp,
-                types["geometry_msgs/msg/WrenchStamped"](
-                    header=header(stamp),
-                    wrench=types["geometry_msgs/msg/Wrench"](
-                        force=vector(*map(float, wrench[:3])), torque=vector(*map(float, wrench[3:]))
-                    ),
-                ),
-            )
-            flag = types["std_msgs/msg/Bool"](data=bool(log.contact[row, f]))
-            yield f"/contacts/{foot}", "std_msgs/msg/Bool", stamp, flag
-
-
-def write_messages(path, messages, encoding="cdr", chunked=True):
-    """Write (topic, type, stamp, message) as an MCAP file."""
-    ros1 = encoding == "ros1"
-    store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
-    serialize = store.serialize_ros1 if ros1 else store.serialize_cdr
-    with path.open("wb") as file:
-        writer = McapWriter(file, compression=CompressionType.NONE, use_chunking=chunked, enable_data_crcs=not chunked)
-        writer.start(profile="" if ros1 else "ros2")
-        channels = {}
-        for topic, kind, stamp, message in messages:
-            if topic not in channels:
-                name = kind.replace("/msg/", "/") if ros1 else kind
-                definition, _ = store.generate_msgdef(kind, ros_version=1 if ros1 else 2)
-                schema = writer.register_schema(name, "ros1msg" if ros1 else "ros2msg", definition.encode())
-                channels[topic] = writer.register_channel(topic, encoding, schema)
-            writer.add_message(channels[topic], int(stamp), bytes(serialize(message, kind)), int(stamp))
-        writer.finish()
-    return path
-
-
 def write_mcap(folder, log):
-    return write_messages(folder / "log.mcap", messages_of(log, get_typestore(Stores.ROS2_HUMBLE)))
+    return write_messages(folder / "log.mcap", messages_of(log))
 
 
 def write_mcap_of_ros1(folder, log):
-    messages = messages_of(log, get_typestore(Stores.ROS1_NOETIC), ros1=True)
-    return write_messages(folder / "ros1.mcap", messages, "ros1")
+    return write_messages(folder / "ros1.mcap", messages_of(log, ROS1), ROS1)
 
 
 def write_rosbag2(folder, log, plugin=rosbag2.StoragePlugin.SQLITE3, compression=None):
-    store = get_typestore(Stores.ROS2_HUMBLE)
     path = folder / f"bag_{plugin.name.lower()}"
-    writer = rosbag2.Writer(path, version=9, storage_plugin=plugin)
-    if compression:
-        writer.set_compression(compression, rosbag2.CompressionFormat.ZSTD)
-    with writer:
-        connections = {}
-        for topic, kind, stamp, message in messages_of(log, store):
-            if topic not in connections:
-                connections[topic] = writer.add_connection(topic, kind, typestore=store)
-            writer.write(connections[topic], int(stamp), store.serialize_cdr(message, kind))
-    return path
+    return write_bag(path, messages_of(log), plugin=plugin, compression=compression)
 
 
 def write_rosbag2_of_mcap(folder, log):
     return write_rosbag2(folder, log, rosbag2.StoragePlugin.MCAP)
 
 
-def write_bag(folder, log):
-    store = get_typestore(Stores.ROS1_NOETIC)
+def write_bag_of_ros1(folder, log):
     path = folder / "log.bag"
     with rosbag1.Writer(path) as writer:
         connections = {}
-        for topic, kind, stamp, message in messages_of(log, store, ros1=True):
+        for topic, kind, stamp, message in messages_of(log, ROS1):
             if topic not in connections:
-                connections[topic] = writer.add_connection(topic, kind, typestore=store)
-            writer.write(connections[topic], int(stamp), store.serialize_ros1(message, kind))
+                connections[topic] = writer.add_connection(topic, kind, typestore=ROS1)
+            writer.write(connections[topic], stamp, ROS1.serialize_ros1(message, kind))
     return path
 
 
-WHOLE = {
-    "npz": write_npz,
-    "h5": write_h5,
-    "mat": write_mat,
-    "mat of 7.3": write_mat_73,
-    "csv": write_csv,
-    "parquet": write_parquet,
-}
+WHOLE = {"npz": write_npz, "h5": write_h5, "mat": write_mat, "mat of 7.3": write_mat_73, "csv": write_csv}
+WHOLE["parquet"] = write_parquet
 """Formats with every channel."""
 
-ROS = {
-    "mcap": write_mcap,
-    "mcap of ROS 1": write_mcap_of_ros1,
-    "rosbag2": write_rosbag2,
-    "rosbag2 of mcap": write_rosbag2_of_mcap,
-    "bag": write_bag,
-}
+ROS = {"mcap": write_mcap, "mcap of ROS 1": write_mcap_of_ros1, "bag": write_bag_of_ros1}
+ROS |= {"rosbag2": write_rosbag2, "rosbag2 of mcap": write_rosbag2_of_mcap}
 """Formats of messages, which lack acceleration, temperature and external torque."""
 
 WRITERS = WHOLE | ROS

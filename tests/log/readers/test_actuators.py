@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rosbags.typesys import Stores, get_typestore
 from tests.arm import TRUTH, arm_log, save_npz, write_arm
-from tests.log.readers.formats import messages_of, synthetic_log, write_messages
+from tests.log.readers.formats import synthetic_log
+from tests.log.readers.messages import messages_of, write_messages
 
 from stribeck import Robot, inspect_log, read_log, write_log
 from stribeck.errors import LogError, RobotFileError
@@ -93,10 +93,10 @@ def test_the_delay_of_a_command_is_found_and_taken_out(log, tmp_path):
 def test_a_topic_of_commands_is_held_until_the_next(tmp_path):
     log = synthetic_log()
     messages = []
-    for number, message in enumerate(m for m in messages_of(log, get_typestore(Stores.ROS2_HUMBLE)) if m[0][1] == "j"):
+    for number, message in enumerate(m for m in messages_of(log) if m[0][1] == "j"):
         messages.append(message)
         if number % 20 == 0:
-            target = messages_of(log.take(slice(number, number + 1)), get_typestore(Stores.ROS2_HUMBLE))
+            target = messages_of(log.take(slice(number, number + 1)))
             messages.append(("/command", *next(iter(target))[1:]))
     path = write_messages(tmp_path / "log.mcap", messages)
     text = 'torque_source = "command"\nkp = 10.0\nkd = 0.0\n[log.desired_position]\nname = "/command"\n'

@@ -5,12 +5,15 @@ from typing import Any
 
 import h5py
 import numpy as np
+import pandas as pd
+import polars as pl
 import pyarrow as pa
 import pyarrow.parquet
 import pytest
 from tests.log.readers.formats import JOINTS, StubRobot, columns_of, synthetic_log, write_arrays
 
 from stribeck.errors import LogError
+from stribeck.log import RobotLog
 from stribeck.log.readers import read_log
 from stribeck.settings import LogTable
 
@@ -66,7 +69,7 @@ def test_numbered_columns_are_the_joints_in_order(pattern, first, tmp_path):
     assert "The columns of 'position' have no known names: taken in the order of the robot file" in log.notes[0]
 
 
-def test_a_prefix_that_begins_another_takes_its_own_numbers_alone(tmp_path):
+def test_a_prefix_of_another_name_takes_only_its_numbers(tmp_path):
     columns = {"time": LOG.time} | numbered("p_{}", LOG.position) | numbered("pd_{}", LOG.velocity)
     columns |= numbered("tau_{}", LOG.torque)
     table = {"position": {"name": "p"}, "velocity": {"name": "pd"}}
@@ -145,3 +148,32 @@ def test_ambiguous_tables_are_refused_in_one_sentence(names, rows, table, words,
         read_log(path, robot_with(**table))
     assert str(caught.value).startswith(f"{path}: ")
     assert len(str(caught.value).splitlines()) == 1
+
+
+FRAMES = pytest.mark.parametrize("make", [pd.DataFrame, pl.DataFrame], ids=["pandas", "polars"])
+
+
+@pytest.mark.parametrize("frame", [LOG.to_frame(), pl.DataFrame(columns_of(LOG))], ids=["pandas", "polars"])
+def test_every_channel_is_read(frame):
+    log = RobotLog.from_frame(frame, StubRobot())
+    assert (log.joint_names, log.foot_names, log.path, log.notes) == (JOINTS, LOG.foot_names, "", ())
+    for name, channel in LOG.channels().items():
+        np.testing.assert_array_equal(log.channels()[name], channel, err_msg=name)
+
+
+@FRAMES
+def test_settings_of_the_robot_file_and_missing_values(make):
+    torque = LOG.torque[:, 0].copy()
+    torque[7] = np.nan
+    robot = StubRobot(log_table=LogTable.model_validate({"torque": {"scale": -1.0}, "time": {"name": "when"}}))
+    columns = {"when": pd.to_datetime(1_700_000_000_000_000_000 + np.arange(30) * 2_000_000)} | columns_of(LOG)
+    log = RobotLog.from_frame(make(columns | {"torque.hip": torque}), robot)
+    np.testing.assert_array_equal(log.torque[:, 0], -torque)
+    np.testing.assert_allclose(log.time, LOG.time, atol=1e-9)
+
+
+def test_an_index_with_a_name_is_a_column():
+    frame = pd.DataFrame(columns_of(LOG)).set_index("time")
+    np.testing.assert_array_equal(RobotLog.from_frame(frame, StubRobot()).time, LOG.time)
+    since = frame.set_index(pd.to_timedelta(frame.index, unit="s").rename("time"))
+    np.testing.assert_allclose(RobotLog.from_frame(since, StubRobot()).time, LOG.time, atol=1e-9)

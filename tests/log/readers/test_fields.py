@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from mcap.writer import Writer as McapWriter
 from rosbags import rosbag2
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-from tests.log.readers.formats import START, StubRobot, synthetic_log, write_messages
+from tests.log.readers.formats import StubRobot, synthetic_log
+from tests.log.readers.messages import START, blank, store_with, write_bag, write_messages
 
 from stribeck.init.columns import find_columns
 from stribeck.log.readers import read_log
@@ -18,26 +18,19 @@ LOG = synthetic_log(60)
 STAMPS = START + np.round(LOG.time * 1e9).astype(np.int64)
 FLOATS = "std_msgs/msg/Float64MultiArray"
 MOTORS = "lab_msgs/msg/Motors"
-DEFINITION = (
-    "Drive[] drives\nuint8 mode\nstring note\n" + "=" * 80 + "\nMSG: lab_msgs/Drive\nfloat64 pos\nfloat64 cur\n"
-)
+DEFINITION = f"Drive[] drives\nuint8 mode\nstring note\n{'=' * 80}\nMSG: lab_msgs/Drive\nfloat64 pos\nfloat64 cur\n"
 
 
-def write_custom(folder, plugin=rosbag2.StoragePlugin.SQLITE3):
+def write_custom(folder, plugin):
     """Write positions and currents as a message of an own type, and velocities as std_msgs/Float64MultiArray."""
-    store = get_typestore(Stores.ROS2_HUMBLE)
-    store.register(get_types_from_msg(DEFINITION, MOTORS))
-    drive, motors, floats = (store.types[name] for name in ("lab_msgs/msg/Drive", MOTORS, FLOATS))
-    layout = store.types["std_msgs/msg/MultiArrayLayout"](dim=[], data_offset=0)
-    with rosbag2.Writer(folder / "bag", version=9, storage_plugin=plugin) as writer:
-        own = writer.add_connection("/drives", MOTORS, typestore=store)
-        speeds = writer.add_connection("/vel", FLOATS, typestore=store)
-        for row, stamp in enumerate(STAMPS):
-            drives = [drive(*pair) for pair in zip(LOG.position[row], LOG.torque[row], strict=True)]
-            writer.write(own, int(stamp), store.serialize_cdr(motors(drives, 1, "idle"), MOTORS))
-            message = floats(layout, LOG.velocity[row])
-            writer.write(speeds, int(stamp), store.serialize_cdr(message, FLOATS))
-    return folder / "bag"
+    store = store_with({MOTORS: DEFINITION})
+    messages = []
+    for row, stamp in enumerate(STAMPS):
+        pairs = zip(LOG.position[row], LOG.torque[row], strict=True)
+        drives = [store.types["lab_msgs/msg/Drive"](*pair) for pair in pairs]
+        messages.append(("/drives", MOTORS, stamp, blank(MOTORS, store=store, drives=drives)))
+        messages.append(("/vel", FLOATS, stamp, blank(FLOATS, store=store, data=LOG.velocity[row])))
+    return write_bag(folder / "bag", messages, store, plugin=plugin)
 
 
 def as_given(path):
@@ -53,13 +46,8 @@ def bare_file(path):
     return next(file for file in path.iterdir() if file.suffix in (".db3", ".mcap"))
 
 
-NAMED = StubRobot(
-    log_table=LogTable(
-        position=ChannelTable(name="/drives.drives.pos"),
-        torque=ChannelTable(name="/drives.drives.cur"),
-        velocity=ChannelTable(name="/vel"),
-    )
-)
+FIELDS = {"position": "/drives.drives.pos", "torque": "/drives.drives.cur", "velocity": "/vel"}
+NAMED = StubRobot(log_table=LogTable(**{name: ChannelTable(name=field) for name, field in FIELDS.items()}))
 
 
 @pytest.mark.parametrize("change", [as_given, without_metadata, bare_file])
@@ -70,30 +58,22 @@ def test_fields_of_own_messages_are_read_by_name(change, plugin, tmp_path):
     for channel in ("position", "torque", "velocity"):
         np.testing.assert_allclose(getattr(read, channel), getattr(LOG, channel), atol=1e-12, err_msg=channel)
     found, source = find_columns(open_log(path, LogTable()))  # `init` finds them by their words
-    assert {name: table["name"] for name, table in found.items()} == {
-        "position": "/drives.drives.pos",
-        "torque": "/drives.drives.cur",
-        "velocity": "/vel.data",
-    }
+    assert {name: table["name"] for name, table in found.items()} == FIELDS | {"velocity": "/vel.data"}
     assert source == "motor_current"
 
 
 def test_a_single_joint_is_the_number_of_a_message(tmp_path):
-    store = get_typestore(Stores.ROS2_HUMBLE)
-    number = store.types["std_msgs/msg/Float64"]
+    kind = "std_msgs/msg/Float64"
     messages = [
-        (f"/{joint}/{channel}", "std_msgs/msg/Float64", stamp, number(float(getattr(LOG, channel)[row, k])))
+        (f"/{joint}/{channel}", kind, stamp, blank(kind, data=float(getattr(LOG, channel)[row, k])))
         for row, stamp in enumerate(STAMPS)
         for k, joint in enumerate(LOG.joint_names)
         for channel in ("position", "torque")
     ]
     path = write_messages(tmp_path / "log.mcap", messages)
     names = {channel: [f"/{joint}/{channel}" for joint in LOG.joint_names] for channel in ("position", "torque")}
-    table = LogTable(
-        position=ChannelTable(name=names["position"]),
-        torque=ChannelTable(name=names["torque"]),
-        joint_names={name: name.split("/")[1] for own in names.values() for name in own},
-    )
+    joints = {name: name.split("/")[1] for own in names.values() for name in own}
+    table = LogTable(**{name: ChannelTable(name=own) for name, own in names.items()}, joint_names=joints)
     read = read_log(path, StubRobot(log_table=table))
     np.testing.assert_allclose(read.position, LOG.position, atol=1e-12)
     np.testing.assert_allclose(read.torque, LOG.torque, atol=1e-12)

@@ -5,21 +5,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rosbags.typesys import Stores, get_typestore
-from tests.log.readers.formats import JOINTS, StubRobot, messages_of, synthetic_log, write_messages
+from tests.log.readers.formats import JOINTS, StubRobot, synthetic_log
+from tests.log.readers.messages import START, messages_of, write_messages
 
 from stribeck.errors import LogError
 from stribeck.log import RobotLog
 from stribeck.log.readers import read_log
 from stribeck.settings import LogTable
 
-STORE = get_typestore(Stores.ROS2_HUMBLE)
-
 
 def messages(log: RobotLog, prefix: str = "", **keep):
     """Make messages of a log with thinned topics: `imu=3` keeps every third message of `/imu`."""
     counts: dict[str, int] = {}
-    for topic, kind, stamp, message in messages_of(log, STORE):
+    for topic, kind, stamp, message in messages_of(log):
         word = next((word for word in keep if word in topic), "")
         counts[topic] = counts.get(topic, -1) + 1
         if counts[topic] % keep.get(word, 1) == 0:
@@ -48,7 +46,7 @@ def test_slower_streams_are_interpolated_and_flags_are_held(tmp_path):
 
 def test_only_the_time_that_all_wanted_topics_cover_is_kept(tmp_path):
     log = synthetic_log(100)
-    late = [m for m in messages(log) if m[0] != "/imu" or 10 <= (m[2] - 1_700_000_000_000_000_000) / 2e6 <= 89]
+    late = [m for m in messages(log) if m[0] != "/imu" or 10 <= (m[2] - START) / 2e6 <= 89]
     result = read(tmp_path, late)
     np.testing.assert_allclose(result.position, log.position[10:90], atol=1e-12)
     assert any("20 messages outside" in note for note in result.notes)
@@ -56,7 +54,7 @@ def test_only_the_time_that_all_wanted_topics_cover_is_kept(tmp_path):
 
 def test_a_pause_of_a_topic_is_not_bridged(tmp_path):
     log = synthetic_log(100)
-    paused = [m for m in messages(log) if m[0] != "/imu" or not 40 <= (m[2] - 1_700_000_000_000_000_000) / 2e6 <= 60]
+    paused = [m for m in messages(log) if m[0] != "/imu" or not 40 <= (m[2] - START) / 2e6 <= 60]
     result = read(tmp_path, paused)
     np.testing.assert_array_equal(np.flatnonzero(np.isnan(result.base_orientation[:, 0])), np.arange(40, 61))
     assert np.isfinite(result.position).all()
@@ -66,9 +64,8 @@ def test_joints_of_two_topics_make_one_robot(tmp_path):
     log = synthetic_log(60)
     arm = RobotLog(time=log.time, joint_names=("arm",), position=log.position[:, :1] * 2, torque=log.torque[:, :1] * 2,
                    velocity=log.velocity[:, :1] * 2)  # fmt: skip
-    second = [("/arm/joint_states", *m[1:]) for m in messages(arm)][::2] + [
-        ("/arm/joint_states", *m[1:]) for m in messages(arm)
-    ][-1:]
+    second = [("/arm/joint_states", *m[1:]) for m in messages(arm)]
+    second = second[::2] + second[-1:]
     result = read(tmp_path, [*messages(log), *second], StubRobot(joint_names=("arm", *JOINTS)))
     np.testing.assert_allclose(result.position[:, 1:], log.position, atol=1e-12)
     np.testing.assert_allclose(result.position[:, 0], arm.position[:, 0], atol=1e-4)
@@ -90,9 +87,7 @@ def test_settings_choose_between_topics(tmp_path):
     result = read(tmp_path, both, **chosen)
     np.testing.assert_allclose(result.position, log.position, atol=1e-12)
     np.testing.assert_allclose(result.torque, log.torque + 1, atol=1e-12)
-    with pytest.raises(
-        LogError, match=r"\[log.torque\] name lists topic '/x'; topics of this type are '/measured/joint_states'"
-    ):
+    with pytest.raises(LogError, match=r"\[log.torque\] name lists topic '/x'; topics .* are '/measured/joint_states'"):
         read(tmp_path, both, position={"name": "/measured/joint_states"}, torque={"name": "/x"})
 
 
@@ -113,7 +108,5 @@ def test_the_effort_of_another_topic_is_an_external_torque(tmp_path):
     result = read(tmp_path, [*messages(log), *motor], external_torque={"name": "/load", "scale": -2.0})
     np.testing.assert_allclose(result.torque, log.torque, atol=1e-12)
     np.testing.assert_allclose(result.external_torque, -2 * log.external_torque, atol=1e-12)
-    with pytest.raises(
-        LogError, match=r"\[log\.external_torque\] name lists topic '/imu'; topics of this type are '/joint_st"
-    ):
+    with pytest.raises(LogError, match=r"\[log\.external_torque\] name lists topic '/imu'; topics .* are '/joint_st"):
         read(tmp_path, messages(log), external_torque={"name": "/imu"})

@@ -82,11 +82,8 @@ def test_episodes_are_segments(tmp_path):
 
 def test_currents_become_torques_if_the_robot_file_defines_them(tmp_path):
     names = [f"{joint}.pos" for joint in JOINTS]
-    path = dataset(
-        tmp_path,
-        observation__state=(np.rad2deg(LOG.position), names),
-        observation__current=(LOG.torque / 1.5, list(JOINTS)),
-    )
+    current = (LOG.torque / 1.5, list(JOINTS))
+    path = dataset(tmp_path, observation__state=(np.rad2deg(LOG.position), names), observation__current=current)
     table = {"torque": {"name": "observation.current", "scale": 1.5}, "position": {"unit": "deg"}}
     read = read_log(path, StubRobot(log_table=LogTable.model_validate(table)))
     assert not any("do not state units" in note for note in read.notes)

@@ -43,11 +43,8 @@ def test_samples_are_along_the_axis_with_the_length_of_time(write, tmp_path):
 @WRITERS
 def test_structs_are_reached_by_name(write, tmp_path):
     contents = {"t": LOG.time, "robot": {"q": LOG.position, "dynamics": {"tau": 1e3 * LOG.torque}}}
-    table = {
-        "time": {"name": "t"},
-        "position": {"name": "robot.q"},
-        "torque": {"name": "robot.dynamics.tau", "unit": "mNm"},
-    }
+    table = {"time": {"name": "t"}, "position": {"name": "robot.q"}}
+    table["torque"] = {"name": "robot.dynamics.tau", "unit": "mNm"}
     read = read_log(write(tmp_path, contents), StubRobot(log_table=LogTable.model_validate(table)))
     np.testing.assert_array_equal(read.position, LOG.position)
     np.testing.assert_allclose(read.torque, LOG.torque, rtol=1e-12)
@@ -114,11 +111,8 @@ def test_sensors_that_are_named_are_read(write, tmp_path):
 def in_degrees(positions):
     time = LOG.time + 1
     units = {"units_of_measure": np.array(["deg"] * 3)}
-    return telemetry(
-        start=1.0,
-        positions=signal(time, np.rad2deg(positions)) | units,
-        velocities=signal(time, np.rad2deg(LOG.velocity)) | units,
-    )
+    angles, speeds = (signal(time, np.rad2deg(own)) | units for own in (positions, LOG.velocity))
+    return telemetry(start=1.0, positions=angles, velocities=speeds)
 
 
 def test_the_dumpers_degrees(tmp_path):

@@ -2,10 +2,8 @@
 
 import numpy as np
 import pytest
-from mcap.writer import Writer
-from rosbags import rosbag2
-from tests.log.readers.blank import STORE, blank
-from tests.log.readers.formats import START, StubRobot, synthetic_log
+from tests.log.readers.formats import StubRobot, synthetic_log
+from tests.log.readers.messages import START, blank, write_as, write_messages
 from tests.log.readers.test_damaged import check_refused
 
 from stribeck.log.readers import read_log
@@ -50,36 +48,9 @@ def low_states(kind, log, motors, topic="/lowstate", late=0, counter=1, every=1)
         yield topic, kind, stamp + int(rng.integers(0, late + 1)), message
 
 
-def write_mcap(path, messages, define=True):
-    with path.open("wb") as file:
-        writer = Writer(file)
-        writer.start(profile="ros2")
-        channels = {}
-        for topic, kind, stamp, message in messages:
-            if topic not in channels:
-                text = STORE.generate_msgdef(kind, ros_version=2)[0] if define else ""
-                schema = writer.register_schema(kind, "ros2msg" if define else "", text.encode())
-                channels[topic] = writer.register_channel(topic, "cdr", schema)
-            writer.add_message(channels[topic], stamp, bytes(STORE.serialize_cdr(message, kind)), stamp)
-        writer.finish()
-    return path
-
-
-def write_rosbag2(path, messages, version):
-    """Write a bag; version 8 has no type definitions, version 9 has."""
-    with rosbag2.Writer(path, version=version) as writer:
-        connections = {}
-        for topic, kind, stamp, message in messages:
-            if topic not in connections:
-                connections[topic] = writer.add_connection(topic, kind, typestore=STORE)
-            writer.write(connections[topic], stamp, STORE.serialize_cdr(message, kind))
-    return path
-
-
 LOG = synthetic_log(25, joints=GO2)
-MOTORS = [
-    {"FR": 0, "FL": 3, "RR": 6, "RL": 9}[name[:2]] + ("hip", "thigh", "calf").index(name.split("_")[1]) for name in GO2
-]
+FIRST, PARTS = {"FR": 0, "FL": 3, "RR": 6, "RL": 9}, ("hip", "thigh", "calf")
+MOTORS = [FIRST[name[:2]] + PARTS.index(name.split("_")[1]) for name in GO2]
 
 
 def check_same(read, log):
@@ -94,11 +65,7 @@ def check_same(read, log):
 @pytest.mark.parametrize("define", [True, False], ids=["defined", "not defined"])
 @pytest.mark.parametrize("inside", ["mcap", "rosbag2"])
 def test_a_quadruped_is_read_without_a_setting(inside, define, tmp_path):
-    messages = low_states(GO, LOG, MOTORS)
-    if inside == "mcap":
-        path = write_mcap(tmp_path / "log.mcap", messages, define)
-    else:
-        path = write_rosbag2(tmp_path / "bag", messages, 9 if define else 8)
+    path = write_as(inside, define, tmp_path, low_states(GO, LOG, MOTORS))
     read = read_log(path, StubRobot(joint_names=GO2, torque_source="motor_current"))
     check_same(read, LOG)
     assert read.joint_names == GO2
@@ -126,7 +93,7 @@ def test_humanoids_are_known_by_their_joints(kind, joints, name, tmp_path):
     order = [joint.replace("waist_yaw", "torso") if "torso_joint" in joints else joint for joint in ORDERS[kind][name]]
     motors = [order.index(joint.removesuffix("_joint")) for joint in joints]
     log = synthetic_log(5, joints=joints)
-    read = read_log(write_mcap(tmp_path / "log.mcap", low_states(kind, log, motors)), StubRobot(joint_names=joints))
+    read = read_log(write_messages(tmp_path / "log.mcap", low_states(kind, log, motors)), StubRobot(joint_names=joints))
     check_same(read, log)
     assert np.all(read.temperature == 40)  # the housing's, not the winding's
     assert any(f"the order of {name} was assumed" in note for note in read.notes)
@@ -137,7 +104,7 @@ def test_foot_forces_are_read_once_they_have_a_scale(tmp_path):
     counts = np.arange(25)[:, None] + [0, 100, 200, 300]
     for (*_, message), row in zip(messages, counts, strict=True):
         message.foot_force = row.astype(np.int16)
-    path = write_mcap(tmp_path / "log.mcap", messages)
+    path = write_messages(tmp_path / "log.mcap", messages)
     robot = {"joint_names": GO2, "contacts": {"RL": None, "FR": None}}
     assert read_log(path, StubRobot(**robot)).foot_force is None
     read = read_log(path, StubRobot(**robot, log_table=LogTable.model_validate({"foot_force": {"scale": 1.5}})))
@@ -146,11 +113,11 @@ def test_foot_forces_are_read_once_they_have_a_scale(tmp_path):
 
 
 def test_messages_are_placed_by_their_counter_where_the_network_is_late(tmp_path):
-    path = write_mcap(tmp_path / "log.mcap", low_states(GO, LOG, MOTORS, late=1_500_000))
+    path = write_messages(tmp_path / "log.mcap", low_states(GO, LOG, MOTORS, late=1_500_000))
     read = read_log(path, StubRobot(joint_names=GO2))
     np.testing.assert_allclose(np.diff(read.time), 0.002, atol=1e-9)
     robot = StubRobot(joint_names=GO2)
-    stopped = write_mcap(tmp_path / "stopped.mcap", low_states(GO, LOG, MOTORS, late=1_500_000, counter=0))
+    stopped = write_messages(tmp_path / "stopped.mcap", low_states(GO, LOG, MOTORS, late=1_500_000, counter=0))
     read = read_log(stopped, robot)
     assert np.ptp(np.diff(read.time)) > 1e-3
     assert any("the recorder's time is used" in note for note in read.notes)
@@ -159,11 +126,11 @@ def test_messages_are_placed_by_their_counter_where_the_network_is_late(tmp_path
 def in_parallel_mode(folder):
     messages = list(low_states(HG, synthetic_log(16, joints=G1), range(29)))
     messages[5][3].mode_pr = 1
-    return write_mcap(folder / "log.mcap", messages)
+    return write_messages(folder / "log.mcap", messages)
 
 
 def sound(folder):
-    return write_mcap(folder / "log.mcap", low_states(HG, synthetic_log(16, joints=G1), range(29)))
+    return write_messages(folder / "log.mcap", low_states(HG, synthetic_log(16, joints=G1), range(29)))
 
 
 @pytest.mark.parametrize(

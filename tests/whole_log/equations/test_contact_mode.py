@@ -30,17 +30,13 @@ def walked(request: pytest.FixtureRequest) -> tuple[Robot, RobotLog, Truth, Weak
     log, truth = exact_log(
         robot, get_law("stribeck"), friction, duration=5.0, gait=gait, posture=POSTURES[posture], seed=6
     )
-    settings = Settings(
-        method="whole-log",
-        corrections="none",
-        double_support="fit",
-        filter=FilterSettings(kind="savitzky-golay", window=31),
-    )
+    narrow = FilterSettings(kind="savitzky-golay", window=31)
+    settings = Settings(method="whole-log", corrections="none", double_support="fit", filter=narrow)
     form = weak_form(robot, prepare(log, robot, settings), robot.torque_controlled, settings)
     return robot, log, truth, form
 
 
-def test_the_projected_equations_have_friction_alone(walked: tuple[Robot, RobotLog, Truth, WeakForm]) -> None:
+def test_the_projected_equations_contain_only_friction(walked: tuple[Robot, RobotLog, Truth, WeakForm]) -> None:
     robot, _, truth, form = walked
     kinds = {len(stretch.feet) for stretch in form.segments}
     assert len(kinds) > 1 or kinds == {2}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stribeck.whole_log.equations.filters import smooth_window
-from stribeck.whole_log.equations.noise import measure_noise
+from stribeck.whole_log.equations.noise import measure_noise, without_spikes
 
 TIME = np.arange(20_000) / 1000.0
 MOTION = np.column_stack([np.sin(9 * TIME), 0.3 * np.cos(17 * TIME)])
@@ -37,7 +37,38 @@ def test_windows_of_white_noise_have_the_autocovariance(period: float) -> None:
     windows = window.apply(np.convolve(noise[:, 0], kernel, mode="valid")[:, None])[:, 0]
     for lag in range(len(overlap) + 2):
         found = np.mean(windows[lag:] * windows[: len(windows) - lag])
-        assert found == pytest.approx(
-            overlap[lag] if lag < len(overlap) else 0.0, abs=6 * overlap[0] / np.sqrt(len(windows))
-        )
+        expected = overlap[lag] if lag < len(overlap) else 0.0
+        assert found == pytest.approx(expected, abs=6 * overlap[0] / np.sqrt(len(windows)))
     assert window.taps.sum() == pytest.approx(1.0)
+
+
+SIZE = 2e-3
+SHORT = np.arange(6000) / 1000
+WHOLE = (slice(0, len(SHORT)),)
+
+
+def channel(seed: int = 0) -> np.ndarray:
+    """Smooth motion, a torque that reverses within one, and a blow of 20 ms, all with noise; shape (T, 3)."""
+    smooth = np.sin(2 * np.pi * 1.5 * SHORT)
+    blow = 5 * np.exp(-(((SHORT - 2.5) / 0.006) ** 2))
+    exact = np.column_stack([smooth, smooth + np.sign(np.cos(2 * np.pi * 1.5 * SHORT)), smooth + blow])
+    return exact + SIZE * np.random.default_rng(seed).standard_normal(exact.shape)
+
+
+def test_motion_is_unchanged() -> None:
+    signal = channel()
+    same, count = without_spikes(signal, WHOLE, 0.0, smooth=False)
+    assert count == 0
+    assert same is signal
+
+
+@pytest.mark.parametrize("size", [20.0, 1000.0])
+def test_spikes_are_replaced_by_what_is_between_their_neighbours(size: float) -> None:
+    signal, generator = channel(), np.random.default_rng(1)
+    there = generator.random(signal.shape) < 0.01
+    spiked = signal + size * SIZE * there * generator.choice([-1.0, 1.0], signal.shape)
+    cleaned, count = without_spikes(spiked, WHOLE, 0.0, smooth=False)
+    assert count > 0.9 * there.sum()
+    assert (cleaned != spiked)[~there].sum() < 0.1 * count
+    error = np.abs(cleaned - signal)
+    assert np.mean(error[there] < 5 * SIZE) > 0.9

@@ -60,7 +60,6 @@ def test_encoder_zeros_have_the_effect_of_their_columns(file: str, foot: str) ->
 
 def test_a_tilted_imu_has_the_effect_of_its_columns() -> None:
     robot, rooted, state = case("toro.toml", "left_foot")
-    assert state.orientation is not None
     joints = np.arange(len(robot.joint_names))
     turn = 1e-4 * np.array([1.0, -2.0, 0.5])
     root = standing_root(robot, "left_foot", state)

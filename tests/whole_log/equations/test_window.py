@@ -7,9 +7,22 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import toeplitz
+from tests.whole_log.logs import arm_log, read_arm
 
-from stribeck import Robot, identify
-from stribeck.whole_log.equations.filters import derivative_kernels, derivatives, lengthened, smooth_window
+from stribeck import Robot, Settings, identify
+from stribeck.base.typing import Array
+from stribeck.friction_torque.preparation import prepare
+from stribeck.whole_log.equations.build import weak_form
+from stribeck.whole_log.equations.equation_sequence import EquationSequence, equation_sequence
+from stribeck.whole_log.equations.filters import (
+    JointAcceleration,
+    derivative_kernels,
+    derivatives,
+    joint_acceleration,
+    lengthened,
+    savgol,
+    smooth_window,
+)
 
 
 @settings(deadline=None)
@@ -36,9 +49,7 @@ def test_friction_of_a_joint_that_reverses_between_samples_is_averaged_exactly(p
 
 
 @pytest.mark.parametrize(("speed", "noise", "longer"), [(1.0, 1e-3, True), (1.0, 1e-6, False), (60.0, 2e-3, False)])
-def test_the_window_of_velocities_grows_where_noise_matters_and_motion_allows(
-    speed: float, noise: float, longer: bool
-) -> None:
+def test_the_window_of_velocities_grows_where_noise_matters_and_motion_allows(speed, noise, longer):
     time = 0.01 * np.arange(3000)[:, None]
     position = 0.1 * np.sin(speed * time) + noise * np.random.default_rng(0).standard_normal(time.shape)
     first, _ = derivative_kernels(noise, 0.01)
@@ -59,9 +70,8 @@ def test_slow_friction_is_right_in_a_log_with_a_noisy_encoder(tmp_path: Path) ->
         '<joint name="lift" type="prismatic"><parent link="base"/><child link="carriage"/><axis xyz="0 0 1"/>'
         '<limit lower="-1" upper="1" effort="1000" velocity="1"/></joint></robot>'
     )
-    (tmp_path / "robot.toml").write_text(
-        '[robot]\nmodel = "lift.urdf"\nbase = "fixed"\ntorque_source = "motor_current"\n'
-    )
+    text = '[robot]\nmodel = "lift.urdf"\nbase = "fixed"\ntorque_source = "motor_current"\n'
+    (tmp_path / "robot.toml").write_text(text)
     time, generator = 0.01 * np.arange(6000), np.random.default_rng(1)
     turns = 2 * np.pi * np.array([0.07, 0.13, 0.23])
     size, phase = np.array([0.15, 0.06, 0.025]), generator.uniform(0, 6, 3)
@@ -78,3 +88,65 @@ def test_slow_friction_is_right_in_a_log_with_a_noisy_encoder(tmp_path: Path) ->
     for point in joint.curve:
         truth = 60.7 * np.tanh(200 * point.velocity) + 40 * point.velocity
         assert point.value == pytest.approx(truth, abs=1.5 * point.half_width + 0.1)
+
+
+PERIOD = 1e-3
+TIME = PERIOD * np.arange(30_000)
+SPEED = 2 * np.pi * np.array([2.0, 1.0, 1.0, 1.0])
+SIZE = np.array([0.1, 0.1, 0.03, 0.0])
+"""Of four joints: a quick one, a slow one, one that hardly moves, one that stands still."""
+NOISE = np.full(4, 1e-4)
+WINDOW = smooth_window(PERIOD)
+WHOLE = (slice(0, len(TIME)),)
+
+
+def motion() -> tuple[Array, Array]:
+    """Return positions and accelerations, shape (T, 4) each."""
+    position = SIZE * np.sin(SPEED * TIME[:, None])
+    return position, -(SPEED**2) * position
+
+
+def kernels(position: Array, segments: tuple[slice, ...] = WHOLE) -> JointAcceleration:
+    return joint_acceleration(position, NOISE, segments, PERIOD, WINDOW, savgol(0.04, PERIOD)[2])
+
+
+def test_almost_all_of_the_motion_is_kept() -> None:
+    position, acceleration = motion()
+    noise = NOISE * np.random.default_rng(1).standard_normal(position.shape)
+    away_from_contacts = kernels(position + noise)
+    found, true = away_from_contacts.windows(position + noise, 200, 29_800), WINDOW.apply(acceleration[200:29_800])
+    assert found.shape == true.shape
+    slope = np.sum(found * true, axis=0)[:3] / np.sum(found**2, axis=0)[:3]  # what an inertia would come out as
+    np.testing.assert_allclose(slope, 1.0, atol=0.01)
+
+
+@pytest.mark.parametrize("period", [1e-4, 2e-3, 1e-2, 5e-2])
+def test_windows_are_there_at_every_rate(period: float) -> None:
+    window = smooth_window(period)
+    time = period * np.arange(4_000)
+    position = np.sin(2.0 * time)[:, None]
+    kernel, size = savgol(0.03, period)[2], np.array([1e-5])
+    away_from_contacts = joint_acceleration(position, size, (slice(0, 4_000),), period, window, kernel)
+    margin = away_from_contacts.margin
+    found = away_from_contacts.windows(position, margin, 4_000 - margin)
+    true = window.apply(-4.0 * position[margin : 4_000 - margin])
+    assert found.shape == true.shape
+    np.testing.assert_allclose(found, true, atol=0.05)
+
+
+@pytest.fixture(scope="module")
+def undelayed() -> EquationSequence:
+    robot, settings = read_arm(), Settings(corrections="inertia")
+    form = weak_form(robot, prepare(arm_log(8.0), robot, settings), np.arange(len(robot.joint_names)), settings)
+    return equation_sequence([form], np.ones(len(form.joints)))
+
+
+@pytest.mark.parametrize("delay", [-0.1, 0.1])
+def test_longer_delays_cut_rows_at_the_ends_of_the_log(undelayed: EquationSequence, delay: float) -> None:
+    delayed = undelayed.delayed(delay)
+    (log, first, _), (_, last, _) = delayed.parts[0], delayed.parts[-1]
+    late = round(delay / delayed.forms[log].period)
+    assert len(delayed) == len(undelayed)
+    assert first.first + late >= first.unbroken.start
+    assert last.last + late <= last.unbroken.stop
+    assert delayed.parts[1:-1] == undelayed.parts[1:-1]
