@@ -1,4 +1,4 @@
-"""Draw the steps of the default method and the contact modes for docs/whole-log.md: python docs/diagrams.py."""
+"""Draw the steps of the default method, the contact modes, and the rooms of the code: python docs/diagrams.py."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,6 +22,35 @@ MODES = {
     "point feet": ((0, 1), "all joints"),
 }
 """Contact modes: standing feet, and the joints whose equations are used."""
+HOUSE = (
+    {"errors": "for users", "base": "findings, files", "settings": "robot file"},
+    {
+        "friction": "laws, terms/",
+        "robot": "models, rooting",
+        "differentiation": "filters",
+        "log": "readers/, clock",
+        "dynamics": "rooted trees",
+        "contact": "modes, phases",
+    },
+    {
+        "friction_torque": "of all samples",
+        "result": "result.json",
+        "judgement": "fits, verdicts",
+        "whole_log": "default estimator",
+    },
+    {"audit": "faults of a log", "drives": "gains, delays", "methods": "one file each"},
+    {
+        "plan": "better logs",
+        "exporters": "one per target",
+        "init": "robot files",
+        "inspection": "inspect",
+        "report": "page, tables",
+        "replay": "model on a log",
+    },
+    {"compose": "result of a fit", "pipeline": "identify: the spine"},
+    {"fleet": "many robots", "online": "robots in service", "cli": "command line"},
+)
+"""Floors of the house from the ground up: rooms of `src/stribeck` in the order of their imports, with their content."""
 
 
 def flow(ink: str, line: str, accent: str) -> tuple[str, int, int]:
@@ -62,6 +91,23 @@ def contact_modes(ink: str, line: str, accent: str) -> tuple[str, int, int]:
     return "\n".join(parts), 665, 185
 
 
+def house(ink: str, line: str, accent: str) -> tuple[str, int, int]:
+    """Draw the floors of the house, one box per room, below a roof."""
+    roof = f'<path d="M5 62L350 8L695 62" {_stroke(accent)}/>'
+    parts = [roof + _text(350, 48, "src/stribeck", ink)]
+    for k, floor in enumerate(HOUSE):
+        y, width = 70 + 52 * (len(HOUSE) - 1 - k), 690 // len(floor)
+        for place, (room, content) in enumerate(floor.items()):
+            x = 5 + width * place
+            parts.append(
+                f'<rect x="{x + 2}" y="{y}" width="{width - 4}" height="44" rx="4" fill="none" stroke="{line}" '
+                'stroke-width="2"/>'
+            )
+            middle = x + width // 2
+            parts.append(_text(middle, y + 19, room, ink, "bold") + _text(middle, y + 36, content, ink))
+    return "\n".join(parts), 700, 70 + 52 * len(HOUSE)
+
+
 def _text(x: int, y: int, words: str, color: str, weight: str = "normal") -> str:
     return f'<text x="{x}" y="{y}" text-anchor="middle" fill="{color}" font-weight="{weight}">{words}</text>'
 
@@ -80,7 +126,7 @@ def _arrow(points: Sequence[tuple[int, int]], color: str) -> str:
 
 
 if __name__ == "__main__":
-    for draw in (flow, contact_modes):
+    for draw in (flow, contact_modes, house):
         for theme, colors in THEMES.items():
             body, width, height = draw(*colors)
             head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" font-family="sans-serif"'

@@ -237,8 +237,9 @@ def tables(rows: list[Row]) -> list[str]:
         errors = [f"{means(row, name)[0]:.2f}" for name in names]
         counts = []
         for method in METHODS:
-            identified = " ".join(map(str, row[f"identified {method}"]))
-            counts += [f"{identified} of {len(row['joints'])}", "{} of {}".format(*row[f"disjoint {method}"])]
+            of_logs = row[f"identified {method}"]
+            counts.append(f"{sum(of_logs)} of {len(row['joints']) * len(of_logs)}")
+            counts.append("{} of {}".format(*row[f"disjoint {method}"]))
         cells.append((row["robot"], *errors, f"{means(row, 'default')[1]:.0%}", *counts))
     return [markdown_table(("robot", *names, "joints with friction", *judged), cells), spreads(rows)]
 

@@ -11,7 +11,7 @@ from benchmarks.contest.run import read_scores
 from benchmarks.contest.table import summary_table
 from matplotlib.figure import Figure
 
-from studies import accuracy, coverage, held_out
+from studies import accuracy, coverage
 from studies.accuracy import CURVE_FIT, DEFAULT
 from studies.accuracy_cases import CASES
 from studies.command import ROOT, Row, saved
@@ -22,8 +22,8 @@ from studies.paper import figures
 PAGE, ASSETS, SCORES = ROOT / "docs/accuracy.md", ROOT / "docs/assets", ROOT / "benchmarks/contest/scores.json"
 Dots = Mapping[str, Mapping[str, Sequence[float]]]
 """Row -> method -> values."""
-FITTED = ("curve-fit", *held_out.METHODS)
-"""Methods of the table of real robots."""
+FITTED = ("curve-fit", "default")
+"""Methods in the picture of real robots."""
 
 
 def accuracy_rows(case: str, method: str) -> dict[str, list[Row]]:
@@ -59,14 +59,6 @@ def _mean_and_worst(robots: Mapping[str, list[Row]]) -> str:
     return f"{short(float(np.mean([np.mean(each) for each in errors])))} / {short(max(map(max, errors)))}"
 
 
-def held_out_table() -> str:
-    """Format the geometric mean over the joints of the held-out error relative to the model without friction."""
-    cells = []
-    for robot, own in _ratios().items():
-        cells.append((robot, *(f"{np.exp(np.mean(np.log(own[name]))):.2f}" for name in FITTED)))
-    return markdown_table(("held-out torque error", *FITTED), cells)
-
-
 def _ratios() -> dict[str, dict[str, list[float]]]:
     """Divide the held-out errors of all joints by the errors without friction, by robot and method."""
     errors = {row["name"]: row["joints"].values() for row in saved("held_out")}
@@ -83,7 +75,6 @@ def tables() -> list[str]:
         walks_table("walks", list(CASES)),
         coverage.tables(saved("coverage"))[0],
         walks_table("disturbed walks", list(CONDITIONS)),
-        held_out_table(),
         "\n".join(summary_table(scores)),
     ]
 

@@ -21,6 +21,7 @@ from pydantic_core import PydanticUndefined
 from tests.arm import arm_log, save_npz, write_arm
 from tests.log.readers.messages import messages_of, write_messages
 from tests.models import EXAMPLES, MODELS, STRIBECK
+from tests.test_layers import FLOORS
 
 from stribeck import Robot, identify, read_result, result, settings
 from stribeck.base.finding import FRICTION, Finding, catalogue
@@ -261,6 +262,15 @@ TABLES = [
 def test_tables_name_what_the_code_has(page: str, heading: str, columns: int, kind: type, known: object) -> None:
     rows = [row for row in rows_below(page, heading) if len(row) == columns]
     assert {name: kind(names_in(row[1])) for row in rows for name in names_in(row[0])} == known
+
+
+def test_the_map_of_the_house_has_every_room_and_recipes_name_existing_files() -> None:
+    house = runpy.run_path(str(DOCS / "diagrams.py"))["HOUSE"]
+    assert [room for floor in house for room in floor] == list(FLOORS)
+    drawn = (DOCS / "assets/house-light.svg").read_text()
+    assert all(f">{room}<" in drawn for room in FLOORS)
+    for name in re.findall(r"`([\w/]+\.(?:py|toml))`", PAGES["docs/extending.md"]):
+        assert list(ROOT.glob(name)) or list(ROOT.glob(f"src/stribeck/**/{name}")), name
 
 
 @pytest.mark.parametrize("name", [*LAWS, *LAWS_WITH_STATE, AUTO])

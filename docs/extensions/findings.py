@@ -14,12 +14,12 @@ HEADS = {
 Each section quotes an example of a finding with its remedy and explains the check. [Findings after the
 fit](findings-after.md) have a separate page.
 
-Of 32 faults in the log of a UR5 with a wrong model, the findings name the cause of 25 and list it among others for 4.
+The findings name the cause of 25 of 32 faults in the log of a UR5 with a wrong model, and list it among others for 4.
 Of 34 faults in the walk of a quadruped, they name the cause of 27; one cause is wrong, and three faults of torques
-leave a joint that is called identified although it is wrong. No remedy, applied as printed, makes a joint worse.
-Of 45 faults in a simulated walk of the G1, on which no threshold was chosen, the findings name the cause of 38, and the
-cause of one is wrong. Without a fault, the walks have no finding, and the UR5 has one: its model is wrong
-(`python -m studies.first_hour --save studies/first_hour.json`). Friction that drives compensate is not detected.
+leave a joint that is called identified although it is wrong. Of 45 faults in a simulated walk of the G1, on which no
+threshold was chosen, they name the cause of 38, and one is wrong. No remedy, applied as printed, makes a joint worse.
+Without a fault, only the UR5 has a finding (`python -m studies.first_hour --save studies/first_hour.json`). Friction
+that drives compensate is not detected.
 
 *Generated from `src/stribeck/base/findings.toml`.*
 
