@@ -26,11 +26,25 @@ from stribeck.settings import Settings
 
 @dataclass(frozen=True)
 class ContactMode:
-    """Standing feet of a robot, and the foot that has stood longest and is therefore at rest."""
+    """Standing feet of a robot.
+
+    Attributes
+    ----------
+    robot, feet
+        The robot and its standing feet.
+    rested
+        Foot that has stood longest, and is therefore at rest; empty if unknown.
+    rocks
+        Whether the base is taken to be carried in an unknown way although it stands.
+    gyroscope
+        Whether a gyroscope measures how a carried base turns.
+    """
 
     robot: Robot = field(compare=False, repr=False)
     feet: tuple[str, ...]
     rested: str = ""
+    rocks: bool = False
+    gyroscope: bool = False
 
     def followed_by(self, feet: tuple[str, ...]) -> ContactMode:
         """Find the contact mode after this one."""
@@ -41,9 +55,19 @@ class ContactMode:
         return ContactMode(self.robot, feet, rested)
 
     @cached_property
+    def hung(self) -> bool:
+        """Whether the base is carried in an unknown way, or taken as if it was."""
+        return self.rocks or self.robot.carried(self.feet)
+
+    @property
+    def flies(self) -> bool:
+        """Whether nothing stands, so that the root's acceleration follows from the joints'."""
+        return self.robot.base == "floating" and not self.feet
+
+    @cached_property
     def surface(self) -> str | None:
         """Standing surface that has stood longest; None for a fixed base, if only points stand, or if it hangs."""
-        if self.robot.base == "fixed" or self.robot.carried(self.feet):
+        if self.robot.base == "fixed" or self.hung:
             return None
         by_rest = sorted(self.feet, key=lambda foot: foot != self.rested)
         return next((foot for foot in by_rest if self.robot.contacts[foot].kind == "surface"), None)
@@ -57,9 +81,9 @@ class ContactMode:
         """Compute how the root moves; None for a fixed base."""
         if self.robot.base == "fixed":
             return None
-        if self.robot.carried(self.feet):
-            return hung_root(self.robot, state)
-        if not self.feet:
+        if self.hung:
+            return hung_root(self.robot, state, self.gyroscope)
+        if self.flies:
             return flying_root(self.robot.tree, state)
         surface = self.surface
         return standing_root(self.robot, surface, state) if surface else base_root(self.robot, self.feet, state)

@@ -10,7 +10,7 @@ from stribeck.judgement.excitation import excitation, why_none
 from stribeck.judgement.reason import Reason
 from stribeck.robot import Robot
 from stribeck.settings import Settings
-from stribeck.whole_log.equations.contact_mode import rows_of_modes
+from stribeck.whole_log.equations.mode_rows import rows_of_modes
 from stribeck.whole_log.equations.segments import cut_segments
 
 

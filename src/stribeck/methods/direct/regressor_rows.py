@@ -19,8 +19,8 @@ from stribeck.methods.direct.rows import ROOT, DirectRows
 from stribeck.robot import Robot
 from stribeck.settings import Settings
 from stribeck.whole_log.equations.build import acting
-from stribeck.whole_log.equations.contact_mode import ModeRows, rows_of_mode
 from stribeck.whole_log.equations.corrections.correction import Layout
+from stribeck.whole_log.equations.mode_rows import ModeRows, rows_of_mode
 from stribeck.whole_log.equations.regressors import inertia_regressors
 
 
@@ -167,7 +167,7 @@ class RowMaker:
         if not len(kept):
             return
         effects = [inertia_matrix(mode.rooted, state.position)[:, : mode.rooted.root_size, mode.rows]]
-        if mode.feet and seen.all(axis=1).any():  # forces act on joints that are used
+        if mode.loaded and seen.all(axis=1).any():  # forces act on joints that are used
             effects.append(mode.jacobian(state.position)[:, :, mode.rows])
         regressor = inertia_regressors(self.robot, mode.rooted, mode.rows[kept], state, mode.root(state))
         friction = np.concatenate([np.zeros((len(speeds), root, friction.shape[2])), friction], axis=1)

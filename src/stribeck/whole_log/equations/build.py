@@ -16,10 +16,10 @@ from stribeck.friction_torque.preparation import PreparedLog
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.settings import Settings
-from stribeck.whole_log.equations.contact_mode import ModeRows, null_projection, rows_of_modes, without_forces
 from stribeck.whole_log.equations.corrections import CORRECTIONS, find_corrections
 from stribeck.whole_log.equations.corrections.correction import Layout, Signals
 from stribeck.whole_log.equations.filters import Filters, derivatives, find_filters
+from stribeck.whole_log.equations.mode_rows import ModeRows, null_projection, rows_of_modes, without_forces
 from stribeck.whole_log.equations.noise import NoiseLevels, measure_noise
 from stribeck.whole_log.equations.segments import Segment, cut_segments
 from stribeck.whole_log.weak_equations import WeakEquations
@@ -82,7 +82,7 @@ class WeakForm:
         log, joints, window = self.log, self.joints, self.filters.window
         mode, here = self.contact_modes[segment.feet], slice(segment.first, segment.last)
         state, torque = self._state(segment), self._torque(segment)
-        foot = None if mode.sensor is None else log.foot_names.index(mode.foot)
+        foot = None if mode.sensor is None else log.foot_names.index(mode.surface)
         wrench = None if foot is None or log.foot_wrench is None else log.foot_wrench[here, foot]
         external = 0.0 if log.external_torque is None else log.external_torque[here]
         left = mode.left_side(state, torque + external, wrench)

@@ -14,7 +14,7 @@ from stribeck.dynamics.state import State
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.settings import Priors
-from stribeck.whole_log.equations.contact_mode import ModeRows
+from stribeck.whole_log.equations.mode_rows import ModeRows
 from stribeck.whole_log.equations.regressors import inertia_regressors, zero_regressors
 
 

@@ -14,20 +14,20 @@ because feet rock and gantries swing, and without a gyroscope also the angular o
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
 
 from stribeck.base.typing import Array, BoolArray, IntArray
+from stribeck.contact.mode import ContactMode
 from stribeck.dynamics.loops import without_loop_forces
-from stribeck.dynamics.root_motion import ENOUGH_POINTS, base_root, flying_root, hung_root, standing_root
-from stribeck.dynamics.rooted import RootMotion, inertia_matrix, rooted_inverse_dynamics, workspace
+from stribeck.dynamics.root_motion import ENOUGH_POINTS
+from stribeck.dynamics.rooted import inertia_matrix, rooted_inverse_dynamics, workspace
 from stribeck.dynamics.state import State
 from stribeck.friction_torque.inverse_dynamics import uses_orientation
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
-from stribeck.robot.rooting import RootedModel
 from stribeck.settings import Settings
 from stribeck.whole_log.equations.segments import Segment
 
@@ -37,63 +37,45 @@ ENOUGH = 0.1
 """Share of a log [1] in modes that have the rows of all joints, above which other modes are not used."""
 
 
-@dataclass(frozen=True, eq=False)
-class ModeRows:
-    """A tree and its contacts.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ModeRows(ContactMode):
+    """A contact mode with the rows of its equations that are used.
 
     Attributes
     ----------
-    robot, rooted
-        The robot, and its tree with the root that suits this contact mode.
-    foot
-        The surface that the tree is rooted at; "" for the robot's own root.
-    feet
-        Contacts whose unknown forces act on the rows.
     joints
         Columns of the joints that are used, shape (n,).
     with_rows
         Whether the row of each of these joints is used, shape (n,).
-    hung
-        Whether the base is carried in an unknown way, or taken as if it was.
-    gyroscope
-        Whether a gyroscope measures how a hung base turns.
+    loaded
+        Contacts whose unknown forces act on the rows.
     sensor
-        Number of the wrench sensor on `foot`, if the wrench is used: the root's own six rows are used too then.
+        Number of the wrench sensor on the surface, if the wrench is used: the root's own six rows are used too then.
     """
 
-    robot: Robot
-    rooted: RootedModel
-    foot: str
-    feet: tuple[str, ...]
     joints: IntArray
     with_rows: BoolArray
-    hung: bool = False
-    gyroscope: bool = False
+    loaded: tuple[str, ...] = ()
     sensor: int | None = None
-
-    @property
-    def flies(self) -> bool:
-        """Whether nothing stands, so that the root's acceleration follows from the joints'."""
-        return self.rooted.floating and not self.foot and not self.feet and not self.hung
 
     @property
     def forces(self) -> int:
         """Number of unknown forces and moments on the rows, or of unknown accelerations of a hung root."""
         if self.hung:
             return 3 if self.gyroscope or self.with_rows.sum() < ROWS_PER_UNKNOWN * 6 else 6
-        contacts = [self.robot.contacts[foot] for foot in self.feet]
+        contacts = [self.robot.contacts[foot] for foot in self.loaded]
         return sum(contact.size + bool(contact.axle) for contact in contacts)
 
     @property
     def sums(self) -> int:
         """Number of sums of rows without unknown forces and accelerations."""
-        unknown = 6 * self.flies + self.forces + 3 * (bool(self.feet) and not self.foot)
+        unknown = 6 * self.flies + self.forces + 3 * (bool(self.loaded) and not self.surface)
         return len(self.rows) - unknown
 
     @property
     def rows(self) -> IntArray:
         """Rows of the equation of motion: the root's six, if free or sensed, the joints'; as in `inertia_matrix`."""
-        without = self.hung or (self.foot and self.sensor is None)
+        without = self.hung or (self.surface and self.sensor is None)
         own = np.arange(0 if without else self.rooted.root_size)
         return np.concatenate([own, self.rooted.root_size + self.joints[self.with_rows]])
 
@@ -101,16 +83,6 @@ class ModeRows:
         """Select the effects on the used rows from effects on the joints, shape (n, c) -> (rows, c)."""
         own = on_joints[self.with_rows]
         return np.vstack([np.zeros((len(self.rows) - len(own), own.shape[1])), own])
-
-    def root(self, state: State) -> RootMotion | None:
-        """Compute how the root moves."""
-        if not self.rooted.floating:
-            return None
-        if self.hung:
-            return hung_root(self.robot, state, self.gyroscope)
-        if self.flies:
-            return flying_root(self.rooted, state)
-        return standing_root(self.robot, self.foot, state) if self.foot else base_root(self.robot, self.feet, state)
 
     def left_side(self, state: State, torque: Array, measured: Array | None) -> Array:
         """Compute torque minus inverse dynamics in all rows, contact forces still in it, shape (T, rows).
@@ -122,7 +94,7 @@ class ModeRows:
         joints = without_loop_forces(self.robot, state.position, torque - needed)[:, self.joints[self.with_rows]]
         if measured is not None:
             return np.hstack([measured - wrench, joints])
-        free = not self.foot and not self.hung and self.rooted.floating
+        free = not self.surface and not self.hung and self.rooted.floating
         return np.hstack([-wrench, joints]) if free else joints
 
     def used(self, position: Array, of_all: Array) -> Array:
@@ -142,7 +114,7 @@ class ModeRows:
         Balls and wheels touch the ground below their center. `up` is the upward direction in the root link, shape
         (T, 3); without it, the root link is level.
         """
-        (model, data), contacts = workspace(self.rooted), [self.robot.contacts[foot] for foot in self.feet]
+        (model, data), contacts = workspace(self.rooted), [self.robot.contacts[foot] for foot in self.loaded]
         frames = [(model.getFrameId(each.frame), each, np.array(each.axle)) for each in contacts]
         up = np.tile(self.robot.up, (len(position), 1)) if up is None else up
         configuration = np.tile(pin.neutral(model), (len(position), 1))
@@ -172,12 +144,12 @@ class ModeRows:
         """
         inertia, size = self.used(position, inertia_matrix(self.rooted, position)), self.rooted.root_size
         encoder, root = inertia[:, :, size:], inertia[:, :, :size]
-        if not self.feet:
+        if not self.loaded:
             count = 6 if self.flies else self.forces
             return encoder, root, root.transpose(0, 2, 1)[:, :count] if count else None
         jacobian = self.jacobian(position, up)
         unknown = self.used(position, jacobian.transpose(0, 2, 1)).transpose(0, 2, 1)
-        if not self.foot:
+        if not self.surface:
             encoder = encoder + root @ _root_from_joints(jacobian)
             unknown = np.concatenate([unknown, root[:, :, :3].transpose(0, 2, 1)], axis=1)
         return encoder, root, unknown
@@ -196,22 +168,18 @@ def rows_of_mode(
 
     Without `loops`, several feet, one of them a surface, keep only the rows that contact forces do not act on.
     """
-    every = np.ones(len(joints), dtype=bool)
+    mode = ModeRows(robot, feet, gyroscope=gyroscope, joints=joints, with_rows=np.ones(len(joints), dtype=bool))
     if robot.base == "fixed":
-        return ModeRows(robot, robot.tree, "", (), joints, every)
-    free = ~robot.standing(feet)[joints]
-    if robot.carried(feet):
-        return ModeRows(robot, robot.tree, "", (), joints, free, hung=True, gyroscope=gyroscope)
-    surface = next((foot for foot in feet if robot.contacts[foot].kind == "surface"), "")
-    rooted = robot.rooted_at(surface) if surface else robot.tree
+        return mode
+    free, surface = ~mode.standing[joints], mode.surface
+    if mode.hung:
+        return replace(mode, with_rows=free)
     others = tuple(foot for foot in feet if foot != surface)
     if surface and others and (free.all() or not loops):
         unknown = 3 if gyroscope else 6  # feet rock on the ground: their motion matters more than these sums
-        if free.sum() >= ROWS_PER_UNKNOWN * unknown:
-            return ModeRows(robot, robot.tree, "", (), joints, free, hung=True, gyroscope=gyroscope)
-        return ModeRows(robot, rooted, surface, (), joints, free)
+        return replace(mode, with_rows=free, rocks=bool(free.sum() >= ROWS_PER_UNKNOWN * unknown))
     sensor = sensed.index(surface) if surface in sensed and not others else None
-    return ModeRows(robot, rooted, surface, others, joints, every, sensor=sensor)
+    return replace(mode, loaded=others, sensor=sensor)
 
 
 def rows_of_modes(
@@ -240,7 +208,7 @@ def rows_of_modes(
         for feet, mode in modes.items()
         if mode.with_rows.any()
         and (tilted or not (mode.flies or mode.hung))
-        and not (mode.feet and calibrated)
+        and not (mode.loaded and calibrated)
         and mode.sums > 0
     }
     least = 0.5 * len(joints) if () in modes and time[()] > ENOUGH * sum(time.values()) else 0  # feet slip on landing

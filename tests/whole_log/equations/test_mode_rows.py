@@ -9,7 +9,7 @@ from stribeck.friction_torque.preparation import prepare
 from stribeck.log import RobotLog
 from stribeck.settings import FilterSettings, Settings
 from stribeck.whole_log.equations.build import WeakForm, weak_form
-from stribeck.whole_log.equations.contact_mode import null_projection, rows_of_mode
+from stribeck.whole_log.equations.mode_rows import null_projection, rows_of_mode
 from stribeck_simulation.prescribed.exact import Truth, exact_log
 from stribeck_simulation.robots import MODELS
 from stribeck_simulation.run import POSTURES
