@@ -210,7 +210,7 @@ def rows_of(result: Result) -> dict[str, list[dict[str, Any]]]:
         own |= {"top_speed": max(map(abs, found.velocity_range)), "residual_rms": found.residual_rms}
         rows["joints"].append(own | {"torque_r2": found.torque_r2.best if found.torque_r2 else None})
         rows["curves"] += _curve(joint, found)
-    rows["parameters"] = [row for row in parameter_rows(result) if row["parameter"]]
+    rows["parameters"] = [row for row in parameter_rows(result.all_friction) if row["parameter"]]
     rows["findings"] = [
         {"check": each.check, "joints": list(each.joints), "text": each.text, "remedy": each.remedy}
         for each in result.findings

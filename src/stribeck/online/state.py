@@ -7,7 +7,7 @@ import json
 from dataclasses import asdict
 from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
@@ -15,9 +15,15 @@ from stribeck.base.files import read_text
 from stribeck.base.outputs import whole_or_not_at_all
 from stribeck.errors import SettingsError
 from stribeck.online.alarms import Alarm
+from stribeck.result import Result
 
-if TYPE_CHECKING:
-    from stribeck.online.estimator import OnlineFriction
+
+class Restorable(Protocol):
+    """Estimator with a state, alarms and the result that it watches."""
+
+    result: Result
+    alarms: dict[str, Alarm]
+
 
 KEPT = (
     *(f"filters.{name}" for name in ("state", "covariance", "noise", "lagged", "last", "count")),
@@ -27,7 +33,7 @@ KEPT = (
 """Attributes of an estimator that are its state: arrays and numbers."""
 
 
-def save_state(online: OnlineFriction, path: Path) -> None:
+def save_state(online: Restorable, path: Path) -> None:
     """Write a state file, completely or not at all."""
     document = {name: np.asarray(attrgetter(name)(online)).tolist() for name in KEPT}
     document |= {"result": _digest(online), "alarms": [asdict(alarm) for alarm in online.alarms.values()]}
@@ -35,7 +41,7 @@ def save_state(online: OnlineFriction, path: Path) -> None:
         temporary.write_text(json.dumps(document), encoding="utf-8")
 
 
-def load_state(online: OnlineFriction, path: Path) -> None:
+def load_state(online: Restorable, path: Path) -> None:
     """Read a state file into an estimator.
 
     Raises
@@ -62,6 +68,6 @@ def load_state(online: OnlineFriction, path: Path) -> None:
     online.alarms = alarms
 
 
-def _digest(online: OnlineFriction) -> str:
+def _digest(online: Restorable) -> str:
     """Compute a hash of the result."""
     return hashlib.sha256(online.result.to_json().encode()).hexdigest()

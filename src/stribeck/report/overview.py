@@ -54,7 +54,7 @@ def heading(result: Result, law: FrictionLaw, reference: Reference = NO_REFERENC
         r2_nominal=median(each.nominal for each in r2) if r2 else None,
         unseen=median(unseen) if unseen else None,
         another=1.96 * max((point.between_logs for joint in joints.values() for point in joint.curve), default=0.0),
-        between=logs_text(result),
+        between=logs_text(result.corrections, result.log.paths),
         trusted=[name for name in identified if name not in flagged],
         distrusted=distrusted,
         urgent=next((found for found in findings if found.cure), None),

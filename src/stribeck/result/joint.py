@@ -26,6 +26,7 @@ from stribeck.result.estimates import (
 )
 from stribeck.result.law_values import along_motion, law_slopes, law_values
 from stribeck.result.parts import Count, Interval, Size
+from stribeck.result.plot import draw_friction, velocity_grid
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -224,10 +225,12 @@ class JointResult:
         require_extra("plot", "matplotlib")
         from matplotlib import pyplot
 
-        from stribeck.result.plot import draw_friction
-
         ax = ax or pyplot.subplots()[1]
-        draw_friction(ax, self, offset=offset)
+        velocity, samples = velocity_grid(*self.velocity_range), self.measured
+        fitted = self.band(velocity, offset=offset)
+        if samples is not None:
+            samples = samples[0], samples[1] - (0.0 if offset else self.values.get("offset", 0.0))
+        draw_friction(ax, None if fitted is None else (velocity, fitted), samples, self.units(), self.verdict)
         return ax
 
     def band(self, velocity: Array, *, offset: bool = False) -> tuple[Array, Array | None] | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,48 +14,47 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from stribeck.result.joint import JointResult
+
+Curve = tuple[Array, tuple[Array, Array | None]]
+"""Velocities, shape (T,), and friction torque with its 95 % band, shapes (T,) and (2, T)."""
 
 
-def friction_figure(joints: Mapping[str, JointResult], columns: int = 4, *, offset: bool = False) -> Figure:
-    """Draw the friction curve of every joint with its 95 % band, in a grid."""
+def friction_figure(drawings: Mapping[str, Callable[[Axes], object]], columns: int = 4) -> Figure:
+    """Draw on axes in a grid, each with its title."""
     require_extra("plot", "matplotlib")
     from matplotlib.figure import Figure
 
-    columns = max(min(columns, len(joints)), 1)
-    rows = max(-(-len(joints) // columns), 1)
+    columns = max(min(columns, len(drawings)), 1)
+    rows = max(-(-len(drawings) // columns), 1)
     figure = Figure(figsize=(2.8 * columns, 2.2 * rows), layout="constrained")  # [inch]
     grid = list(figure.subplots(rows, columns, squeeze=False).flat)
-    for axes, (name, joint) in zip(grid, joints.items(), strict=False):
+    for axes, (name, draw) in zip(grid, drawings.items(), strict=False):
         axes.set_title(name, fontsize=9)
-        draw_friction(axes, joint, offset=offset)
-    for axes in grid[len(joints) :]:
+        draw(axes)
+    for axes in grid[len(drawings) :]:
         axes.set_visible(False)
     return figure
 
 
-def draw_friction(axes: Axes, joint: JointResult, *, offset: bool = False) -> None:
-    """Draw the fitted law versus velocity, with samples and 95 % band; the verdict without a law."""
-    velocity = velocity_grid(*joint.velocity_range)
-    fitted = joint.band(velocity, offset=offset)
-    if fitted is None:
-        axes.text(0.5, 0.5, joint.verdict, transform=axes.transAxes, ha="center", va="center", color="gray")
+def draw_friction(
+    axes: Axes, curve: Curve | None, samples: tuple[Array, Array] | None, units: tuple[str, str], verdict: str
+) -> None:
+    """Draw friction versus velocity, with samples and 95 % band; the verdict without a curve."""
+    if curve is None:
+        axes.text(0.5, 0.5, verdict, transform=axes.transAxes, ha="center", va="center", color="gray")
         axes.set_xticks([])
         axes.set_yticks([])
         return
-    torque, band = fitted
-    speed, unit = joint.units()
-    if joint.measured is not None:
-        speeds, samples = joint.measured
-        samples = samples - (0.0 if offset else joint.values.get("offset", 0.0))
-        axes.plot(speeds, samples, ".", color="0.7", markersize=2, zorder=1, rasterized=True)
-        low, high = np.percentile(np.concatenate([np.percentile(samples, [2, 98]), torque]), [0, 100])
+    velocity, (torque, band) = curve
+    if samples is not None:
+        axes.plot(*samples, ".", color="0.7", markersize=2, zorder=1, rasterized=True)
+        low, high = np.percentile(np.concatenate([np.percentile(samples[1], [2, 98]), torque]), [0, 100])
         axes.set_ylim(low - 0.1 * (high - low), high + 0.1 * (high - low))
     if band is not None:
         axes.fill_between(velocity, *band, color="C1", alpha=0.25, linewidth=0)
     axes.plot(velocity, torque, color="C1")
-    axes.set_xlabel(f"velocity [{speed}]", fontsize=8)
-    axes.set_ylabel(f"friction torque [{unit}]", fontsize=8)
+    axes.set_xlabel(f"velocity [{units[0]}]", fontsize=8)
+    axes.set_ylabel(f"friction torque [{units[1]}]", fontsize=8)
     axes.tick_params(labelsize=8)
     axes.grid(alpha=0.25)
 

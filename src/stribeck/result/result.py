@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NotRequired
 
@@ -16,10 +17,12 @@ from stribeck.base.finding import Finding
 from stribeck.base.frame import data_frame
 from stribeck.base.frozen import freeze_dicts
 from stribeck.base.outputs import whole_or_not_at_all
+from stribeck.base.text_table import aligned
 from stribeck.errors import SettingsError
 from stribeck.result.joint import CouplingResult, JointResult
 from stribeck.result.parts import Corrections, Count, Evidence, HeldOutLog, Size
-from stribeck.result.tables import joint_rows, parameter_rows, result_table, summary_text, verdict_counts
+from stribeck.result.plot import friction_figure
+from stribeck.result.tables import joint_rows, logs_text, parameter_rows, result_table, summary_rows, verdict_counts
 from stribeck.settings import describe
 
 if TYPE_CHECKING:
@@ -114,11 +117,12 @@ class Result:
         return [str(finding) for finding in self.findings]
 
     def __repr__(self) -> str:
-        return f"Result({self.robot!r}, law {self.law}, method {self.method}, {verdict_counts(self)})"
+        return f"Result({self.robot!r}, law {self.law}, method {self.method}, {verdict_counts(self.joints)})"
 
     def _repr_html_(self) -> str:
         """Format the joints as an HTML table for notebooks."""
-        return result_table(self).html()
+        title = f"{self.robot}: law {self.law}, method {self.method}, {verdict_counts(self.joints)}"
+        return result_table(title, self.all_friction).html()
 
     def to_dataframe(self, rows: Literal["parameters", "joints"] = "parameters") -> pandas.DataFrame:
         """Convert to a pandas table.
@@ -144,9 +148,9 @@ class Result:
         ['viscous', 'coulomb', 'stribeck_gain', 'stribeck_velocity', 'offset', 'slope']
         """
         if rows == "joints":
-            return data_frame("to_dataframe", joint_rows(self))
+            return data_frame("to_dataframe", joint_rows(self.all_friction))
         columns = ("joint", "parameter", "value", "standard_error", "low", "high", "unit", "verdict", "joint_verdict")
-        return data_frame("to_dataframe", parameter_rows(self), columns)
+        return data_frame("to_dataframe", parameter_rows(self.all_friction), columns)
 
     def plot(self, *, offset: bool = False) -> Figure:
         """Draw the friction curve of every joint with its 95 % band, and return the Matplotlib figure.
@@ -157,13 +161,12 @@ class Result:
         --------
         >>> result.plot().savefig("friction.png")
         """
-        from stribeck.result.plot import friction_figure
-
-        return friction_figure(self.all_friction, offset=offset)
+        return friction_figure({name: partial(each.plot, offset=offset) for name, each in self.all_friction.items()})
 
     def summary(self) -> str:
         """Format one line per joint: friction at middle speed, Coulomb and viscous friction, verdict and next step."""
-        return summary_text(self)
+        between = logs_text(self.corrections, self.log.paths)
+        return "\n".join([repr(self), *aligned(summary_rows(self.all_friction)), *([between] if between else [])])
 
     def save(self, path: str | Path) -> None:
         """Write result.json, completely or not at all; an existing file is replaced."""

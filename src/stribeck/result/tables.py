@@ -1,25 +1,24 @@
 """Summaries of a result: table rows, notebook table, and next steps."""
 
-from __future__ import annotations
-
 import math
 import sys
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import PurePath
 from statistics import median, stdev
-from typing import TYPE_CHECKING
 
-from stribeck.base.text_table import TextTable, aligned
+from stribeck.base.text_table import TextTable
+from stribeck.result.estimates import CurvePoint
+from stribeck.result.joint import JointResult
+from stribeck.result.parts import Corrections
 
-if TYPE_CHECKING:
-    from stribeck.result import CurvePoint, JointResult, Result
+Joints = Mapping[str, JointResult]
 
 
-def parameter_rows(result: Result) -> list[dict[str, object]]:
+def parameter_rows(joints: Joints) -> list[dict[str, object]]:
     """Build the rows of `Result.to_dataframe`: one per parameter, and one per joint without parameters."""
     rows: list[dict[str, object]] = []
-    for name, joint in result.all_friction.items():
+    for name, joint in joints.items():
         ends = {"joint_verdict": joint.verdict}
         for parameter, found in joint.parameters.items():
             low, high = found.interval_95
@@ -31,10 +30,10 @@ def parameter_rows(result: Result) -> list[dict[str, object]]:
     return rows
 
 
-def joint_rows(result: Result) -> list[dict[str, object]]:
+def joint_rows(joints: Joints) -> list[dict[str, object]]:
     """Build the rows of `Result.to_dataframe("joints")`."""
     rows: list[dict[str, object]] = []
-    for name, joint in result.all_friction.items():
+    for name, joint in joints.items():
         judged = {"verdict": joint.verdict, "reason": joint.reason, "next_step": advice(joint)}
         row: dict[str, object] = {"joint": name, **judged, "r2": joint.torque_r2.best if joint.torque_r2 else None}
         if joint.curve:
@@ -47,26 +46,25 @@ def joint_rows(result: Result) -> list[dict[str, object]]:
     return rows
 
 
-def verdict_counts(result: Result) -> str:
+def verdict_counts(joints: Joints) -> str:
     """Count the joints by verdict, e.g. "3 joints: 2 identified, 1 weak"."""
-    counts = Counter(joint.verdict for joint in result.joints.values())
+    counts = Counter(joint.verdict for joint in joints.values())
     said = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
-    return f"{len(result.joints)} joint{'s' * (len(result.joints) != 1)}" + f": {said}" * bool(said)
+    return f"{len(joints)} joint{'s' * (len(joints) != 1)}" + f": {said}" * bool(said)
 
 
-def summary_text(result: Result) -> str:
-    """Format one line per joint: friction at middle speed, Coulomb and viscous friction, verdict and next step."""
-    rows = []
-    for name, own in result.all_friction.items():
+def summary_rows(joints: Joints) -> list[tuple[str, ...]]:
+    """List friction at middle speed, Coulomb and viscous friction, verdict and next step of each joint."""
+    rows: list[tuple[str, ...]] = []
+    for name, own in joints.items():
         numbers = zip(("Coulomb", "viscous"), coulomb_and_viscous(own), strict=True)
         said = ", ".join(f"{word} {value} {unit}" for word, (value, unit) in numbers if value)
         rows.append((name, friction_text(own), said, own.verdict, advice(own)))
-    return "\n".join([repr(result), *aligned(rows), *[text for text in [logs_text(result)] if text]])
+    return rows
 
 
-def logs_text(result: Result) -> str:
+def logs_text(found: Corrections | None, names: Sequence[str]) -> str:
     """Describe how much the friction of several logs differs, and the log that differs most; "" for a single log."""
-    found, names = result.corrections, result.log.paths
     if found is None or not found.log_offsets or len(names) < 2:
         return ""
     if not found.log_friction:
@@ -148,14 +146,13 @@ def point_text(point: CurvePoint) -> str:
     return " ± ".join(rounded(value, half))
 
 
-def result_table(result: Result) -> TextTable:
+def result_table(title: str, joints: Joints) -> TextTable:
     """Build a table with one row per joint: parameters ± half of their intervals, verdict, reason and next step."""
-    names = list(dict.fromkeys(name for joint in result.all_friction.values() for name in joint.parameters))
+    names = list(dict.fromkeys(name for joint in joints.values() for name in joint.parameters))
     rows = [
         [name, *(_cell(joint, parameter) for parameter in names), joint.verdict, main_reason(joint), advice(joint)]
-        for name, joint in result.all_friction.items()
+        for name, joint in joints.items()
     ]
-    title = f"{result.robot}: law {result.law}, method {result.method}, {verdict_counts(result)}"
     return TextTable(title=title, left=["joint"], right=names, last=["verdict", "reason", "next step"], rows=rows)
 
 
