@@ -6,7 +6,7 @@ from itertools import permutations, product
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from stribeck.audit.evidence import AuditData
+from stribeck.audit.evidence import LEAST_BINS, AuditData
 from stribeck.base.finding import Finding
 from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.contact.phases import switch, up_in_base
@@ -14,8 +14,6 @@ from stribeck.dynamics.state import root_quaternions
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
 
-FEWEST = 24
-"""Fewest pairs of bins between which rotations are compared [1]."""
 SLOPE = 0.5
 """Share of the differences in height of standing feet that a slope may leave [1]."""
 LIFT = 0.01
@@ -24,7 +22,7 @@ LIFT = 0.01
 
 def check_base(evidence: AuditData) -> list[Finding]:
     """Report contradictions between orientation, gyroscope, accelerometer and contacts."""
-    if evidence.robot.base == "fixed" or len(evidence.rows) < FEWEST:
+    if evidence.robot.base == "fixed" or len(evidence.rows) < LEAST_BINS:
         return []
     contacts = check_contacts(evidence)
     swapped = any(finding.check == "contacts-swapped" for finding in contacts)
@@ -121,7 +119,7 @@ def _best_order(standing: BoolArray, lift: Array) -> tuple[int, ...] | None:
     The best order must reduce the mean height of standing feet to 40 %, and feet be too high in 25 % of the time.
     """
     some = standing.any(axis=1) & ~standing.all(axis=1)
-    if some.sum() < FEWEST or lift.shape[1] > 4:
+    if some.sum() < LEAST_BINS or lift.shape[1] > 4:
         return None
     standing, lift = standing[some], lift[some]
     identity = tuple(range(lift.shape[1]))
@@ -160,7 +158,7 @@ def _axes_off(turns: _Turns) -> Array | None:
 
     They must explain half of the rotation, and leave less than 35 % of the residual of the given axes.
     """
-    slowest = min(_rms(turns.measured), _rms(turns.expected)) if len(turns.measured) >= FEWEST else 0.0
+    slowest = min(_rms(turns.measured), _rms(turns.expected)) if len(turns.measured) >= LEAST_BINS else 0.0
     if slowest < 0.02:  # rad/s
         return None
     best = max(AXES, key=turns.explained)
@@ -245,7 +243,7 @@ def _inertial(evidence: AuditData) -> list[Finding]:
     """Compare gyroscope and accelerometer with the base orientation, assuming the same frame."""
     log, rows = evidence.prepared.log, evidence.rows
     first, last, step = _pairs(evidence, np.zeros(len(rows), dtype=np.int64))
-    if len(first) < FEWEST:
+    if len(first) < LEAST_BINS:
         return []
     base = Rotation.from_quat(log.base_orientation[rows])  # type: ignore[index]
     found: list[Finding] = []

@@ -13,14 +13,10 @@ from stribeck.robot import Robot
 
 FROZEN_SAMPLES = 20
 """Fewest samples of a frozen part [1]."""
-CLIPPED = 5e-3
-"""Smallest share of the samples that lie exactly at an extreme [1]."""
 ROUNDING = 1e-6
 """Relative change of a constant by interpolation onto an even clock [1]; encoders resolve more."""
 HELD_ROWS = 20_000
 """Samples that are searched for held values [1]."""
-HELD = 0.95
-"""Share of the values that must be held for the same number of samples [1]."""
 
 
 def check_channels(evidence: AuditData) -> list[Finding]:
@@ -196,13 +192,14 @@ def clipped(torque: Array, position: Array, least: float, most: float) -> float:
 
     The extreme must be reached twice for at least four samples while the joint moves; at rest a torque may be constant.
     """
+    least_share = 5e-3  # smallest share of the samples that lie exactly at an extreme [1]
     share = 0.0
     for sign, top in ((1.0, most), (-1.0, -least)):
-        if np.mean(torque[:: max(1, len(torque) // HELD_ROWS)] == sign * top) < CLIPPED / 2:
+        if np.mean(torque[:: max(1, len(torque) // HELD_ROWS)] == sign * top) < least_share / 2:
             continue
         there = torque == sign * top
         count = int(np.count_nonzero(there))
-        if count < max(10, CLIPPED * len(torque)):
+        if count < max(10, least_share * len(torque)):
             continue
         steps, values = np.abs(np.gradient(position)), sign * torque
         moving = steps > 0.01 * np.percentile(steps, 99)
@@ -223,11 +220,12 @@ def held_for(values: Array) -> int:
     if len(changes) < 20:
         return 0
     lengths = np.diff(changes)
+    most = 0.95  # share of the values that must be held for the same number of samples [1]
     typical = int(np.median(lengths))
-    if typical < 2 or np.mean(np.abs(lengths - typical) <= max(1, typical // 10)) < HELD:
+    if typical < 2 or np.mean(np.abs(lengths - typical) <= max(1, typical // 10)) < most:
         return 0
     # Steps of a coarse encoder have one size; steps between held values have any size.
     sizes = np.abs(steps[changes])
-    if len(np.unique(np.round(sizes / sizes.max(), 6))) < 0.3 * len(sizes) or np.mean(lengths >= 2) < HELD:
+    if len(np.unique(np.round(sizes / sizes.max(), 6))) < 0.3 * len(sizes) or np.mean(lengths >= 2) < most:
         return 0
     return typical

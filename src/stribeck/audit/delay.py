@@ -10,14 +10,8 @@ from stribeck.audit.regression import friction_shapes
 from stribeck.base.finding import Finding, Setting
 from stribeck.base.typing import Array
 
-MOST_SAMPLES = 6000
-"""Samples of each joint that are compared [1]; shifts between them are at the log's rate."""
 LEAST = 1.5
 """Smallest delay that is reported [samples]."""
-FILTER, SURE = 0.01, 30.0
-"""Smallest time constant of a filter [s], and its evidence [1], from which it is named instead of a delay."""
-CLOCKS, COMPARED = 0.02, 20.0
-"""Largest relative error of a clock [1], and part of the log in which clocks are compared [s]."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +38,9 @@ def check_delay(evidence: AuditData, found: dict[str, Lag]) -> list[Finding]:
     Three joints must have a delay, if the robot has as many, and 60 % of them must agree; 75 % of fewer than eight.
     """
     period = evidence.prepared.sampling.period
-    slow = {name: lag for name, lag in found.items() if lag.constant > FILTER}
-    if 2 * len(slow) > len(found) and sum(lag.evidence for lag in slow.values()) > SURE:
+    shortest, sure = 0.01, 30.0  # time constant of a filter [s] and evidence [1] from which it replaces a delay
+    slow = {name: lag for name, lag in found.items() if lag.constant > shortest}
+    if 2 * len(slow) > len(found) and sum(lag.evidence for lag in slow.values()) > sure:
         constant = float(np.median([lag.constant for lag in slow.values()]))
         return [Finding.of("torque-filtered", tuple(slow), cutoff=1 / (2 * np.pi * constant))]
     if clock := _clock(evidence):
@@ -70,9 +65,10 @@ def _clock(evidence: AuditData) -> float:
     several standing feet are left out, because the model's torque there depends on the measured one.
     """
     log, period = evidence.prepared.log, evidence.prepared.sampling.period
+    compared, largest = 20.0, 0.02  # part of the log that is compared [s], and largest relative error of a clock [1]
     time = log.time[evidence.rows]
     closed = np.array(["+" in name for name in evidence.support_names], dtype=bool)[evidence.support]
-    early, half = (time - log.time[0] < COMPARED) & ~closed, 0.02
+    early, half = (time - log.time[0] < compared) & ~closed, 0.02
     every = max(1, round(half / (evidence.stride * period)))  # bins overlap by half
     bases: list[tuple[int, Array, Array]] = []
     for k in range(len(evidence.joints)):
@@ -97,10 +93,10 @@ def _clock(evidence: AuditData) -> float:
             )
         return float(np.median(shares))
 
-    reach = min(COMPARED, float(log.time[-1] - log.time[0]))
+    reach = min(compared, float(log.time[-1] - log.time[0]))
     late = np.linspace(-0.03, 0.03, 7)
     plain = min(left(0.0, delay) for delay in late)
-    clocks = np.arange(-CLOCKS, CLOCKS, 0.02 / reach)
+    clocks = np.arange(-largest, largest, 0.02 / reach)
     best = min(clocks, key=lambda clock: left(clock, 0.0))
     best = min(np.linspace(best - 0.02 / reach, best + 0.02 / reach, 9), key=lambda clock: left(clock, 0.0))
     return float(best) if abs(best) > 0.03 / reach and left(best, 0.0) < 0.5 * plain else 0.0
@@ -124,7 +120,8 @@ def _lag(evidence: AuditData, k: int) -> Lag | None:
         return None
     stride = evidence.stride
     edge = -(-reach // stride)  # shifts stay within a run
-    every = -(-sum(len(run.model) for run in runs) // MOST_SAMPLES)
+    most = 6000  # compared samples of each joint [1]; shifts between them are at the log's rate
+    every = -(-sum(len(run.model) for run in runs) // most)
     rows = [np.arange(edge, len(run.model) - edge, every) for run in runs]
     both = list(zip(runs, rows, strict=True))
     speed = np.concatenate([run.velocity[own] for run, own in both])

@@ -8,28 +8,24 @@ from stribeck.audit.evidence import AuditData
 from stribeck.audit.regression import FEWEST, friction_shapes, unexplained
 from stribeck.base.spans import Span
 from stribeck.base.typing import Array, BoolArray
-
-OUTLYING = 5.0
-"""Residual beyond which a bin is disturbed [robust standard deviations]."""
-NEGLIGIBLE = 0.1
-"""Residual relative to the variation of the torque that counts as one standard deviation [1]: reversals are larger."""
-MARGIN = 0.25
-"""Time before and after a disturbed bin that is set aside as well [s]."""
+from stribeck.friction_torque.payload import MARGIN
 
 
 def disturbed_spans(evidence: AuditData) -> tuple[list[Span], BoolArray]:
     """Find the spans whose torques deviate far from model plus robustly fitted friction, and mask their bins."""
+    negligible = 0.1  # residual relative to the torque's variation that counts as one deviation: reversals are larger
+    outlying = 5.0  # residual beyond which a bin is disturbed [robust standard deviations]
     far = np.zeros(len(evidence.rows))
     for k in range(len(evidence.joints)):
         rows = np.isfinite(evidence.model[:, k])
         if rows.sum() >= FEWEST:
             torque = evidence.torque[rows, k]
             left = _residual(friction_shapes(evidence, k, rows), torque - evidence.model[rows, k])
-            usual = max(_deviation(left), NEGLIGIBLE * _deviation(torque - np.median(torque)))
+            usual = max(_deviation(left), negligible * _deviation(torque - np.median(torque)))
             far[rows] = np.maximum(far[rows], np.abs(left) / max(usual, 1e-12))
     log = evidence.prepared.log
     time = log.time[evidence.rows] - log.start
-    lasting = np.minimum(far[1:], far[:-1]) > OUTLYING  # a single bin is a reversal
+    lasting = np.minimum(far[1:], far[:-1]) > outlying  # a single bin is a reversal
     edges = np.maximum(time[1:][lasting][:, None] + [-MARGIN, MARGIN], 0.0)
     new = np.append(True, edges[1:, 0] > edges[:-1, 1]) if len(edges) else np.zeros(0, dtype=bool)
     starts, ends = edges[new, 0], edges[np.roll(new, -1), 1]

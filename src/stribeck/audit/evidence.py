@@ -14,10 +14,9 @@ from stribeck.robot import Robot
 from stribeck.settings import FilterSettings, Settings
 
 MOST_SAMPLES = 30_000
-"""Number of examined samples [1]; a longer log is sampled in `PARTS` evenly spaced parts."""
-PARTS = 8
-STILL = 0.01
-"""Range of positions within which a joint only creeps [rad] or [m]: less than the presliding of most gears."""
+"""Number of examined samples [1]; a longer log is sampled in evenly spaced parts."""
+LEAST_BINS = 24
+"""Minimum number of bins, or of pairs of bins, for any comparison with the model [1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +94,8 @@ class AuditData:
     def standing(self) -> set[str]:
         """Names of joints that stand still while others move: a brake or stiction may carry any part of their load."""
         span = np.subtract(*self.position_range[::-1])[self.robot.torque_controlled]
-        standing = {name for k, name in enumerate(self.joints) if not self.moves(k) or span[k] < STILL}
+        creeps = 0.01  # range of positions [rad], [m] within which a joint only creeps: most gears preslide further
+        standing = {name for k, name in enumerate(self.joints) if not self.moves(k) or span[k] < creeps}
         return standing if len(standing) < len(self.joints) else set()
 
 
@@ -162,8 +162,9 @@ def _parts(prepared: PreparedLog, margin: int, most: int) -> PreparedLog:
     rows = len(prepared.log.time)
     if rows <= most:
         return prepared
-    length = most // PARTS + 2 * margin
-    starts = np.linspace(0, rows - length, PARTS).astype(int)
+    parts = 8  # evenly spaced
+    length = most // parts + 2 * margin
+    starts = np.linspace(0, rows - length, parts).astype(int)
     segments = tuple(
         slice(max(segment.start, start), min(segment.stop, start + length))
         for start in starts.tolist()

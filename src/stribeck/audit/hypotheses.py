@@ -24,24 +24,12 @@ from stribeck.whole_log.model.bodies import bodies_of
 
 FLOOR = 5e-4
 """Share of a torque's variance [1] that any model of load and friction leaves unexplained: 2 % of its amplitude."""
-CLEARLY = 6.0
-"""Difference of the logarithms of marginal likelihoods from which a cause is clearly better [1]."""
-UNEXPLAINED = 0.5
-"""Share of a torque without friction [1] that no cause explains, from which a joint is left out."""
-EXPLAINED = 0.5
-"""Share of the squares that usual errors of bodies leave [1] which a cause must explain, unless it explains all."""
 GAIN, GRAVITY = 0.5, 3.0
 """Prior standard deviations of causes: gains [1] and gravity [m/s^2]."""
 MASS, REACH = 0.2, 0.2
 """Prior standard deviation of a body's mass relative to the robot's [1], and of its center of mass [m]."""
-SLOW = 0.1
-"""Speed relative to the top speed [1] below which bins are left out: friction changes too quickly with velocity."""
-LINEAR, ROUNDS = 2.0, 4
-"""Factor [1] up to which gains and errors of bodies can be added, and rounds in which gains beyond are found [1]."""
 FEWEST_BINS = 125
 """Bins from which causes are compared [1]."""
-MOST_JOINTS = 8
-"""Number of joints up to which gains of two and three of them are tried [1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,13 +65,14 @@ def compete(evidence: AuditData, joints: Sequence[int]) -> list[Hypothesis]:
     only these gains are listed.
     """
     factors, given = np.ones(len(evidence.joints)), evidence
-    for _ in range(ROUNDS):
+    linear, rounds = 2.0, 4  # factor up to which gains and errors of bodies add [1], and rounds that find larger gains
+    for _ in range(rounds):
         found = _ranked(evidence, joints)
         if not found or "gain" not in found[0].kind:
             break
         best = found[0]
         gains = 1 + np.resize(best.values, len(best.places))
-        far = np.abs(np.log(gains)) > np.log(LINEAR)
+        far = np.abs(np.log(gains)) > np.log(linear)
         if not far.any():
             break
         factors[list(best.places)] *= np.where(far | (best.kind == "common gain"), gains, 1.0)
@@ -126,7 +115,9 @@ def _ranked(evidence: AuditData, joints: Sequence[int]) -> list[Hypothesis]:
             cost = 0.5 * float(left[0, 0] - along @ fitted + np.linalg.slogdet(inner)[1] + volume)
             if (kind, places) not in found or cost < found[kind, places].cost:
                 squares = float(left[0, 0]), float(left[0, 0] - along @ fitted)
-                explains = squares[1] < max(samples, EXPLAINED * squares[0])
+                # a cause explains all torques, or this share of the squares that usual errors of bodies leave [1]
+                most_left = 0.5
+                explains = squares[1] < max(samples, most_left * squares[0])
                 found[kind, places] = Hypothesis(kind, places, cost, np.asarray(size * fitted), explains)
     return sorted((each for each in found.values() if _possible(evidence, each)), key=lambda each: each.cost)
 
@@ -136,9 +127,10 @@ def rivals(found: Sequence[Hypothesis]) -> list[Hypothesis]:
 
     The list is empty if the model is about as good, or if the best cause leaves most of the disagreement.
     """
+    clearly = 6.0  # difference of the logarithms of marginal likelihoods from which a cause is clearly better [1]
     best: dict[str, Hypothesis] = {}
     for each in found:
-        if each.cost < found[0].cost + CLEARLY:
+        if each.cost < found[0].cost + clearly:
             best.setdefault(each.kind, each)
     return [] if "none" in best or not (found and found[0].explains) else list(best.values())
 
@@ -163,7 +155,8 @@ def _gram(evidence: AuditData, among: Sequence[int], slopes: Array) -> tuple[lis
     gravity = gravity_torques(evidence, robot, np.eye(3))[rows]
     joints, parts, samples = [], [], 0.0
     for k in among:
-        sliding = np.abs(evidence.velocity[rows, k]) > SLOW * evidence.top_speed[k]
+        slow = 0.1  # speed relative to the top speed [1], below which friction changes too quickly with velocity
+        sliding = np.abs(evidence.velocity[rows, k]) > slow * evidence.top_speed[k]
         at, torque = rows[sliding], evidence.torque[rows[sliding], k]
         if not evidence.moves(k) or len(at) < FEWEST_BINS or torque.std() == 0:
             continue
@@ -175,7 +168,8 @@ def _gram(evidence: AuditData, among: Sequence[int], slopes: Array) -> tuple[lis
         if float(left @ left) <= 1e-6 * float(torque @ torque):
             continue
         error = own[:, 0] - own[:, 1:] @ np.linalg.lstsq(own[:, 1:], own[:, 0], rcond=1e-6)[0]
-        if float(error @ error) > UNEXPLAINED * float(left @ left):
+        most_left = 0.5  # share of the torque without friction that no cause explains [1]; other joints are left out
+        if float(error @ error) > most_left * float(left @ left):
             continue
         variance = max(float(error @ error) / len(at), FLOOR * float(torque.var()))
         joints.append(k)
@@ -197,7 +191,8 @@ def _causes(
     """Yield kind, places, columns per unit, shape (columns, parameters), and prior standard deviation of each cause."""
     count, unit = len(joints), np.eye(len(joints) + 3 + SIZE * len(slopes))
     yield "none", (), unit[:, :0], 1.0
-    for size in sorted({*range(1, min(count, 3 if count <= MOST_JOINTS else 1) + 1), count}):
+    most_joints = 8  # number of joints up to which gains of two and three of them are tried [1]
+    for size in sorted({*range(1, min(count, 3 if count <= most_joints else 1) + 1), count}):
         for some in combinations(range(count), size):
             yield "gain", tuple(joints[place] for place in some), unit[:, list(some)], GAIN
     if count > 1:

@@ -20,8 +20,6 @@ from stribeck.robot.rooting import BASE_FRAME
 
 SURE = 5.0
 """Deviation of an inertial part from its expected value that counts as significant [standard errors]."""
-TURNED = np.deg2rad(45.0)
-"""Smallest angle between the given and the estimated gravity that is reported [rad]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,9 +67,10 @@ def check_motion(evidence: AuditData) -> list[Finding]:
     forward = pooled.inertial > SURE * pooled.inertial_error or (
         abs(pooled.inertial) < SURE * pooled.inertial_error and pooled.dissipation > 0.3
     )
-    if turned > TURNED:
+    reported = np.deg2rad(45.0)  # smallest angle between the given and the estimated gravity [rad]
+    if turned > reported:
         return [_turned(pooled, turned, normal)] if forward and pooled.left < 0.5 else []
-    if turned > TURNED / 2 or len(evidence.rows) < 125:  # model errors dominate the inertia of few bins
+    if turned > reported / 2 or len(evidence.rows) < 125:  # model errors dominate the inertia of few bins
         return []
     ratio = pooled.inertial * normal / size
     error = pooled.inertial_error * normal / size

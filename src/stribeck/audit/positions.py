@@ -10,8 +10,6 @@ from stribeck.base.finding import Finding, Setting
 from stribeck.base.typing import Array, BoolArray
 from stribeck.robot import Robot
 
-FEW = 0.02
-"""Largest distance outside the limits in degrees relative to that in radians [1], for positions in degrees."""
 OUTSIDE = 0.25
 """Distance outside the range beyond which no stop is plausible [rad] or [m]."""
 
@@ -65,7 +63,8 @@ def _degrees(evidence: AuditData) -> list[Finding]:
     steps = np.percentile(np.abs(np.diff(log.position[:6000], axis=0)), 99, axis=0)
     fast = turning & (steps / evidence.prepared.sampling.period > 60.0)  # rad/s: faster than any joint
     moving = turning & (highest - lowest > 0.02)
-    fits = left.sum() < FEW * excess[limited].sum() or np.count_nonzero(left >= 0.1) <= 0.1 * len(left)
+    few = 0.02  # largest distance outside the limits in degrees relative to the distance in radians [1]
+    fits = left.sum() < few * excess[limited].sum() or np.count_nonzero(left >= 0.1) <= 0.1 * len(left)
     of_limits = fits and np.count_nonzero(wide) >= max(1, 0.5 * np.count_nonzero(limited & moving))
     of_speed = not limited.any() and np.count_nonzero(fast) >= max(1, 0.5 * np.count_nonzero(moving))
     if not of_limits and not of_speed:

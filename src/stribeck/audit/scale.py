@@ -23,8 +23,6 @@ SURE = 4.0
 """Deviation of a gain from one that counts as significant [standard errors]."""
 NEAR = 1.6
 """Factor [1] up to which gains can be explained by wrong inertias."""
-TILTED = float(np.deg2rad(2.0))
-"""Smallest tilt of the base that is reported [rad]."""
 SOME = 0.08
 """Smallest logarithm of a gain that is reported, if no other cause explains the torques as well [1]."""
 
@@ -109,7 +107,8 @@ def _causes(evidence: AuditData, found: Sequence[Hypothesis], off: bool) -> list
 def _large(evidence: AuditData, cause: Hypothesis, off: bool) -> bool:
     """Whether a cause changes friction noticeably; bodies are corrected by the fit unless they look like a gain."""
     if cause.kind == "gravity":
-        return angle_between(evidence.robot.gravity, evidence.robot.gravity + cause.values) > TILTED
+        tilted_by = float(np.deg2rad(2.0))  # smallest tilt of the base that is reported [rad]
+        return angle_between(evidence.robot.gravity, evidence.robot.gravity + cause.values) > tilted_by
     if cause.kind == "body":
         return off
     for k, change in zip(cause.places, np.resize(cause.values, len(cause.places)), strict=True):

@@ -6,16 +6,13 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from stribeck.audit.channels import unmeasured
-from stribeck.audit.evidence import AuditData
+from stribeck.audit.evidence import LEAST_BINS, AuditData
 from stribeck.audit.regression import FEWEST, GainFit, fit, friction_shapes, regress, unexplained, without
 from stribeck.audit.scale import BINS_FOR_GAIN, NEAR, SURE, check_scales, judged
 from stribeck.audit.units import MOST, concerns_most, scale_setting
 from stribeck.base.finding import Finding, listed
 from stribeck.base.typing import Array
 from stribeck.judgement.excitation import MIN_SPEED
-
-LEAST_BINS = 24
-"""Minimum number of bins for any comparison with the model [1]."""
 
 
 def check_torques(evidence: AuditData, left_out: Collection[str] = ()) -> list[Finding]:

@@ -19,8 +19,6 @@ from stribeck.base.typing import Array
 from stribeck.dynamics.state import root_quaternions
 from stribeck.settings import Settings
 
-BETTER = 0.8
-"""Largest cost of the best trial, relative to the cost without a change and to the cost of the next best trial [1]."""
 POOR = 0.2
 """Unexplained share of a fixed robot's torques that calls for trials, and that the best trial must not exceed [1]."""
 
@@ -44,7 +42,8 @@ def check_by_trial(evidence: AuditData, settings: Settings) -> list[Finding]:
         trials = signs if names else {**signs, **legs, **contacts}
         costs = {key: min(map(cost_of, own)) for key, own in trials.items()}
         best, *others = sorted(costs, key=costs.__getitem__)
-        if costs[best] > BETTER * min([cost, *(costs[key] for key in others)]):
+        better = 0.8  # largest cost relative to the cost without a change and to the next best trial's [1]
+        if costs[best] > better * min([cost, *(costs[key] for key in others)]):
             break
         if best in contacts:
             setting = contact_setting(evidence.prepared.support.source)

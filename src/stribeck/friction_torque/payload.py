@@ -15,10 +15,7 @@ from stribeck.robot.rooting import RootedModel
 from stribeck.settings import PayloadTable, spans_of_log
 
 MARGIN = 0.25
-"""Time that is excluded before and after each change of a payload [s]: spans are known to about a tenth."""
-
-DERIVATIVE_WINDOW = 0.1
-"""Length of the filter for the accelerations of payloads [s]: shorter than a motion, long against encoder noise."""
+"""Time that is excluded before and after a disturbance or a change of a payload [s]; spans are known to about 0.1 s."""
 
 
 def changes_of_payload(robot: Robot, path: str) -> list[Span]:
@@ -34,12 +31,13 @@ def with_payloads(log: RobotLog, robot: Robot, sampling: Sampling) -> RobotLog:
     """
     if not robot.payloads:
         return log
+    duration = 0.1  # of the filter for accelerations [s]: shorter than a motion, long against encoder noise
     external = np.zeros_like(log.torque) if log.external_torque is None else log.external_torque.copy()
     for payload in robot.payloads:
         tree = _payload_tree(robot, payload)
         for part in sampling.segments:
             if payload.present(float(log.time[(part.start + part.stop) // 2]) - log.start, log.path):
-                window = min(round(DERIVATIVE_WINDOW / sampling.period), part.stop - part.start - 1) // 2 * 2 + 1
+                window = min(round(duration / sampling.period), part.stop - part.start - 1) // 2 * 2 + 1
                 order = min(4, window - 1)
                 position, velocity, acceleration = (
                     savgol_filter(log.position[part], window, order, deriv=k, delta=sampling.period, axis=0)
