@@ -29,26 +29,14 @@ from stribeck.settings import FilterSettings, Settings
 LONGEST, MOST, FEWEST = 1.0, 60, 6
 """Longest piece [s], largest number of pieces of a joint [1], and smallest number of samples in a piece [1]."""
 
-MOVING = 0.03
-"""Share of a joint's top speed above which it moves [1]; a joint that sticks does not show the delay."""
-
 EARLIEST, LATEST = -0.01, 0.2
 """Smallest and largest estimate [s]; inexact models make estimates negative, but no command acts before it is sent."""
 
 SPREAD = 2e-4
 """Smallest standard deviation of delays from joint to joint, and of the errors that all joints share [s]."""
 
-DIFFERENT = 3.0
-"""Scatter of the joints' delays beyond which their drives differ, in standard errors [1]."""
-
-HOLD = 0.02
-"""Standard error of all delays per sampling period of the log [1]: between its samples, commands are interpolated."""
-
 UNKNOWN = 30e-3
 """Standard error of a delay that no joint shows [s]."""
-
-ROUNDS = 40
-"""Largest number of steps of the Levenberg-Marquardt method [1]."""
 
 
 def command_delays(logs: Logs, robot: Robot, settings: Settings) -> tuple[Array, Array]:
@@ -66,7 +54,9 @@ def command_delays(logs: Logs, robot: Robot, settings: Settings) -> tuple[Array,
     (common, of_common), each = pooled(value[own], error[own])
     delay, spread = np.full(size, common), np.full(size, of_common)
     delay[own], spread[own] = each
-    of_log = np.array([(SPREAD, HOLD * part.sampling.period, 0.5 * part.sampling.jitter) for part in logs]).max(axis=0)
+    # standard error of all delays per sampling period [1]: between samples of a log, commands are interpolated
+    hold = 0.02
+    of_log = np.array([(SPREAD, hold * part.sampling.period, 0.5 * part.sampling.jitter) for part in logs]).max(axis=0)
     return np.maximum(delay, 0.0), np.sqrt(spread**2 + of_log @ of_log)
 
 
@@ -74,7 +64,7 @@ def pooled(found: Array, error: Array) -> tuple[tuple[float, float], tuple[Array
     """Pool the estimates of k joints [s], shape (k,): their drives share one network unless the estimates differ.
 
     Wrong models make the estimates scatter beyond their errors, which are therefore increased by the ratio of both
-    (Birge 1932). Delays differ between drives only if the scatter exceeds `DIFFERENT` standard errors. Then estimates
+    (Birge 1932). Delays differ between drives only if the scatter exceeds three standard errors. Then estimates
     approach the common delay by the ratio of their variance to the variance between joints. If a single estimate
     deviates by two to four standard errors, its standard error increasingly includes the deviation, because either its
     model is wrong or its delay differs. A negative estimate only shows a wrong model.
@@ -88,7 +78,8 @@ def pooled(found: Array, error: Array) -> tuple[tuple[float, float], tuple[Array
     right = found[~wrong] if not wrong.all() else found
     variance, middle = 2 * error**2 + SPREAD**2, float(np.median(right))  # as estimates scatter in simulated logs
     usual, scatter = float(np.median(variance)), 1.48 * float(np.median(np.abs(right - middle)))
-    differ = scatter > DIFFERENT * np.sqrt(usual)
+    different = 3.0  # scatter beyond which the drives differ [standard errors]
+    differ = scatter > different * np.sqrt(usual)
     between = max(differ * (scatter**2 - usual), SPREAD**2)
     variance = variance * (1.0 if differ else max(scatter**2 / usual, 1.0))
     total = variance + between
@@ -175,9 +166,10 @@ def _cut(prepared: PreparedLog, robot: Robot, settings: Settings) -> Iterator[_P
 def _moving(velocity: Array, usable: BoolArray, runs: Iterator[slice], period: float) -> Iterator[slice]:
     """Yield the samples of each piece in which a joint moves, in one run, at most `LONGEST` seconds each."""
     top = np.percentile(np.abs(velocity), 99) if len(velocity) else 0.0
+    moving = 0.03  # share of the top speed above which a joint moves [1]; a joint that sticks does not show the delay
     length = max(FEWEST, round(LONGEST / period))
     for run in runs:
-        moves = usable[run] & (np.abs(velocity[run]) > MOVING * top)
+        moves = usable[run] & (np.abs(velocity[run]) > moving * top)
         edges = np.flatnonzero(np.diff(np.concatenate([[False], moves, [False]]).astype(int))).reshape(-1, 2)
         for first, last in (edges + run.start).tolist():
             count = -(-(last - first) // length)
@@ -225,7 +217,8 @@ def _minimize(
     information, right = np.zeros((size, 5, 5)), np.zeros((size, 5))
     scatter, number = np.zeros((size, 5, 5)), np.bincount(pieces.joint, minlength=size)
     active = number > 0
-    for _ in range(ROUNDS):
+    most_steps = 40  # of the Levenberg-Marquardt method
+    for _ in range(most_steps):
         own = pieces.take(np.flatnonzero(active[pieces.joint]))
         residual, slopes = linearize(own, values, scale, kp, kd, limits, correlation, longest)
         cost = np.bincount(own.joint, (residual**2).sum(axis=0), size)

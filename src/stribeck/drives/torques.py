@@ -16,12 +16,6 @@ from stribeck.result import JointResult
 from stribeck.robot import Robot
 from stribeck.settings import Settings
 
-SHARE = 0.25
-"""Share of the viscous friction [1] that the 95 % interval of the delay may change before it is reported."""
-
-PERIOD = 0.02
-"""Delay for which the change of the viscous friction is reported [s]."""
-
 
 def find_torques(
     prepared: Logs, robot: Robot, settings: Settings, unseen: Logs = ()
@@ -123,11 +117,13 @@ def inseparable_delays(joints: Mapping[str, JointResult], log: RobotLog, robot: 
     """
     if not log.command_delays or robot.command_gains is None:
         return []
+    reported = 0.25  # share of the viscous friction that the 95 % interval of the delay changes [1]
+    example = 0.02  # delay whose effect on the viscous friction the message states [s]
     found = {}
     for name, kp, (delay, error) in zip(robot.joint_names, robot.command_gains[0], log.command_delays, strict=True):
         kp /= log.unscaled.get(name, 1.0)
         viscous = joints[name].parameters.get("viscous") if name in joints else None
-        if viscous is not None and 2 * kp * error > SHARE * viscous.value:
+        if viscous is not None and 2 * kp * error > reported * viscous.value:
             at_once = viscous.value + kp * delay
-            found[name] = f" ({at_once:.2g} {viscous.unit} if commands act at once, {kp * PERIOD:.2g} less per 20 ms)"
+            found[name] = f" ({at_once:.2g} {viscous.unit} if commands act at once, {kp * example:.2g} less per 20 ms)"
     return [Finding.of("command-delay.inseparable", found)] if found else []

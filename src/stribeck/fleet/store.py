@@ -38,14 +38,14 @@ TABLES = {
     "findings": {"check": TEXT, "joints": pa.list_(TEXT), "text": TEXT, "remedy": TEXT},
 }  # fmt: skip
 """Tables of a log, and their columns."""
-LOGS = {
+SCHEMA = pa.schema({
     "key": TEXT, "log": TEXT, "sha256": TEXT, "size": COUNT, "modified": NUMBER, "robot_file": TEXT,
     "robot_sha256": TEXT, "start": pa.timestamp("us", "UTC"), "note": TEXT, "settings": TEXT, "version": TEXT,
     "status": TEXT, "error": TEXT, "duration": NUMBER, "seconds": NUMBER, "peak_memory": NUMBER,
     "finished": pa.timestamp("us", "UTC"),
-}  # fmt: skip
-"""Columns of the table of logs."""
-SCHEMA = pa.schema({**LOGS, **{name: pa.list_(pa.struct(of)) for name, of in TABLES.items()}})
+    **{name: pa.list_(pa.struct(of)) for name, of in TABLES.items()},
+})  # fmt: skip
+"""Columns of the table of logs, and the tables of each log."""
 IDENTIFIED = "identified"
 """Status of a log with a result; the others have an error, and a separate file, which the next try replaces."""
 

@@ -32,8 +32,6 @@ from stribeck.settings import Table
 
 OUT_OF_MEMORY = 77
 """Exit code of a process that needs more memory than allowed."""
-SPEEDS = tuple(digit * 10.0**power for power in range(-3, 3) for digit in (1, 2, 5))
-"""Speeds of all curves [rad/s], [m/s], so that logs can be compared."""
 
 
 class Limits(Table):
@@ -220,8 +218,10 @@ def rows_of(result: Result) -> dict[str, list[dict[str, Any]]]:
 
 
 def _curve(joint: str, found: JointResult) -> Iterator[dict[str, Any]]:
-    """Evaluate the friction of a joint at those of `SPEEDS` that its log reaches: mean of both directions."""
-    reached = [v for v in SPEEDS if found.curve and found.curve[0].velocity <= v <= found.curve[-1].velocity]
+    """Evaluate the friction of a joint at common speeds that its log reaches: mean of both directions."""
+    # the same speeds [rad/s], [m/s] for all logs, so that they can be compared
+    speeds = tuple(digit * 10.0**power for power in range(-3, 3) for digit in (1, 2, 5))
+    reached = [v for v in speeds if found.curve and found.curve[0].velocity <= v <= found.curve[-1].velocity]
     forward, backward = (found.band(sign * np.array(reached)) for sign in (1.0, -1.0))
     if not reached or forward is None or backward is None or forward[1] is None:
         return

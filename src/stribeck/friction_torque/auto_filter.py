@@ -17,8 +17,6 @@ from stribeck.settings import FilterSettings, Settings
 
 MOST_SAMPLES = 30_000
 """Largest number of usable samples for the choice of the cutoff."""
-SHORT = 0.03
-"""Window where all segments are too short for a spectrum [s]."""
 MASSLESS = 1e-6
 """Relative joint inertia [1] below which a joint has no independent acceleration."""
 
@@ -56,8 +54,9 @@ def cutoff_from_log(prepared: PreparedLog, robot: Robot, settings: Settings) -> 
         )
     longest = max(int(np.isfinite(segment).sum(axis=0).max()) for segment in accelerations)
     if longest < MIN_SAMPLES + 2:  # as in a trot; differences lose two
-        window = 2 * max(3, round(SHORT / 2 * rate)) + 1
-        reason = f"no segment has the {MIN_SAMPLES} samples of a spectrum, so a window of {1e3 * SHORT:.0f} ms is taken"
+        short = 0.03  # window where all segments are too short for a spectrum [s]
+        window = 2 * max(3, round(short / 2 * rate)) + 1
+        reason = f"no segment has the {MIN_SAMPLES} samples of a spectrum, so a window of {1e3 * short:.0f} ms is taken"
         return CutoffChoice(cutoff=savgol_cutoff(window, ORDER, rate), window=window, reason=reason)
     return choose_cutoff(accelerations, rate, positions)
 

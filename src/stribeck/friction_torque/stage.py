@@ -22,9 +22,6 @@ from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.settings import FilterSettings, Settings
 
-CLOSE_UP = 4.0
-"""Duration [s] of the close-up in the report."""
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class LogFriction:
@@ -251,12 +248,13 @@ def _choose_stride(prepared: PreparedLog, count: int, most: int) -> int:
 
 def _cut_close_up(prepared: PreparedLog, robot: Robot, settings: Settings, samples: FrictionSamples) -> FrictionSamples:
     """Select a few seconds at the full rate, around the fastest motion of most joints."""
+    duration = 4.0  # [s]
     log = prepared.log
     speed = np.abs(samples.velocity)
     busy = np.where(samples.usable, speed, 0.0) @ (1 / np.maximum(speed.max(axis=0), 1e-9))
-    bins = ((samples.time - samples.time[0]) / CLOSE_UP).astype(int)
-    begin = samples.time[0] + CLOSE_UP * int(np.argmax(np.bincount(bins, busy)))
-    low, high = np.searchsorted(log.time, [begin, begin + CLOSE_UP])
+    bins = ((samples.time - samples.time[0]) / duration).astype(int)
+    begin = samples.time[0] + duration * int(np.argmax(np.bincount(bins, busy)))
+    low, high = np.searchsorted(log.time, [begin, begin + duration])
     clipped = tuple(
         replace(phase, first=max(phase.first, int(low)), last=min(phase.last, int(high)))
         for phase in prepared.support.phases

@@ -22,22 +22,6 @@ from stribeck.whole_log.fit_checks.misfits import misfit_findings
 FAR = 10.0
 """Corrections [1], in prior standard deviations, from which a warning is given: no real model has such errors."""
 
-MOVED = 3.0
-"""Correction of a body's mass or center of mass [1], in prior standard deviations, from which a warning is given.
-
-In `studies.misfits` a payload that the log shows moves a body by 5 and more, and nothing else does by more than
-2.6: second moments are corrected by more, because they absorb friction that the law does not describe.
-"""
-
-UNEXPLAINED = 4.0
-"""Chi^2 per degree of freedom [1] from which no single cause can explain the residual."""
-
-DRIFTS = 0.05
-"""Change of friction during a log relative to its mean [1] from which a warning is given, as for misfits."""
-
-MOVING = 0.15
-"""Acceleration of standing feet [m/s^2] from which a warning is given; feet of walking humanoids reach 0.03."""
-
 
 def find_problems(found: WholeLog) -> list[Finding]:
     """Find the problems of a fit that a user should act on."""
@@ -80,20 +64,25 @@ def _of_disturbances(found: WholeLog) -> list[Finding]:
 
 def _of_causes(found: WholeLog) -> list[Finding]:
     """Find single errors of sensors or model."""
-    if found.chi_square > UNEXPLAINED:
+    unexplained = 4.0  # chi^2 per degree of freedom [1] from which no single cause can explain the residual
+    if found.chi_square > unexplained:
         return []
     problems = cause_findings(found.causes, found.robot, found.joints, found.fit.model.layout)
     moved = float(np.max(found.read.pilot.components.root[:3], initial=0.0))
-    return problems or [Finding.of("base-moves", acceleration=moved)] * (moved > MOVING)
+    moving = 0.15  # acceleration of standing feet [m/s^2] that is reported; feet of walking humanoids reach 0.03
+    return problems or [Finding.of("base-moves", acceleration=moved)] * (moved > moving)
 
 
 def _of_bodies(found: WholeLog) -> list[Finding]:
     """Find bodies that differ from the model, if no other error explains more, or are implausible."""
     moved, problems, model = {}, [], found.fit.model
+    # In `studies.misfits` a payload that the log shows moves a body by 5 and more, and nothing else does by more than
+    # 2.6. Second moments, which absorb friction that the law does not describe, are corrected by more.
+    differs = 3.0  # correction of mass or center of mass from which a warning is given [prior standard deviations]
     if found.causes.leading == "body":
         masses = model.layout.inertial_parameters[:, 0]
         for name, mass, own in zip(model.layout.bodies, masses, found.causes.bodies, strict=True):
-            if max(abs(own[0]), np.linalg.norm(own[1:4])) > MOVED:
+            if max(abs(own[0]), np.linalg.norm(own[1:4])) > differs:
                 more = float(mass * np.expm1(model.priors.mass * own[0]))
                 moved[name] = body_text(more, model.priors.centre_of_mass * own[1:4])
     if moved:
@@ -119,13 +108,14 @@ def _of_logs(found: WholeLog) -> list[Finding]:
 
 
 def _of_drift(found: WholeLog) -> list[Finding]:
-    """Find joints whose law contains a drift of more than `DRIFTS` of their friction at half the top speed."""
+    """Find joints whose law contains a drift of more than 5 % of their friction at half the top speed."""
     changed, laws = {}, found.fit.laws
     for k, (joint, own) in enumerate(found.fits.items()):
         speed = laws.top_speed[[k]] / 2
         friction = laws.law.resisting(speed, own.law_values(laws.law, own.mean_load))
         share = float((drift(own.by_name, speed) / np.maximum(friction, LEAST_FRICTION * laws.torque[k]))[0])
-        if abs(share) > DRIFTS:
+        reported = 0.05  # change of friction during a log relative to its mean [1], as for misfits
+        if abs(share) > reported:
             changed[joint] = f" ({100 * share:+.0f} %)"
     return [Finding.of("friction-drift.known", changed)] if changed else []
 

@@ -8,9 +8,6 @@ import numpy as np
 from stribeck.base.typing import Array
 from stribeck.friction.terms.term import Seen, Term, linear
 
-TRAVELS = np.geomspace(0.125e-3, 32e-3, 9)
-"""Candidate travels of presliding, divided by the top speed [s]."""
-
 
 def _find(pilot: Any) -> list[Array]:
     """Find the travel that explains most of each joint's residual torque in addition to its curve [rad].
@@ -18,7 +15,8 @@ def _find(pilot: Any) -> list[Array]:
     NaN if the best travel is the longest or the shortest in the search, because the residual then has no such travel.
     The shortest is the encoder's step, because coarse encoders detect reversals late.
     """
-    coarse = _best_travels(pilot, TRAVELS[:, None] * pilot.terms.top_speed)
+    travels = np.geomspace(0.125e-3, 32e-3, 9)  # candidates divided by the top speed [s]
+    coarse = _best_travels(pilot, travels[:, None] * pilot.terms.top_speed)
     near = np.where(np.isfinite(coarse), coarse, pilot.terms.top_speed) * np.geomspace(0.75, 1.33, 5)[:, None]
     closer = _best_travels(pilot, near)
     return [np.where(np.isfinite(closer), closer, coarse) + 0 * coarse]

@@ -8,9 +8,6 @@ import numpy as np
 
 from stribeck.friction.terms.term import Seen, Term, linear
 
-SHORTEST_DRIFT = 20.0
-"""Shortest log for terms of drift [s], chosen by judgment."""
-
 
 def _not_warmed(seen: Seen) -> str:
     if seen.temperature is None:
@@ -24,8 +21,9 @@ def _not_warmed(seen: Seen) -> str:
 def _no_drift(seen: Seen) -> str:
     if seen.temperature is not None:
         return "the log has temperatures, which explain drift better than time"
-    short = seen.duration < SHORTEST_DRIFT
-    return f"the log lasts {seen.duration:.3g} s; {SHORTEST_DRIFT:.0f} s are needed" if short else ""
+    shortest = 20.0  # log for terms of drift [s], chosen by judgment
+    short = seen.duration < shortest
+    return f"the log lasts {seen.duration:.3g} s; {shortest:.0f} s are needed" if short else ""
 
 
 def _negative(name: str, values: Mapping[str, float], _: frozenset[str]) -> str:
