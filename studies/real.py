@@ -17,13 +17,15 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
+from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
+from joblib import Parallel, delayed
+
 from stribeck.friction import AUTO, LAWS, LAWS_WITH_STATE
 from stribeck.methods import METHODS
+from stribeck.robot import Robot
 from studies.command import ROOT
 from studies.remedies import last_error, typed
 
@@ -78,8 +80,8 @@ def choices(law: str) -> Iterator[dict[str, str]]:
 
 
 def model_of(robot: Path) -> Path:
-    """Find the model next to a robot file."""
-    return next(path for path in sorted(robot.parent.iterdir()) if path.suffix in FORMATS)
+    """Find the model of a robot file."""
+    return Robot.from_file(robot).model_file
 
 
 def looks(logs: Sequence[Path], out: Path) -> dict[str, list[object]]:
@@ -126,22 +128,19 @@ def all_runs(data: Path, scratch: Path, only: str | None, thin: bool) -> Iterato
     """Convert the logs, run the commands on a few workers, and yield them robot by robot."""
     script = runpy.run_path(str(EXAMPLES / "convert.py"))
     robots = [robot for robot in script["CONVERTERS"] if only in (None, robot) and (not thin or robot in THIN)]
-    # a forked process with threads, such as the tests' process, may wait for a lock forever
-    with ProcessPoolExecutor(WORKERS, mp_context=get_context("spawn")) as pool:
-        jobs = []
-        for robot in robots:
-            sets = log_sets(script["convert"](robot, data, scratch / "logs"))
-            for name, logs in list(sets.items())[-1 if thin else 0 :]:
-                out = scratch / name.replace(" ", "-")
-                out.mkdir(parents=True)
-                if len(logs) == 1:
-                    jobs.append(pool.submit(run, name, looks(logs, out)))
-                if robot == "cassie-landings" and len(logs) == 1 and not thin:
-                    continue  # logs of fifty milliseconds are inspected, and fitted only together
-                for law in (None, FIRST) if thin else (None, *LAWS, *LAWS_WITH_STATE, AUTO):
-                    jobs.append(pool.submit(run, name, fits(logs, out, law, thin)))
-        for job in jobs:
-            yield from job.result()
+    jobs = []
+    for robot in robots:
+        sets = log_sets(script["convert"](robot, data, scratch / "logs"))
+        for name, logs in list(sets.items())[-1 if thin else 0 :]:
+            out = scratch / name.replace(" ", "-")
+            out.mkdir(parents=True)
+            if len(logs) == 1:
+                jobs.append((name, looks(logs, out)))
+            if robot == "cassie-landings" and len(logs) == 1 and not thin:
+                continue  # logs of fifty milliseconds are inspected, and fitted only together
+            for law in (None, FIRST) if thin else (None, *LAWS, *LAWS_WITH_STATE, AUTO):
+                jobs.append((name, fits(logs, out, law, thin)))
+    yield from chain.from_iterable(Parallel(WORKERS, return_as="generator")(delayed(run)(*job) for job in jobs))
 
 
 def main(words: Sequence[str] | None = None) -> int:
