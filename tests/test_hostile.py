@@ -27,6 +27,7 @@ from hypothesis import strategies as st
 from tests.cli.test_cli import run
 from tests.log.readers.formats import WRITERS, synthetic_log
 
+from stribeck.base.checked_table import flat
 from stribeck.cli import console
 from stribeck.cli.options import FORMATS
 from stribeck.cli.simulation import print_truth
@@ -39,7 +40,7 @@ from stribeck.log.writers import write_log
 from stribeck.report import write_report
 from stribeck.result import read_result
 from stribeck.robot import Robot
-from stribeck.settings import Settings, flat
+from stribeck.settings import Settings
 from stribeck_simulation.prescribed.exact import exact_log
 from stribeck_simulation.sensors.measure import with_noise
 

@@ -19,12 +19,12 @@ from benchmarks.contest import cases
 from benchmarks.contest.commanded_cases import publish_commanded
 from benchmarks.contest.model_errors import publish_model
 from benchmarks.contest.schema import CASE, SUMS, TRUTH, Asked, Case, KnownFriction, Truth, checksums, folders_of, write
+from stribeck.base.toml import parse_toml
 from stribeck.base.typing import Array
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck.log.writers import write_log
 from stribeck.robot import Robot
-from stribeck.settings import parse_toml
 from stribeck_simulation.friction import FrictionTruth, LuGre
 from stribeck_simulation.friction.injection import Instant
 from stribeck_simulation.prescribed.exact import exact_log

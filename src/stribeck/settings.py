@@ -1,55 +1,17 @@
 """Settings of the robot file and the command line, with their defaults, validated by pydantic."""
 
-import os
-import tomllib
-from collections.abc import Iterator, Sequence
-from difflib import get_close_matches
-from math import inf
-from pathlib import PurePath
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, get_args
+from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic import AfterValidator, Field, model_validator
 
-from stribeck.base.spans import Span
+from stribeck.base.checked_table import Cutoff, Finite, NonNegative, Positive, Prior, Relative, Table, rule
+from stribeck.base.spans import spans_of_log
 from stribeck.base.typing import TorqueSource
-from stribeck.errors import SettingsError
 
-Positive = Annotated[float, Field(ge=1e-9, le=1e9, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
-Finite = Annotated[float, Field(ge=-1e12, le=1e12, allow_inf_nan=False)]  # wide enough for offsets of time stamps
-Cutoff = Annotated[float, Field(ge=0.5, le=1e5, allow_inf_nan=False)]
-"""Cutoff frequency [Hz]. Below 0.5 Hz, no robot moves and the filter would be seconds long."""
-Prior = Annotated[float, Field(ge=1e-6, le=1e6, allow_inf_nan=False)]
-"""Standard deviation. Outside these limits, its square is lost in rounding."""
-Relative = Annotated[float, Field(ge=1e-6, le=10.0, allow_inf_nan=False)]
-"""Standard deviation of a logarithm or a share. Above ten, exponentials of it overflow."""
 Acceleration = Annotated[float, Field(ge=-1e3, le=1e3, allow_inf_nan=False)]  # [m/s^2]
 Gravity = Annotated[tuple[Acceleration, Acceleration, Acceleration], Field(strict=False)]
 PerJoint = Finite | list[Finite] | dict[str, Finite]
 """One value for all joints, a list in the log's joint order, or a value by the log's joint name."""
-
-
-class Table(BaseModel):
-    """Table of a settings file. Unknown keys and wrong types are errors, in Python a SettingsError."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
-
-    if not TYPE_CHECKING:  # the type checker knows the fields
-
-        def __init__(self, **values: object) -> None:
-            try:
-                super().__init__(**values)
-            except ValidationError as error:
-                place = getattr(type(self), "options", type(self).__name__)
-                raise SettingsError(f"{place}: {describe(error, type(self))}") from error
-
-        __init__.__pydantic_base_init__ = True  # tables in files and in tables are validated without it
-
-
-def _rule(text: str) -> PydanticCustomError:
-    """Make the error of a rule about several keys; `describe` returns its text unchanged."""
-    return PydanticCustomError("rule", "{text}", {"text": text})
 
 
 class CouplingTable(Table):
@@ -67,7 +29,7 @@ class CouplingTable(Table):
     def _check_joints(self) -> Self:
         if len(self.joints) < 2 or not all(self.joints.values()):
             problem = "needs at least two joints, each with a nonzero coefficient"
-            raise _rule(f"[[robot.couplings]] '{self.label}' {problem}")
+            raise rule(f"[[robot.couplings]] '{self.label}' {problem}")
         return self
 
 
@@ -109,17 +71,6 @@ Excluded = Annotated[Times, AfterValidator(_ends_after_start)]
 """Start and end [s] after the start of every log, or of the log whose name comes first (see `names_log`)."""
 
 
-def names_log(name: str, path: str) -> bool:
-    """Return whether a name refers to a log: its path or the end of it, or its file name without suffix."""
-    parts, log = PurePath(name).parts, PurePath(path)
-    return log.parts[-len(parts) :] == parts or name == log.stem or os.path.abspath(name) == os.path.abspath(path)
-
-
-def spans_of_log(spans: Sequence[Times], path: str) -> list[Span]:
-    """Select the spans of a log by its name."""
-    return [Span(each[-2], each[-1]) for each in spans if len(each) == 2 or names_log(each[0], path)]
-
-
 class PayloadTable(Table):
     """`[[robot.payload]]`: a mass that a fixed-base robot carries in spans of its logs."""
 
@@ -159,12 +110,12 @@ class RobotTable(Table):
     def _check_roles(self) -> Self:
         source = self.torque_source
         if twice := sorted(set(self.passive) & set(self.position_controlled)):
-            raise _rule(f"[robot] joint '{twice[0]}' is both passive and position_controlled; expected one of them")
+            raise rule(f"[robot] joint '{twice[0]}' is both passive and position_controlled; expected one of them")
         if bool(self.passive) != bool(self.loops):
             both = "both the joints without a motor and the frames that close the loops"
-            raise _rule(f"[robot] passive and [[robot.loops]] belong together; expected {both}")
+            raise rule(f"[robot] passive and [[robot.loops]] belong together; expected {both}")
         if self.payload and (self.base == "floating" or self.loops):
-            raise _rule("[[robot.payload]] requires base = 'fixed' and no loops; exclude its spans with [log] exclude")
+            raise rule("[[robot.payload]] requires base = 'fixed' and no loops; exclude its spans with [log] exclude")
         wrong: list[tuple[str, list[str], str]] = []
         if source != "command" and (self.kp is not None or self.kd is not None):
             wrong.append(("[robot] kp and kd are", ["command"], "remove them or change the source"))
@@ -176,7 +127,7 @@ class RobotTable(Table):
             if source not in sources:
                 wrong.append((f"[robot.motors.{name}] {key} is", sources, "remove the key or change the source"))
         for key, sources, remedy in wrong:
-            raise _rule(f"{key} for torque_source {' or '.join(map(repr, sources))}, not '{source}'; {remedy}")
+            raise rule(f"{key} for torque_source {' or '.join(map(repr, sources))}, not '{source}'; {remedy}")
         return self
 
 
@@ -316,14 +267,6 @@ class Settings(Table):
     holdout: int = Field(default=5, ge=2, le=1_000_000)  # every n-th block is used only for validation
 
 
-def flat(table: Table, prefix: str = "") -> dict[str, object]:
-    """Flatten settings to dotted keys, as typed after `--set`."""
-    found: dict[str, object] = {}
-    for key, value in table:
-        found |= flat(value, f"{prefix}{key}.") if isinstance(value, Table) else {prefix + key: value}
-    return found
-
-
 class RobotFile(Table):
     """Contents of a robot file."""
 
@@ -335,103 +278,12 @@ class RobotFile(Table):
     @model_validator(mode="after")
     def _check_contacts(self) -> Self:
         if self.robot.base == "fixed" and self.contacts:
-            raise _rule("[contacts] are for a floating base; remove them or set [robot] base = 'floating'")
+            raise rule("[contacts] are for a floating base; remove them or set [robot] base = 'floating'")
         by_frame: dict[str, str] = {}
         for name, contact in self.contacts.items():
             if (other := by_frame.setdefault(contact.frame, name)) != name:
                 both = f"[contacts.{name}] and [contacts.{other}] have the frame '{contact.frame}'"
-                raise _rule(f"{both}; expected a different frame for each contact")
+                raise rule(f"{both}; expected a different frame for each contact")
             if contact.radius and contact.kind == "surface":
-                raise _rule(f"[contacts.{name}] radius is for kinds 'point' and 'wheel'; remove it")
+                raise rule(f"[contacts.{name}] radius is for kinds 'point' and 'wheel'; remove it")
         return self
-
-
-def describe(error: ValidationError, table: type[BaseModel] | None = None) -> str:
-    """Describe pydantic's first error in one sentence: the key, its value, and the valid choices.
-
-    `table` is the validated class; it provides a suggestion for an unknown key. Unknown keys come first, because a
-    missing key may be a misspelled one.
-    """
-    first = min(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
-    key = ".".join(str(part) for part in first["loc"])
-    message = str(first["msg"])
-    if first["type"] == "extra_forbidden":
-        return f"unknown key '{key}'" + (_nearest([str(part) for part in first["loc"]], table) if table else "")
-    if first["type"] == "rule":
-        return message
-    if first["type"] == "missing":
-        return f"key '{key}' is missing"
-    if first["type"].startswith(("greater_than", "less_than", "finite_number")) and table:
-        return f"key '{key}' is {_shown(first['input'])}; expected {_range(list(first['loc']), table)}"
-    if not key:  # the error concerns the whole document
-        return message.removeprefix("Value error, ")
-    return f"key '{key}' is {_shown(first['input'])}: {message[0].lower()}{message[1:]}"
-
-
-def _nearest(loc: list[str], table: type[BaseModel]) -> str:
-    """Suggest keys that an unknown one may mean: a similar one, the same one in another table, or any in its table."""
-    *tables, last = loc
-    beside = table
-    for part in tables:
-        if part in beside.model_fields:
-            beside = _table_of(beside, part) or beside
-    if near := get_close_matches(last, beside.model_fields, n=1):
-        return f"; did you mean '{'.'.join([*tables, *near])}'?"
-    elsewhere = [key for key in _dotted(table) if key.rpartition(".")[2] == last]
-    return f"; did you mean '{elsewhere[0]}'?" if elsewhere else f"; expected one of {', '.join(beside.model_fields)}"
-
-
-def _range(loc: list[object], table: type[BaseModel]) -> str:
-    """Describe the range of the number at a location."""
-    inner: type[BaseModel] | None = table
-    notes: list[Any] = []
-    for part in loc:
-        if inner is not None and part in inner.model_fields:
-            field = inner.model_fields[part]
-            notes, inner = [*field.metadata, field.annotation], _table_of(inner, part)
-    bounds: dict[str, float] = {}
-    while notes:
-        note = notes.pop()
-        notes += [*get_args(note), *getattr(note, "metadata", ())]
-        for name in ("ge", "gt", "le", "lt"):
-            if getattr(note, name, None) is not None:
-                bounds[name[0]] = getattr(note, name)
-    return f"a number from {bounds.get('g', -inf):g} to {bounds.get('l', inf):g}"
-
-
-def _table_of(table: type[BaseModel], key: str) -> type[BaseModel] | None:
-    """Find the table class of a key; None if the key has a plain value."""
-    annotation = table.model_fields[key].annotation
-    inner = [annotation, *get_args(annotation)]
-    return next((one for one in inner if isinstance(one, type) and issubclass(one, BaseModel)), None)
-
-
-def _dotted(table: type[BaseModel], prefix: str = "") -> Iterator[str]:
-    """Yield the dotted keys of a table and of its inner tables, as typed after `--set`."""
-    for key in table.model_fields:
-        inner = table.model_fields[key].annotation
-        yield prefix + key
-        if isinstance(inner, type) and issubclass(inner, BaseModel):
-            yield from _dotted(inner, f"{prefix}{key}.")
-
-
-def _shown(value: object) -> str:
-    try:
-        found = repr(value)
-    except (RecursionError, ValueError):  # deep tables, and integers with more digits than Python prints
-        return f"a value of type {type(value).__name__} too large to show"
-    return found if len(found) < 80 else found[:77] + "..."
-
-
-def parse_toml(text: str) -> dict[str, Any]:
-    """Parse a TOML document.
-
-    Raises
-    ------
-    ValueError
-        If the text is not TOML (as its subclass TOMLDecodeError), has a too long integer, or is nested too deeply.
-    """
-    try:
-        return tomllib.loads(text)
-    except RecursionError:
-        raise ValueError("it is nested too deeply") from None

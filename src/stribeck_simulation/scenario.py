@@ -6,9 +6,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
 
+from stribeck.base.checked_table import Finite, Positive, Table, describe
 from stribeck.base.files import read_text
+from stribeck.base.toml import parse_toml
 from stribeck.errors import SettingsError
-from stribeck.settings import Finite, Positive, Table, describe, parse_toml
 from stribeck_simulation.prescribed.gait import Gait
 from stribeck_simulation.robots.sole import Sole
 from stribeck_simulation.walking.footsteps import Push, Steps

@@ -16,6 +16,7 @@ from tests.arm import TRUTH, arm_log, save_npz
 from tests.cli.test_cli import run
 
 from stribeck import Robot, Settings, identify
+from stribeck.base.checked_table import flat
 from stribeck.base.finding import Finding
 from stribeck.errors import SettingsError
 from stribeck.friction import LAWS, get_law
@@ -27,7 +28,7 @@ from stribeck.log import RobotLog
 from stribeck.methods import METHODS, Fitted, Method
 from stribeck.methods.contract import SHARED
 from stribeck.result import read_result
-from stribeck.settings import FilterSettings, flat
+from stribeck.settings import FilterSettings
 
 SOURCE = Path(__file__).parents[2] / "src/stribeck"
 NAMES = tuple(METHODS)

@@ -1,7 +1,9 @@
-"""Spans of logs: formatting for messages and for `--exclude`."""
+"""Spans of logs: selection by the name of a log, and formatting for messages and for `--exclude`."""
 
+import os
 from collections.abc import Mapping, Sequence
 from math import ceil, floor
+from pathlib import PurePath
 from typing import NamedTuple
 
 
@@ -11,6 +13,17 @@ class Span(NamedTuple):
     start: float
     end: float
     log: str = ""
+
+
+def names_log(name: str, path: str) -> bool:
+    """Return whether a name refers to a log: its path or the end of it, or its file name without suffix."""
+    parts, log = PurePath(name).parts, PurePath(path)
+    return log.parts[-len(parts) :] == parts or name == log.stem or os.path.abspath(name) == os.path.abspath(path)
+
+
+def spans_of_log(spans: Sequence[tuple[float, float] | tuple[str, float, float]], path: str) -> list[Span]:
+    """Select the spans of a log by its name."""
+    return [Span(each[-2], each[-1]) for each in spans if len(each) == 2 or names_log(each[0], path)]
 
 
 MOST = 5

@@ -1,6 +1,7 @@
-"""Values as TOML on one line, for messages that quote a robot file."""
+"""TOML: parse a document, and format values on one line for messages that quote a robot file."""
 
 import json
+import tomllib
 from collections.abc import Mapping
 from typing import Any
 
@@ -19,3 +20,17 @@ def in_toml(value: Any) -> str:
 def _key(name: str) -> str:
     bare = name.isascii() and name.replace("-", "").replace("_", "").isalnum()
     return name if bare else json.dumps(name, ensure_ascii=False)
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """Parse a TOML document.
+
+    Raises
+    ------
+    ValueError
+        If the text is not TOML (as its subclass TOMLDecodeError), has a too long integer, or is nested too deeply.
+    """
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise ValueError("it is nested too deeply") from None

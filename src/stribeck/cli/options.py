@@ -125,7 +125,9 @@ def with_settings(settings: Settings, options: dict[str, str | None], assignment
     """
     from pydantic import ValidationError
 
-    from stribeck.settings import Settings, describe, parse_toml
+    from stribeck.base.checked_table import describe
+    from stribeck.base.toml import parse_toml
+    from stribeck.settings import Settings
 
     document: dict[str, Any] = settings.model_dump(exclude_unset=True)
     document.update({key: value for key, value in options.items() if value is not None})
@@ -154,8 +156,9 @@ def with_settings(settings: Settings, options: dict[str, str | None], assignment
 
 def robot_of(path: Path, exclude: list[str], logs: list[Path]) -> Robot:
     """Read a robot file, and add spans A:B or LOG:A:B of some logs to its `[log] exclude`."""
+    from stribeck.base.spans import names_log
     from stribeck.robot import Robot
-    from stribeck.settings import LogTable, names_log
+    from stribeck.settings import LogTable
 
     robot = Robot.from_file(path)
     found: list[Any] = list(robot.log_table.exclude)

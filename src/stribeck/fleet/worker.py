@@ -19,6 +19,7 @@ import fsspec
 import numpy as np
 from pydantic import Field
 
+from stribeck.base.checked_table import Table
 from stribeck.base.version import __version__
 from stribeck.errors import StribeckError
 from stribeck.fleet.jobs import Job
@@ -28,7 +29,6 @@ from stribeck.result import JointResult, Result
 from stribeck.result.provenance import sha256
 from stribeck.result.tables import parameter_rows
 from stribeck.robot import Robot
-from stribeck.settings import Table
 
 OUT_OF_MEMORY = 77
 """Exit code of a process that needs more memory than allowed."""

@@ -6,13 +6,13 @@ import numpy as np
 import pinocchio as pin
 from scipy.signal import savgol_filter
 
-from stribeck.base.spans import Span
+from stribeck.base.spans import Span, spans_of_log
 from stribeck.dynamics.rooted import rooted_inverse_dynamics
 from stribeck.log import RobotLog
 from stribeck.log.sampling import Sampling
 from stribeck.robot import Robot
 from stribeck.robot.rooting import RootedModel
-from stribeck.settings import PayloadTable, spans_of_log
+from stribeck.settings import PayloadTable
 
 MARGIN = 0.25
 """Time that is excluded before and after a disturbance or a change of a payload [s]; spans are known to about 0.1 s."""

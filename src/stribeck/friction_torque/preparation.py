@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from stribeck.base.spans import spans_of_log
 from stribeck.contact import SupportPhases, find_support_phases
 from stribeck.differentiation import make_filter
 from stribeck.dynamics.attitude import with_gyroscope
@@ -15,7 +16,7 @@ from stribeck.log.overlap import Prints, prints
 from stribeck.log.readers import read_log
 from stribeck.log.sampling import Sampling, regularise
 from stribeck.robot import Robot
-from stribeck.settings import LogTable, Settings, spans_of_log
+from stribeck.settings import LogTable, Settings
 
 Progress = Callable[[str, float], None]
 """Callback `progress(stage, fraction)` with fraction from 0 to 1."""

@@ -2,6 +2,7 @@
 
 import json
 
+from stribeck.base.checked_table import flat
 from stribeck.errors import SettingsError, did_you_mean
 from stribeck.friction import FrictionLaw, get_law
 from stribeck.methods.contract import Fitted as Fitted
@@ -12,7 +13,7 @@ from stribeck.methods.ground_reaction import GROUND_REACTION
 from stribeck.methods.held_out import held_out_log as held_out_log
 from stribeck.methods.whole_log import WHOLE_LOG
 from stribeck.robot import Robot
-from stribeck.settings import Settings, flat
+from stribeck.settings import Settings
 
 METHODS: dict[str, Method] = {each.name: each for each in (CURVE_FIT, OBSERVER, WHOLE_LOG, GROUND_REACTION, DIRECT)}
 

@@ -6,10 +6,11 @@ from collections.abc import Collection, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
+from stribeck.base.checked_table import flat
 from stribeck.base.version import __version__
 from stribeck.log import RobotLog
 from stribeck.result import LogSummary
-from stribeck.settings import Settings, flat
+from stribeck.settings import Settings
 
 
 def sha256(path: str) -> str:

@@ -12,6 +12,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 from pydantic_core import from_json
 from typing_extensions import TypedDict
 
+from stribeck.base.checked_table import describe
 from stribeck.base.files import read_text
 from stribeck.base.finding import Finding
 from stribeck.base.frame import data_frame
@@ -23,7 +24,6 @@ from stribeck.result.joint import CouplingResult, JointResult
 from stribeck.result.parts import Corrections, Count, Evidence, HeldOutLog, Size
 from stribeck.result.plot import friction_figure
 from stribeck.result.tables import joint_rows, logs_text, parameter_rows, result_table, summary_rows, verdict_counts
-from stribeck.settings import describe
 
 if TYPE_CHECKING:
     import pandas

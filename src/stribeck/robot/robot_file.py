@@ -9,13 +9,15 @@ import numpy as np
 import pinocchio as pin
 from pydantic import ValidationError
 
+from stribeck.base.checked_table import describe
 from stribeck.base.files import read_text
+from stribeck.base.toml import parse_toml
 from stribeck.base.typing import Array
 from stribeck.errors import RobotFileError, did_you_mean
 from stribeck.robot.model_file import joint_names, load_model, lock_joints
 from stribeck.robot.packages import model_path
 from stribeck.robot.rooting import BASE_FRAME, RootedModel, is_on_axis, joint_axis, root_at
-from stribeck.settings import ContactTable, RobotFile, RobotTable, describe, parse_toml
+from stribeck.settings import ContactTable, RobotFile, RobotTable
 
 ARMATURE_ADVICE = {
     "link_side_sensor": "a torque sensor behind the gear does not measure the rotor; set [robot] armature to 0 for "

@@ -6,9 +6,9 @@ import mujoco
 import numpy as np
 from pydantic import Field
 
+from stribeck.base.checked_table import Finite, Positive, Table
 from stribeck.base.typing import Array
 from stribeck.errors import SettingsError
-from stribeck.settings import Finite, Positive, Table
 
 Vector = Annotated[list[Finite], Field(min_length=3, max_length=3)]
 

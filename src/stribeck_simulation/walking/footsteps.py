@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from pydantic import Field
 
+from stribeck.base.checked_table import Finite, NonNegative, Positive, Table
 from stribeck.base.typing import Array
-from stribeck.settings import Finite, NonNegative, Positive, Table
 from stribeck_simulation.robots.sole import Vector
 
 FEET = 2
