@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from stribeck.init.columns import find_columns
-from stribeck.log.readers.read import open_log
+from stribeck.log.readers.formats import open_log
 from stribeck.settings import LogTable
 
 JOINTS = ("base", "wrist_1")

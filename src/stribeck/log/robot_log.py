@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol, cast, runtime_checkable
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.base.frame import data_frame
+from stribeck.base.frame import Frame, data_frame
 from stribeck.base.spans import Span, listed_spans
 from stribeck.base.text_table import TextTable, span
 from stribeck.base.typing import Array, BoolArray, IntArray, TorqueSource
@@ -22,14 +22,6 @@ if TYPE_CHECKING:
     import pandas
 
     from stribeck.robot import Robot
-
-
-@runtime_checkable
-class Frame(Protocol):
-    """Table in memory: of pandas, polars or another library with the Arrow interface."""
-
-    def __arrow_c_stream__(self, requested_schema: object | None = None) -> object:
-        """Export the table as an Arrow stream."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -11,7 +11,7 @@ from tests.log.readers.messages import START, blank, store_with, write_bag, writ
 
 from stribeck.init.columns import find_columns
 from stribeck.log.readers import read_log
-from stribeck.log.readers.read import open_log
+from stribeck.log.readers.formats import open_log
 from stribeck.settings import ChannelTable, LogTable
 
 LOG = synthetic_log(60)

@@ -2,45 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 
-from stribeck.base.outputs import check_name
 from stribeck.base.typing import Array, BoolArray, TorqueSource
 from stribeck.errors import LogError, SettingsError, errors_about
 from stribeck.log import RobotLog
 from stribeck.log.readers.actuators import check_current, commanded_torques, through_motors
-from stribeck.log.readers.arrays import open_hdf5, open_npz
 from stribeck.log.readers.columns import source_of_columns
-from stribeck.log.readers.folder import open_folder, tables_in
-from stribeck.log.readers.lerobot import INFO, open_lerobot
+from stribeck.log.readers.formats import choose_opener
 from stribeck.log.readers.mapping import advance, check_table, convert, seconds, word_size
-from stribeck.log.readers.matlab import open_matlab
 from stribeck.log.readers.recording import Arrays, Recording, foreign, listed
 from stribeck.log.readers.selection import MOTION, Selection, select
-from stribeck.log.readers.tables import open_csv, open_parquet, table_of_frame
+from stribeck.log.readers.tables import open_csv, table_of_frame
 from stribeck.log.readers.unitree import name_motors
-from stribeck.log.storage import EXPANSION, IN_MEMORY_LIMIT, allocate, stored_bytes
+from stribeck.log.storage import allocate
 from stribeck.settings import LogTable
 
 if TYPE_CHECKING:
     from stribeck.robot import Robot
-
-
-def open_bag(path: Path, table: LogTable) -> Recording:
-    """Open a bag. The reader of bags is imported at its first use, because that is slow."""
-    from stribeck.log.readers import bags
-
-    return bags.open_bag(path, table)
-
-
-FORMATS: dict[str, Callable[[Path, LogTable], Recording]] = {".npz": open_npz, ".h5": open_hdf5, ".hdf5": open_hdf5}
-FORMATS |= {".mat": open_matlab, ".csv": open_csv, ".parquet": open_parquet}
-FORMATS |= dict.fromkeys((".mcap", ".db3", ".bag"), open_bag)
-"""Readers by suffix. A rosbag2 is a folder with a metadata.yaml, a LeRobot dataset a folder with a meta/info.json."""
 
 
 @np.errstate(over="ignore", invalid="ignore")  # damaged numbers may overflow; `regularise` removes such rows
@@ -77,7 +60,7 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     (12000, 3)
     """
     path = Path(path)
-    opener = _choose_opener(path)
+    opener = choose_opener(path)
     table, where = _check_settings(robot, csv=opener is open_csv)
     return _read(opener(path, table), robot, table, where, str(path))
 
@@ -152,64 +135,6 @@ def _read(source: Recording, robot: Robot | None, table: LogTable, where: str, p
         path=path,
         raw=robot is None,
     )
-
-
-def open_log(path: Path, table: LogTable) -> Recording:
-    """Open a log by its suffix, without reading its samples.
-
-    Raises
-    ------
-    LogError
-        If it is missing, damaged or of an unknown format.
-    """
-    return _choose_opener(path)(path, table)
-
-
-def _choose_opener(path: Path) -> Callable[[Path, LogTable], Recording]:
-    """Choose the reader of a file by its suffix."""
-    check_name(path)
-    with foreign(str(path), "a log"):
-        size = path.stat().st_size if path.exists() else None
-        files = sorted(path.iterdir()) if path.is_dir() else [path]
-        strange = next((file for file in files if file.exists() and not (file.is_file() or file.is_dir())), None)
-    if size is None:
-        raise LogError(f"{path}: no such file; expected a log")
-    if strange:  # reading it may never end
-        raise LogError(f"{strange}: is a pipe, a device or a socket; expected a log file, or a rosbag2 folder")
-    if path.is_dir():
-        if (path / "metadata.yaml").is_file():
-            return open_bag
-        if (path / INFO).is_file():
-            return open_lerobot
-        if any(file.suffix.lower() in (".db3", ".mcap") for file in files):
-            return open_bag
-        if tables := tables_in(path):
-            for table in tables:
-                _check_whole(table)
-            return open_folder
-        raise LogError(
-            f"{path}: is a folder without metadata.yaml, {INFO} or tables; expected a log file, a rosbag2 folder, a "
-            "LeRobot dataset, or a folder with one .csv or .parquet file per channel"
-        )
-    if path.suffix.lower() not in FORMATS:
-        raise LogError(
-            f"{path}: unknown suffix '{path.suffix}'; expected {listed(list(FORMATS), 10)}, a rosbag2 folder or a "
-            f"LeRobot dataset{'; the page of log formats shows how to convert PyTorch' * (path.suffix == '.pt')}"
-        )
-    _check_whole(path)
-    return FORMATS[path.suffix.lower()]
-
-
-def _check_whole(path: Path) -> None:
-    """Refuse a file that is empty, cannot be opened, or consists mostly of a hole."""
-    with foreign(str(path), "a log"):
-        size = path.stat().st_size
-        if size == 0:
-            raise LogError(f"{path}: is empty; expected a log")
-        path.open("rb").close()
-        stored = stored_bytes(path)
-    if size > max(IN_MEMORY_LIMIT, EXPANSION * stored):
-        raise LogError(f"{path}: is {size:.2g} bytes long, of which {stored} are on the disk; expected a complete file")
 
 
 def _read_time(source: Recording, loaded: Arrays, table: LogTable) -> tuple[Array, list[str]]:
