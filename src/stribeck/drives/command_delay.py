@@ -50,7 +50,7 @@ def command_delays(logs: Logs, robot: Robot, settings: Settings) -> tuple[Array,
     if pieces is None:
         return np.zeros(size), np.full(size, UNKNOWN)
     own = np.unique(pieces.joint)
-    value, error = _fit(pieces, robot, np.max([part.log.effort_limits for part in logs], axis=0))
+    value, error = _fit(pieces, robot)
     (common, of_common), each = pooled(value[own], error[own])
     delay, spread = np.full(size, common), np.full(size, of_common)
     delay[own], spread[own] = each
@@ -117,6 +117,10 @@ def _pieces(logs: Logs, robot: Robot, settings: Settings) -> Pieces | None:
     ]
     if not chosen:
         return None
+    assert robot.command_gains is not None
+    joint = np.array([piece.joint for piece in chosen])
+    kp, kd = robot.command_gains
+    limits = np.max([part.log.effort_limits for part in logs], axis=0)
     longest = max(len(piece.rows) for piece in chosen)
     period = np.array([piece.period for piece in chosen])
     stride = np.array([piece.stride for piece in chosen])
@@ -132,7 +136,7 @@ def _pieces(logs: Logs, robot: Robot, settings: Settings) -> Pieces | None:
         return np.stack([np.pad(each, (0, longest - len(each)), mode="edge") for each in values], axis=1)
 
     return Pieces(
-        joint=np.array([piece.joint for piece in chosen]),
+        joint=joint,
         known=np.arange(longest)[:, None] < [len(piece.rows) for piece in chosen],
         command=np.stack([command(piece) for piece in chosen], axis=1),
         lead=lead,
@@ -142,6 +146,9 @@ def _pieces(logs: Logs, robot: Robot, settings: Settings) -> Pieces | None:
         inertia=padded(piece.inertia for piece in chosen),
         others=padded(piece.others for piece in chosen),
         period=period,
+        kp=np.maximum(kp, 1e-9)[joint],
+        kd=kd[joint],
+        limit=limits[joint],
     )
 
 
@@ -178,7 +185,7 @@ def _moving(velocity: Array, usable: BoolArray, runs: Iterator[slice], period: f
                     yield slice(start, stop)
 
 
-def _fit(pieces: Pieces, robot: Robot, limits: Array) -> tuple[Array, Array]:
+def _fit(pieces: Pieces, robot: Robot) -> tuple[Array, Array]:
     """Fit the simulation of all joints twice; the second fit whitens residuals by their correlation in the first.
 
     Inexact models and friction laws leave slow residuals, which hide the delay; fast residuals follow the commands. The
@@ -198,13 +205,12 @@ def _fit(pieces: Pieces, robot: Robot, limits: Array) -> tuple[Array, Array]:
     start = np.stack([np.full(size, 0.02), 1e-3 * kp, 0.02 * kp, 0.5 * torque, 0 * torque])
     correlation = np.zeros(size)
     for step in (4 * STEP, STEP):
-        given = (scale, kp, robot.command_gains[1], limits, correlation, step)
-        values, error, correlation = _minimize(pieces, start, *given)
+        values, error, correlation = _minimize(pieces, start, scale, correlation, step)
     return values[0] - 0.5 * STEP, error
 
 
 def _minimize(
-    pieces: Pieces, values: Array, scale: Array, kp: Array, kd: Array, limits: Array, correlation: Array, longest: float
+    pieces: Pieces, values: Array, scale: Array, correlation: Array, longest: float
 ) -> tuple[Array, Array, Array]:
     """Minimize the residuals of all joints at once by Levenberg and Marquardt's method.
 
@@ -220,7 +226,7 @@ def _minimize(
     most_steps = 40  # of the Levenberg-Marquardt method
     for _ in range(most_steps):
         own = pieces.take(np.flatnonzero(active[pieces.joint]))
-        residual, slopes = linearize(own, values, scale, kp, kd, limits, correlation, longest)
+        residual, slopes = linearize(own, values, scale, correlation, longest)
         cost = np.bincount(own.joint, (residual**2).sum(axis=0), size)
         better = active & (cost <= best)
         kept, best = np.where(better, values, kept), np.where(better, cost, best)

@@ -27,6 +27,8 @@ class Pieces:
         Measured position [rad], its derivative [rad/s], inertia M [kg m^2] and torques c [N m], shape (T, B).
     period
         Sampling period [s], shape (B,).
+    kp, kd, limit
+        Gains [N m/rad], [N m s/rad] and largest torque [N m] of the joint's drive, shape (B,).
     """
 
     joint: IntArray
@@ -39,6 +41,9 @@ class Pieces:
     inertia: Array
     others: Array
     period: Array
+    kp: Array
+    kd: Array
+    limit: Array
 
     def take(self, own: IntArray) -> "Pieces":
         """Select some pieces by their numbers."""
@@ -46,9 +51,7 @@ class Pieces:
         return replace(self, **{name: array[..., own] for name, array in arrays.items() if np.ndim(array)})
 
 
-def linearize(
-    pieces: Pieces, values: Array, scale: Array, kp: Array, kd: Array, limits: Array, correlation: Array, step: float
-) -> tuple[Array, Array]:
+def linearize(pieces: Pieces, values: Array, scale: Array, correlation: Array, step: float) -> tuple[Array, Array]:
     """Compute residuals [rad], shape (T, B), and slopes by each parameter over its scale, shape (5, T, B).
 
     Both are whitened, e(t) - rho e(t - 1), with the correlation rho of successive residuals of each joint [1], shape
@@ -61,8 +64,7 @@ def linearize(
     starts = np.stack([pieces.position[0] + 0 * fast, pieces.velocity[0]]) + changes[:, 5:, None] * np.stack(
         [0.03 * fast, fast]
     )
-    gains = kp[pieces.joint], kd[pieces.joint], limits[pieces.joint]
-    motion = simulate(pieces, parameters, starts, *gains, step)
+    motion = simulate(pieces, parameters, starts, step)
     both = np.concatenate([(pieces.position - motion[0])[None], (motion[1:] - motion[0]) / small])
     rho = correlation[pieces.joint]
     first = np.sqrt(1 - rho**2) * both[:, :1]
@@ -73,9 +75,7 @@ def linearize(
     return both[0], both[1:]
 
 
-def simulate(
-    pieces: Pieces, parameters: Array, starts: Array, kp: Array, kd: Array, limits: Array, longest: float = STEP
-) -> Array:
+def simulate(pieces: Pieces, parameters: Array, starts: Array, longest: float = STEP) -> Array:
     """Simulate all pieces with P sets of parameters, shape (P, 5, B), and initial states, shape (P, 2, B).
 
     The implicit Euler method, with steps of at most `longest` [s], is stable for any friction. The positions [rad] have
@@ -83,7 +83,7 @@ def simulate(
     """
     order = np.argsort(-pieces.known.sum(axis=0), kind="stable")  # pieces that end are the last columns
     pieces, parameters, starts = pieces.take(order), parameters[:, :, order], starts[:, :, order]
-    kp, kd, limits = kp[order], kd[order], limits[order]
+    kp, kd, limit = pieces.kp, pieces.kd, pieces.limit
     delay, rotor, viscous, coulomb, offset = parameters.transpose(1, 0, 2)
     position, velocity = starts.transpose(1, 0, 2)
     parts = max(1, int(np.ceil(pieces.period.max() / longest)))
@@ -103,9 +103,9 @@ def simulate(
         position, velocity = position[:, :b], velocity[:, :b]
         for part in range(parts):
             force = command[part, same] - kp[:b] * position
-            free = np.abs(force - kd[:b] * velocity) < limits[:b]  # else the drive is at its limit
+            free = np.abs(force - kd[:b] * velocity) < limit[:b]  # else the drive is at its limit
             drag = viscous[:, :b] + coulomb[:, :b] / np.sqrt(velocity**2 + slow[:b]) + free * braked[:b]
-            force = np.where(free, force, np.copysign(limits[:b], force))
+            force = np.where(free, force, np.copysign(limit[:b], force))
             velocity = (inertia[part] * velocity + force - others[part]) / (inertia[part] + drag)
             position = position + step[:b] * velocity
         found[:, k + 1, :b] = position

@@ -121,9 +121,7 @@ class FrictionTorqueStage:
             settings = settings.model_copy(update={"observer_bandwidth": self._cutoff})
         rough = self._given[0].log.unscaled
         with friction_table(self._table, rough) if self._table else nullcontext(_drop) as write:
-            parts = [
-                log_friction(log, k, len(logs), robot, settings, write, self._progress) for k, log in enumerate(logs)
-            ]
+            parts = [log_friction(logs, k, robot, settings, write, self._progress) for k in range(len(logs))]
         samples = join_logs([each.samples for each in parts])
         return LogsFriction(logs=tuple(parts), samples=samples, settings=settings, notes=notes)
 
@@ -157,21 +155,16 @@ def thinned_samples(
 
 
 def log_friction(
-    prepared: PreparedLog,
-    index: int,
-    count: int,
-    robot: Robot,
-    settings: Settings,
-    write: Callable[[int, Chunk], None],
-    progress: Progress,
+    logs: Logs, index: int, robot: Robot, settings: Settings, write: Callable[[int, Chunk], None], progress: Progress
 ) -> LogFriction:
-    """Compute the friction torque of log `index` of `count`: pass every sample to `write`, keep a thinned selection.
+    """Compute the friction torque of log `index`: pass every sample to `write`, keep a thinned selection.
 
     Raises
     ------
     LogError, SettingsError
         If the log cannot be used.
     """
+    prepared, count = logs[index], len(logs)
     log, phases = prepared.log, prepared.support.phases
     stride = _choose_stride(prepared, count, MOST_KEPT)
     kept, used, moments = [], 0, np.zeros((3, 6))

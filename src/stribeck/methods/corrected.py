@@ -12,6 +12,7 @@ from stribeck.robot.inertial_parameters import SIZE
 from stribeck.whole_log.equations.corrections import CORRECTIONS
 from stribeck.whole_log.equations.corrections.correction import Layout
 from stribeck.whole_log.equations.corrections.model import effects_of_logs
+from stribeck.whole_log.estimate import WholeLogFit
 
 
 def corrected_robot(robot: Robot, layout: Layout, values: Array) -> Robot:
@@ -27,20 +28,13 @@ def corrected_robot(robot: Robot, layout: Layout, values: Array) -> Robot:
     return replace(robot, tree=replace(robot.tree, model=model))
 
 
-def corrected_log(
-    log: RobotLog,
-    number: int | None,
-    robot: Robot,
-    columns: IntArray,
-    layout: Layout,
-    values: Array,
-    delay: float,
-) -> RobotLog:
-    """Correct gains, zeros, offsets and orientation of a log by the estimates.
+def corrected_log(log: RobotLog, number: int | None, robot: Robot, columns: IntArray, whole: WholeLogFit) -> RobotLog:
+    """Correct gains, zeros, offsets and orientation of a log, and the delay of its torques, by the estimates.
 
-    Torques are shifted by `delay` [s]. The offset of the log minus the mean over all logs is subtracted. A log that
+    The offset of the log minus the mean over all logs is subtracted. A log that
     was not fitted has no number and keeps its offsets.
     """
+    layout, values, delay = whole.fit.model.layout, whole.corrections, whole.delay
     if abs(delay) > 0.1 * (log.time[1] - log.time[0]):  # otherwise the log is unchanged
         log = replace(log, torque=linear(log.time + delay, log.time, log.torque))
     if layout.log_effects[0] and number is not None:

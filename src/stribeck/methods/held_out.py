@@ -6,10 +6,11 @@ import numpy as np
 
 from stribeck.base.typing import Array
 from stribeck.errors import errors_about
-from stribeck.friction_torque.inverse_dynamics import torque_chunks
+from stribeck.friction_torque.inverse_dynamics import Chunk, torque_chunks
 from stribeck.friction_torque.preparation import PreparedLog
 from stribeck.friction_torque.thinning import MOST_KEPT
 from stribeck.judgement.torque_error import COMMON, torque_errors
+from stribeck.log import RobotLog
 from stribeck.methods.contract import Fitted
 from stribeck.result import HeldOutError, HeldOutLog, JointResult, Result
 from stribeck.result.provenance import sha256
@@ -41,18 +42,12 @@ def held_out_log(prepared: PreparedLog, fitted: Fitted, result: Result, robot: R
     with errors_about(given.path):
         for chunk in torque_chunks(replace(prepared, log=log), fitted.robot, settings):
             samples, names = chunk.samples, chunk.samples.joint_names
-            columns = np.array([robot.joint_names.index(name) for name in names])
             assert samples.torque is not None  # the friction torque uses it
             for rows in chunk.runs():
-                place, left = np.ix_(chunk.rows[rows], columns), samples.friction_torque[rows]
-                velocity, torque = samples.velocity[rows], samples.torque[rows]
-                motion = velocity, samples.acceleration[rows], log.position[place]
-                warm = None if log.temperature is None else log.temperature[place]
-                rotor, friction = _explained(
-                    result, names, robot, motion, torque - left, warm, prepared.sampling.period
-                )
-                without = np.where(samples.usable[rows], left - rotor, np.nan)
-                parts.append(tuple(each[::stride] for each in (velocity, torque, without, without - friction)))
+                rotor, friction = _explained(result, robot, log, chunk, rows, prepared.sampling.period)
+                without = np.where(samples.usable[rows], samples.friction_torque[rows] - rotor, np.nan)
+                found = samples.velocity[rows], samples.torque[rows], without, without - friction
+                parts.append(tuple(each[::stride] for each in found))
     errors = {}
     if parts:
         velocity, torque, *of_models = (np.concatenate(part) for part in zip(*parts, strict=True))
@@ -68,16 +63,18 @@ def held_out_log(prepared: PreparedLog, fitted: Fitted, result: Result, robot: R
 
 
 def _explained(
-    result: Result,
-    names: tuple[str, ...],
-    robot: Robot,
-    motion: tuple[Array, Array, Array],
-    load: Array,
-    temperature: Array | None,
-    period: float,
+    result: Result, robot: Robot, log: RobotLog, chunk: Chunk, rows: slice, period: float
 ) -> tuple[Array, Array]:
-    """Compute the torque of fitted rotors and of friction [N m], shape (T, n); NaN for joints without friction."""
-    velocity, acceleration, position = motion
+    """Compute the torque of fitted rotors and of friction in some rows of a chunk [N m], shape (T, n).
+
+    It is NaN for joints without friction.
+    """
+    samples, names = chunk.samples, chunk.samples.joint_names
+    assert samples.torque is not None  # the friction torque uses it
+    velocity, acceleration = samples.velocity[rows], samples.acceleration[rows]
+    load = samples.torque[rows] - samples.friction_torque[rows]
+    place = np.ix_(chunk.rows[rows], np.array([robot.joint_names.index(name) for name in names]))
+    position, temperature = log.position[place], None if log.temperature is None else log.temperature[place]
     rotor, friction = np.zeros(load.shape), np.full(load.shape, np.nan)
     for column, name in enumerate(names):
         joint = result.joints.get(name)

@@ -64,8 +64,7 @@ class WholeLog(WholeLogFit):
 
     def corrected(self, log: RobotLog, number: int | None = None) -> RobotLog:
         """Remove the estimated sensor errors from a log; `number` is its index if it was fitted."""
-        layout, values = self.fit.model.layout, self.corrections
-        return corrected_log(log, number, self.robot, self.columns, layout, values, self.delay)
+        return corrected_log(log, number, self.robot, self.columns, self)
 
     @property
     def fits(self) -> dict[str, JointFit]:
