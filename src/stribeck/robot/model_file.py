@@ -14,7 +14,7 @@ from stribeck.robot.rooting import is_floating
 from stribeck.robot.xml_file import XmlFile, read_xml
 
 
-def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Model, list[str]]:
+def load_model(path: Path, base: Literal["floating", "fixed"], *, loops: bool = False) -> tuple[pin.Model, list[str]]:
     """Read a model file, and collect warnings.
 
     Parameters
@@ -23,6 +23,8 @@ def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Mode
         Path of a URDF or MJCF (MuJoCo) file.
     base
         Whether the root moves freely. If fixed, the root of a floating model stays at its pose in the file.
+    loops
+        Whether a robot file closes the loops of the model. If not, a warning describes how.
 
     Raises
     ------
@@ -33,7 +35,7 @@ def load_model(path: Path, base: Literal["floating", "fixed"]) -> tuple[pin.Mode
     kind = _detect_kind(xml)
     root = pin.JointModelFreeFlyer() if base == "floating" else None
     try:
-        model, notes = _build_from_urdf(xml, root) if kind == "urdf" else _build_from_mjcf(xml, root)
+        model, notes = _build_from_urdf(xml, root) if kind == "urdf" else _build_from_mjcf(xml, root, loops=loops)
         if base == "fixed" and is_floating(model):
             model = _without_joints(model, [1], pin.neutral(model))
     except (ValueError, RuntimeError, IndexError) as error:
@@ -82,7 +84,7 @@ def _build_from_urdf(xml: XmlFile, root: pin.JointModelFreeFlyer | None) -> tupl
     return model, notes + model_check.check_inertias(xml.path.name, model, impossible)
 
 
-def _build_from_mjcf(xml: XmlFile, root: pin.JointModelFreeFlyer | None) -> tuple[pin.Model, list[str]]:
+def _build_from_mjcf(xml: XmlFile, root: pin.JointModelFreeFlyer | None, *, loops: bool) -> tuple[pin.Model, list[str]]:
     """Build the model of an MJCF; a free flyer connects it to the world if it has none.
 
     Pinocchio's reader with a root refuses files with keyframes, and its `appendModel` loses armature.
@@ -101,7 +103,8 @@ def _build_from_mjcf(xml: XmlFile, root: pin.JointModelFreeFlyer | None) -> tupl
         frame = model.addJointFrame(model.addJoint(0, root, pin.SE3.Identity(), "root_joint"))
         model = pin.appendModel(model, fixed, frame, pin.SE3.Identity())
         model.armature = np.concatenate([np.zeros(root.nv), fixed.armature])
-    return model, notes + add_loop_frames(xml.path, compiled, model)
+    of_loops = add_loop_frames(xml.path, compiled, model)
+    return model, notes if loops else notes + of_loops
 
 
 def kind_of(path: Path) -> Literal["urdf", "mjcf"]:

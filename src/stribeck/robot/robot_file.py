@@ -149,9 +149,7 @@ def _build_tree(
         file_of_model = path if loaded else model_path(table.model, path.parent)
     except RobotFileError as error:
         raise RobotFileError(f"{path}: [robot] model = {error}") from error
-    model, warnings = loaded or load_model(file_of_model, table.base)
-    if table.loops:
-        warnings = [warning for warning in warnings if "equality constraint(s) are ignored" not in warning]
+    model, warnings = loaded or load_model(file_of_model, table.base, loops=bool(table.loops))
     model = _with_roles(model, table, f"{path}: [robot]")
     contacts = _build_contacts(file, model, path)
     model.gravity.linear = np.array(table.gravity)
