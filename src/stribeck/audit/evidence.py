@@ -111,12 +111,7 @@ def gather(prepared: PreparedLog, robot: Robot, settings: Settings, most: int = 
         If the log lacks a channel that the settings require, or the settings do not suit it.
     """
     period, log = prepared.sampling.period, prepared.log
-    plain = {"averaged_law": False, "filter_torque": False, "standing_legs": True}
-    differentiated = settings.filter.kind == "auto" or (settings.filter.kind == "log" and settings.observer_bandwidth)
-    settings = settings.model_copy(update=plain | {"observer_bandwidth": None})
-    if differentiated:  # an observer's log may have only velocities; the filter covers 50 ms
-        window = 2 * max(3, round(0.05 / period / 2)) + 1
-        settings = settings.model_copy(update={"filter": FilterSettings(kind="savitzky-golay", window=window)})
+    settings, differentiated = _plain(settings, period)
     size = max(1, round(0.04 / period))
     stride = max(step for step in range(1, max(1, size // 8) + 1) if size % step == 0) if differentiated else 1
     known, points = robot.torque_controlled, size // stride
@@ -151,6 +146,18 @@ def gather(prepared: PreparedLog, robot: Robot, settings: Settings, most: int = 
         support_names=names,
         **{name: np.concatenate([part[name] for part in parts]) for name in parts[0]},
     )
+
+
+def _plain(settings: Settings, period: float) -> tuple[Settings, bool]:
+    """Choose settings that filter only motion, and return whether they differentiate positions over 50 ms."""
+    kind = settings.filter.kind
+    differentiated = kind == "auto" or (kind == "log" and settings.observer_bandwidth is not None)
+    plain = {"averaged_law": False, "filter_torque": False, "standing_legs": True, "observer_bandwidth": None}
+    settings = settings.model_copy(update=plain)
+    if differentiated:  # an observer's log may have only velocities
+        window = 2 * max(3, round(0.05 / period / 2)) + 1
+        settings = settings.model_copy(update={"filter": FilterSettings(kind="savitzky-golay", window=window)})
+    return settings, differentiated
 
 
 def _means(values: Array, count: int, size: int) -> Array:

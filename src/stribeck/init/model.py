@@ -84,6 +84,14 @@ def read_model(path: Path) -> ModelFacts:
     )
 
 
+def _balls(root: Element, free: bool) -> set[str]:
+    """Name the links that are balls, and in a model with a free joint the sites within balls at the ends of legs."""
+    links = {link.get("name", "") for link in root.iter("link") if _is_ball(link)}
+    ends = [body for body in root.iter("body") if body.find("body") is None] if free else []
+    sites = [site.get("name", "") for body in ends for site in body.findall("site")]
+    return links | {name for name in sites if _radius(root, name, "point")}
+
+
 def _is_ball(link: Element) -> bool:
     """Return whether a URDF link has a single collision sphere; four spheres are the corners of a sole."""
     return [shape.tag for geometry in link.findall("collision/geometry") for shape in geometry] == ["sphere"]
@@ -117,10 +125,7 @@ def _find_feet(
 
     In a model with a free joint, a site within a ball at the end of a leg is a foot by any name.
     """
-    balls = {link.get("name", "") for link in root.iter("link") if _is_ball(link)}
-    ends = [body for body in root.iter("body") if body.find("body") is None] if free else []
-    sites = [site.get("name", "") for body in ends for site in body.findall("site")]
-    balls |= {name for name in sites if _radius(root, name, "point")}
+    balls = _balls(root, free)
     beside = {"imu", "sensor", "ft", "force", "rotor", "cover", "fixed", "lower", "mount", "camera"}
     data = model.createData()
     pin.framesForwardKinematics(model, data, pin.neutral(model))

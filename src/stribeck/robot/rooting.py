@@ -166,6 +166,12 @@ def root_at(model: pin.Model, frame_name: str | None = None) -> RootedModel:
         pending += _list_edges(model, child, base)
 
     _move_bodies(model, rooted, placed, base)
+    _move_limits(model, rooted, columns, base)
+    return RootedModel(rooted, np.array(columns, dtype=np.int64), floating, tuple(axes), placed)
+
+
+def _move_limits(model: pin.Model, rooted: pin.Model, columns: list[int], base: int) -> None:
+    """Sort armature, limits of torque and speed, and ranges of the old joints in the order of the new ones."""
     root = rooted.nv - len(columns)
     of_joints = {name: np.asarray(getattr(model, name))[root:] for name in ("armature", "effortLimit", "velocityLimit")}
     ranges = [position_range(model, base + 1 + column) for column in range(len(columns))]
@@ -174,7 +180,6 @@ def root_at(model: pin.Model, frame_name: str | None = None) -> RootedModel:
         values = np.array(getattr(rooted, name))
         values[len(values) - len(columns) :] = own[columns]
         setattr(rooted, name, values)
-    return RootedModel(rooted, np.array(columns, dtype=np.int64), floating, tuple(axes), placed)
 
 
 def _move_bodies(model: pin.Model, rooted: pin.Model, placed: dict[int, tuple[int, pin.SE3]], base: int) -> None:

@@ -124,7 +124,7 @@ DAMAGED = [
     (
         "npz with other joints",
         partial(arrays, with_value("joint_names", lambda _: np.array(["hip", "kne", "wheel"]))),
-        ["no position of joint 'knee'", "'kne'", 'joint_names = {kne = "knee"} in [log]', "[robot] locked"],
+        ["no position of joint 'knee'", "'kne'", 'joint_names = { kne = "knee" } in [log]', "[robot] locked"],
     ),
     ("npz of contact forces", partial(arrays, with_value("contact", lambda a: a * 312.5)), ["312.5", "flags"]),
     ("csv with text", partial(csv_line, 20, text_in_first_number), ["cannot be read as CSV", "Row #21", "oops"]),

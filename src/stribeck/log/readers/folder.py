@@ -70,13 +70,7 @@ def open_folder(path: Path, table: LogTable) -> Recording:
             for channel in stream.values:
                 parts.setdefault(channel, []).extend((stream, own, k) for k, own in enumerate(file.labels[channel]))
     for channel in parts:
-        holders = {file.name: file.labels[channel] for file in files if channel in file.labels}
-        nameless = [name for name, labels in holders.items() if all(label.isdecimal() for label in labels)]
-        if nameless and len(holders) > 1:
-            raise LogError(
-                f"{path}: '{channel}' is in {listed(list(holders))}, but the columns of '{nameless[0]}' have no names; "
-                "expected joint names, or one file per channel"
-            )
+        _require_names(channel, files, path)
     kept, slow = fast_enough(streams)
     columns = {name: [part for part in offered if part[0] in kept] for name, offered in parts.items()}
     columns = {channel: offered for channel, offered in columns.items() if offered}
@@ -90,6 +84,17 @@ def open_folder(path: Path, table: LogTable) -> Recording:
         others=(*dict.fromkeys(name for file in files for name in file.others), *idle),
         time_unit="ns",
     )
+
+
+def _require_names(channel: str, files: Sequence[_File], path: Path) -> None:
+    """Refuse a channel in several files, one of which does not name its columns."""
+    holders = {file.name: file.labels[channel] for file in files if channel in file.labels}
+    nameless = [name for name, labels in holders.items() if all(label.isdecimal() for label in labels)]
+    if nameless and len(holders) > 1:
+        raise LogError(
+            f"{path}: '{channel}' is in {listed(list(holders))}, but the columns of '{nameless[0]}' have no names; "
+            "expected joint names, or one file per channel"
+        )
 
 
 def _make_streams(file: _File, clock: _File | None, files: Sequence[_File], path: Path) -> Iterator[Stream]:

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import difflib
-import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import tomlkit
-
+from stribeck.base.toml import in_toml
 from stribeck.errors import LogError
 from stribeck.log.readers.channels import COMMAND, FOOT_CHANNELS, JOINT_CHANNELS, VECTOR_CHANNELS, WRENCH
 from stribeck.log.readers.feet import foot_columns, places_of, widened
@@ -81,26 +79,10 @@ def select(source: Recording, table: LogTable, robot: Robot | None) -> Selection
         raise _missing(source, "desired_position", problem)
     if "torque" not in columns and not commanded:
         columns |= _no_torque(source, joints, robot)
-    for name in VECTOR_CHANNELS:
-        if name in labels:
-            own, axes = labels[name], VECTOR_CHANNELS[name]
-            if sorted(own) != sorted(axes):
-                raise LogError(f"{source.path}: '{name}' has columns {listed(own)}; expected {listed(axes)}")
-            columns[name] = [own.index(axis) for axis in axes]
+    columns |= _vector_columns(source, labels)
     feet, of_feet = foot_columns(labels, source, table, robot, notes)
-    notes += [
-        f"'{name}' is ignored: "
-        + ("the robot has no contacts." if name in FOOT_CHANNELS else "torques are computed from the command.")
-        for name in source.channels
-        if name not in labels and name not in COMMAND
-    ]
-    if idle := [name for name in COMMAND if robot and name in source.channels and not commanded]:
-        notes.append(
-            f"{listed(idle)} is ignored: the log's torques are used. Set [robot] kp to compute them from the command."
-        )
-    if robot and by_command and not commanded and robot.command_delay is not None:
-        notes.append("command_delay is ignored: the log's torques are used. Set delay in [log.torque] to shift them.")
-    notes += _ignored(source, at, joints)
+    notes += _ignored_channels(source, labels, robot, commanded)
+    notes += _ignored_joints(source, at, joints)
     return Selection(joints, feet, columns | of_feet, labels, tuple(notes))
 
 
@@ -165,6 +147,18 @@ def _without_numbers(
     return None
 
 
+def _vector_columns(source: Recording, labels: dict[str, tuple[str, ...]]) -> dict[str, list[int]]:
+    """Find the column of each axis of the vectors."""
+    columns = {}
+    for name, axes in VECTOR_CHANNELS.items():
+        if name in labels:
+            own = labels[name]
+            if sorted(own) != sorted(axes):
+                raise LogError(f"{source.path}: '{name}' has columns {listed(own)}; expected {listed(axes)}")
+            columns[name] = [own.index(axis) for axis in axes]
+    return columns
+
+
 def _joint_columns(
     channel: str,
     places: dict[str, int],
@@ -202,12 +196,14 @@ def _missing_joint(
     known = robot.joint_names if robot else missing
     strangers = [name for name in places if name not in known]
     if channel == "position":
-        cure = f"lock joints that the log omits, as [robot] locked = {_toml({missing[0]: 0.0})}"
+        cure = f"lock joints that the log omits, as [robot] locked = {in_toml({missing[0]: 0.0})}"
     else:
-        cure = f"list joints without {channel} in [robot] position_controlled = {_toml(missing[:1])}"
+        cure = f"list joints without {channel} in [robot] position_controlled = {in_toml(missing[:1])}"
     if strangers and robot:
         named = dict(robot.log_table.joint_names) | _paired(strangers, missing)
-        cure = f"in {where}, set joint_names = {_toml(named)} in [log] and check the pairs, or {cure}"
+        cure = (
+            f"in {where}, set joint_names = {in_toml(named, most=len(named))} in [log] and check the pairs, or {cure}"
+        )
     names = f"the log has {listed(strangers or list(places))}"
     return f"{source.path}: no {channel} of joint {listed(missing)} in the log; {names}; {cure}"
 
@@ -221,16 +217,6 @@ def _paired(names: Sequence[str], joints: Sequence[str]) -> dict[str, str]:
         left = [name for name in names if name not in pairs]
         pairs[difflib.get_close_matches(joint, left, n=1, cutoff=0.0)[0]] = joint
     return pairs
-
-
-def _toml(value: Mapping[str, object] | Sequence[str]) -> str:
-    """Format a value on one line, for a robot file."""
-    if not isinstance(value, Mapping):
-        return json.dumps(value, ensure_ascii=False)
-    table = tomlkit.inline_table()
-    for key, own in value.items():
-        table.add(key, own)
-    return table.as_string()
 
 
 def _no_torque(source: Recording, joints: Sequence[str], robot: Robot | None) -> dict[str, list[int]]:
@@ -251,9 +237,28 @@ def _missing(source: Recording, channel: str, problem: str, remedy: str = "") ->
     )
 
 
-def _ignored(source: Recording, at: dict[str, dict[str, int]], joints: Sequence[str]) -> list[str]:
+def _ignored_joints(source: Recording, at: dict[str, dict[str, int]], joints: Sequence[str]) -> list[str]:
     strangers = list(dict.fromkeys(joint for places in at.values() for joint in places if joint not in joints))
     notes = [f"Joints {listed(strangers)} of the log are not joints of the robot and are ignored."] if strangers else []
     if source.others:
         notes.append(f"Ignored, because stribeck does not use it: {listed(source.others)}.")
+    return notes
+
+
+def _ignored_channels(
+    source: Recording, labels: dict[str, tuple[str, ...]], robot: Robot | None, commanded: bool
+) -> list[str]:
+    """Describe the channels and settings that are not used; `commanded` is whether commands give the torques."""
+    notes = [
+        f"'{name}' is ignored: "
+        + ("the robot has no contacts." if name in FOOT_CHANNELS else "torques are computed from the command.")
+        for name in source.channels
+        if name not in labels and name not in COMMAND
+    ]
+    if idle := [name for name in COMMAND if robot and name in source.channels and not commanded]:
+        notes.append(
+            f"{listed(idle)} is ignored: the log's torques are used. Set [robot] kp to compute them from the command."
+        )
+    if robot and robot.command_gains is not None and not commanded and robot.command_delay is not None:
+        notes.append("command_delay is ignored: the log's torques are used. Set delay in [log.torque] to shift them.")
     return notes
