@@ -11,7 +11,7 @@ import pinocchio as pin
 from stribeck.base.typing import Array
 from stribeck.friction import Stribeck
 from stribeck.log import RobotLog
-from stribeck.robot import Robot, from_robot_file
+from stribeck.robot import Robot, robot_fields
 from stribeck.settings import RobotFile
 from stribeck_simulation.prescribed.exact import Truth, exact_log
 
@@ -72,7 +72,7 @@ def example_robot(name: str) -> Robot:
 def make_robot(model: str | Path, table: dict[str, Any], contacts: dict[str, dict[str, str]]) -> Robot:
     """Build the robot of a robot file with these tables; `model` is relative to `EXAMPLES`."""
     document = {"robot": {"model": str(model), **table}, "contacts": contacts}
-    return from_robot_file(RobotFile.model_validate(document), EXAMPLES / "robot.toml")
+    return Robot(**robot_fields(RobotFile.model_validate(document), EXAMPLES / "robot.toml"))
 
 
 @cache

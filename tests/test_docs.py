@@ -32,7 +32,7 @@ from stribeck.friction.terms import BEYOND_VELOCITY, LADDER
 from stribeck.log.readers.mapping import UNITS, check_table
 from stribeck.methods import METHODS
 from stribeck.result.estimates import Verdict, verdict_place
-from stribeck.robot import from_robot_file
+from stribeck.robot import robot_fields
 from stribeck.whole_log.fit_checks.misfits import KINDS
 from stribeck_simulation.run import run_scenario
 from stribeck_simulation.scenario import Scenario
@@ -133,7 +133,7 @@ def test_robot_files_are_valid(block: Block) -> None:
     models = {Path(path).name: path for path, *_ in MODELS.values()}
     if file.robot.model in models:
         model = file.robot.model_copy(update={"model": models[file.robot.model]})
-        robot = from_robot_file(file.model_copy(update={"robot": model}), EXAMPLES / "robot.toml")
+        robot = Robot(**robot_fields(file.model_copy(update={"robot": model}), EXAMPLES / "robot.toml"))
         assert set(file.robot.locked).isdisjoint(robot.joint_names)
 
 

@@ -12,7 +12,7 @@ from tomlkit.items import Table
 
 from stribeck.init.model import ModelFacts
 from stribeck.init.names import match
-from stribeck.robot import Robot, from_robot_file
+from stribeck.robot import Robot, robot_fields
 from stribeck.robot.robot_file import validated
 
 
@@ -86,7 +86,7 @@ class Draft:
 
     def robot(self) -> Robot:
         """Build the robot that the file describes."""
-        return from_robot_file(validated(tomllib.loads(self.text), self.output), self.output)
+        return Robot(**robot_fields(validated(tomllib.loads(self.text), self.output), self.output))
 
 
 def _build_table(values: Mapping[str, Any], place: str, notes: Mapping[str, list[str]]) -> Table:

@@ -2,6 +2,6 @@
 
 from stribeck.robot.packages import model_path as model_path
 from stribeck.robot.robot import Robot as Robot
-from stribeck.robot.robot import from_robot_file as from_robot_file
 from stribeck.robot.robot_file import Contact as Contact
 from stribeck.robot.robot_file import read_robot_file as read_robot_file
+from stribeck.robot.robot_file import robot_fields as robot_fields

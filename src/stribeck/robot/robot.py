@@ -16,11 +16,10 @@ from stribeck.base.text_table import TextTable, number, span
 from stribeck.base.typing import Array, BoolArray, IntArray, TorqueSource
 from stribeck.errors import RobotFileError
 from stribeck.robot.kinematics import frame_pose
-from stribeck.robot.model_file import take_model
-from stribeck.robot.packages import model_path
-from stribeck.robot.robot_file import Contact, open_questions, read_robot_file, robot_fields, validated
-from stribeck.robot.rooting import BASE_FRAME, RootedModel, is_floating, root_at
-from stribeck.settings import LogTable, LoopTable, MotorTable, PayloadTable, RobotFile, Settings
+from stribeck.robot.limbs import columns_of_limbs, columns_to
+from stribeck.robot.robot_file import Contact, model_fields, open_questions, read_robot_file, robot_fields
+from stribeck.robot.rooting import BASE_FRAME, RootedModel, root_at
+from stribeck.settings import LogTable, LoopTable, MotorTable, PayloadTable, Settings
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -143,7 +142,7 @@ class Robot:
         >>> Robot.from_file("robot.toml").mass
         6.0
         """
-        robot = from_robot_file(read_robot_file(Path(path)), Path(path))
+        robot = Robot(**robot_fields(read_robot_file(Path(path)), Path(path)))
         return replace(robot, warnings=(*robot.warnings, *open_questions(Path(path))))
 
     @classmethod
@@ -192,27 +191,7 @@ class Robot:
         >>> Robot.from_model(pinocchio.buildModelFromUrdf("arm.urdf"))
         Robot('arm', fixed base, 3 joints, 6 kg)
         """
-        loaded = None
-        if isinstance(model, pin.Model):
-            path, loaded = Path(str(model.name)), take_model(model, base)
-            base = "floating" if is_floating(loaded[0]) else "fixed"
-        else:
-            path = model_path(str(model), Path())
-            if base is None and not contacts:
-                raise RobotFileError(
-                    f'{path}: a model does not state whether its base moves; pass base="fixed" for an arm on a table, '
-                    'or base="floating" for a robot that walks'
-                )
-        named = (contacts or {}).items()
-        feet = {name: {"frame": foot} if isinstance(foot, str) else dict(foot) for name, foot in named}
-        table = {
-            "model": path.name,
-            "base": base or "floating",
-            "torque_source": torque_source,
-            "position_controlled": list(position_controlled),
-            "gravity": list(gravity),
-        }
-        return Robot(**robot_fields(validated({"robot": table, "contacts": feet}, path), path, loaded))
+        return Robot(**model_fields(model, base, contacts or {}, torque_source, position_controlled, gravity))
 
     from_urdf = from_model
 
@@ -239,32 +218,26 @@ class Robot:
     @cached_property
     def armature(self) -> Array:
         """Reflected rotor inertia in the dynamics [kg m^2], shape (n,)."""
-        return self._in_order("armature")
+        return self.tree.in_order("armature")
 
     @cached_property
     def position_limits(self) -> tuple[Array, Array]:
         """Lowest and highest position of each joint [rad] or [m], shape (n,) each; infinite where unlimited."""
-        low, high = self._in_order("lowerPositionLimit"), self._in_order("upperPositionLimit")
+        low, high = self.tree.in_order("lowerPositionLimit"), self.tree.in_order("upperPositionLimit")
         endless = (low < -4 * np.pi) | (high > 4 * np.pi) | (high <= low)  # [rad] or [m]; wider counts as unlimited
         return np.where(endless, -np.inf, low), np.where(endless, np.inf, high)
 
     @cached_property
     def effort_limits(self) -> Array:
         """Largest torque of each joint in the model [N m] or [N], shape (n,); infinite if not given."""
-        found = self._in_order("effortLimit")
+        found = self.tree.in_order("effortLimit")
         return np.where(found > 0, found, np.inf)
 
     @cached_property
     def speed_limits(self) -> Array:
         """Largest speed of each joint in the model [rad/s] or [m/s], shape (n,); infinite if not given."""
-        found = self._in_order("velocityLimit")
+        found = self.tree.in_order("velocityLimit")
         return np.where((found > 0) & (found < np.finfo(float).max), found, np.inf)
-
-    def _in_order(self, attribute: str) -> Array:
-        """Sort an attribute of the tree's joints in the order of `joint_names`, shape (n,)."""
-        found = np.empty(len(self.joint_names))
-        found[self.tree.columns] = getattr(self.tree.model, attribute)[-len(found) :]
-        return found
 
     @cached_property
     def prismatic(self) -> tuple[bool, ...]:
@@ -307,11 +280,8 @@ class Robot:
 
         Names that are not contacts, such as "hung", count as no foot.
         """
-        found = set[int]().union(*(self._path(self.contacts[foot].frame) for foot in feet if foot in self.contacts))
-        for group in self._loop_groups():  # a ground force on a loop acts on all of its joints
-            if found & group:
-                found |= group
-        return np.isin(np.arange(len(self.joint_names)), list(found))
+        frames = [self.contacts[foot].frame for foot in feet if foot in self.contacts]
+        return np.isin(np.arange(len(self.joint_names)), list(columns_of_limbs(self.tree, frames, self.loops)))
 
     def carried(self, feet: tuple[str, ...]) -> bool:
         """Return whether the base moves in a way that the joints do not show: if it hangs, and on some wheels.
@@ -321,37 +291,10 @@ class Robot:
         shown = {
             name
             for name, contact in self.contacts.items()
-            if contact.kind != "wheel" or (contact.radius and len(self._path(contact.frame)) > 2)
+            if contact.kind != "wheel" or (contact.radius and len(columns_to(self.tree, contact.frame)) > 2)
         }
         return self.base == "floating" and not shown.issuperset(feet)
 
-    def _path(self, frame: str) -> set[int]:
-        """Find the columns of the joints between the base and a frame."""
-        joint = int(self.tree.model.frames[self.tree.model.getFrameId(frame)].parentJoint)
-        return {self.tree.column(above) for above in self.tree.path_to_root(joint)}
-
-    def _loop_groups(self) -> list[set[int]]:
-        """Group the columns of joints that loops connect."""
-        groups: list[set[int]] = []
-        for loop in self.loops:
-            first, second = map(self._path, loop.frames)
-            joined = first ^ second
-            apart = [group for group in groups if not group & joined]
-            groups = [*apart, joined.union(*(group for group in groups if group & joined))]
-        return groups
-
     def foot_pose(self, contact: str, position: Array) -> tuple[Array, Array]:
         """Compute rotation (T, 3, 3) and translation (T, 3) [m] of a contact's frame in the base frame."""
-        frame = self.tree.model.getFrameId(self.contacts[contact].frame)
-        return frame_pose(self.tree, frame, position)
-
-
-def from_robot_file(file: RobotFile, path: Path) -> Robot:
-    """Build the robot of a validated robot file; the model's path is relative to `path`.
-
-    Raises
-    ------
-    RobotFileError
-        If the model cannot be read, or lacks joints or frames that the file names.
-    """
-    return Robot(**robot_fields(file, path))
+        return frame_pose(self.tree, self.tree.model.getFrameId(self.contacts[contact].frame), position)

@@ -1,6 +1,6 @@
 """Read a robot file (TOML) and check the joints and frames that it names against its model."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -12,11 +12,11 @@ from pydantic import ValidationError
 from stribeck.base.checked_table import describe
 from stribeck.base.files import read_text
 from stribeck.base.toml import parse_toml
-from stribeck.base.typing import Array
+from stribeck.base.typing import Array, TorqueSource
 from stribeck.errors import RobotFileError, did_you_mean
-from stribeck.robot.model_file import joint_names, load_model, lock_joints
+from stribeck.robot.model_file import joint_names, load_model, lock_joints, take_model
 from stribeck.robot.packages import model_path
-from stribeck.robot.rooting import BASE_FRAME, RootedModel, is_on_axis, joint_axis, root_at
+from stribeck.robot.rooting import BASE_FRAME, RootedModel, is_floating, is_on_axis, joint_axis, root_at
 from stribeck.settings import ContactTable, RobotFile, RobotTable
 
 ARMATURE_ADVICE = {
@@ -138,6 +138,37 @@ def robot_fields(file: RobotFile, path: Path, loaded: tuple[pin.Model, list[str]
         "path": "" if loaded else str(path),
         "model_path": "" if loaded else str(file_of_model),
     }
+
+
+def model_fields(
+    model: str | Path | pin.Model,
+    base: Literal["floating", "fixed"] | None,
+    contacts: Mapping[str, str | Mapping[str, str]],
+    torque_source: TorqueSource,
+    position_controlled: Sequence[str],
+    gravity: Sequence[float],
+) -> dict[str, Any]:
+    """Build the fields of `Robot` from a model without a robot file: `Robot.from_model`."""
+    loaded = None
+    if isinstance(model, pin.Model):
+        path, loaded = Path(str(model.name)), take_model(model, base)
+        base = "floating" if is_floating(loaded[0]) else "fixed"
+    else:
+        path = model_path(str(model), Path())
+        if base is None and not contacts:
+            raise RobotFileError(
+                f'{path}: a model does not state whether its base moves; pass base="fixed" for an arm on a table, '
+                'or base="floating" for a robot that walks'
+            )
+    feet = {name: {"frame": foot} if isinstance(foot, str) else dict(foot) for name, foot in contacts.items()}
+    table = {
+        "model": path.name,
+        "base": base or "floating",
+        "torque_source": torque_source,
+        "position_controlled": list(position_controlled),
+        "gravity": list(gravity),
+    }
+    return robot_fields(validated({"robot": table, "contacts": feet}, path), path, loaded)
 
 
 def _build_tree(

@@ -68,6 +68,12 @@ class RootedModel:
             joint = int(self.model.parents[joint])
         return path
 
+    def in_order(self, attribute: str) -> Array:
+        """Sort an attribute of the model's joints in robot order, shape (n,)."""
+        found = np.empty(len(self.columns))
+        found[self.columns] = getattr(self.model, attribute)[-len(found) :]
+        return found
+
     def axis(self, joint: int) -> Axis:
         """Return the axis of a joint of the model."""
         return self.axes[joint - 1 - self.floating]
