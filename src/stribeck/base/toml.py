@@ -6,10 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 
-def in_toml(value: Any, most: int = MOST) -> str:
+def in_toml(value: Any, most: int = 16) -> str:
     """Format a value; tables of more than `most` entries are shortened, and numbers have six digits."""
     if isinstance(value, Mapping):
-        most = 16  # entries of a table that a message shows
         shown = [f"{_key(key)} = {in_toml(own)}" for key, own in value.items()]
         return f"{{ {', '.join(shown[:most])}{', ...' if len(shown) > most else ''} }}"
     if isinstance(value, list | tuple):
