@@ -7,6 +7,7 @@ import numpy as np
 
 from stribeck.base.typing import Array
 from stribeck.friction import Parameter, get_law
+from stribeck.friction.terms import LADDER
 from stribeck.settings import Priors
 from stribeck.whole_log.equations.corrections import lay_out
 from stribeck.whole_log.equations.corrections.correction import Layout
@@ -119,7 +120,8 @@ def make_terms(slope: float = 1e9) -> Terms:
         top_speed=one,
         unexplained=0.1 * one,
         delay=1e-3,
-        settings={"ripple_per_turn": 60 * one, "presliding_travel": 0.005 * one},
+        settings={name: np.nan * one for term in LADDER for name in term.settings}
+        | {"ripple_per_turn": 60 * one, "presliding_travel": 0.005 * one},
     )
 
 
