@@ -157,7 +157,7 @@ def _judged(first: Run, last: Run) -> Row:
         "worse": sorted(joint for joint in both if last.error[joint] > first.error[joint] + WORSE),
         "found": list(first.findings),
         "left": list(last.findings),
-        "refused": last.refused,
+        "refused": re.sub(r"(^|\s)/\S*/", r"\1", last.refused),  # without folders
     }
 
 

@@ -37,9 +37,9 @@ TITLE = "|joint|Coulomb [N m]|viscous [N m s/rad]|middle [N m, at rad/s]|verdict
 
 def shortened(result: Result) -> str:
     """Format a result as JSON, one line per joint, without details that most users do not need."""
-    names = [Path(path).name for path in result.log.paths]
-    log = replace(result.log, path=names if len(names) > 1 else names[0])
-    text = replace(result, log=log, corrections=None, findings=[]).to_json()
+    text = replace(result, corrections=None).to_json()
+    for path in result.log.paths:
+        text = text.replace(path, Path(path).name)
     plain = json.loads(text, parse_float=lambda number: float(f"{float(number):.6g}"))
     kinds = [plain.pop(kind) for kind in ("joints", "couplings") if kind in plain]
     parts = [f'"{key}": {json.dumps(value)}' for key, value in plain.items()]
