@@ -12,9 +12,10 @@ from stribeck.audit.hypotheses import Hypothesis, compete, rivals
 from stribeck.audit.motion import angle_between, gravity_torques, tilted
 from stribeck.audit.regression import GainFit, fit
 from stribeck.audit.units import FAR, MOST, UNITS, concerns_most, possible_causes, scale_setting, unit_of
-from stribeck.base.finding import Finding, Setting, payload_table
+from stribeck.base.finding import Finding, Setting
 from stribeck.base.spans import Span
 from stribeck.base.typing import Array
+from stribeck.friction_torque.payload import payload_entry
 from stribeck.robot.kinematics import link_of
 
 BINS_FOR_GAIN = 75
@@ -149,7 +150,7 @@ def _body_finding(evidence: AuditData, cause: Hypothesis) -> Finding:
     link = link_of(robot.tree, joint)
     com = link.placement.actInv(np.array(moment) / mass).tolist()
     whole = Span(0.0, ceil(float(np.ptp(evidence.prepared.log.time))))
-    setting = Setting("robot", "payload", [payload_table(str(link.name), mass, com, [whole])])
+    setting = Setting("robot", "payload", [payload_entry(str(link.name), mass, com, [whole])])
     return Finding.of("payload.audit", evidence=_body_words(evidence, cause), settings=[setting])
 
 

@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
-from math import ceil, floor
 from pathlib import PurePath
 from typing import Any, Self
 
@@ -18,7 +17,7 @@ FRICTION = "friction-"
 
 @dataclass(frozen=True)
 class Setting:
-    """Setting of a robot file: its table, e.g. "log.torque", its key and its value; None if only the user knows it."""
+    """Setting of a robot file: table, e.g. "log.torque", key, and value; None if only the user knows the value."""
 
     table: str
     key: str
@@ -27,14 +26,6 @@ class Setting:
     def __str__(self) -> str:
         value = "" if self.value is None else f" = {in_toml(self.value)}"
         return f"{self.key}{value} in [{self.table}]"
-
-
-def payload_table(link: str, mass: float, com: Sequence[float], spans: Sequence[Span]) -> dict[str, Any]:
-    """Make an entry of `[[robot.payload]]` from mass [kg], center of mass [m] and spans, which are rounded outward."""
-    outward = [
-        (*((span.log,) if span.log else ()), floor(10 * span.start) / 10, ceil(10 * span.end) / 10) for span in spans
-    ]
-    return {"link": link, "mass": rounded(mass, 4), "com": [round(x, 4) + 0.0 for x in com], "spans": outward}
 
 
 def rounded(value: float, digits: int) -> float:
@@ -103,7 +94,7 @@ class Finding:
         settings
             Settings that fix the problem; `{settings}` in the template lists them.
         exclude
-            Spans to exclude, of which the longest are kept.
+            Spans to exclude; only the longest are kept.
         values
             Values for the fields of the template.
         """
@@ -169,7 +160,7 @@ def catalogue() -> dict[str, dict[str, dict[str, Any]]]:
 
 
 def message(entry: Mapping[str, Any], values: Mapping[str, object]) -> tuple[str, str]:
-    """Fill values into the text and the remedy of an entry of the catalogue; those of an example may exclude spans."""
+    """Fill values into the text and remedy of an entry; an example also has the options that exclude spans."""
     remedy = entry.get("remedy", "").format_map(values) + (f": {values['exclude']}" if "exclude" in values else "")
     return entry["text"].format_map(values), remedy
 

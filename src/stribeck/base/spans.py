@@ -50,6 +50,10 @@ def longest(spans: Sequence[Span], most: int = 20) -> list[Span]:
     return sorted(spans, key=lambda span: span.start - span.end)[:most]
 
 
+def outward(span: Span) -> tuple[float, float]:
+    """Round start and end outward to tenths of a second."""
+    return max(0, floor(10 * span.start)) / 10, ceil(10 * span.end) / 10
+
+
 def _ends(span: Span) -> list[str]:
-    """Format start and end, rounded outward to tenths of a second."""
-    return [f"{max(0, floor(10 * span.start)) / 10:g}", f"{ceil(10 * span.end) / 10:g}"]
+    return [f"{end:g}" for end in outward(span)]

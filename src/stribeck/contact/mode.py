@@ -35,7 +35,7 @@ class ContactMode:
     rested
         Foot that has stood longest, and is therefore at rest; empty if unknown.
     rocks
-        Whether the base is taken to be carried in an unknown way although it stands.
+        Whether the base counts as carried in an unknown way although feet stand.
     gyroscope
         Whether a gyroscope measures how a carried base turns.
     """
@@ -56,7 +56,7 @@ class ContactMode:
 
     @cached_property
     def hung(self) -> bool:
-        """Whether the base is carried in an unknown way, or taken as if it was."""
+        """Whether the base is carried in an unknown way, or counts as carried."""
         return self.rocks or self.robot.carried(self.feet)
 
     @property

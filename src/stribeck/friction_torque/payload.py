@@ -1,12 +1,15 @@
-"""Joint torques of payloads that a fixed-base robot carries in spans of its logs."""
+"""Payloads that a fixed-base robot carries in spans of its logs: their joint torques, and entries of a robot file."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 from scipy.signal import savgol_filter
 
-from stribeck.base.spans import Span, spans_of_log
+from stribeck.base.finding import rounded
+from stribeck.base.spans import Span, outward, spans_of_log
 from stribeck.dynamics.rooted import rooted_inverse_dynamics
 from stribeck.log import RobotLog
 from stribeck.log.sampling import Sampling
@@ -16,6 +19,12 @@ from stribeck.settings import PayloadTable
 
 MARGIN = 0.25
 """Time that is excluded before and after a disturbance or a change of a payload [s]; spans are known to about 0.1 s."""
+
+
+def payload_entry(link: str, mass: float, com: Sequence[float], spans: Sequence[Span]) -> dict[str, Any]:
+    """Make an entry of `[[robot.payload]]` from mass [kg], center of mass [m] and spans, rounded outward."""
+    ends = [(*([span.log] if span.log else []), *outward(span)) for span in spans]
+    return {"link": link, "mass": rounded(mass, 4), "com": [round(x, 4) + 0.0 for x in com], "spans": ends}
 
 
 def changes_of_payload(robot: Robot, path: str) -> list[Span]:

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from stribeck.base.finding import payload_table
 from stribeck.base.spans import MOST, Span, listed_spans
 from stribeck.base.typing import Array
+from stribeck.friction_torque.payload import payload_entry
 from stribeck.methods.forces import Force, find_force
 from stribeck.robot import Robot
 from stribeck.robot.kinematics import link_of
@@ -31,7 +31,7 @@ class Carried:
     @property
     def table(self) -> dict[str, Any]:
         """Entry of `[[robot.payload]]`."""
-        return payload_table(self.link, self.mass, self.com.tolist(), sorted(self.spans))
+        return payload_entry(self.link, self.mass, self.com.tolist(), sorted(self.spans))
 
 
 @dataclass(frozen=True, eq=False)

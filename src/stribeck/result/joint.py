@@ -38,7 +38,7 @@ class JointResult:
 
     - `verdict` refers to `curve`, the friction at slow, middle and top speed. For "no friction", the parameters are at
       most an offset and a rotor inertia.
-    - `main_reason`, `remedy`: main clause of the reason, and what to do if the reason says so; None if unknown.
+    - `main_reason`, `remedy`: main clause of the reason, and its remedy; None if unknown.
     - `terms` (law "auto"): decision on each term of the law.
     - `mean_load`, `load_deviation` (law "auto"): mean and standard deviation of the joint's load [N m].
     - `mean_direction` (law "auto"): means of cosine and sine of the position; None for a prismatic joint.
