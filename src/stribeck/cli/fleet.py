@@ -67,7 +67,7 @@ def fleet(
 
 
 def _compact(store: Path, *, json: bool, quiet: bool) -> None:
-    """Merge the files of a store, and print their numbers."""
+    """Merge the files of a store, and print the number of files before and after."""
     from stribeck.fleet.store import compact
 
     before, after, damaged = compact(store)

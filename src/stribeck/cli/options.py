@@ -1,4 +1,4 @@
-"""Arguments and options that commands share, and their values."""
+"""Arguments and options that commands share, their values, and the files of a result."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ class WrittenJoint:
     projected
         Parameters missing in the target's friction model; its numbers are fitted to the friction with them.
     fit, units
-        Fit of the target's friction model, None if no friction is stated, or all of it; units of velocity and friction.
+        Fit of the target's friction model, and the units of velocity and friction; None and "" without a fit.
     left_out
         Parameters that the target cannot store.
     note

@@ -57,7 +57,8 @@ class Target:
     """A target of `stribeck export --to`.
 
     To add one: add its table to targets.toml, its name to `FORMATS` in `cli/options.py`, its row to the table in
-    docs/export.md, and its template, named after target and suffix, e.g. templates/usd.py.j2.
+    docs/export.md, and its template, named after target and suffix, e.g. templates/usd.py.j2. A target that writes a
+    robot's model has a function in `MODELS` of model_files.py instead of a template.
 
     Attributes
     ----------

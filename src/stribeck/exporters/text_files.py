@@ -95,7 +95,7 @@ def _code_of(parameter: str, function: str, absolute: str) -> dict[str, str]:
 
 
 def file_text(template: str, request: Request) -> str:
-    """Format a file from a template of the target."""
+    """Format the file of a target from its template."""
 
     def compensated(name: str) -> dict[str, float]:
         """Collect a joint's values, the compensated share of its friction, and the log's mean temperature [°C].
@@ -143,7 +143,7 @@ def _environment() -> Environment:
 
 
 def _groups_of(actuators: Mapping[str, Mapping[str, float]]) -> list[dict[str, object]]:
-    """Group actuators of Isaac Lab by their keys, because it uses zero for joints that a dictionary lacks.
+    """Group actuators by their keys, because Isaac Lab uses zero for joints missing in a dictionary.
 
     Since Isaac Sim 5.0 (PhysX 5.6), `friction` and `dynamic_friction` are efforts [N m], [N], and `viscous_friction` is
     in [N m s/rad], [N s/m]; before, `friction` was a coefficient without a unit.
@@ -192,7 +192,7 @@ def _comments(lines: Iterable[str]) -> str:
 
 
 def _c_comment(line: str) -> str:
-    """Format a line of a C comment, without its end and without trigraphs."""
+    """Format a line of a C comment, without comment marks and trigraphs."""
     plain = re.sub(r"\*/|/\*", "", line).encode("ascii", "replace").decode()
     return " ".join(plain.split()).replace("??", "?")
 
@@ -209,6 +209,6 @@ def _quoted(text: str) -> str:
 
 
 def _cell(name: str) -> str:
-    """Quote a name for CSV where needed; spreadsheets would evaluate one that starts like a formula."""
+    """Quote a name for CSV where needed, and mark names that spreadsheets would evaluate as formulas."""
     shown = f"'{name}" if name.startswith(("=", "+", "-", "@")) else name
     return '"' + shown.replace('"', '""') + '"' if set(shown) & set(',"\r\n') else shown

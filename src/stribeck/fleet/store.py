@@ -69,6 +69,7 @@ def row_of(store: Path, robot: str, key: str) -> dict[str, Any] | None:
     """Find the newest row of a key, in a separate file or a merged one; None if a robot's folder has no such row."""
     folder = store / f"robot={robot}"
     own = folder / f"{key}.parquet"
+    # merged files have shorter names than keys
     files = [own] if own.exists() else [path for path in folder.glob("*.parquet") if len(path.stem) < len(key)]
     found = (_read(path, filters=[("key", "=", key)]).to_pylist() for path in files)
     return next((rows[0] for rows in found if rows), None)

@@ -1,4 +1,4 @@
-"""Identification of one log in a separate process, with limits of time and memory."""
+"""Identification of one log in a separate process, with limits of time and memory, and the tables of its result."""
 
 import multiprocessing
 import os

@@ -73,7 +73,7 @@ class Baseline:
         parts = [law_values(self._law, {**joint.values, "offset": 0.0}) for joint in joints]
         self._values = np.column_stack([part for part in parts if part is not None])
         names = set[str]().union(*(joint.values for joint in joints))
-        self._beyond = {  # a joint without a parameter has a sharp sign, and zero for the others
+        self._beyond = {  # missing parameters are zero, but a missing slope is a sharp sign
             name: np.array([joint.values.get(name, JUMP if name == "slope" else 0.0) for joint in joints])
             for name in names
         }

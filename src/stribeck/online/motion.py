@@ -1,7 +1,7 @@
 """Momentum of a robot and its change, sample by sample, by Pinocchio's compiled recursions.
 
-Same quantities as `dynamics.momentum.momentum_balance` and `ContactMode.root`, which need
-hundreds of microseconds for the arrays of a single sample.
+Same quantities as `dynamics.momentum.momentum_balance` and `ContactMode.root`, which need hundreds of microseconds for
+the arrays of a single sample.
 """
 
 import numpy as np

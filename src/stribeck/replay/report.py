@@ -26,7 +26,8 @@ Drawn = dict[str, tuple[str, list[Array]]]
 
 def write_replay(replay: Replay, path: str | Path) -> None:
     """Write a replay as one self-contained HTML file, completely or not at all."""
-    colours = ["muted", *(["ink"] if replay.models[1].friction else []), "data", "law"]  # without and with friction
+    # the robot's own model and the other model, each without and with friction
+    colours = ["muted", *(["ink"] if replay.models[1].friction else []), "data", "law"]
     legend = list(zip(colours, (model.name for model in replay.models), strict=False))
     torque = [[model.torque.get(joint) for joint in replay.joints] for model in replay.models]
     none = [None] * len(replay.horizons)

@@ -1,4 +1,4 @@
-"""Folded sections of the report: parameters, terms of the law, corrections, power, provenance."""
+"""Folded sections of the report: verdicts, terms, validation, corrections, torque source, power and provenance."""
 
 from pathlib import PurePath
 

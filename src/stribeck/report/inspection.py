@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from stribeck.report.page import render, section, write_page
 from stribeck.report.timeline import timeline
 
-if TYPE_CHECKING:  # only for types: the audit is above this room
+if TYPE_CHECKING:  # only for types: inspection is above this room
     from stribeck.inspection import Inspection, JointInspection
 
 

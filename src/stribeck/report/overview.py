@@ -49,7 +49,7 @@ def heading(result: Result, law: FrictionLaw, reference: Reference = NO_REFERENC
         range=_friction_range(result),
         known=reference,
         deviations=_deviations(result, reference),
-        bound=bound_text(max(without, default=None)),
+        bound=_bound_text(max(without, default=None)),
         r2=median(each.best for each in r2) if r2 else None,
         r2_nominal=median(each.nominal for each in r2) if r2 else None,
         unseen=median(unseen) if unseen else None,
@@ -125,7 +125,7 @@ def first_screen(result: Result, evidence: Evidence, reference: Reference = NO_R
         {f"c{k}": (chart, name) for k, (name, chart) in enumerate(charts.items())},
         joints=result.joints,
         shown=shown,
-        without={name: bound_text(bounds.get(name)) or joint.reason for name, joint in without.items()},
+        without={name: _bound_text(bounds.get(name)) or joint.reason for name, joint in without.items()},
         anchors={name: f"joint-{index}" for index, name in enumerate(result.joints)},
         finer=finer,
         own_units={name: curve.units[1] for name, curve in curves.items()} if len(kinds) > 1 else {},
@@ -133,7 +133,7 @@ def first_screen(result: Result, evidence: Evidence, reference: Reference = NO_R
         flagged={name for each in result.findings for name in each.joints},
         warnings=warnings(result),
         known=reference,
-        most=bound_text(max(bounds.values(), default=None)),
+        most=_bound_text(max(bounds.values(), default=None)),
         unit=min(units) if len(units) == 1 else "",
         units=[", ".join(dict.fromkeys(units)) for units in zip(*kinds, strict=True)],
         longest=24,  # characters of a joint's name that fit one line; longer names are broken, never cut
@@ -146,7 +146,7 @@ def _bound(joint: JointResult) -> tuple[float, str]:
     return max(point.interval_95[1] for point in joint.curve), joint.curve[0].unit
 
 
-def bound_text(bound: tuple[float, str] | None) -> str:
+def _bound_text(bound: tuple[float, str] | None) -> str:
     """Format an upper bound of friction; "" for none."""
     return f"below {number(bound[0], 2)} {bound[1]}" if bound else ""
 

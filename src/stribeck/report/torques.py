@@ -41,7 +41,7 @@ def over_time(
     time
         Times from zero [s], shape (T,).
     label
-        Label of the vertical axis, whose range is that of the first values.
+        Label of the vertical axis, which is scaled to the first values.
     values, legend
         Values, shape (T,), and color and label of each line; the first line is the thickest.
     points
