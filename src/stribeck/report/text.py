@@ -1,8 +1,8 @@
-"""Formatting of numbers, units and names."""
+"""Formatting of numbers, units and names, and the filters of the templates."""
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from markupsafe import Markup
@@ -140,23 +140,7 @@ def share(value: float, decimals: int = 3) -> str:
     return f"{min(value, 1 - 10**-decimals) if value < 1 else value:.{decimals}f}".replace("-", MINUS)
 
 
-_FILTERS: list[Any] = [
-    number,
-    matched,
-    brief,
-    percent,
-    count,
-    gain,
-    share,
-    duration,
-    words,
-    unit,
-    breakable,
-    symbol,
-    named,
-]
-FILTERS: dict[str, Callable[..., Any]] = {
-    "place": verdict_place,
-    **{own.__name__: own for own in (*_FILTERS, advice, coulomb_and_viscous, friction_text)},
-}
-"""Functions that templates use."""
+_OWN = (number, matched, brief, percent, count, gain, share, duration, words, unit, breakable, symbol, named)
+_FILTERS: tuple[Any, ...] = (*_OWN, advice, coulomb_and_viscous, friction_text)
+FILTERS: dict[str, Any] = {"place": verdict_place, **{own.__name__: own for own in _FILTERS}}
+"""Filters of the templates, by name."""
