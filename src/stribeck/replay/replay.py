@@ -72,7 +72,7 @@ def replay(
     frictions = [_friction(each, notes) for each in (robot, other)]
     with one_blas_thread(), findings_kept(notes):
         progress("reading the log", 0.0)
-        prepared, robot, findings = _prepared(log, robot, asked, force)
+        prepared, robot, findings = _prepared(log, robot, asked, settings, force)
         notes += findings
         other = replace(other, position_controlled=(*other.position_controlled, *prepared.log.unscaled))
         settings, _ = with_filter(prepared, robot, settings)
@@ -100,9 +100,10 @@ def replay(
     )
 
 
-def _prepared(log: LogLike, robot: Robot, asked: Settings, force: bool) -> tuple[PreparedLog, Robot, list[str]]:
-    """Prepare and check a log, without flight phases; joints without torques move as measured."""
-    settings = asked.model_copy(update=COMMON)
+def _prepared(
+    log: LogLike, robot: Robot, asked: Settings, settings: Settings, force: bool
+) -> tuple[PreparedLog, Robot, list[str]]:
+    """Prepare a log, without flight phases, and audit it for `asked`; joints without torques move as measured."""
     (prepared,), of_torques, _, robot = find_torques([prepare(log, robot, settings)], robot, settings)
     robot = replace(robot, position_controlled=(*robot.position_controlled, *prepared.log.unscaled))
     findings = [*map(str, [*of_torques, *audit_or_stop([prepared], robot, asked, force)]), *_flight(prepared)]
