@@ -1,9 +1,9 @@
 """Explanations of verdicts and findings for the console."""
 
+import textwrap
 import tomllib
 from functools import partial
 from pathlib import Path
-from textwrap import fill as fold
 
 from stribeck.base.finding import catalogue, message
 from stribeck.errors import SettingsError, did_you_mean
@@ -26,7 +26,8 @@ def explanation(name: str) -> str:
     SettingsError
         If no verdict and no check has this name.
     """
-    name, fill = name.replace(" ", "-"), partial(fold, width=100)  # [columns]
+    name = name.replace(" ", "-")
+    fill = partial(textwrap.fill, width=100)  # [columns]
     if name in VERDICTS:
         text, remedy = VERDICTS[name]["text"], VERDICTS[name]["remedy"]
         return "\n\n".join([name, fill(text), fill(f"Remedy: {remedy}")])

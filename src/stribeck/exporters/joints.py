@@ -64,8 +64,9 @@ class WrittenJoint:
             error = ""
             if fit := self.fit:
                 share = f"{100 * fit.share:.0f}" if fit.share > 0.1 else f"{100 * fit.share:.1f}"
-                error = f", error {fit.remains:.2g} {self.units[1]}, {share} %" + ", at most " * bool(self.difference)
-            text += f" (approximates {listed(self.projected)}{error}{self.difference})"
+                error = f", error {fit.remains:.2g} {self.units[1]}, {share} %"
+                error += f", at most {self.difference}" * bool(self.difference)
+            text += f" (approximates {listed(self.projected)}{error})"
         if self.beyond:
             text += f". {self.beyond}"
         return text + (f". Cannot store: {listed(self.left_out)}" if self.left_out else "")
