@@ -81,7 +81,7 @@ def _read_before_7_3(path: Path) -> Contents:
     texts: dict[str, tuple[str, ...]] = {}
 
     def visit(name: str, value: object) -> None:
-        flat = np.ravel(np.asarray(value, dtype=object))
+        flat = np.ravel(value if isinstance(value, np.ndarray) else np.asarray(value, dtype=object))
         if isinstance(value, Mapping):
             for key, part in value.items():
                 visit(f"{name}.{key}", part)
