@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
 
-from stribeck.base.checked_table import Finite, Positive, Table, describe
+from stribeck.base.checked_table import Finite, Positive, Table, describe, rule
 from stribeck.base.files import read_text
 from stribeck.base.toml import parse_toml
 from stribeck.errors import SettingsError
@@ -62,7 +62,7 @@ class Scenario(Table):
         """Reject a walk that is longer than the longest simulation."""
         walked = sum(steps.stand + steps.count * (steps.single_support + steps.double_support) for steps in self.walk)
         if walked > LONGEST:
-            raise ValueError(f"[[walk]] takes {walked:.4g} s, expected {LONGEST:g} s at most")
+            raise rule(f"[[walk]] takes {walked:.4g} s, expected {LONGEST:g} s at most")
         return self
 
 

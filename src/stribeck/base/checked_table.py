@@ -62,14 +62,12 @@ def describe(error: ValidationError, table: type[BaseModel] | None = None) -> st
     message = str(first["msg"])
     if first["type"] == "extra_forbidden":
         return f"unknown key '{key}'" + (_nearest([str(part) for part in first["loc"]], table) if table else "")
-    if first["type"] == "rule":
+    if first["type"] == "rule" or not key:  # the error concerns several keys, or the whole document
         return message
     if first["type"] == "missing":
         return f"key '{key}' is missing"
     if first["type"].startswith(("greater_than", "less_than", "finite_number")) and table:
         return f"key '{key}' is {_shown(first['input'])}; expected {_range(list(first['loc']), table)}"
-    if not key:  # the error concerns the whole document
-        return message.removeprefix("Value error, ")
     return f"key '{key}' is {_shown(first['input'])}: {message[0].lower()}{message[1:]}"
 
 

@@ -102,7 +102,7 @@ def _make_streams(file: _File, clock: _File | None, files: Sequence[_File], path
     if file.labels and not file.rows:
         raise LogError(f"{path / file.name}: has column names but no rows; expected one row per sample")
     stamps = file.stamps if file.stamps is not None else _find_stamps(file, clock, files, path)
-    kinds = {channel: KINDS[channel] for channel in file.labels} | {"temperature": "slow"}
+    kinds = KINDS | {"temperature": "slow"}
     for kind in dict.fromkeys(kinds[channel] for channel in file.labels):
         values = {channel: array for channel, array in file.values.items() if kinds[channel] == kind}
         yield Stream(file.name, "table", kind, (), stamps, values)
