@@ -22,7 +22,7 @@ class CouplingTable(Table):
 
     @property
     def label(self) -> str:
-        """Name, by default made of the joints."""
+        """Name; by default, the names of the joints joined by "+"."""
         return self.name or "+".join(self.joints)
 
     @model_validator(mode="after")
@@ -68,7 +68,7 @@ def _ends_after_start(span: Times) -> Times:
 
 
 Excluded = Annotated[Times, AfterValidator(_ends_after_start)]
-"""Start and end [s] after the start of every log, or of the log whose name comes first (see `names_log`)."""
+"""Start and end [s] after the start of every log, or of the log whose name comes first (see `base.spans.names_log`)."""
 
 
 class PayloadTable(Table):

@@ -1,4 +1,4 @@
-"""Problems found in a log, a robot file or a fit; their messages are in `findings.toml`."""
+"""Problems found in a log, a robot file or a fit, and settings that fix them; the messages are in `findings.toml`."""
 
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -124,7 +124,7 @@ class Finding:
         return f"{self.text}. {self.remedy}" if self.cure else self.text
 
     def has(self, mark: str) -> bool:
-        """Whether the catalogue marks the check, e.g. as "symptom"."""
+        """Return whether the catalogue marks the check, e.g. as "symptom"."""
         return any(entries.get(self.check, {}).get(mark, False) for entries in catalogue().values())
 
     @property
@@ -160,7 +160,7 @@ def catalogue() -> dict[str, dict[str, dict[str, Any]]]:
 
 
 def message(entry: Mapping[str, Any], values: Mapping[str, object]) -> tuple[str, str]:
-    """Fill values into the text and remedy of an entry; an example also has the options that exclude spans."""
+    """Fill values into the text and the remedy of a catalogue entry; an example may exclude spans."""
     remedy = entry.get("remedy", "").format_map(values) + (f": {values['exclude']}" if "exclude" in values else "")
     return entry["text"].format_map(values), remedy
 

@@ -1,4 +1,4 @@
-"""Joints of a log, matched with those of a model by name or order."""
+"""Matching of a log's joints with the joints of a model, by name or order."""
 
 from collections.abc import Sequence
 

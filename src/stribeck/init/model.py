@@ -85,7 +85,7 @@ def read_model(path: Path) -> ModelFacts:
 
 
 def _balls(root: Element, free: bool) -> set[str]:
-    """Name the links that are balls, and in a model with a free joint the sites within balls at the ends of legs."""
+    """Collect the names of links that are balls, and of sites within balls at the ends of legs (with a free joint)."""
     links = {link.get("name", "") for link in root.iter("link") if _is_ball(link)}
     ends = [body for body in root.iter("body") if body.find("body") is None] if free else []
     sites = [site.get("name", "") for body in ends for site in body.findall("site")]

@@ -1,4 +1,4 @@
-"""Matching of joints and feet in a log with the model, by name."""
+"""Words in names, and matching of joints and feet in a log with the model by these words."""
 
 import re
 import tomllib

@@ -41,7 +41,7 @@ class ColumnMatch:
         return replace(log, **{name: array[:, list(self.order)] * signs[name] for name, array in given.items()})
 
     def inverted(self, columns: Sequence[int]) -> ColumnMatch:
-        """Invert joints."""
+        """Invert position and torque of columns."""
         sign = np.where(np.isin(np.arange(len(self.order)), columns), -1.0, 1.0)
         return replace(self, position=self.position * sign, torque=self.torque * sign)
 

@@ -58,7 +58,7 @@ def typical_step(time: Array, where: str) -> float:
 
 
 def plausible_units(step: float) -> list[str]:
-    """List the units of time in which a step is that of a robot's log, largest first."""
+    """List the units of time that make a step plausible for a robot's log, largest first."""
     return [unit for unit, factor in TIME.items() if RATES[0] <= 1 / (step * factor) <= RATES[1]]
 
 

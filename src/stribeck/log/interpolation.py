@@ -1,4 +1,4 @@
-"""Interpolation between samples for each kind of signal, without extrapolation."""
+"""Interpolation between samples for each kind of signal, without extrapolation; and delays of signals."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -114,7 +114,7 @@ def _make_clock(time: Array, period: float) -> Array:
 
 
 def delayed(signal: Array, time: Array, delay: Array) -> Array:
-    """Delay the columns of a signal, shape (T, n), by a time each [s], shape (n,); rows without a time are not used."""
+    """Delay each column of a signal, shape (T, n), by its delay [s], shape (n,); rows without a stamp are not used."""
     result, known = allocate(signal.shape), np.isfinite(time)
     for column, late in enumerate(delay.tolist()):
         result[:, column] = np.interp(time - late, time[known], signal[known, column]) if late else signal[:, column]

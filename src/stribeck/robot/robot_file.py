@@ -1,4 +1,4 @@
-"""Read a robot file (TOML) and check the joints and frames that it names against its model."""
+"""Fields of `Robot`: read a robot file (TOML) or a model, and check joints and frames against the model."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -174,7 +174,7 @@ def model_fields(
 def _build_tree(
     file: RobotFile, path: Path, loaded: tuple[pin.Model, list[str]] | None
 ) -> tuple[RootedModel, dict[str, Contact], list[str], Path]:
-    """Build tree and contacts, and return warnings and the path of the model as well."""
+    """Build tree and contacts; also return warnings and the path of the model."""
     table = file.robot
     try:
         file_of_model = path if loaded else model_path(table.model, path.parent)

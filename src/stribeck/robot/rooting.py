@@ -177,7 +177,7 @@ def root_at(model: pin.Model, frame_name: str | None = None) -> RootedModel:
 
 
 def _move_limits(model: pin.Model, rooted: pin.Model, columns: list[int], base: int) -> None:
-    """Sort armature, limits of torque and speed, and ranges of the old joints in the order of the new ones."""
+    """Copy armature, limits and ranges of the old joints, in the order of the new joints."""
     root = rooted.nv - len(columns)
     of_joints = {name: np.asarray(getattr(model, name))[root:] for name in ("armature", "effortLimit", "velocityLimit")}
     ranges = [position_range(model, base + 1 + column) for column in range(len(columns))]

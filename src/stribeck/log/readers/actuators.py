@@ -62,15 +62,14 @@ def commanded_torques(channels: dict[str, Array], time: Array, robot: Robot) -> 
     """Compute the torque kp (q_d - q) + kd (v_d - v) + tau_ff that drives apply.
 
     The command, kp q_d + kd v_d + tau_ff, acts `[robot] command_delay` later than it is logged, or `[log.torque] delay`
-    earlier; the feedback of positions and velocities acts at once. Desired velocities and torques that the log does not
-    have are zero; joint velocities are differentiated. Joints without kp have kp = 1: their torque is the deflection of
-    the command [rad], [m]. An effort limit that more than a fifth of the samples exceed is not the drive's, and is
-    ignored.
+    earlier; the feedback of positions and velocities acts at once. Missing desired velocities and torques are zero;
+    missing joint velocities are differentiated. Joints without kp have kp = 1: their torque is the deflection of the
+    command [rad], [m]. An effort limit is ignored if more than a fifth of the samples exceed it.
 
     Returns
     -------
     fields, notes
-        Torque, its parts, effort limits and unscaled joints, by the names of RobotLog, and sentences.
+        Fields of RobotLog (torque, its parts, effort limits and unscaled joints), and notes for the user.
 
     Raises
     ------

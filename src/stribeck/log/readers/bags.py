@@ -121,7 +121,7 @@ def _read_folder(path: Path, topics: Topics) -> Messages:
 
 
 def _unpack_file(packed: Path, target: Path) -> Path:
-    """Unpack a file to a target, and return it; refuse it as soon as it becomes far too large."""
+    """Unpack a file to a target, and return the target; refuse it as soon as it is far too large."""
     size = 0
     with packed.open("rb") as file, target.open("wb") as out:
         unpacker = zstandard.ZstdDecompressor(max_window_size=IN_MEMORY_LIMIT)

@@ -15,7 +15,7 @@ from stribeck.settings import LogTable
 def asked_fields(table: LogTable) -> dict[str, dict[str, list[str]]]:
     """Collect {topic: {name in `[log]`: channels}}."""
     found: dict[str, dict[str, list[str]]] = {}
-    roles = COMMAND | {"external_torque": "torque"}  # named as another channel until it is known whose they are
+    roles = COMMAND | {"external_torque": "torque"}  # read as another channel until their role is known
     for channel in JOINT_CHANNELS:
         asked = getattr(table, channel).name or []
         for name in [asked] if isinstance(asked, str) else asked:

@@ -87,7 +87,7 @@ def open_folder(path: Path, table: LogTable) -> Recording:
 
 
 def _require_names(channel: str, files: Sequence[_File], path: Path) -> None:
-    """Refuse a channel in several files, one of which does not name its columns."""
+    """Refuse a channel that is in several files if one of them does not name its columns."""
     holders = {file.name: file.labels[channel] for file in files if channel in file.labels}
     nameless = [name for name, labels in holders.items() if all(label.isdecimal() for label in labels)]
     if nameless and len(holders) > 1:

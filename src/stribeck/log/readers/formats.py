@@ -1,4 +1,4 @@
-"""Formats of logs: the reader of a file or folder, chosen by its suffix and content."""
+"""Formats of logs: each file or folder has a reader, chosen by suffix and content."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ FORMATS |= dict.fromkeys((".mcap", ".db3", ".bag"), open_bag)
 
 
 def open_log(path: Path, table: LogTable) -> Recording:
-    """Open a log by its suffix, without reading its samples.
+    """Open a log with the reader of its format, without reading its samples.
 
     Raises
     ------
@@ -42,7 +42,7 @@ def open_log(path: Path, table: LogTable) -> Recording:
 
 
 def choose_opener(path: Path) -> Callable[[Path, LogTable], Recording]:
-    """Choose the reader of a file by its suffix."""
+    """Choose the reader of a file by its suffix, and of a folder by its content."""
     check_name(path)
     with foreign(str(path), "a log"):
         size = path.stat().st_size if path.exists() else None
@@ -85,4 +85,4 @@ def _check_whole(path: Path) -> None:
         path.open("rb").close()
         stored = stored_bytes(path)
     if size > max(IN_MEMORY_LIMIT, EXPANSION * stored):
-        raise LogError(f"{path}: is {size:.2g} bytes long, of which {stored} are on the disk; expected a complete file")
+        raise LogError(f"{path}: is {size:.2g} bytes long, but only {stored} are on the disk; expected a complete file")

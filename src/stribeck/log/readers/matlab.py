@@ -52,7 +52,7 @@ def open_matlab(path: Path, table: LogTable) -> Recording:
     asked = table.time.name or ("time", *ALIASES["time"])
     time = next((name for name in ([asked] if isinstance(asked, str) else asked) if name in variables), None)
     lengths = Counter(max(variable.shape) for variable in variables.values())
-    common = (length for length, count in lengths.items() if count > 1)  # that several variables have
+    common = (length for length, count in lengths.items() if count > 1)  # shared by variables
     samples = max(variables[time].shape) if time else max(common, default=max(lengths))
     arrays = {name: _move_samples(variable, samples) for name, variable in variables.items()}
     return source_of_arrays(str(path), "MATLAB", arrays, {name: texts[name] for name in WORDS if name in texts}, table)

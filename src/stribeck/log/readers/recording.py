@@ -6,8 +6,8 @@ To add a format:
 2. Name the channels as `stribeck.log.RobotLog` does; `[log] <channel>.name` overrides the name in the file. Units,
    signs, order, delays and joint selection are handled by `mapping` and `selection`.
 3. Call foreign libraries inside `foreign`, so that any exception becomes a LogError that names the file.
-4. Add the suffix to `FORMATS` in `read.py`, the format to `tests/log/readers/formats.py`, and damage to
-   `tests/damaged.py`.
+4. Add the suffix to `FORMATS` in `formats.py`, the format to `tests/log/readers/formats.py`, and damage to
+   `tests/log/readers/test_damaged.py`.
 
 To add a type of message, write a function in `messages.py` that splits it into joints, IMUs and feet.
 """

@@ -229,7 +229,7 @@ def _no_torque(source: Recording, joints: Sequence[str], robot: Robot | None) ->
 
 
 def _missing(source: Recording, channel: str, problem: str, remedy: str = "") -> LogError:
-    """Make the error that a log lacks a channel of joints."""
+    """Make the error about a missing channel of joints."""
     usual = f"an array '{channel}', columns '{channel}.<joint>' or a topic of sensor_msgs/JointState"
     return LogError(
         f"{source.path}: {problem}; expected {source.expected.get(channel) or usual}, or its name as [log.{channel}] "

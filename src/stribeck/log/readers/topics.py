@@ -77,7 +77,7 @@ def collect(messages: Messages, path: str, topics: Topics) -> list[Stream]:
 
 
 def _read_stamp(message: Any) -> int:
-    """Read the stamp of a message [ns]; 0 if it has none. In JSON, its names are those of ROS 1 or Foxglove."""
+    """Read the stamp of a message [ns]; 0 if it has none. In JSON, its fields are named as in ROS 1 or Foxglove."""
     stamp: Any = message.header.stamp if hasattr(message, "header") else getattr(message, "timestamp", None)
     known = hasattr(stamp, "sec")  # own messages may have another field of this name
     return stamp.sec * NANO + getattr(stamp, "nanosec", getattr(stamp, "nsec", 0)) if known else 0
