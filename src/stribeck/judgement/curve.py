@@ -91,8 +91,3 @@ def relative_width(curve: tuple[CurvePoint, ...]) -> float:
 def is_significant(curve: tuple[CurvePoint, ...]) -> bool:
     """Check that friction is significant at any of the speeds."""
     return any(point.interval_95[0] > 0 for point in curve)
-
-
-def upper_bound(curve: tuple[CurvePoint, ...]) -> float:
-    """Compute the upper bound of friction over all speeds [N m]."""
-    return max(point.interval_95[1] for point in curve)

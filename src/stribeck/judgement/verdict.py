@@ -7,7 +7,7 @@ import numpy as np
 
 from stribeck.friction import FrictionLaw, unit_for
 from stribeck.friction_torque.samples import FrictionSamples
-from stribeck.judgement.curve import ROUNDING, WIDEST, friction_curve, is_significant, relative_width, upper_bound
+from stribeck.judgement.curve import ROUNDING, WIDEST, friction_curve, is_significant, relative_width
 from stribeck.judgement.curve_fit.problem import FitProblem, joint_problem
 from stribeck.judgement.excitation import Excitation
 from stribeck.judgement.joint_fit import JointFit
@@ -15,6 +15,7 @@ from stribeck.judgement.passivity import added_power, positive_power_fraction
 from stribeck.judgement.reason import Reason
 from stribeck.judgement.weakness import USUAL, Criteria, is_weak, weak_by_themselves, why_weak
 from stribeck.result import CurvePoint, JointResult, ParameterEstimate, TorqueR2, Validation, Verdict
+from stribeck.result.tables import upper_bound
 from stribeck.settings import Settings
 
 UNEXPLAINED = 0.3

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from stribeck.base.typing import Array, BoolArray
-from stribeck.judgement.curve import WIDEST, is_significant, upper_bound
+from stribeck.judgement.curve import WIDEST, is_significant
 from stribeck.judgement.joint_fit import JointFit
 from stribeck.judgement.reason import Reason
 from stribeck.judgement.speed import top_speed
 from stribeck.result import CurvePoint
-from stribeck.result.tables import least_known
+from stribeck.result.tables import least_known, upper_bound
 
 CLEARED = 2.0
 """Minimum ratio of top speed to Stribeck velocity [1]; 2 % of the Stribeck effect is left at this ratio."""

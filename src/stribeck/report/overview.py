@@ -15,7 +15,7 @@ from stribeck.report.page import Section, render, section
 from stribeck.report.reference import NO_REFERENCE, Reference
 from stribeck.report.text import number
 from stribeck.result import CurvePoint, Evidence, JointResult, Result, Verdict
-from stribeck.result.tables import advice, logs_text
+from stribeck.result.tables import advice, logs_text, upper_bound
 
 VERDICTS: tuple[Verdict, ...] = ("identified", "weak", "not excited", "no friction")
 """Verdicts in sorting order."""
@@ -143,7 +143,7 @@ def first_screen(result: Result, evidence: Evidence, reference: Reference = NO_R
 
 def _bound(joint: JointResult) -> tuple[float, str]:
     """Find the upper bound of a joint's friction curve, and its unit."""
-    return max(point.interval_95[1] for point in joint.curve), joint.curve[0].unit
+    return upper_bound(joint.curve), joint.curve[0].unit
 
 
 def _bound_text(bound: tuple[float, str] | None) -> str:

@@ -183,8 +183,12 @@ def main_reason(joint: JointResult) -> str:
 
 def bound_text(joint: JointResult) -> str:
     """Format the upper bound of the friction over all speeds: "below 0.02 N m"; empty without a curve."""
-    most = max((point.interval_95[1] for point in joint.curve), default=0.0)
-    return f"below {most:.2g} {joint.curve[0].unit}" if joint.curve else ""
+    return f"below {upper_bound(joint.curve):.2g} {joint.curve[0].unit}" if joint.curve else ""
+
+
+def upper_bound(curve: Sequence[CurvePoint]) -> float:
+    """Compute the upper bound of friction over all speeds [N m], [N]."""
+    return max(point.interval_95[1] for point in curve)
 
 
 def _of_weak(joint: JointResult) -> str:
