@@ -42,6 +42,7 @@ def loop_terms(robot: Robot, position: Array, velocity: Array | None = None) -> 
     """
     model, data = workspace(robot.tree)
     columns, size = robot.tree.columns, robot.tree.root_size
+    frames = [[model.getFrameId(name) for name in loop.frames] for loop in robot.loops]
     rows = sum(loop.size for loop in robot.loops)
     gap, drift = np.empty((2, len(position), rows))
     jacobian = np.empty((len(position), rows, len(columns)))
@@ -54,8 +55,7 @@ def loop_terms(robot: Robot, position: Array, velocity: Array | None = None) -> 
         pin.computeJointJacobians(model, data, configuration)
         pin.updateFramePlacements(model, data)
         first = 0
-        for loop in robot.loops:
-            one, other = (model.getFrameId(name) for name in loop.frames)
+        for loop, (one, other) in zip(robot.loops, frames, strict=True):
             here, count = slice(first, first + loop.size), loop.size
             first += count
             poses = data.oMf[one], data.oMf[other]
