@@ -8,7 +8,7 @@ import numpy as np
 
 from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.contact import SupportPhase
-from stribeck.contact.mode import ContactMode, contact_modes
+from stribeck.contact.mode import contact_modes
 from stribeck.differentiation import make_filter
 from stribeck.dynamics.rooted import inertia_matrix
 from stribeck.dynamics.state import State
@@ -133,10 +133,10 @@ class RowMaker:
             span_modes, span_clusters = mode_of_row[span][kept], np.stack(clusters)[:, span][:, kept]
             for own in _in_pieces(span_modes):
                 k = int(span_modes[own[0]])
-                mode = ContactMode(self.robot, feet[k])
+                mode = self._mode(feet[k])
                 moving = mode.seen(self.settings) & (steady[span][kept][own, None] | mode.swinging)
                 yield from self._of_mode(
-                    self._mode(feet[k]), state.take(own), torque[own], friction[own], moving, span_clusters[:, own]
+                    mode, state.take(own), torque[own], friction[own], moving, span_clusters[:, own]
                 )
 
     def _law_columns(self, velocity: Array) -> Array:
