@@ -15,6 +15,7 @@ from stribeck.methods.whole_log_fitted import FEW, WholeLog
 from stribeck.robot import Robot
 from stribeck.whole_log.constants import LEAST_FRICTION
 from stribeck.whole_log.equations.corrections import CORRECTIONS
+from stribeck.whole_log.equations.corrections.calibration import delay_finding
 from stribeck.whole_log.equations.corrections.correction import Layout
 from stribeck.whole_log.fit_checks.competing_causes import Cause, Causes
 from stribeck.whole_log.fit_checks.misfits import misfit_findings
@@ -133,10 +134,7 @@ def _of_delays(found: WholeLog) -> list[Finding]:
         ("base-orientation-delay", corrections.base_delay, "base_orientation"),
     ):
         if delay and abs(delay[0]) > max(1.5e-3, 3 * delay[1]):  # [s]
-            words = f"{1e3 * abs(delay[0]):.2g} ms {'late' if delay[0] > 0 else 'early'}"
-            before = getattr(found.robot.log_table, channel).delay
-            setting = Setting(f"log.{channel}", "delay", round(before + delay[0], 4))
-            problems.append(Finding.of(check, size=words, settings=[setting]))
+            problems.append(delay_finding(check, channel, delay[0], found.robot))
     return problems
 
 

@@ -70,11 +70,15 @@ def _shifted(log: RobotLog, robot: Robot, _: IntArray, delay: Array) -> RobotLog
     return replace(log, base_orientation=slerp(log.time + delay.sum(), log.time, log.base_orientation))
 
 
-def _delay_finding(_: Sequence[int], values: Array, __: Array, robot: Robot) -> Finding:
-    delay, before = float(values[0]), robot.log_table.base_orientation.delay
+def delay_finding(check: str, channel: str, delay: float, robot: Robot) -> Finding:
+    """Report the delay of a channel [s] with the setting that corrects it."""
+    before = getattr(robot.log_table, channel).delay
     size = f"{1e3 * abs(delay):.2g} ms {'late' if delay > 0 else 'early'}"
-    setting = Setting("log.base_orientation", "delay", round(before + delay, 4))
-    return Finding.of("base-orientation-delay", size=size, settings=[setting])
+    return Finding.of(check, size=size, settings=[Setting(f"log.{channel}", "delay", round(before + delay, 4))])
+
+
+def _base_delay_finding(_: Sequence[int], values: Array, __: Array, robot: Robot) -> Finding:
+    return delay_finding("base-orientation-delay", "base_orientation", float(values[0]), robot)
 
 
 def _wrench_scales(priors: Priors, layout: Layout) -> Array:
@@ -140,7 +144,7 @@ CALIBRATION: tuple[Correction, ...] = (
         count=lambda robot, _: int(robot.base == "floating"),
         apply=_shifted,
         kind="base delay",
-        finding=_delay_finding,
+        finding=_base_delay_finding,
         describe=lambda found: {"base_delay": next(iter(found.pairs), None)},
     ),
     # Delays of commands [s]. They were found before the fit, and only their errors matter.
