@@ -139,12 +139,12 @@ class _PilotFits:
     def fit(self, delay: float | None, operations: float, rounds: int, half_alone: bool, equal: bool = True) -> Pilot:
         """Fit the pilot for a delay [s], None to hold it at zero; `equal` logs have the same friction."""
         parts, own = self._delayed(delay or 0.0)
-        layout, sensed = self.equations.corrections, len(self.equations.corrections.places("wrenches")) > 0
+        layout, rest = self.equations.corrections, self.rest
         torque = max(float(np.sqrt(np.mean(np.concatenate([_torques(part) for part in parts]) ** 2))), 1e-9)
         model = model_corrections(layout, _loads(parts, layout), self.priors, torque).late(delay or 0.0)
         model = model.held(layout.places("torque_delay"), 0.0) if delay is None else model
         model = model.with_equal_logs if equal else model
-        components = first_components(parts[0], self.rest, np.where(self.rest > 0, torque, 0.0), sensed)
+        components = first_components(parts[0], rest, np.where(rest > 0, torque, 0.0), layout.sizes["wrenches"] > 0)
         groups, precision = _groups(parts, own, self.columns, torque, operations)
         groups = consistent(groups, model, components, precision, half_alone)
         groups = undisturbed(groups, model, components, precision)
@@ -171,7 +171,7 @@ def fit_pilot(equations: EquationSequence, basis: Basis, rest: Array, priors: Pr
     """
     layout, fit = equations.corrections, _PilotFits(equations, basis, rest, priors).fit
     rounds, tried = ROUNDS, list[tuple[float, float]]()
-    for _ in range(MOST_ROUNDS if len(layout.places("torque_delay")) else 0):  # on few windows, to save time
+    for _ in range(MOST_ROUNDS if layout.sizes["torque_delay"] else 0):  # on few windows, to save time
         late, error = fit(delay, OPERATIONS / 4, rounds, True).late
         if abs(late) < max(LINEAR, 3 * error):
             break

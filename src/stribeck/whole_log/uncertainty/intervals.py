@@ -51,17 +51,16 @@ class JointCoordinates:
 
 def joint_coordinates(fit: WholeLogFit, joint: int) -> JointCoordinates:
     """Collect the coordinates of a joint."""
-    inner, model = fit.fit, fit.fit.model
-    corrections, layout = model.layout, inner.layout
+    inner, model, layout = fit.fit, fit.fit.model, fit.fit.layout
     has = np.flatnonzero(inner.laws.free[joint])
     own, unit = layout.joint(joint).start + has, np.ones(len(has))
     parameters = tuple(inner.laws.parameters[k] for k in has)
     held = inner.at_bound[joint, has]
-    if joint in corrections.rotors:
-        number = corrections.rotors.index(joint)
+    if joint in layout.rotors:
+        number = layout.rotors.index(joint)
         own = np.append(own, layout.part("rotors").start + number)
         unit = np.append(unit, model.scales[own[-1] - layout.part("bodies").stop])
-        rotor = replace(ARMATURE, lower=0.0 - float(corrections.armature[number]))
+        rotor = replace(ARMATURE, lower=0.0 - float(layout.armature[number]))
         parameters = (*parameters, rotor)
         held = np.append(held, inner.x[own[-1]] * unit[-1] <= rotor.lower)
     logs = np.array([parameter.logarithmic for parameter in parameters])
