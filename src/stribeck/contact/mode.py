@@ -102,8 +102,7 @@ class ContactMode:
     @cached_property
     def swinging(self) -> BoolArray:
         """Joints of legs whose feet do not stand, shape (n,); none for a fixed base."""
-        feet = tuple(foot for foot in self.feet if foot in self.robot.contacts)
-        return self.robot.standing(tuple(self.robot.contacts)) & ~self.robot.standing(feet)
+        return self.robot.standing(tuple(self.robot.contacts)) & ~self.standing
 
     def seen(self, settings: Settings) -> BoolArray:
         """Find the joints whose friction torque a fit may use, shape (n,)."""

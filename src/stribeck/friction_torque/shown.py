@@ -26,8 +26,7 @@ def before_and_after(friction: LogsFriction, prepared: Logs, robot: Robot) -> tu
 
 def swinging(samples: FrictionSamples, robot: Robot) -> FrictionSamples:
     """Mark only samples of free and swinging limbs as usable."""
-    feet = [tuple(foot for foot in name.split("+") if foot in robot.contacts) for name in samples.support_names]
-    standing = np.array([robot.standing(standing) for standing in feet])
+    standing = np.array([robot.standing(tuple(name.split("+"))) for name in samples.support_names])
     return replace(samples, usable=samples.usable & ~standing[:, robot.torque_controlled][samples.support])
 
 
