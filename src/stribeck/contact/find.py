@@ -136,7 +136,7 @@ def _check_feet(log: RobotLog, feet: tuple[str, ...]) -> None:
 def _find_standing(
     log: RobotLog, robot: Robot, segments: Segments, settings: SupportSettings, source: Source
 ) -> Standing:
-    """Find the feet that stand or touch the ground by a source."""
+    """Find the feet that stand or touch the ground, according to a source."""
     if source == "forces":
         return standing_from_forces(log, robot, segments, settings)
     none = np.zeros((len(log.time), len(robot.contacts)), dtype=bool)

@@ -119,11 +119,11 @@ def _compute_speeds(time: Array, points: Array, levels: list[Array], ground: Boo
 
 
 def _place_feet(log: RobotLog, robot: Robot) -> tuple[Array, list[Array], Array]:
-    """Compute positions of the feet relative to the base, (T, feet, 3), and rotations to a level frame of each.
+    """Compute each foot's position relative to the base, (T, feet, 3), and the rotation to its level frame, (T, 3, 3).
 
     The level frame of a foot does not rotate while the foot stands. The IMU gives the rotation of the base. Without it,
-    a standing sole does, because it is level and does not move. The last array is a first guess of the upward direction
-    in the base, (T, 3).
+    a standing sole does, because it is level and does not move. The third result is a first guess of the upward
+    direction in base coordinates, (T, 3).
     """
     poses = [robot.foot_pose(foot, log.position) for foot in robot.contacts]
     if log.base_orientation is not None:

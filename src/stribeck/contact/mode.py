@@ -35,7 +35,7 @@ class ContactMode:
     rested
         Foot that has stood longest, and is therefore at rest; empty if unknown.
     rocks
-        Whether the base counts as carried in an unknown way although feet stand.
+        Whether the equations treat the base as carried in an unknown way although feet stand.
     gyroscope
         Whether a gyroscope measures how a carried base turns.
     """
@@ -56,7 +56,7 @@ class ContactMode:
 
     @cached_property
     def hung(self) -> bool:
-        """Whether the base is carried in an unknown way, or counts as carried."""
+        """Whether the base is carried in an unknown way, or the equations treat it as such."""
         return self.rocks or self.robot.carried(self.feet)
 
     @property
@@ -74,7 +74,7 @@ class ContactMode:
 
     @cached_property
     def rooted(self) -> RootedModel:
-        """Tree, rooted at the surface; with its own root on point feet, in flight, and for a fixed base."""
+        """Tree, rooted at the standing surface; with its own root without one, and if the base hangs or is fixed."""
         return self.robot.rooted_at(self.surface) if self.surface else self.robot.tree
 
     def root(self, state: State) -> RootMotion | None:

@@ -40,7 +40,7 @@ def with_payloads(log: RobotLog, robot: Robot, sampling: Sampling) -> RobotLog:
     """
     if not robot.payloads:
         return log
-    duration = 0.1  # of the filter for accelerations [s]: shorter than a motion, long against encoder noise
+    duration = 0.1  # length of the filter for accelerations [s]: shorter than a motion, long against encoder noise
     external = np.zeros_like(log.torque) if log.external_torque is None else log.external_torque.copy()
     for payload in robot.payloads:
         tree = _payload_tree(robot, payload)

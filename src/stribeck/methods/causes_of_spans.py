@@ -1,4 +1,4 @@
-"""Causes of spans that the whole-log fit set aside: payloads, as `[[robot.payload]]` states them, and forces."""
+"""Causes of spans that the whole-log fit set aside: payloads for `[[robot.payload]]`, forces and rubbing joints."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -84,7 +84,7 @@ def find_causes_of_spans(
 def _words(robot: Robot, column: int, force: Force, torque: Array) -> tuple[str, bool]:
     """Name a force and its link, or the joint whose torque is wrong, given the joint's torques in the span [N m].
 
-    The second value states whether one torque disagrees with the others, without a reason in itself.
+    The second value states whether only this torque disagrees although it is not clipped.
     """
     if force.size is None:
         name, own = robot.joint_names[column], np.abs(torque)

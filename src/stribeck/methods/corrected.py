@@ -31,8 +31,8 @@ def corrected_robot(robot: Robot, layout: Layout, values: Array) -> Robot:
 def corrected_log(log: RobotLog, number: int | None, robot: Robot, columns: IntArray, whole: WholeLogFit) -> RobotLog:
     """Correct gains, zeros, offsets and orientation of a log, and the delay of its torques, by the estimates.
 
-    The offset of the log minus the mean over all logs is subtracted. A log that
-    was not fitted has no number and keeps its offsets.
+    The offset of the log minus the mean over all logs is subtracted. A log that was not fitted has no number and keeps
+    its offsets.
     """
     layout, values, delay = whole.fit.model.layout, whole.corrections, whole.delay
     if abs(delay) > 0.1 * (log.time[1] - log.time[0]):  # otherwise the log is unchanged

@@ -1,4 +1,4 @@
-"""The fit to whole logs, with its results in the form that the method needs."""
+"""The fit to whole logs, with spans, corrections and friction of joints for the method."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -27,7 +27,7 @@ FEW = 0.01
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class WholeLog(WholeLogFit):
-    """The fit to whole logs, as the method needs it.
+    """The fit to whole logs, with spans, corrected logs and results by joint.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ class WholeLog(WholeLogFit):
 
     @cached_property
     def described(self) -> Corrections:
-        """Corrections of model and calibration, as a result has them."""
+        """Corrections of model and calibration in a result's units and names."""
         return describe_corrections(self, self.joints, self.robot.joint_names)
 
     @cached_property

@@ -1,4 +1,4 @@
-"""The weak form of the equation of motion over a segment of a log (docs/estimator.md, equations 3 and 6)."""
+"""The weak form of the equation of motion over a segment of a log (docs/estimator.md, equations 3, 6 and 8)."""
 
 from dataclasses import dataclass, field
 

@@ -21,7 +21,7 @@ def _not_warmed(seen: Seen) -> str:
 def _no_drift(seen: Seen) -> str:
     if seen.temperature is not None:
         return "the log has temperatures, which explain drift better than time"
-    shortest = 20.0  # log for terms of drift [s], chosen by judgment
+    shortest = 20.0  # shortest log for terms of drift [s], chosen by judgment
     short = seen.duration < shortest
     return f"the log lasts {seen.duration:.3g} s; {shortest:.0f} s are needed" if short else ""
 

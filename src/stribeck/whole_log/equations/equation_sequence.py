@@ -90,7 +90,7 @@ class EquationSequence(Sequence[WeakEquations]):
         return sorted(found)
 
     def folds(self, most: int) -> tuple[list[list[int]], list[int]]:
-        """Choose the segments that are held out, and up to `most` others, evenly spread, in `FOLDS` parts."""
+        """Choose up to `most` segments, evenly spread, in `FOLDS` parts, and other segments that are held out."""
         held_out = self.spread(PILOT_SEGMENTS)[: len(self) // 4]
         others = [k for k in range(len(self)) if k not in held_out]
         every = np.linspace(0, len(others) - 1, min(most, len(others))).round().astype(int)

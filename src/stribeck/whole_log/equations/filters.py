@@ -217,7 +217,7 @@ class Filters:
     smooth, sharp
         Kernels of position, velocity and acceleration, shape (3, L): for positions and velocities, for accelerations.
     accelerations
-        Accelerations of the regressors.
+        Filters of the joint accelerations in the regressors.
     """
 
     window: Window
@@ -240,9 +240,9 @@ class Filters:
 def find_filters(
     position: Array, noise: Array, columns: IntArray, unbroken: tuple[slice, ...], period: float
 ) -> Filters:
-    """Choose the filters of a log by the noise of its positions [rad], of which some columns have identified friction.
+    """Choose the filters of a log by the noise of its positions [rad].
 
-    `unbroken` are the rows between which no filter may reach.
+    `columns` are the joints whose friction is identified; no filter reaches across the gaps between `unbroken` rows.
     """
     window = smooth_window(period)
     smooth, sharp = derivative_kernels(float(np.median(noise[columns])), period)

@@ -29,9 +29,9 @@ class NoiseLevels:
 
 
 SMALLEST = NoiseLevels(np.array([1e-7]), np.array([1e-3]), np.repeat([0.5, 0.05], 3))
-"""Smallest noise of encoders, torque sensors and wrench sensors.
+"""Smallest noise of encoders [rad], torque sensors [N m] and wrench sensors [N], [N m].
 
-Rounding and clocks leave some noise of an encoder, and without it slow errors would be hidden. Feet in the air measure
+Rounding and clocks always leave some encoder noise, and a smaller value would hide slow errors. Feet in the air measure
 no wrench.
 """
 

@@ -81,9 +81,10 @@ def find_misfits(
     choice
         Each joint's terms, and the trials of all terms.
     fit, covariance
-        Fit with the covariance that the intervals use, and C without the held-out segments, as in the trials.
+        Fit with the covariance of the intervals except heterogeneity, and C without the held-out segments, as in the
+        trials.
     read
-        Statistics of the log, and of a sample of it with random effects.
+        The log as it was read.
     effect_std
         Standard deviations of the random effects.
     heterogeneity
@@ -112,7 +113,7 @@ def find_misfits(
 def _units(read: Reading) -> Array:
     """Compute the effect of a unit coefficient of each column, shape (n, T): its largest torque [N m].
 
-    It is the mean for load [N m], and the unit of delays [s].
+    For load, the mean replaces it [N m]; for delays, their unit [s].
     """
     first = read.columns.basis.functions.shape[1]
     largest = np.max(

@@ -1,4 +1,4 @@
-"""Corrections of model and calibration in units of their prior standard deviations, and their places in vectors.
+"""Corrections of model and calibration in units of their prior standard deviations, with learned priors.
 
 The table in docs/estimator.md, "Corrections", has the priors.
 """
@@ -148,8 +148,8 @@ class ModelCorrections:
     def learned(self, coordinates: Array, variance: Array) -> ModelCorrections:
         """Learn the prior of model and sensors, equation (23), from the coordinates of a fit and their variances.
 
-        It is at most `largest` times the initial prior of bodies, and the initial prior of sensors. Otherwise these
-        would explain errors of other kinds, more in every round.
+        The prior is at most `largest` times its initial value for bodies, and at most its initial value for sensors.
+        Otherwise bodies and sensors would explain errors of other kinds, more in every round.
         """
         prior_std, dispersion = self.prior_std.copy(), np.ones(len(self.prior_std))
         dispersion[self.nearly_right] = self.overdispersion

@@ -35,7 +35,7 @@ class _Trimmed:
     linear: LinearModel
 
     def sizes(self, own: NDArray[np.bool_]) -> Array:
-        """Compute all segments' chi^2 per equation for fits to some of them, shapes (s, G)."""
+        """Compute all segments' chi^2 per equation for fits to some of them, shape (s, G)."""
         sums = np.tensordot(own.astype(float), self.products, axes=1)
         values = np.stack([self.linear.fitted(each) for each in sums], axis=1)
         return np.asarray(np.sum((self.products @ values) * values, axis=1).T / np.maximum(self.counts, 1))

@@ -1,4 +1,4 @@
-"""A fit of all laws and corrections at once: coordinates, their covariance, and what follows from them."""
+"""A fit of all laws and corrections at once: coordinates, their covariance, and derived quantities."""
 
 from __future__ import annotations
 

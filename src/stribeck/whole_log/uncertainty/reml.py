@@ -1,7 +1,7 @@
 """Variances of the gait-phase random effects by REML, and their part of the covariance.
 
 A rocking foot leaves hardly any residual, because corrections of centers of mass absorb it. The standard deviation of
-the root's random effect is therefore assumed: `ROOT_EFFECT_FACTOR` times that from window to window.
+the root's random effect is therefore assumed: `ROOT_EFFECT_FACTOR` times its deviation from window to window.
 
 Equations (29) to (32) of docs/estimator-fit.md (Patterson and Thompson 1971; DerSimonian and Laird 1986).
 """

@@ -28,7 +28,7 @@ def find_corrections(
     wrenches: int = 0,
     command_delays: Sequence[tuple[float, float]] = (),
 ) -> Layout:
-    """List the corrections: none, inertias and the delay of torques, or also the calibration of sensors; and rotors.
+    """Lay out the corrections: none, inertias and the torque delay, or also sensor calibration; rotors in addition.
 
     `names` are joints, then couplings; `wrenches` is the number of wrench sensors. The delays of commands, which come
     with their standard errors [s], are not corrected: they were found before, and only their errors matter.
@@ -47,7 +47,7 @@ def find_corrections(
         counts |= {each.name: each.count(robot, names) for each in CORRECTIONS if each.count}
         counts["base_delay"] *= not late
     bodies, parameters = list(robot.tree.model.names)[1:], list(robot.tree.model.inertias)[1:]
-    model = Layout(
+    layout = Layout(
         bodies=tuple(map(str, bodies)),
         inertial_parameters=np.stack([each.toDynamicParameters() for each in parameters]),
         command_delays=late,
@@ -55,10 +55,10 @@ def find_corrections(
         armature=armature,
         payloads=tuple(payload.mass for payload in robot.payloads),
     )
-    return lay_out(counts, model)
+    return lay_out(counts, layout)
 
 
-def lay_out(counts: Mapping[str, int], model: Layout) -> Layout:
-    """Arrange the corrections of a model, and those of sensors, whose numbers are given by name."""
-    sizes = {each.name: each.size(model) if each.size else counts.get(each.name, 0) for each in CORRECTIONS}
-    return replace(model, sizes=sizes)
+def lay_out(counts: Mapping[str, int], layout: Layout) -> Layout:
+    """Add the sizes of all corrections to a layout; `counts` are the sizes of sensor corrections by name."""
+    sizes = {each.name: each.size(layout) if each.size else counts.get(each.name, 0) for each in CORRECTIONS}
+    return replace(layout, sizes=sizes)

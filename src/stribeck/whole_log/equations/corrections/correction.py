@@ -1,4 +1,4 @@
-"""Correction of model or calibration: its number of columns, prior, columns, effect on a log, and place in a result."""
+"""Layout of all corrections, and one correction: size, prior, columns, effect on a log, and place in a result."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -30,7 +30,7 @@ class Layout:
     sizes
         Number of entries of each part by name, in the order of the vector.
     per_joint
-        Number of a joint's entries.
+        Number of friction entries per joint.
     bodies, inertial_parameters
         Names of the bodies, and their inertial parameters in the model, shape (bodies, 10).
     command_delays
@@ -166,7 +166,7 @@ class Correction:
     count
         Function from the robot and names of joints and couplings to the number of columns, for calibration.
     size
-        Function from the layout to the number of columns, for other corrections.
+        Function from the layout to the number of columns, for corrections of the model, and command delays.
     apply
         Function that corrects a log, given the robot, columns of the fitted joints, and values.
     grouped

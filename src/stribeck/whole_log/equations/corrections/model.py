@@ -46,7 +46,7 @@ def _rotor_scales(priors: Priors, layout: Layout) -> Array:
 
 
 def _log_scales(_: Priors, layout: Layout) -> Array:
-    """Compute scales relative to that of offsets [1]."""
+    """Compute scales relative to the scale of offsets [1]."""
     contrasts, effects, joints = layout.log_effects
     return np.tile(np.repeat([1.0, *2 * [FRICTION_OF_LOGS]][:effects], joints), contrasts)
 
@@ -85,4 +85,4 @@ MODEL: tuple[Correction, ...] = (
         describe=_describe_offsets,
     ),
 )
-"""Corrections of the model in addition to those of its bodies."""
+"""Corrections of the model other than its bodies."""
