@@ -115,8 +115,7 @@ def _of_drift(found: WholeLog) -> list[Finding]:
         speed = laws.top_speed[[k]] / 2
         friction = laws.law.resisting(speed, own.law_values(laws.law, own.mean_load))
         share = float((drift(own.by_name, speed) / np.maximum(friction, LEAST_FRICTION * laws.torque[k]))[0])
-        reported = 0.05  # change of friction during a log relative to its mean [1], as for misfits
-        if abs(share) > reported:
+        if abs(share) > 0.05:  # change of friction during a log relative to its mean [1], as for misfits
             changed[joint] = f" ({100 * share:+.0f} %)"
     return [Finding.of("friction-drift.known", changed)] if changed else []
 

@@ -133,7 +133,7 @@ def fit_whole_log(
         fit, effect_covariance, group_mean_covariance(fit), differing, known.count / max(whole.count, 1)
     )
     wider = replace(fit, covariance=budget.total - budget.heterogeneity)
-    curvature = fit.covariance * (whole.count / known.count)
+    of_known = fit.covariance * (whole.count / known.count)  # without the held-out segments
     return WholeLogFit(
         read=read,
         fit=replace(fit, covariance=budget.total),
@@ -143,6 +143,6 @@ def fit_whole_log(
         validation=validate(read, trained.values),
         delay=read.pilot.delay + remaining_delay(fit),
         terms=tuple(choice.verdicts) if law.name == AUTO else (),
-        misfits=find_misfits(choice, wider, curvature, read, effect_std, before.model),
+        misfits=find_misfits(choice, wider, of_known, read, effect_std, before.model),
         heterogeneity=before.model,
     )
