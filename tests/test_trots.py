@@ -34,7 +34,7 @@ def test_a_trot_is_identified_and_covered_by_default(log, tmp_path):
     assert sum(inside) >= 29
 
 
-def test_the_radius_of_ball_feet_is_found_from_a_trot_with_raw_flags(tmp_path: Path) -> None:
+def test_ball_feet_get_their_radius_from_a_trot_with_raw_flags_unless_they_slip(tmp_path: Path) -> None:
     trotting_quadruped(tmp_path, seconds=8.0)
     robot = Robot.from_file(tmp_path / "robot.toml")
     ready = prepare(tmp_path / "log.npz", robot, robot.settings)
@@ -42,15 +42,9 @@ def test_the_radius_of_ball_feet_is_found_from_a_trot_with_raw_flags(tmp_path: P
     assert notes
     assert [contact.radius for contact in rolling.contacts.values()] == pytest.approx([0.022] * 4, abs=0.006)
     assert np.all([contact.radius == 0 for contact in robot.contacts.values()])
-
-
-def test_slipping_feet_are_reported_and_get_no_radius(tmp_path: Path) -> None:
-    trotting_quadruped(tmp_path, seconds=8.0)
-    robot = Robot.from_file(tmp_path / "robot.toml")
-    ready = prepare(tmp_path / "log.npz", robot, robot.settings)
-    turning = ready.log.base_orientation
-    spun = Rotation.from_rotvec(np.outer(1.0 * ready.log.time, [0.0, 0.0, 1.0])) * Rotation.from_quat(turning)
-    log = replace(ready.log, base_orientation=spun.as_quat())  # as if the robot spun on its standing feet
-    rolling, (note,) = with_rolling_feet(robot, [(log, ready.support.phases, ready.sampling.period)])
+    spin = Rotation.from_rotvec(np.outer(ready.log.time, [0.0, 0.0, 1.0]))  # as if it spun on its standing feet
+    spun = (spin * Rotation.from_quat(ready.log.base_orientation)).as_quat()
+    log = replace(ready.log, base_orientation=spun)
+    slipping, (note,) = with_rolling_feet(robot, [(log, ready.support.phases, ready.sampling.period)])
     assert "they slip" in note
-    assert rolling is robot
+    assert slipping is robot

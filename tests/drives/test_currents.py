@@ -76,7 +76,7 @@ def test_the_interval_includes_errors_of_the_models_weights(arm):
     assert 0.6 < np.sqrt(np.mean(np.square(off))) < 1.6
     unknown = robot.settings.model_copy(update={"priors": robot.settings.priors.model_copy(update={"mass": 0.5})})
     (finding,) = [each for each in inspect_log(amperes, robot, unknown).audit if each.check == "torque-constant"]
-    assert re.search(r"shoulder \(gravity varies by .* uncertain by \d+ % because of the model's", finding.text)
+    assert re.search(r"shoulder \(gravity .* uncertain by \d+ % because of the model's weights\)", finding.text)
 
 
 def test_without_gravity_load_no_gain_is_invented(arm, tmp_path):

@@ -34,13 +34,14 @@ speeds = st.lists(st.floats(-30, 30), min_size=1, max_size=20).map(np.array)
 
 @every_law
 @given(data=st.data(), velocity=speeds)
-def test_friction_is_odd_but_for_the_offset(law: FrictionLaw, data: st.DataObject, velocity: Array) -> None:
+def test_friction_is_odd_and_passive_but_for_the_offset(law: FrictionLaw, data: st.DataObject, velocity: Array) -> None:
     values = draw_values(law, data)
     offset = offset_of(law, values)
     mirrored = values.copy()
     if law.name == "asymmetric":  # what is forward for one is backward for the other
         mirrored = values[[1, 0, 3, 2]]
     forward = law.torque(velocity, values) - offset
+    assert np.all(velocity * forward >= -1e-12 * np.abs(velocity * values.sum()))
     np.testing.assert_allclose(law.torque(-velocity, mirrored) - offset, -forward, rtol=1e-12, atol=1e-12)
 
 

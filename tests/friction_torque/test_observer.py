@@ -164,9 +164,10 @@ def test_on_point_feet_the_limbs_that_swing_are_seen() -> None:
 
 def test_every_parameter_of_every_joint_comes_back() -> None:
     """Uses only positions, velocities and torques."""
-    exact, _ = example_log("ur5", 9.0, seed=3)
+    exact, truth = example_log("ur5", 9.0, seed=3)
     settings = Settings(law="stribeck", method="observer", filter=EXACT, observer_bandwidth=40.0)
     result = identify(replace(exact, acceleration=None), example_robot("ur5"), settings)
+    assert result.joints.keys() == truth.parameters.keys()
     for joint in result.joints.values():
         assert joint.verdict == "identified"
         for parameter, value in STRIBECK.items():

@@ -89,12 +89,13 @@ def test_an_arm_in_degrees_with_other_names_signs_and_units(tmp_path: Path) -> N
 
 def test_columns_without_names_in_another_order(tmp_path: Path) -> None:
     log = noisy_log("ur5")
-    order = [2, 0, 1, 3, 5, 4]
-    other = {name: getattr(log, name)[:, order] for name in ("position", "torque")}
+    log, order = replace(log, external_torque=1e-3 * log.position), [2, 0, 1, 3, 5, 4]
+    other = {name: getattr(log, name)[:, order] for name in ("position", "torque", "external_torque")}
     path = written(log, tmp_path / "log.npz", joint_names=None, **other)
     robot, _ = drafted(ARM, path, tmp_path)
     assert robot.log_table.joint_order == [log.joint_names[k] for k in order]
     np.testing.assert_array_equal(read_log(path, robot).position, log.position)
+    np.testing.assert_array_equal(read_log(path, robot).external_torque, log.external_torque)
 
 
 def test_a_quadruped_numbered_breadth_first_with_its_quaternion_s_scalar_first(tmp_path):

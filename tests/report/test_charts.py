@@ -96,7 +96,7 @@ def test_torques_over_the_log_show_what_friction_explains(result: Result) -> Non
     lines = {line["name"]: np.array([np.nan if y is None else y for y in line["y"]]) for line in chart["lines"]}
     measured, without, predicted = lines.values()
     assert list(lines) == ["measured", "without friction", "with friction"]
-    assert sum(len(each["lines"][0]["y"]) for each in found.charts.values()) < 1.01 * POINTS
+    assert sum(len(each["lines"][0]["y"]) - 1 for each in found.charts.values()) <= POINTS  # rounding may add one each
     assert chart["x"]["range"][1] == pytest.approx(2 * samples.time[-1], rel=0.01)
     assert 0.1 < np.isnan(measured).mean() < 0.9
     errors = [np.sqrt(np.nanmean((measured - line) ** 2)) for line in (without, predicted)]

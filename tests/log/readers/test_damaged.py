@@ -204,7 +204,7 @@ def test_a_log_that_cannot_be_made_regular_is_refused_in_one_sentence(maker, wor
 def test_a_file_that_is_nearly_all_a_hole(writer, tmp_path):
     path = writer(tmp_path, synthetic_log(20))
     os.truncate(path, 1 << 40)
-    with pytest.raises(LogError, match=r"is 1\.1e\+12 bytes long, but only \d+ are on the disk; expected a comp"):
+    with pytest.raises(LogError, match=r"is 1\.1e\+12 bytes long, but .* on the disk; expected a complete file"):
         read_log(path, StubRobot())
 
 
