@@ -2,8 +2,8 @@
 
     python -m studies.first_hour --save studies/first_hour.json
 
-`fault`: a UR5 and a quadruped, with a wrong model and sensor noise, and one fault each. A remedy is applied as it is
-printed, until the next run prints no new one. `walk`: a humanoid's walk on which no threshold was chosen, with one
+`fault`: a UR5 and a quadruped, with a wrong model and sensor noise, and one fault each. A remedy is applied exactly
+as printed, until the next run prints no new one. `walk`: a humanoid's walk on which no threshold was chosen, with one
 fault each, and no remedy.
 """
 

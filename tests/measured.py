@@ -1,4 +1,4 @@
-"""Robots in MuJoCo alone, with drives and friction, and logs of their joint torques and IMU."""
+"""Robots simulated only with MuJoCo, with drives and friction, and logs of their joint torques and IMU."""
 
 import mujoco
 import numpy as np

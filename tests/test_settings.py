@@ -28,7 +28,7 @@ numeric = [
 
 @settings(max_examples=150, deadline=None)
 @given(data=st.data())
-def test_an_assignment_is_what_comes_out_and_changes_nothing_else(data: st.DataObject) -> None:
+def test_an_assignment_changes_only_its_setting(data: st.DataObject) -> None:
     key, drawn, read = data.draw(st.sampled_from(numeric))
     value = data.draw(drawn)
     base = Settings(rest=0.25, filter=FilterSettings(kind="butterworth", cutoff=7.0))

@@ -1,4 +1,4 @@
-"""Trots as robots log them are identified without settings, and the radius of ball feet shows in how they move."""
+"""Trots with raw contact flags or none are identified without settings, and ball feet get their radius."""
 
 from dataclasses import replace
 from pathlib import Path

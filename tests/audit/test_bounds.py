@@ -1,4 +1,4 @@
-"""The robot's weight and effort limits detect wrong torque units if no joint's gain can be found."""
+"""Weight and effort limits detect wrong torque units if no gain can be found; slopes are not wrong contacts."""
 
 from dataclasses import replace
 from pathlib import Path

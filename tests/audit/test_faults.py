@@ -1,4 +1,4 @@
-"""Every fault in the list is detected, and good logs, including short ones, have no finding."""
+"""Every fault in the list is detected; good logs, even short ones or with brakes, have no finding."""
 
 from dataclasses import replace
 from pathlib import Path

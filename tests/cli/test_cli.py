@@ -1,4 +1,4 @@
-"""The command line as a user types it: exit codes, one sentence for what is wrong, whole outputs or none."""
+"""The command line as a user types it: exit codes, one-sentence errors, printed results, complete outputs or none."""
 
 import json
 import os

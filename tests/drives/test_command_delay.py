@@ -1,4 +1,4 @@
-"""Commands that act late: the delay is found, and the friction is the ground truth's, which the logs state."""
+"""Logs of position commands match their ground truth, and the delay of late commands is found."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Re-rooted recursion versus the dense equations (5.4) to (5.13), and both versus known friction."""
+"""Re-rooted recursion versus the dense equations (5.4) to (5.13), and the orientation of the base."""
 
 from dataclasses import replace
 from pathlib import Path

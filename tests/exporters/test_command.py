@@ -49,7 +49,7 @@ def test_a_wrong_model_comes_out_nearer_to_the_truth(tmp_path: Path, capsys: pyt
     assert off[1] < 0.1 * off[0]
 
 
-def test_what_does_not_fit_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_result_or_target_that_does_not_fit_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     result, _ = found_in(Robot.from_file(write_arm(tmp_path)))
     elbow = result.corrections.bodies["elbow"]
     heavy = replace(result.corrections, bodies={"elbow": replace(elbow, mass=(2 * elbow.mass[0], elbow.mass[1]))})

@@ -1,4 +1,4 @@
-"""Exported models are the robot that was found: to Pinocchio to rounding, to MuJoCo, and to Drake where it is here."""
+"""Exported models equal the corrected robot in Pinocchio and MuJoCo; links share corrections and stay possible."""
 
 from pathlib import Path
 

@@ -65,7 +65,7 @@ def command(*arguments: object) -> list[str]:
     return [sys.executable, "-m", "stribeck", "fleet", *map(str, arguments)]
 
 
-def test_tables_contain_what_results_contain(logs: Path, store: Path) -> None:
+def test_tables_contain_the_numbers_of_results(logs: Path, store: Path) -> None:
     job = all_jobs(logs)[0]
     result = identify(job.log, job.robot_file)
     where = f"JOIN logs USING (key) WHERE log = '{job.log}'"

@@ -1,4 +1,4 @@
-"""LuGre along a motion: its state, derivatives and steady law."""
+"""Friction with a state: LuGre's state, derivatives and steady law, and presliding over travel."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Friction torque of a log by support: known, or undetermined."""
+"""Friction torque of a log by support, and the choice of the filter."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -134,7 +134,7 @@ def test_a_humanoid_with_other_names_and_joints_that_count_the_other_way(tmp_pat
     assert "gripper_left_joint = " in text
 
 
-def test_a_log_as_it_should_be_is_left_as_it_is(tmp_path: Path) -> None:
+def test_a_standard_log_needs_no_settings(tmp_path: Path) -> None:
     path = written(noisy_log("ur5"), tmp_path / "log.npz")
     robot, text = drafted(ARM, path, tmp_path)
     assert "[log" not in text
@@ -200,7 +200,7 @@ def test_a_free_joint_at_the_root_of_a_urdf_is_the_base(tmp_path: Path, base: st
     assert (draft.robot().base, draft.robot().mass) == (base, 6.0)
 
 
-def test_names_are_matched_by_what_they_mean() -> None:
+def test_names_are_matched_by_their_meaning() -> None:
     names = ["l_knee", "R.KneeJoint", "frontLeftHip", "HR_KFE"]
     joints = ["left_knee", "right_knee", "FL_hip_joint", "RR_calf_joint"]
     assert match([*names, "motor_7"], [*joints, "joint_1"]) == dict(zip(names, joints, strict=True))

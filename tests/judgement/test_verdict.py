@@ -1,4 +1,4 @@
-"""Verdicts are honest: numbers only where the samples hold them, and reasons in words."""
+"""Verdicts with reasons, violated passivity, and the R^2 of the torque."""
 
 import json
 from dataclasses import asdict, replace
@@ -189,20 +189,20 @@ def fitted(make_samples, joint, carried):
     return samples, fit_law(samples, LAW, Settings(law=LAW.name))
 
 
-def test_it_is_one_less_the_noise_s_share_of_the_torque_s_variance(make_samples, make_joint) -> None:
+def test_torque_r2_is_one_minus_the_noises_share_of_the_variance(make_samples, make_joint) -> None:
     samples, fits = fitted(make_samples, make_joint(noise=0.5), carried=4.0)
     expected = 1 - 0.5**2 / np.var(samples.torque)
     assert torque_r2(samples, fits, LAW)["knee"] == pytest.approx(expected, abs=2e-3)
 
 
-def test_an_error_of_the_model_costs_its_mean_square_whether_it_varies_or_not(make_samples, make_joint) -> None:
+def test_torque_r2_falls_by_the_mean_square_of_a_model_error(make_samples, make_joint) -> None:
     samples, fits = fitted(make_samples, make_joint(noise=0.0), carried=4.0)
     off = replace(samples, friction_torque=samples.friction_torque + 0.8)
     assert torque_r2(samples, fits, LAW)["knee"] == pytest.approx(1.0, abs=1e-4)
     assert torque_r2(off, fits, LAW)["knee"] == pytest.approx(1 - 0.8**2 / np.var(samples.torque), abs=2e-3)
 
 
-def test_samples_that_no_fit_may_use_do_not_count(make_samples, make_joint) -> None:
+def test_torque_r2_ignores_unusable_samples(make_samples, make_joint) -> None:
     samples, fits = fitted(make_samples, make_joint(noise=0.2), carried=4.0)
     usable = samples.time[:, None] < samples.time[-1] / 2
     friction = np.where(usable, samples.friction_torque, 1e6)

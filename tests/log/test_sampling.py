@@ -1,4 +1,4 @@
-"""Sampling of a log and its corrections: no values are invented, and none depend on samples across a gap."""
+"""Sampling: no value is invented or depends on samples across a gap. Interpolation, and samples that logs share."""
 
 from dataclasses import replace
 
@@ -37,7 +37,7 @@ def log_at(time, **channels):
     return replace(bare, time=time, **(motion(time) | channels))
 
 
-def test_a_regular_log_comes_back_as_it_is():
+def test_a_regular_log_is_unchanged():
     log = synthetic_log(500)
     same, sampling = regularise(log, TABLE)
     assert same is log

@@ -1,4 +1,4 @@
-"""Friction of a robot in service: estimates, alarms, hostile streams, restarts."""
+"""Friction of a robot in service: estimates, alarms, hostile streams, restarts, and the motion of single samples."""
 
 import ctypes
 import subprocess

@@ -1,4 +1,4 @@
-"""Trajectories: at rest at both ends, within all limits, clear of the robot's own body, and the same in every file."""
+"""Trajectories, also before a first log: within all limits, clear of the robot's body, and the same in every file."""
 
 from dataclasses import replace
 from pathlib import Path

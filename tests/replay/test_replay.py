@@ -1,4 +1,4 @@
-"""Logs replayed: a model with the true friction explains them, one with none or a wrong one does not."""
+"""Replayed logs: a model with the true friction explains them, one without does not. Friction read from model files."""
 
 import json
 import re
@@ -288,7 +288,7 @@ def test_a_lugre_motor_is_stribeck_friction(gear: int, tmp_path: Path) -> None:
     assert found.stribeck_velocity == pytest.approx(0.1 / gear)
 
 
-def test_what_export_writes_as_lugre_is_read_again(tmp_path: Path) -> None:
+def test_exported_lugre_friction_is_read_back(tmp_path: Path) -> None:
     result, robot, name = of_joint(results.joint(**EFFECT), tmp_path, "toro")
     export(result, robot, tmp_path / "new.xml", "mjcf", friction="lugre")
     found, _, _ = read_friction(tmp_path / "new.xml")

@@ -1,4 +1,4 @@
-"""Charts as data: what they hold is what the samples, the law and the phases say."""
+"""Charts as data, compared with samples, law and phases; branches of a curve; numbers as text."""
 
 import base64
 import math
@@ -123,7 +123,7 @@ def test_branches_that_a_wrong_model_splits_close(corrected: Result) -> None:
         assert splits[1] < 0.1 * splits[0], joint
 
 
-def test_the_report_draws_them(corrected: Result, tmp_path: Path) -> None:
+def test_the_report_draws_both_branches(corrected: Result, tmp_path: Path) -> None:
     figures = branch_charts(corrected)
     assert len(figures) == len(corrected.joints)
     write_report(corrected, tmp_path / "report.html")

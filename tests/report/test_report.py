@@ -1,3 +1,5 @@
+"""The report: its order, texts, curves, findings and ground truth, and the page of an inspection."""
+
 import json
 import re
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Comparing two results, and left with right."""
+"""Comparison of two results, and of left and right joints, which are matched by name."""
 
 import json
 from dataclasses import replace

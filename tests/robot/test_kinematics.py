@@ -1,4 +1,4 @@
-"""Vectorized kinematics, and the independent ones of the simulation, against Pinocchio."""
+"""Kinematics, re-rooted trees and inertial parameters, compared with Pinocchio."""
 
 import numpy as np
 import pinocchio as pin

@@ -1,4 +1,4 @@
-"""The contact simulator against Pinocchio and the laws of mechanics."""
+"""The contact simulator and its humanoids, compared with Pinocchio, their tables and the laws of mechanics."""
 
 from collections.abc import Callable
 from pathlib import Path

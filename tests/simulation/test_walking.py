@@ -1,4 +1,4 @@
-"""Robots walk in the contact simulator, and their logs give back the friction."""
+"""Footsteps and the DCM are planned, robots walk in the contact simulator, and their logs contain the friction."""
 
 from functools import cache
 from pathlib import Path

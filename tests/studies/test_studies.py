@@ -82,7 +82,7 @@ def test_intervals_cover_the_truth_under_errors_that_no_setting_describes() -> N
     assert inside > 0.9 * count
 
 
-def test_what_is_wrong_is_called_weak() -> None:
+def test_wrong_values_are_weak() -> None:
     judged = [each for row in saved("verdicts") if row["method"] == "whole-log" for each in row["judged"]]
     wrong, found, right, alarms = verdicts.flagged(judged)
     assert found > 0.95 * wrong

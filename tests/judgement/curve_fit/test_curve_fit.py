@@ -1,4 +1,4 @@
-"""The fit finds what was put in, from wrong starts, and never sees what is held out."""
+"""The fit recovers known friction, does not use held-out blocks, and excludes rest where a law jumps."""
 
 import warnings
 from dataclasses import replace
@@ -102,7 +102,7 @@ def half_at_rest(make_samples, make_joint):
     )
 
 
-def test_rest_is_left_out_of_laws_that_jump(half_at_rest):
+def test_rest_is_excluded_for_laws_that_jump(half_at_rest):
     law = get_law("coulomb-viscous")
     fit = fit_law(half_at_rest, law, Settings(law=law.name, holdout=3))["knee"]
     np.testing.assert_allclose(fit.values, list(TRUTH.values()), rtol=1e-6)
@@ -110,7 +110,7 @@ def test_rest_is_left_out_of_laws_that_jump(half_at_rest):
     assert spoilt.values[1] < 0.8 * TRUTH["coulomb"]
 
 
-def test_rest_stays_in_for_laws_that_are_continuous(half_at_rest):
+def test_rest_is_used_for_continuous_laws(half_at_rest):
     settings = Settings()
     kept = {name: len(joint_problem(half_at_rest, "knee", get_law(name), settings).velocity) for name in LAWS}
     assert kept["stribeck"] == len(half_at_rest.time)

@@ -1,4 +1,4 @@
-"""Tables with unnamed or numbered columns, alternative names, or lists in every row."""
+"""Tables and frames: unnamed or numbered columns, alternative names, lists in every row, settings and indices."""
 
 import csv
 from typing import Any

@@ -1,4 +1,4 @@
-"""Direct least squares: weights of disturbed rows, clusters of two kinds, and logs that show next to nothing."""
+"""Direct least squares: weights, covariance, base parameters, and bodies that are physically possible."""
 
 import numpy as np
 import pinocchio as pin

@@ -1,4 +1,4 @@
-"""Noise is measured from the log itself."""
+"""Noise is measured from the log itself, and spikes are replaced."""
 
 import numpy as np
 import pytest
@@ -63,7 +63,7 @@ def test_motion_is_unchanged() -> None:
 
 
 @pytest.mark.parametrize("size", [20.0, 1000.0])
-def test_spikes_are_replaced_by_what_is_between_their_neighbours(size: float) -> None:
+def test_spikes_are_replaced_by_values_between_their_neighbors(size: float) -> None:
     signal, generator = channel(), np.random.default_rng(1)
     there = generator.random(signal.shape) < 0.01
     spiked = signal + size * SIZE * there * generator.choice([-1.0, 1.0], signal.shape)

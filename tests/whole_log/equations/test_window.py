@@ -1,4 +1,4 @@
-"""The windows of the weak form."""
+"""Windows of the weak form, noise of accelerations, and rows that late torques remove."""
 
 from pathlib import Path
 
