@@ -31,12 +31,10 @@ def test_all_parameters_come_back(arm: Robot, kind: str, tolerance: float) -> No
 def test_two_logs_give_the_result_of_one_long_log(arm: Robot) -> None:
     first, second = arm_log(arm, seed=1), arm_log(arm, seed=2)
     both = identify([first, second], arm, method="curve-fit")
-    assert both.log.samples_used == sum(
-        identify(log, arm, method="curve-fit").log.samples_used for log in (first, second)
-    )
+    used = [identify(log, arm, method="curve-fit").log.samples_used for log in (first, second)]
+    assert both.log.samples_used == sum(used)
     assert both.joints["shoulder"].parameters["coulomb"].value == pytest.approx(TRUTH["coulomb"], rel=0.01)
-    blocks = both.evidence.samples.block
-    assert len(np.unique(blocks)) == 40
+    assert len(np.unique(both.evidence.samples.block)) == 40
 
 
 def test_the_order_of_logs_does_not_matter(arm: Robot) -> None:

@@ -43,8 +43,7 @@ def test_ball_feet_get_their_radius_from_a_trot_with_raw_flags_unless_they_slip(
     assert [contact.radius for contact in rolling.contacts.values()] == pytest.approx([0.022] * 4, abs=0.006)
     assert np.all([contact.radius == 0 for contact in robot.contacts.values()])
     spin = Rotation.from_rotvec(np.outer(ready.log.time, [0.0, 0.0, 1.0]))  # as if it spun on its standing feet
-    spun = (spin * Rotation.from_quat(ready.log.base_orientation)).as_quat()
-    log = replace(ready.log, base_orientation=spun)
+    log = replace(ready.log, base_orientation=(spin * Rotation.from_quat(ready.log.base_orientation)).as_quat())
     slipping, (note,) = with_rolling_feet(robot, [(log, ready.support.phases, ready.sampling.period)])
     assert "they slip" in note
     assert slipping is robot

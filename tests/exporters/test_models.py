@@ -126,9 +126,8 @@ def test_no_correction_changes_nothing_and_frames_do_not_matter() -> None:
     one = links[0]
     assert possible(one) is one
     pose = pin.SE3.Random().homogeneous
-    np.testing.assert_allclose(
-        share(pose @ links @ pose.T, pose @ found @ pose.T), pose @ share(links, found) @ pose.T, atol=1e-10
-    )
+    moved = share(pose @ links @ pose.T, pose @ found @ pose.T)
+    np.testing.assert_allclose(moved, pose @ share(links, found) @ pose.T, atol=1e-10)
 
 
 def test_an_empty_link_and_a_sensor_stay_and_an_impossible_link_becomes_possible() -> None:

@@ -84,8 +84,7 @@ def without_and_with(found: Replay) -> tuple[Replayed, Replayed]:
 
 
 def relative(model: Replayed, joint: str, horizon: int) -> float:
-    error = model.rollouts[joint][horizon]
-    return error.relative
+    return model.rollouts[joint][horizon].relative
 
 
 @pytest.mark.usefixtures("few")

@@ -43,8 +43,7 @@ def test_it_goes_where_the_plan_says_and_stays_upright() -> None:
 
 def test_the_log_gives_back_the_friction_of_the_swinging_leg() -> None:
     walk = exact_walk()
-    evidence = identify(walk.log, toro(), method="curve-fit").evidence
-    samples = evidence.samples
+    samples = identify(walk.log, toro(), method="curve-fit").evidence.samples
     legs = [column for column, name in enumerate(samples.joint_names) if name in walk.truth.parameters]
     rows = np.round(samples.time / 1e-3).astype(int)
     for column in legs:

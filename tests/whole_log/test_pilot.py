@@ -172,9 +172,8 @@ def test_a_payload_is_named_and_its_spans_are_used_when_it_is_accepted(tmp_path:
     start, end = map(float, re.findall(r"from ([\d.]+) to ([\d.]+) s", findings["payload"].text)[0])
     assert (start, end) == (pytest.approx(6.0, abs=0.3), pytest.approx(14.0, abs=0.3))
     line = re.findall(r"payload = \[.*\](?= in \[robot\])", findings["payload"].cure)[0]
-    assert [float(x) for x in re.findall(r"com = \[(.*?)\]", line)[0].split(",")] == pytest.approx(
-        [0.05, 0, 0.1], abs=0.01
-    )
+    com = re.findall(r"com = \[(.*?)\]", line)[0].split(",")
+    assert [float(x) for x in com] == pytest.approx([0.05, 0, 0.1], abs=0.01)
     write_arm(tmp_path, f"{line}\n")
     assert run(*command, str(tmp_path / "after")) == 0
     result = read_result(tmp_path / "after/result.json")

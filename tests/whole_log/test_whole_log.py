@@ -50,13 +50,22 @@ def test_a_noisy_log_gives_it_within_its_intervals(arm: Robot, exact_arm_log: Ro
 def test_a_law_that_jumps_is_not_misled_by_joints_at_rest(arm: Robot) -> None:
     law = get_law("coulomb-viscous")
     exact, known = exact_log(arm, law, dict.fromkeys(arm.joint_names, PLAIN), duration=16.0, seed=3)
-    held = exact.velocity is not None and np.abs(exact.velocity) < 0.02
-    # as if nothing held the joint at rest
+    held = np.abs(exact.velocity) < 0.02  # as if nothing held the joint at rest
     stiction = replace(exact, torque=exact.torque - held * known.friction_torque)
     log = with_noise(stiction, position=1e-6, torque=0.02, seed=4)
     settings = WHOLE_LOG.model_copy(update={"law": law.name, "rest": 0.01})
     for name, joint in identify(log, arm, settings).joints.items():
         assert joint.parameters["coulomb"].value == pytest.approx(1.2, rel=0.01), name
+
+
+@pytest.mark.long
+def test_a_late_base_orientation_is_found() -> None:
+    robot, log = walk("biped", 8.0)
+    late = replace(log, base_orientation=np.roll(log.base_orientation, 10, axis=0)).take(slice(50, None))
+    found = whole_log(late, robot, Settings(law="stribeck", corrections="calibration"))
+    delay, error = found.described.base_delay
+    assert error < 2e-3
+    assert delay == pytest.approx(0.01, abs=3 * error)
 
 
 def test_every_leg_of_a_biped_counts_and_corrections_are_determined_by_swinging_limbs() -> None:
@@ -65,8 +74,7 @@ def test_every_leg_of_a_biped_counts_and_corrections_are_determined_by_swinging_
     result = identify(log, robot, Settings(law="stribeck", corrections="inertia"))
     for joint, found in result.joints.items():
         assert found.parameters["coulomb"].value == pytest.approx(1.2, rel=0.04), joint
-    evidence = result.evidence
-    before, after = evidence.correction
+    before, after = result.evidence.correction
     assert before.usable.any(axis=0).all()
     np.testing.assert_array_equal(before.usable, after.usable)
     np.testing.assert_array_equal(before.velocity, after.velocity)
