@@ -63,7 +63,7 @@ def test_standstill(law: FrictionLaw) -> None:
 
 
 @every_law
-@settings(max_examples=6, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 10_000))
 def test_parameters_are_recovered_from_clean_samples(law: FrictionLaw, seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -12,7 +12,7 @@ from stribeck.judgement.speed import top_speed
 from stribeck.judgement.weakness import is_weak
 from stribeck.settings import Settings
 
-REPETITIONS = 12
+REPETITIONS = 30
 CASES = {
     "all is known": ("stribeck", {}, {}, None),
     "no Stribeck effect": ("stribeck", {"stribeck_gain": 0.0}, {}, "stribeck_velocity"),
