@@ -15,6 +15,13 @@ from stribeck.settings import Settings
 SETTINGS = Settings()
 
 
+def test_a_linear_law_has_the_closed_form_solution(make_samples, make_joint) -> None:
+    samples, law = make_samples({"knee": make_joint()}), get_law("coulomb-viscous")
+    training, _ = hold_out(joint_problem(samples, "knee", law, SETTINGS), SETTINGS.holdout)
+    expected, *_ = np.linalg.lstsq(training.jacobian(np.zeros(3)), training.friction_torque)
+    np.testing.assert_allclose(fit_law(samples, law, SETTINGS)["knee"].values, expected, rtol=1e-7)
+
+
 def test_held_out_blocks_are_never_seen(make_samples, make_joint) -> None:
     samples = make_samples({"knee": make_joint()})
     _, unseen = hold_out(joint_problem(samples, "knee", get_law("stribeck"), SETTINGS), SETTINGS.holdout)
