@@ -3,6 +3,7 @@
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 from tests.report.conftest import make_walk, truth_of
 
@@ -61,6 +62,24 @@ def wait(page: Any) -> None:
     page.execute_async_script("requestAnimationFrame(() => setTimeout(arguments[0], 150))")
 
 
+@pytest.mark.parametrize("width", [390, 1280])
+def test_every_chart_is_drawn_when_it_is_seen(page: Any, width: int) -> None:
+    show(page, width)
+    assert not page.find_elements("css selector", ".figures canvas")
+    open_all(page)
+    places = page.find_elements("css selector", ".figures .plot")
+    assert len(places) > 20
+    drawn = (
+        "const canvas = arguments[0].querySelector('canvas'), size = [0, 0, canvas.width, canvas.height];"
+        " const area = arguments[0].querySelector('.u-over').getBoundingClientRect();"
+        " return [area.width, area.height, new Set(canvas.getContext('2d').getImageData(...size).data).size]"
+    )
+    for place in places:
+        page.execute_script("arguments[0].scrollIntoView({behavior: 'instant'})", place)
+        wait(page)
+        assert np.all(np.array(page.execute_script(drawn, place)) > [180, 70, 10])
+
+
 def test_the_pointer_reads_values_drags_to_zoom_and_a_double_click_resets(page: Any) -> None:
     from selenium.webdriver import ActionChains
 
@@ -86,11 +105,8 @@ def test_the_pointer_reads_values_drags_to_zoom_and_a_double_click_resets(page: 
 
 def test_lead_curves_and_first_lines_stand_on_the_first_screen_and_nothing_is_loaded(page: Any) -> None:
     show(page, 1280)
-    ends = page.execute_script(
-        "return ['.lead', '.curve', '.joints tbody tr']"
-        ".map(s => document.querySelector(s).getBoundingClientRect().bottom)"
-    )
-    assert max(ends) < 800
+    ends = "['.lead', '.curve', '.joints tbody tr'].map(s => document.querySelector(s).getBoundingClientRect().bottom)"
+    assert max(page.execute_script(f"return {ends}")) < 800
     assert page.execute_script("return performance.getEntriesByType('resource').map(each => each.name)") == []
     assert page.get_log("browser") == []
 
@@ -113,18 +129,14 @@ def test_rows_are_sorted_scales_switched_and_panels_opened_by_their_links(page: 
     assert page.execute_script(picture) != common
     assert not page.execute_script("return document.querySelector('#joint-1').checkVisibility()")
     page.execute_script("document.querySelector('.joints a[href=\"#joint-1\"]').click()")
-    page.execute_async_script("requestAnimationFrame(() => setTimeout(arguments[0], 50))")
+    wait(page)
     assert page.execute_script("return document.querySelector('#joint-1').checkVisibility()")
 
 
 def test_light_and_dark_differ_and_figures_follow(page: Any) -> None:
-    looks = {}
+    looks, colors = [], "getComputedStyle(document.body).backgroundColor, document.querySelector('canvas').toDataURL()"
     for scheme in ("light", "dark"):
         show(page, 1280, scheme)
         wait(page)
-        looks[scheme] = page.execute_script(
-            "const canvas = document.querySelector('canvas');"
-            "return [getComputedStyle(document.body).backgroundColor, canvas.toDataURL()]"
-        )
-    assert looks["light"][0] != looks["dark"][0]
-    assert looks["light"][1] != looks["dark"][1]
+        looks.append(page.execute_script(f"return [{colors}]"))
+    assert all(light != dark for light, dark in zip(*looks, strict=True))
