@@ -19,6 +19,7 @@ TRUTH = VarianceComponents(
     np.array([[3.0, 2.0, 1.5, 1.0, 2.0], [4.0, 3.0, 2.0, 1.0, 1.5]]),
     np.zeros(3),
     np.zeros(3),
+    np.zeros(3),
     np.array([1.0, 2.0, 3.0, 1.0]),
 )
 
@@ -101,7 +102,7 @@ def test_variance_components_are_found_from_residuals() -> None:
         residual = factor @ generator.standard_normal(len(factor))
         groups = make_groups(equations, 0, 1, residual[:, None])
         parts.append((groups, groups.design[:, :, 0]))
-    zeros = np.zeros(3), np.zeros(3)
+    zeros = np.zeros(3), np.zeros(3), np.zeros(3)
     components = VarianceComponents(np.full((2, 3), 1.0), np.full(6, 1.0), np.ones((2, 5)), *zeros, np.ones(4))
     for _ in range(15):
         components = more_likely(components, parts, 1.0)
@@ -111,6 +112,19 @@ def test_variance_components_are_found_from_residuals() -> None:
     assert np.all(components.contact_scale[:, 0] > 1.5)
     np.testing.assert_allclose(components.contact_scale[:, 3], 1.0)
     np.testing.assert_allclose(components.encoder_scale, TRUTH.encoder_scale, rtol=0.25)
+
+
+def test_friction_is_uncertain_where_the_filter_hides_a_reversal():
+    equations = some_equations(80, False, 3)
+    slow = np.array([0.0, 0.0, 0.01])
+    fast = np.ones(len(equations.velocity))
+    reverses = np.where(np.arange(len(fast)) < 40, 1.0, -1.0)
+    equations = replace(equations, velocity=np.stack([fast, reverses, 0.001 * fast], axis=1), blur=6)
+    near = np.abs(np.arange(len(fast)) - 39.5) < 6
+    share = equations.windows(np.stack([0 * near, near, fast], axis=1))
+    components = replace(TRUTH, model=0 * TRUTH.model, rest=slow, stiction=np.full(3, 7.0), reversal=np.full(3, 0.4))
+    expected = np.hypot(share * 0.4, share * np.array([0, 0, 7.0]))
+    np.testing.assert_allclose(components.at(equations)[:, :3], expected, atol=1e-12)
 
 
 @pytest.mark.parametrize("lags", [1, 4, 9])

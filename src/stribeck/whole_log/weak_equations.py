@@ -78,6 +78,8 @@ class WeakEquations:
         no friction; (0,) without these equations.
     set_aside
         Mask of windows with outliers, which are not used, shape (K,); None without outliers.
+    blur
+        Rows of `velocity` on either side of a reversal over which the filter of velocities hides it [1].
     """
 
     time: Array
@@ -106,6 +108,7 @@ class WeakEquations:
     wrench_noise: Array = field(default_factory=lambda: np.zeros(0))
     set_aside: BoolArray | None = None
     before: Array | None = None
+    blur: int = 0
 
     @property
     def used(self) -> BoolArray:

@@ -129,6 +129,7 @@ class WeakForm:
             residual=summed(window.apply(left)[:, :, None])[:, :, 0],
             velocity=velocity @ on_joints,
             before=before @ on_joints,
+            blur=self.filters.smooth.shape[1] // 4 * window.fineness,
             taps=window.fine_taps,
             step=window.step * window.fineness,
             projection=None if plain else summed(np.broadcast_to(on_rows, (len(time), *on_rows.shape))),

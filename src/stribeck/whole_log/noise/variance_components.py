@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter, minimum_filter
 
 from stribeck.base.typing import Array
 from stribeck.whole_log.constants import CONTACT_BINS
@@ -45,6 +46,8 @@ class VarianceComponents:
     rest, stiction
         Speed [rad/s] below which a joint is at rest, and the torque [N m] that may then hold it, shape (n,) each; zeros
         for laws that do not jump at standstill.
+    reversal
+        Error of friction where the filter of velocities hides whether a joint sticks or reverses [N m], shape (n,).
     wrench
         Errors of the wrench on a standing foot from its sensor or the model [N], [N m], shape (6,); (0,) without
         sensors.
@@ -58,6 +61,7 @@ class VarianceComponents:
     contact_scale: Array
     rest: Array
     stiction: Array
+    reversal: Array
     encoder_scale: Array
     wrench: Array = field(default_factory=lambda: np.zeros(0))
 
@@ -100,7 +104,9 @@ class VarianceComponents:
         )
         if self.rest.any():
             joints = len(self.rest)
-            components[:, :joints] = np.hypot(components[:, :joints], self.stiction * resting(equations, self.rest))
+            at_rest, near_rest = (resting(equations, self.rest, blur) for blur in (0, equations.blur))
+            held = np.hypot(self.stiction * at_rest, self.reversal * near_rest)
+            components[:, :joints] = np.hypot(components[:, :joints], held)
         return components
 
     def marginal(self, equations: WeakEquations, windows: int = 1) -> Array:
@@ -164,6 +170,7 @@ def first_components(
         contact_scale=np.ones((2, BINS)),
         rest=rest,
         stiction=stiction,
+        reversal=np.zeros(joints),
         encoder_scale=np.ones(len(equations.encoder_noise)),
         wrench=np.repeat([2.0, 0.5], 3)[: 6 * sensed],
     )
@@ -175,6 +182,11 @@ def bin_of(equations: WeakEquations) -> NDArray[np.int64]:
     return np.where((early == AWAY) & (equations.until < CONTACT_BINS[0]), BINS - 1, early)
 
 
-def resting(equations: WeakEquations, rest: Array) -> Array:
-    """Compute the share of each window in which a joint is slower than `rest` [rad/s], shape (K, n)."""
-    return equations.windows((np.abs(equations.velocity) < rest).astype(float))
+def resting(equations: WeakEquations, rest: Array, blur: int) -> Array:
+    """Compute the share of each window in which a joint is slower than `rest` [rad/s], shape (K, n).
+
+    Rows count as well if the joint rests or reverses within `blur` rows of them.
+    """
+    reach = (2 * blur + 1, 1)
+    least, most = minimum_filter(equations.velocity, reach), maximum_filter(equations.velocity, reach)
+    return equations.windows(((least < rest) & (most > -rest)).astype(float))

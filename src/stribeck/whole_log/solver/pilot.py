@@ -37,6 +37,9 @@ LINEAR = 0.5e-3
 LAGS = (0.5e-3, 2e-3, 8e-3)
 """Travels of the pilot's presliding, divided by the top speed [s]; presliding resembles a delay."""
 
+SLOW = 0.25
+"""Share of the top speed [1] up to which friction counts as friction near standstill, chosen by judgment."""
+
 DIFFER = 2.0
 """Factor by which chi^2 must fall for logs to have their own friction [1]: it is 600 for simulated days whose friction
 differs by 15 %, and at most 1.11 for logs of seven real robots, where errors of the model dominate."""
@@ -148,7 +151,7 @@ class _PilotFits:
         groups, precision = _groups(parts, own, self.columns, torque, operations)
         groups = consistent(groups, model, components, precision, half_alone)
         groups = undisturbed(groups, model, components, precision)
-        components, groups = _alternate(groups, model, components, precision, rounds)
+        components, groups = _alternate(groups, model, components, precision, rounds, self.basis)
         prediction, _ = predict(groups, components, model, precision)
         return Pilot(groups, model, components, prediction, delay or 0.0, torque, precision)
 
@@ -234,7 +237,12 @@ def with_terms(pilot: Pilot, columns: Columns) -> Pilot:
 
 
 def _alternate(
-    groups: list[Groups], model: ModelCorrections, components: VarianceComponents, precision: Array, rounds: int
+    groups: list[Groups],
+    model: ModelCorrections,
+    components: VarianceComponents,
+    precision: Array,
+    rounds: int,
+    basis: Basis,
 ) -> tuple[VarianceComponents, list[Groups]]:
     """Alternate fits and estimates of the variance components until none grows, or for some rounds.
 
@@ -252,11 +260,27 @@ def _alternate(
             found = any(each.part.set_aside is not None for each in groups)
             components = first if found and not outliers else components
             outliers = found
+        components = replace(components, reversal=_near_standstill(prediction.values[: len(precision)], basis))
         before, components = components, more_likely(components, left, freedom)
         grown = float(np.max(components.model / np.maximum(before.model, 1e-12)))
         if number >= (2 if outliers else 1) * ROUNDS and grown < 1.2:
             break
     return components, groups
+
+
+def _near_standstill(friction: Array, basis: Basis) -> Array:
+    """Compute the error of friction where a joint sticks or reverses unseen [N m], shape (n,).
+
+    Friction is anywhere between minus and plus the largest resisting torque up to `SLOW` of the top speed; the
+    standard deviation of a uniform distribution is this torque divided by the square root of three. `friction` are the
+    coefficients of all joints, of the curves and of further columns, shape (n q,).
+    """
+    joints, functions = len(basis.velocity), basis.functions.shape[1]
+    curves = friction.reshape(joints, -1)[:, :functions] @ basis.functions.T
+    middle = basis.velocity.shape[1] // 2
+    slow = basis.velocity[0, middle:] < SLOW * basis.velocity[0, -1]
+    resisting = (curves[:, middle:] - curves[:, middle::-1]) / 2
+    return np.asarray(np.abs(resisting[:, slow]).max(axis=1) / np.sqrt(3))
 
 
 def _groups(
