@@ -15,13 +15,18 @@ from stribeck.friction_torque.preparation import prepare
 
 @pytest.mark.parametrize(
     "log",
-    [{"rate": 200.0}, pytest.param({"flags": False}, marks=pytest.mark.long)],
-    ids=["raw flags at 200 Hz", "no flags"],
+    [{"rate": 200.0}, {"carries": 1.7}, pytest.param({"flags": False}, marks=pytest.mark.long)],
+    ids=["raw flags at 200 Hz", "a payload that the model lacks", "no flags"],
 )
 def test_a_trot_is_identified_and_covered_by_default(log, tmp_path):
+    carries = log.pop("carries", 0.0)
     drives = trotting_quadruped(tmp_path, keys=(), seconds=15.0, ramps=True, **log)
     path = tmp_path / "robot.toml"
     path.write_text(path.read_text().replace('"command"', '"motor_current"'))
+    model = Robot.from_file(path).model_file
+    heavy = model.read_text()
+    assert 'mass="6.921"' in heavy
+    model.write_text(heavy.replace('mass="6.921"', f'mass="{6.921 - carries}"'))
     joints = identify(tmp_path / "log.npz", path).joints
     assert sum(joint.verdict == "identified" for joint in joints.values()) >= 10
     inside = []

@@ -28,6 +28,7 @@ from stribeck.methods.whole_log_findings import find_problems
 from stribeck.methods.whole_log_fitted import FEW, WholeLog
 from stribeck.robot import Robot
 from stribeck.settings import Priors, Settings
+from stribeck.whole_log.constants import ROUNDS
 from stribeck.whole_log.equations.build import WeakForm, weak_form
 from stribeck.whole_log.equations.equation_sequence import equation_sequence
 from stribeck.whole_log.equations.noise import SMALLEST, without_spikes
@@ -49,14 +50,21 @@ def identify_whole_log(
     """
     columns, couplings, top_speed = joints_that_move(prepared, robot, law, settings)
     forms = weak_forms(prepared, robot, columns, couplings, settings)
-    equations = equation_sequence(forms, top_speed)
+    noise = np.max([form.velocity_noise for form in forms], axis=0)
+    rest = np.maximum(settings.rest * top_speed, NOISE_FACTOR * noise)
+    equations, load = equation_sequence(forms, top_speed), np.zeros(4)
     if not equations:
         raise NothingIdentifiedError(
             "no joint can be identified from this log: every support phase is shorter than the filters' windows"
         )
-    noise = np.max([form.velocity_noise for form in forms], axis=0)
-    rest = np.maximum(settings.rest * top_speed, NOISE_FACTOR * noise)
     fit = fit_whole_log(equations, law, rest, settings.priors, progress)
+    for _ in range(ROUNDS if any(form.floats for form in forms) else 0):
+        load, before = fit.bodies[:1, :4], load
+        if np.abs(load - before).max(initial=0.0) < 1.0:  # prior standard deviation
+            break
+        corrected = corrected_robot(robot, equations.corrections, fit.corrections)
+        equations = equation_sequence([replace(form, corrected=corrected) for form in forms], top_speed)
+        fit = fit_whole_log(equations, law, rest, settings.priors, progress)
     held_out: list[list[slice]] = [[] for _ in forms]
     for log, segment in fit.read.held_out:
         held_out[log].append(slice(segment.first, segment.last))

@@ -5,6 +5,7 @@ Modulating functions: Shinbrot 1957; weak form: Messenger and Bortz 2021.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -16,10 +17,16 @@ from stribeck.friction_torque.preparation import PreparedLog
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.settings import Settings
-from stribeck.whole_log.equations.corrections import CORRECTIONS, find_corrections
+from stribeck.whole_log.equations.corrections import CORRECTIONS, find_corrections, inertial_parameters_of
 from stribeck.whole_log.equations.corrections.correction import Layout, Signals
 from stribeck.whole_log.equations.filters import Filters, derivatives, find_filters
-from stribeck.whole_log.equations.mode_rows import ModeRows, null_projection, rows_of_modes, without_forces
+from stribeck.whole_log.equations.mode_rows import (
+    ModeRows,
+    null_projection,
+    rows_of_modes,
+    unknown_acceleration,
+    without_forces,
+)
 from stribeck.whole_log.equations.noise import NoiseLevels, measure_noise
 from stribeck.whole_log.equations.segments import Segment, cut_segments
 from stribeck.whole_log.weak_equations import WeakEquations
@@ -45,6 +52,8 @@ class WeakForm:
         Sampling period [s].
     delay
         Assumed delay of the torques [s]; corrections start from it.
+    corrected
+        Robot with estimated inertias, at which the equations are linearized instead of the model.
     """
 
     robot: Robot
@@ -59,6 +68,7 @@ class WeakForm:
     couplings: Array
     period: float
     delay: float = 0.0
+    corrected: Robot | None = None
 
     def delayed(self, segment: Segment) -> Segment | None:
         """Return the part of a segment whose torques are in the log; None if it is too short.
@@ -72,6 +82,11 @@ class WeakForm:
         return replace(segment, first=first, last=last) if last - first >= self.filters.shortest else None
 
     @property
+    def floats(self) -> bool:
+        """Whether the base moves by unknown accelerations in some contact mode, because no sole is at rest."""
+        return any(mode.flies or mode.slides for mode in self.contact_modes.values())
+
+    @property
     def velocity_noise(self) -> Array:
         """Standard deviation of the velocities' noise [rad/s], of joints and couplings, shape (n + c,)."""
         noise = self.noise.position[self.joints] * np.linalg.norm(self.filters.smooth[1])
@@ -81,6 +96,8 @@ class WeakForm:
         """Compute the weak form of one segment, which is part of a numbered gait phase."""
         log, joints, window = self.log, self.joints, self.filters.window
         mode, here = self.contact_modes[segment.feet], slice(segment.first, segment.last)
+        if self.corrected:
+            mode = replace(mode, robot=self.corrected)
         state, torque = self._state(segment), self._torque(segment)
         foot = None if mode.sensor is None else log.foot_names.index(mode.surface)
         wrench = None if foot is None or log.foot_wrench is None else log.foot_wrench[here, foot]
@@ -91,9 +108,10 @@ class WeakForm:
         if centers.orientation is not None:
             up = gravity_in_root_link(centers.orientation.quaternion, self.robot.up)
         encoder, root, unknowns = mode.responses(centers.position, up)
-        free, half = None, len(window.taps) // 2
+        free, half, slip = None, len(window.taps) // 2, None
         if unknowns is not None:
             free = null_projection(unknowns)
+            slip = unknown_acceleration(window.apply(left), unknowns) if mode.slides else None
             left = without_forces(left, unknowns, half, window.step)
 
         def summed(of_rows: Array) -> Array:
@@ -109,6 +127,7 @@ class WeakForm:
                 layout=self.corrections,
                 mode=mode,
                 state=centers,
+                slip=slip,
                 on_joints=on_joints,
                 torque=smooth_torque,
                 torque_rate=window.apply(np.gradient(self._late(segment, torque)[:, joints], self.period, axis=0)),
@@ -117,6 +136,9 @@ class WeakForm:
             )
             own = [each.columns(signals) for each in CORRECTIONS if each.columns and self.corrections.sizes[each.name]]
             regressors = summed(np.concatenate(own, axis=2))
+        residual = summed(window.apply(left)[:, :, None])[:, :, 0]
+        if self.corrected and regressors is not None:
+            residual += regressors[:, :, self.corrections.part("bodies")] @ self._change
         time = log.time[segment.first + half :: window.step][: len(centers.position)]
         before, velocity, position = self._fine(segment)
         standing = self.robot.standing(segment.feet)[joints]
@@ -126,7 +148,7 @@ class WeakForm:
             since=time - (-np.inf if segment.begins is None else log.time[segment.begins]),
             until=(np.inf if segment.ends is None else log.time[segment.ends]) - time,
             gait=gait,
-            residual=summed(window.apply(left)[:, :, None])[:, :, 0],
+            residual=residual,
             velocity=velocity @ on_joints,
             before=before @ on_joints,
             blur=self.filters.smooth.shape[1] // 4 * window.fineness,
@@ -149,6 +171,12 @@ class WeakForm:
             couplings=self.couplings if self.couplings.size else None,
             wrench_noise=np.zeros(0) if foot is None else self.noise.wrench[foot],
         )
+
+    @cached_property
+    def _change(self) -> Array:
+        """Inertial parameters of the corrected robot minus the model's, shape (10 bodies,)."""
+        assert self.corrected is not None
+        return inertial_parameters_of(self.corrected).ravel() - self.corrections.inertial_parameters.ravel()
 
     def _carried(self, segment: Segment) -> list[bool]:
         """Find which payloads the robot carries in the middle of a segment."""

@@ -69,8 +69,13 @@ class ModeRows(ContactMode):
     @property
     def sums(self) -> int:
         """Number of sums of rows without unknown forces and accelerations."""
-        unknown = 6 * self.flies + self.forces + 3 * (bool(self.loaded) and not self.surface)
+        unknown = 6 * self.flies + self.forces + 3 * self.slides
         return len(self.rows) - unknown
+
+    @property
+    def slides(self) -> bool:
+        """Whether the base stands on points only, which slip: its linear acceleration is unknown."""
+        return bool(self.loaded) and not self.surface
 
     @property
     def rows(self) -> IntArray:
@@ -149,7 +154,7 @@ class ModeRows(ContactMode):
             return encoder, root, root.transpose(0, 2, 1)[:, :count] if count else None
         jacobian = self.jacobian(position, up)
         unknown = self.used(position, jacobian.transpose(0, 2, 1)).transpose(0, 2, 1)
-        if not self.surface:
+        if self.slides:
             encoder = encoder + root @ _root_from_joints(jacobian)
             unknown = np.concatenate([unknown, root[:, :, :3].transpose(0, 2, 1)], axis=1)
         return encoder, root, unknown
@@ -235,6 +240,15 @@ def null_projection(jacobian: Array) -> Array:
     _, values, right = np.linalg.svd(jacobian, full_matrices=True)
     rank = int((values > 1e-6 * values[:, :1]).sum(axis=1).max())  # smaller ones: feet that constrain the same twice
     return np.asarray(right[:, rank:])
+
+
+def unknown_acceleration(left: Array, unknowns: Array) -> Array:
+    """Estimate the last three unknowns, the base's acceleration, that explain most of the rows, shape (K, 3) [m/s^2].
+
+    The rows have the shape (K, rows), and the unknowns' effects on them (K, u, rows).
+    """
+    found = np.linalg.pinv(unknowns.transpose(0, 2, 1)) @ left[:, :, None]
+    return np.asarray(found[:, -3:, 0])
 
 
 def without_forces(left: Array, at_centers: Array, first: int, step: int) -> Array:

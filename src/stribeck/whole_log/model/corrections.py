@@ -22,6 +22,9 @@ from stribeck.whole_log.model.bodies import Bodies, bodies_of
 HELD = 1e-4
 """Prior standard deviation of a coordinate that is held at its prior mean [1]."""
 
+CARRIER = 8.0
+"""First prior of a floating base's body relative to other bodies' [1], because bases carry computers and payloads."""
+
 FLOOR = 1e-5
 """Weight of the first prior of model and sensors, as a number of coordinates [1].
 
@@ -137,9 +140,10 @@ class ModelCorrections:
     def _groups(self) -> Iterator[IntArray]:
         """Yield groups of coordinates that share a prior standard deviation.
 
-        The groups are masses, centers, moments, grouped corrections, and the contrasts of each effect of a joint.
+        The groups are masses, centers, moments, grouped corrections, and the contrasts of each effect of a joint. A
+        floating base has no group, because its load says nothing about the errors of other bodies.
         """
-        bodies = self.layout.places("bodies").reshape(-1, SIZE)
+        bodies = self.layout.places("bodies").reshape(-1, SIZE)[int(self.layout.floating) :]
         calibration = [self.layout.places(each.name) for each in CORRECTIONS if each.grouped]
         contrasts = self.layout.places("log_effects").reshape(self.layout.log_effects[0] or 1, -1).T
         groups = (bodies[:, 0], bodies[:, 1:4].ravel(), bodies[:, 4:].ravel(), *calibration, *contrasts)
@@ -166,7 +170,8 @@ class ModelCorrections:
     def widest(self) -> ModelCorrections:
         """The same corrections with the widest priors of bodies."""
         deviation = self.prior_std.copy()
-        deviation[self.layout.part("bodies")] = WIDEST_PRIOR
+        bodies = self.layout.part("bodies")
+        deviation[bodies] = np.maximum(deviation[bodies], WIDEST_PRIOR)
         return replace(self, prior_std=deviation, largest=WIDEST_PRIOR)
 
     @property
@@ -209,4 +214,6 @@ def model_corrections(layout: Layout, loads: Array, priors: Priors, torque: floa
     """
     loaded = np.flatnonzero(loads > 0.05 * loads.max(initial=0.0))
     bodies = bodies_of(layout.inertial_parameters, priors)
-    return ModelCorrections(layout, bodies, loaded, np.zeros(layout.size), np.ones(layout.size), priors, torque)
+    prior_std = np.ones(layout.size)
+    prior_std[: SIZE * layout.floating] = CARRIER
+    return ModelCorrections(layout, bodies, loaded, np.zeros(layout.size), prior_std, priors, torque)

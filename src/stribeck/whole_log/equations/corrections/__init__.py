@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from stribeck.base.typing import Array
 from stribeck.robot import Robot
 from stribeck.settings import Settings
 from stribeck.whole_log.equations.corrections import calibration, model
@@ -46,16 +47,22 @@ def find_corrections(
     if settings.corrections == "calibration":
         counts |= {each.name: each.count(robot, names) for each in CORRECTIONS if each.count}
         counts["base_delay"] *= not late
-    bodies, parameters = list(robot.tree.model.names)[1:], list(robot.tree.model.inertias)[1:]
+    bodies = list(robot.tree.model.names)[1:]
     layout = Layout(
         bodies=tuple(map(str, bodies)),
-        inertial_parameters=np.stack([each.toDynamicParameters() for each in parameters]),
+        floating=robot.base == "floating",
+        inertial_parameters=inertial_parameters_of(robot),
         command_delays=late,
         rotors=rotors,
         armature=armature,
         payloads=tuple(payload.mass for payload in robot.payloads),
     )
     return lay_out(counts, layout)
+
+
+def inertial_parameters_of(robot: Robot) -> Array:
+    """Collect the inertial parameters of all bodies of a robot, shape (bodies, 10)."""
+    return np.stack([inertia.toDynamicParameters() for inertia in list(robot.tree.model.inertias)[1:]])
 
 
 def lay_out(counts: Mapping[str, int], layout: Layout) -> Layout:

@@ -33,6 +33,8 @@ class Layout:
         Number of friction entries per joint.
     bodies, inertial_parameters
         Names of the bodies, and their inertial parameters in the model, shape (bodies, 10).
+    floating
+        Whether the first body is a floating base.
     command_delays
         Standard errors of the delay of each joint's commands [s]; empty for measured torques.
     rotors, armature
@@ -47,6 +49,7 @@ class Layout:
     sizes: Mapping[str, int] = field(default_factory=dict)
     per_joint: int = 0
     bodies: tuple[str, ...] = ()
+    floating: bool = False
     inertial_parameters: Array = field(default_factory=lambda: np.zeros((0, 10)))
     command_delays: tuple[float, ...] = ()
     rotors: tuple[int, ...] = ()
@@ -88,6 +91,8 @@ class Signals:
     ----------
     layout, mode, state
         The corrections, contact mode, and motion.
+    slip
+        Acceleration of the base in addition to the one that standing points imply [m/s^2], shape (K, 3).
     on_joints
         Effect of the friction of joints and couplings on the joints, shape (n, n + couplings).
     torque, torque_rate
@@ -101,6 +106,7 @@ class Signals:
     layout: Layout
     mode: ModeRows
     state: State
+    slip: Array | None
     on_joints: Array
     torque: Array
     torque_rate: Array
@@ -120,7 +126,10 @@ class Signals:
     @cached_property
     def root(self) -> RootMotion | None:
         """Motion of the root."""
-        return self.mode.root(self.state)
+        root = self.mode.root(self.state)
+        if self.slip is None or root is None or root.acceleration is None:
+            return root
+        return replace(root, acceleration=root.acceleration + np.pad(self.slip, ((0, 0), (0, 3))))
 
     @cached_property
     def by_inertia(self) -> Array:
