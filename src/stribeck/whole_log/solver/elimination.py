@@ -20,7 +20,7 @@ from stribeck.whole_log.constants import CONVERGED
 from stribeck.whole_log.model.corrections import ModelCorrections
 from stribeck.whole_log.model.laws import Laws
 from stribeck.whole_log.solver.fit import Fit
-from stribeck.whole_log.solver.gauss_newton import bounds_hold, minimise
+from stribeck.whole_log.solver.gauss_newton import ROUNDING, bounds_hold, minimise
 from stribeck.whole_log.solver.positive_definite import inverse_of
 from stribeck.whole_log.solver.statistics import Statistics
 
@@ -164,7 +164,7 @@ def _descend(statistics: Statistics, start: Fit) -> Fit:
     laws, model, u = start.laws, start.model, start.corrections
     x = np.clip(start.internal, *laws.bounds)
     low, high = (bound.reshape(1, -1) for bound in laws.bounds)
-    cost = _cost(statistics, laws, model, x, u)
+    cost, tolerance = _cost(statistics, laws, model, x, u), max(20 * CONVERGED, ROUNDING * statistics.square)
     for _ in range(30):
         left = eliminate(statistics, model, u)
         problem = AllJoints(laws, left.information, left.right)
@@ -179,7 +179,7 @@ def _descend(statistics: Statistics, start: Fit) -> Fit:
         if cost > before:
             break
         x, u = x + share * to_x, u + share * to_u
-        if before - cost < 20 * CONVERGED or abs(cost - expected) < 20 * CONVERGED:
+        if before - cost < tolerance or abs(cost - expected) < tolerance:
             break
     gradient, hessian = problem.derivatives(x.reshape(1, -1))
     held = bounds_hold(x.reshape(1, -1), gradient, low, high)

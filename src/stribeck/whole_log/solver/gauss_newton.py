@@ -18,6 +18,9 @@ from numpy.typing import NDArray
 from stribeck.base.typing import Array
 from stribeck.whole_log.constants import CONVERGED
 
+ROUNDING = 1e-13
+"""Rounding error of a cost relative to it [1]: steps of less are no progress, however exact a log is."""
+
 
 class Problem(Protocol):
     """Costs of b descents in m coordinates each."""
@@ -58,7 +61,8 @@ def minimise(problem: Problem, start: Array, low: Array, high: Array) -> Minimum
         x[going[better]], cost[going[better]] = tried[better], after[better]
         damping[going] *= np.where(better, 1 / 8, 8)
         damping = np.maximum(damping, 1e-9)
-        converged[going] = (better & (gain < CONVERGED)) | (damping[going] > 1e8)  # no step decreases the cost
+        least = np.maximum(CONVERGED, ROUNDING * np.abs(cost[going]))
+        converged[going] = (np.abs(gain) < least) | (damping[going] > 1e8)  # no step decreases the cost
         if converged[going].any():
             going = np.flatnonzero(~converged)
             if not len(going):
