@@ -41,6 +41,8 @@ def test_a_trot_is_identified_and_covered_by_default(log, tmp_path):
 
 def test_ball_feet_get_their_radius_from_a_trot_with_raw_flags_unless_they_slip(tmp_path: Path) -> None:
     trotting_quadruped(tmp_path, seconds=8.0)
+    model = tmp_path / "quadruped.xml"
+    model.write_text(model.read_text().replace('size="0.022"', 'type="box" size="0.02 0.02 0.022"'))
     robot = Robot.from_file(tmp_path / "robot.toml")
     ready = prepare(tmp_path / "log.npz", robot, robot.settings)
     rolling, notes = with_rolling_feet(robot, [(ready.log, ready.support.phases, ready.sampling.period)])

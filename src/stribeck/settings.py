@@ -136,7 +136,7 @@ class ContactTable(Table):
 
     frame: str
     kind: Literal["surface", "point", "wheel"] = "surface"
-    radius: NonNegative = 0.0  # [m], of a wheel or a ball foot; 0: unknown
+    radius: NonNegative | None = None  # [m], of a wheel or a ball foot; None: the model's ball, 0: a sharp point
 
 
 class ChannelTable(Table):

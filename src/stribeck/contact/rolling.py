@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 
@@ -14,12 +15,16 @@ from stribeck.dynamics.state import orientation_from_derivatives, root_quaternio
 from stribeck.log import RobotLog
 from stribeck.robot import Robot
 from stribeck.robot.kinematics import point_motion
+from stribeck.robot.rolling_radius import rolling_radius
 
 
 def with_rolling_feet(
     robot: Robot, logs: Sequence[tuple[RobotLog, tuple[SupportPhase, ...], float]]
 ) -> tuple[Robot, list[str]]:
     """Find the radius of point feet without a given one, and write a note on it, or on slip.
+
+    The feet are balls of the model's collision geometry, unless the log shows that they do not roll. Without these, the
+    log gives the radius.
 
     With v the velocities of the centers of two standing feet, W their angular velocities, and u up,
 
@@ -34,7 +39,7 @@ def with_rolling_feet(
     """
     # Smallest and largest plausible radius [m]; smaller feet count as points.
     radii = (0.008, 0.06)
-    points = {name: each for name, each in robot.contacts.items() if each.kind == "point" and not each.radius}
+    points = {name: each for name, each in robot.contacts.items() if each.kind == "point" and not each.given}
     usable = [log for log in logs if log[0].base_orientation is not None]
     parts = [part for log in usable for part in _pairs(robot, *log)] if points and robot.base == "floating" else []
     if not parts:
@@ -45,6 +50,14 @@ def with_rolling_feet(
     order = np.argsort(ratio)
     total = np.cumsum(np.sqrt(weight[order]))
     radius = float(ratio[order][np.searchsorted(total, total[-1] / 2)])
+    ball = max(
+        (rolling_radius(Path(robot.model_path), each.frame, meshes=True) for each in points.values()), default=0.0
+    )
+    rolled, slid = (float(np.median(np.linalg.norm(speed - each * turn, axis=1))) for each in (ball, 0.0))
+    if ball and rolled < 2 * slid:
+        balls = {name: replace(contact, radius=ball, given=True) for name, contact in points.items()}
+        note = f"The feet are balls of {1e3 * ball:.0f} mm, from the collision geometry of the model."
+        return replace(robot, contacts={**robot.contacts, **balls}), [note]
     for _ in range(30):
         error = np.linalg.norm(speed - radius * turn, axis=1)
         trust = (1 + (error / max(float(np.median(error)), 1e-6)) ** 2) ** -2.0

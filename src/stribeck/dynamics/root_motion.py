@@ -44,7 +44,8 @@ def base_root(robot: Robot, feet: tuple[str, ...], state: State) -> RootMotion:
         v + w x p + p' = r W x u
         A + w' x p + w x (w x p) + 2 w x p' + p'' = r W' x u
 
-    Three points give v, w, A and w' by least squares. With one or two points, the base orientation gives w and w'.
+    The base orientation gives w and w', because points slip. Where it is known only at one instant, so that w = 0,
+    three points give v, A, w and w' by least squares.
 
     Raises
     ------
@@ -64,7 +65,7 @@ def base_root(robot: Robot, feet: tuple[str, ...], state: State) -> RootMotion:
     points = [point_motion(robot.tree, frame, *motion) for frame in frames]
     up = gravity_in_root_link(turn.quaternion, robot.up)
     points = [_roll(point, robot.contacts[foot].radius * up, turn) for point, foot in zip(points, feet, strict=True)]
-    if len(points) >= ENOUGH_POINTS:
+    if len(points) >= ENOUGH_POINTS and not omega.any():
         twist = _solve_twist(points, [-point.velocity for point in points])
         velocity, omega = twist[:, :3], twist[:, 3:]
         change = _solve_twist(points, [-_compute_apparent_acceleration(point, omega) for point in points])

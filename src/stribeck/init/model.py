@@ -10,10 +10,10 @@ from xml.etree.ElementTree import Element
 import numpy as np
 import pinocchio as pin
 
-from stribeck.base.typing import Array
 from stribeck.init.names import words
 from stribeck.robot import Contact
 from stribeck.robot.model_file import joint_names, kind_of, load_model
+from stribeck.robot.rolling_radius import rolling_radius
 from stribeck.robot.rooting import is_on_axis, position_range
 from stribeck.robot.xml_file import read_xml
 
@@ -64,7 +64,7 @@ def read_model(path: Path) -> ModelFacts:
     free = kind == "mjcf" and any(
         joint.tag == "freejoint" or joint.get("type") == "free" for body in root.iter("body") for joint in body
     )
-    feet, tilted, wheels = _find_feet(model, root, free)
+    feet, tilted, wheels = _find_feet(path, model, root, free)
     base: Literal["floating", "fixed"] = "fixed"
     links = [link.get("name", "") for link in root.iter("link")]
     children = {child.get("link", "") for child in root.iter("child")}
@@ -84,12 +84,12 @@ def read_model(path: Path) -> ModelFacts:
     )
 
 
-def _balls(root: Element, free: bool) -> set[str]:
+def _balls(path: Path, root: Element, free: bool) -> set[str]:
     """Collect the names of links that are balls, and of sites within balls at the ends of legs (with a free joint)."""
     links = {link.get("name", "") for link in root.iter("link") if _is_ball(link)}
     ends = [body for body in root.iter("body") if body.find("body") is None] if free else []
     sites = [site.get("name", "") for body in ends for site in body.findall("site")]
-    return links | {name for name in sites if _radius(root, name, "point")}
+    return links | {name for name in sites if rolling_radius(path, name, "point")}
 
 
 def _is_ball(link: Element) -> bool:
@@ -97,35 +97,14 @@ def _is_ball(link: Element) -> bool:
     return [shape.tag for geometry in link.findall("collision/geometry") for shape in geometry] == ["sphere"]
 
 
-def _radius(root: Element, frame: str, kind: str) -> float:
-    """Find the radius [m] of a wheel's collision cylinder or sphere, or of a sphere around a point; 0 if missing."""
-    owners = [each for each in root.iter() if each.tag in ("link", "body")]
-    sites = {site.get("name"): (owner, _place(site)) for owner in owners for site in owner.findall("site")}
-    owner, center = sites.get(frame) or (next((e for e in owners if e.get("name") == frame), root), np.zeros(3))
-    shapes = [(geom.get("type", "sphere"), geom.get("size", "0"), _place(geom)) for geom in owner.findall("geom")]
-    for collision in owner.findall("collision"):
-        origin = collision.find("origin")
-        place = np.zeros(3) if origin is None else _place(origin)
-        shapes += [(each.tag, each.get("radius", "0"), place) for each in collision.findall("geometry/*")]
-    rolling = ("cylinder", "sphere")[kind == "point" :]
-    sizes = [(float(size.split()[0]), place) for shape, size, place in shapes if shape in rolling]
-    near = [size for size, place in sizes if kind == "wheel" or np.linalg.norm(place - center) < 0.5 * size]
-    return max(near, default=0.0)
-
-
-def _place(element: Element) -> Array:
-    """Read a position [m] from an MJCF element or a URDF origin."""
-    return np.array([float(each) for each in (element.get("pos") or element.get("xyz") or "0 0 0").split()])
-
-
 def _find_feet(
-    model: pin.Model, root: Element, free: bool
+    path: Path, model: pin.Model, root: Element, free: bool
 ) -> tuple[tuple[Contact, ...], tuple[str, ...], tuple[str, ...]]:
     """Find the contact frame of each leg, named after the leg's side; tilted contacts, and joints of base wheels.
 
     In a model with a free joint, a site within a ball at the end of a leg is a foot by any name.
     """
-    balls = _balls(root, free)
+    balls = _balls(path, root, free)
     beside = {"imu", "sensor", "ft", "force", "rotor", "cover", "fixed", "lower", "mount", "camera"}
     data = model.createData()
     pin.framesForwardKinematics(model, data, pin.neutral(model))
@@ -158,7 +137,7 @@ def _find_feet(
             wheels.append(str(model.names[joint]))
         elif on_base and "wheel" in words(str(frame.name)):
             continue
-        radius = 0.0 if on_base or kind == "surface" else _radius(root, str(frame.name), kind)
+        radius = 0.0 if on_base or kind == "surface" else rolling_radius(path, str(frame.name), kind)
         contacts.append(Contact(name, str(frame.name), kind, radius))
         if not (point or rolls) and data.oMf[model.getFrameId(frame.name)].rotation[2, 2] < 0.9:
             tilted.append(name)

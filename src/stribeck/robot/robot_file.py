@@ -33,8 +33,8 @@ class Contact:
     """Frame that can stand on the ground.
 
     A `surface` constrains six degrees of freedom, a `point` three: it is the center of a ball that rolls on the ground,
-    with a `radius` [m], `given` or found from a log. A `wheel` with a radius rolls like a ball, and turns about its
-    `axle`, a unit vector in the frame; without one, it does not constrain the base.
+    with a `radius` [m], `given`, or found from model and log. A `wheel` with a radius rolls like a ball,
+    and turns about its `axle`, a unit vector in the frame; without one, it does not constrain the base.
     """
 
     name: str
@@ -242,7 +242,7 @@ def _build_contact(name: str, table: ContactTable, model: pin.Model) -> Contact:
     A wheel whose joint is locked, so that its frame is not on the axis of a joint, does not show how it rolls.
     """
     if table.kind == "point":
-        return Contact(name, table.frame, table.kind, table.radius)
+        return Contact(name, table.frame, table.kind, table.radius or 0.0, given=table.radius is not None)
     frames = (k for k, own in enumerate(model.frames) if own.name == table.frame and own.type != pin.FrameType.JOINT)
     place = next(frames, 0)
     if not table.radius or not is_on_axis(model, model.frames[place]):

@@ -127,8 +127,13 @@ class WeakEquations:
 
     @property
     def lags(self) -> int:
-        """Largest distance of windows with correlated errors [1]."""
-        return len(self.torque_overlap) - 1
+        """Largest distance of windows with correlated errors [1], at most the number of windows."""
+        return min(len(self.torque_overlap) - 1, len(self.time))
+
+    @property
+    def model_overlap(self) -> Array:
+        """Correlation of the model's errors from lag 0 to the last lag with a correlation [1], equation (8)."""
+        return autocorrelation(len(self.torque_overlap) - 1)
 
     @property
     def weights(self) -> Array:
@@ -169,7 +174,7 @@ class WeakEquations:
         whole = np.isfinite(self.since + self.until)
         length = np.where(whole, self.since + self.until, 1.0)
         progress = np.where(whole, self.since / length, 0.5)  # a phase that is cut off counts as its middle
-        reach = (self.time[1] - self.time[0]) * (2 * autocorrelation(self.lags).sum() - 1)
+        reach = (self.time[1] - self.time[0]) * (2 * self.model_overlap.sum() - 1)
         waves = np.cos(np.pi * progress[:, None] * np.arange(COSINES))[:, None, :, None]
         noise = waves * np.sqrt(np.r_[1, np.full(COSINES - 1, 2)] * reach / length[:, None])[:, None, :, None]
         torques, turns = waves * self.weights[:, :, None], noise * self.root_response[:, :, None, 3:]

@@ -22,7 +22,6 @@ import pinocchio as pin
 from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.contact.mode import ContactMode
 from stribeck.dynamics.loops import without_loop_forces
-from stribeck.dynamics.root_motion import ENOUGH_POINTS
 from stribeck.dynamics.rooted import inertia_matrix, rooted_inverse_dynamics, workspace
 from stribeck.dynamics.state import State
 from stribeck.friction_torque.inverse_dynamics import uses_orientation
@@ -224,11 +223,10 @@ def rows_of_modes(
 def _root_from_joints(jacobian: Array) -> Array:
     """Compute the root's acceleration per joint acceleration that keeps points where they are, shape (K, 6, n).
 
-    One or two points leave rotations open. The base orientation gives these, and they do not depend on the joints.
+    The base orientation gives rotations, which do not depend on the joints.
     """
     found = np.zeros((len(jacobian), 6, jacobian.shape[2] - 6))
-    size = 6 if jacobian.shape[1] >= 3 * ENOUGH_POINTS else 3
-    found[:, :size] = -np.linalg.pinv(jacobian[:, :, :size]) @ jacobian[:, :, 6:]
+    found[:, :3] = -np.linalg.pinv(jacobian[:, :, :3]) @ jacobian[:, :, 6:]
     return found
 
 

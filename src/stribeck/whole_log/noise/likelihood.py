@@ -1,7 +1,7 @@
 """Variance components by maximum likelihood, from groups of windows (docs/estimator-fit.md, equation 15).
 
-A group contains as many windows as errors reach over. Every other group is used: these share no error and are whitened
-individually, while each group contains the correlation of its errors.
+A group contains as many windows as errors reach over, or all of a shorter segment. Every other group is used: these
+share no error and are whitened individually, while each group contains the correlation of its errors.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from scipy.linalg.lapack import dtrtri
 from stribeck.base.typing import Array
 from stribeck.whole_log.noise.variance_components import AWAY, BINS, VarianceComponents, bin_of
 from stribeck.whole_log.noise.whitening import covariance_of_groups
-from stribeck.whole_log.weak_equations import WeakEquations, autocorrelation
+from stribeck.whole_log.weak_equations import WeakEquations
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ class Groups:
 
     @property
     def places(self) -> slice:
-        """Indices among all complete groups of the segment; a segment shorter than a group has none."""
+        """Indices among all complete groups of the segment."""
         return slice(self.first, len(self.part.time) // self.part.lags, self.step)
 
     def of_windows(self, values: NDArray[Any]) -> NDArray[Any]:
@@ -74,7 +74,7 @@ def make_groups(part: WeakEquations, first: int, step: int, design: Array) -> Gr
     """Split the design of a segment, shape (K m, D + 1), into groups."""
     groups = Groups(part, first, step, np.zeros(0))
     by_window = groups.of_windows(design.reshape(*part.residual.shape, -1))
-    rows = part.lags * part.residual.shape[1]  # a segment shorter than a group has no group
+    rows = part.lags * part.residual.shape[1]
     return replace(groups, design=by_window.reshape(len(by_window), rows, design.shape[1]).copy())
 
 
@@ -97,7 +97,7 @@ def more_likely(
     for groups, residual in parts:
         part, inverse = groups.part, groups.whitener(components)
         kinds = (
-            (components.response(part) * components.at(part)[:, None], autocorrelation(part.lags)),
+            (components.response(part) * components.at(part)[:, None], part.model_overlap),
             (components.encoder_errors(part), part.acceleration_overlap),
         )
         white = inverse @ residual[:, :, None]

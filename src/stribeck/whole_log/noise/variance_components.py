@@ -12,7 +12,7 @@ from scipy.ndimage import maximum_filter, minimum_filter
 
 from stribeck.base.typing import Array
 from stribeck.whole_log.constants import CONTACT_BINS
-from stribeck.whole_log.weak_equations import WeakEquations, autocorrelation
+from stribeck.whole_log.weak_equations import WeakEquations
 
 BINS, AWAY = len(CONTACT_BINS) + 2, len(CONTACT_BINS)
 """Number of bins, and index of the bin far from contact changes."""
@@ -128,7 +128,7 @@ class VarianceComponents:
         kinds = [
             (self.encoder_errors(equations), equations.acceleration_overlap),
             (equations.sensors, equations.torque_overlap),
-            (self.response(equations) * self.at(equations)[:, None], autocorrelation(lags)),
+            (self.response(equations) * self.at(equations)[:, None], equations.model_overlap),
         ]
         if equations.set_aside is not None:
             large = 1e3 * np.sqrt(self.marginal(equations).max())
@@ -137,7 +137,7 @@ class VarianceComponents:
         for response, correlation in kinds:
             groups = np.zeros((-(-windows // lags), lags * rows, response.shape[2]))
             groups.reshape(-1, response.shape[2])[: windows * rows] = response.reshape(windows * rows, -1)
-            found.append(Errors(groups, _between_groups(correlation, rows)))
+            found.append(Errors(groups, _between_groups(correlation[: lags + 1], rows)))
         return found
 
 
