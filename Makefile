@@ -66,7 +66,6 @@ accuracy: .venv/.dev
 	$(BIN)/python -m studies.summary
 
 real: .venv/.dev
-	$(BIN)/python -m studies.real
 	$(PYTEST) -m long tests/test_real_logs.py
 
 clean:

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from studies import held_out, real
+from studies import held_out
 
 from stribeck import Robot, Settings, identify, read_log
 from stribeck.drives.command_delay import command_delays
@@ -210,15 +210,6 @@ def test_cassie_landings_identify_nothing(converted):
     logs, robot = opened(converted("cassie-landings"))
     with pytest.raises(NothingIdentifiedError, match="usable samples"):
         identify([logs[k] for k in (10, 12, 24)], robot)
-
-
-@pytest.mark.long
-def test_every_command_runs_on_a_log_of_each_robot_that_is_quick(tmp_path):
-    ran = list(real.all_runs(DATA, tmp_path, only=None, thin=True))
-    assert not [each.said for each in ran if each.failed]
-    assert {each.log.split()[0] for each in ran} == set(real.THIN)
-    for command in ("inspect", "convert", "init", "identify whole-log", "export urdf", "compare whole-log", "plan"):
-        assert any(each.command.startswith(command) and each.code == 0 for each in ran), command
 
 
 SHOWN = [

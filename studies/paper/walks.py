@@ -28,8 +28,8 @@ def _scenarios() -> dict[str, Scenario]:
     return {
         "right-knee-ideal": knee,  # Fig. 6.1 to 6.3
         "right-knee-literal": _scenario("right-knee", simulator="constrained-paper"),  # by the paper's forward Euler
-        "right-knee-contact": _scenario("right-knee-contact"),  # Fig. 6.4, 6.5a, 7.2
-        "legs-contact": _scenario("right-knee-contact", friction=straight.friction),  # Fig. 6.5b, 7.1, 7.3 to 7.6
+        "right-knee-contact": _scenario("right-knee-contact"),  # Fig. 6.4, 6.5a
+        "legs-contact": _scenario("right-knee-contact", friction=straight.friction),  # Fig. 7.1, 7.3 to 7.6
         "straight": straight,  # Table 6.1
         "straight-and-sideways": _scenario("straight-and-sideways"),  # Table 6.2
         "harsh": _scenario("straight", sensors="harsh", seed=1),  # Fig. 7.1, 7.3, 7.7, 7.8
