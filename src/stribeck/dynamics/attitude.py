@@ -20,7 +20,7 @@ def with_gyroscope(log: RobotLog, segments: tuple[slice, ...], period: float) ->
 
         q := p + smooth(q - p)
 
-    where windows of 0.2 s smooth the slow drift. Both agree if they differ by at most 1.5 times the noise of q.
+    where two running means of 0.2 s smooth the slow drift. Both agree within 1.5 times the noise of q.
     """
     half = round(0.1 / period)
     parts = [part for part in segments if part.stop - part.start > 2 * half]
@@ -31,7 +31,10 @@ def with_gyroscope(log: RobotLog, segments: tuple[slice, ...], period: float) ->
         own = continuous(log.base_orientation[part])
         rate = _change(own, log.angular_velocity[part])
         turned = np.cumsum(period * (rate + np.roll(rate, 1, axis=0)) / 2, axis=0)
-        found[part] = turned + savgol_filter(own - turned, 2 * half + 1, 2, axis=0)
+        drift = own - turned
+        for _ in range(2):  # a single pass lets noise of high frequencies through
+            drift = savgol_filter(drift, 2 * half + 1, 1, axis=0)
+        found[part] = turned + drift
         before.append(_white(own))
         after.append(_white(found[part]))
         apart.append(np.std(found[part] - own, axis=0))
