@@ -28,7 +28,7 @@ def make_bed(folder: Path, load_motor: bool) -> Path:
     (folder / "bed.urdf").write_text(model)
     (folder / "bed.toml").write_text(blocks["toml"])
     robot = Robot.from_file(folder / "bed.toml")
-    seconds = 30.0 if load_motor else 60.0
+    seconds = 90.0 if load_motor else 60.0
     log, known = exact_log(robot, get_law("coulomb-viscous"), {"drive": TRUTH}, duration=seconds, rate=250.0)
     warm = 19 * (1 - np.exp(-log.time[:, None] / (log.time[-1] / 3)))
     external = load_motor * 20 * np.sin(2 * np.pi * log.time[:, None] / 7.7)
