@@ -99,6 +99,17 @@ def test_the_residual_of_a_flight_is_the_friction_of_every_joint(robot: Robot, f
     assert np.abs(np.linalg.eigvalsh(found.projection @ found.projection.transpose(0, 2, 1))).min() > 0.01
 
 
+def test_signs_of_quaternions_change_no_column(robot: Robot, fall: tuple[RobotLog, Array]) -> None:
+    log, _ = fall
+    assert log.base_orientation is not None
+    signs = np.where(np.arange(len(log.time)) // 50 % 2, 1.0, -1.0)[:, None]
+    flipped = replace(log, base_orientation=signs * log.base_orientation)
+    plain, other = (
+        form.equations(form.segments[0], 0) for each in (log, flipped) if (form := form_of(robot, each, "calibration"))
+    )
+    np.testing.assert_allclose(other.regressors, plain.regressors, atol=1e-9)
+
+
 def test_columns_of_a_flight_are_those_of_wrong_inertias_and_zeros(robot: Robot, fall: tuple[RobotLog, Array]) -> None:
     form = form_of(robot, fall[0], "calibration")
     found = form.equations(form.segments[0], 0)

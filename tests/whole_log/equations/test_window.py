@@ -15,13 +15,14 @@ from stribeck.friction_torque.preparation import prepare
 from stribeck.whole_log.equations.build import weak_form
 from stribeck.whole_log.equations.equation_sequence import EquationSequence, equation_sequence
 from stribeck.whole_log.equations.filters import (
-    JointAcceleration,
+    Acceleration,
+    acceleration_filter,
     derivative_kernels,
     derivatives,
-    joint_acceleration,
     lengthened,
     savgol,
     smooth_window,
+    turn_filter,
 )
 
 
@@ -106,8 +107,8 @@ def motion() -> tuple[Array, Array]:
     return position, -(SPEED**2) * position
 
 
-def kernels(position: Array, segments: tuple[slice, ...] = WHOLE) -> JointAcceleration:
-    return joint_acceleration(position, NOISE, segments, PERIOD, WINDOW, savgol(0.04, PERIOD)[2])
+def kernels(position: Array, segments: tuple[slice, ...] = WHOLE) -> Acceleration:
+    return acceleration_filter(position, NOISE, segments, PERIOD, WINDOW, savgol(0.04, PERIOD)[2])
 
 
 def test_almost_all_of_the_motion_is_kept() -> None:
@@ -120,13 +121,28 @@ def test_almost_all_of_the_motion_is_kept() -> None:
     np.testing.assert_allclose(slope, 1.0, atol=0.01)
 
 
+@pytest.mark.parametrize(("noise", "rate_noise"), [(1e-3, 0.0), (0.0, 0.1)], ids=["orientation", "gyroscope"])
+def test_noise_of_the_base_takes_nothing_off_its_inertia(noise: float, rate_noise: float) -> None:
+    pace, generator = np.array([15.0, 12.0, 9.0]), np.random.default_rng(2)
+    angle = 0.05 * np.sin(pace * TIME[:, None]) / 2
+    error = noise / 2 * generator.standard_normal(angle.shape)
+    error += rate_noise / 2 * PERIOD * np.cumsum(generator.standard_normal(angle.shape), axis=0)
+    turn = np.hstack([angle + error, np.ones((len(TIME), 1))])
+    parts = [turn[first : first + 300] for first in range(0, 30_000, 500)]
+    kernel = derivative_kernels(2e-5, PERIOD)[0][2]
+    found = turn_filter(parts, rate_noise, PERIOD, WINDOW, kernel).windows(turn, 300, 29_700)[:, :3]
+    true = WINDOW.apply(-(pace**2) * angle[300:29_700])
+    slope = np.sum(found * true, axis=0) / np.sum(found**2, axis=0)
+    np.testing.assert_allclose(slope, 1.0, atol=0.03)
+
+
 @pytest.mark.parametrize("period", [1e-4, 2e-3, 1e-2, 5e-2])
 def test_windows_are_there_at_every_rate(period: float) -> None:
     window = smooth_window(period)
     time = period * np.arange(4_000)
     position = np.sin(2.0 * time)[:, None]
     kernel, size = savgol(0.03, period)[2], np.array([1e-5])
-    away_from_contacts = joint_acceleration(position, size, (slice(0, 4_000),), period, window, kernel)
+    away_from_contacts = acceleration_filter(position, size, (slice(0, 4_000),), period, window, kernel)
     margin = away_from_contacts.margin
     found = away_from_contacts.windows(position, margin, 4_000 - margin)
     true = window.apply(-4.0 * position[margin : 4_000 - margin])

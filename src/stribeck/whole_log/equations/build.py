@@ -5,13 +5,13 @@ Modulating functions: Shinbrot 1957; weak form: Messenger and Bortz 2021.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from stribeck.base.typing import Array, IntArray
 from stribeck.dynamics.root_motion import gravity_in_root_link
-from stribeck.dynamics.state import Orientation, State, orientation_from_derivatives, root_quaternions
+from stribeck.dynamics.state import State, orientation_from_derivatives, root_quaternions
 from stribeck.friction_torque.inverse_dynamics import uses_orientation
 from stribeck.friction_torque.preparation import PreparedLog
 from stribeck.log import RobotLog
@@ -19,7 +19,14 @@ from stribeck.robot import Robot
 from stribeck.settings import Settings
 from stribeck.whole_log.equations.corrections import CORRECTIONS, find_corrections, inertial_parameters_of
 from stribeck.whole_log.equations.corrections.correction import Layout, Signals
-from stribeck.whole_log.equations.filters import Filters, derivatives, find_filters
+from stribeck.whole_log.equations.filters import (
+    Filters,
+    derivatives,
+    find_filters,
+    shortest,
+    smooth_window,
+    turn_filter,
+)
 from stribeck.whole_log.equations.mode_rows import (
     ModeRows,
     null_projection,
@@ -27,7 +34,7 @@ from stribeck.whole_log.equations.mode_rows import (
     unknown_acceleration,
     without_forces,
 )
-from stribeck.whole_log.equations.noise import NoiseLevels, measure_noise
+from stribeck.whole_log.equations.noise import NoiseLevels, leading_rows, measure_noise, white_noise
 from stribeck.whole_log.equations.segments import Segment, cut_segments
 from stribeck.whole_log.weak_equations import WeakEquations
 
@@ -192,22 +199,30 @@ class WeakForm:
         """Compute the motion at the rows of a segment."""
         log, rows, turn = self.log, (segment.first, segment.last), None
         position, velocity = derivatives(log.position, *rows, self.filters.smooth, (0, 1))
-        if self.tilted and log.base_orientation is not None:
+        if self.tilted:
             half = self.filters.smooth.shape[1] // 2
-            wide = slice(segment.first - half, segment.last + half)
-            quaternions = root_quaternions(self.robot, log.position[wide], log.base_orientation[wide])
+            quaternions = self._quaternions(slice(segment.first - half, segment.last + half))
             rates = derivatives(quaternions, half, len(quaternions) - half, self.filters.smooth, (0, 1, 2))
             turn = orientation_from_derivatives(*rates)
         return State(position, velocity, derivatives(log.position, *rows, self.filters.sharp, (2,))[0], turn)
 
     def _at_windows(self, state: State, segment: Segment) -> State:
         """Compute the motion at the windows' centers, from a segment's motion."""
-        smooth, turn = self.filters.window.apply, state.orientation
-        if turn is not None:
-            rates = turn.angular_velocity, turn.angular_acceleration
-            turn = Orientation(smooth(turn.quaternion), *map(smooth, rates))
-        acceleration = self.filters.accelerations.windows(self.log.position, segment.first, segment.last)
+        smooth, turn, filters = self.filters.window.apply, state.orientation, self.filters
+        if turn is not None and filters.turn is not None:
+            reach = filters.turn.margin
+            quaternions = self._quaternions(slice(segment.first - reach, segment.last + reach))
+            here = slice(reach, len(quaternions) - reach)
+            change = filters.turn.windows(quaternions, here.start, here.stop)
+            of_windows = orientation_from_derivatives(smooth(quaternions[here]), change, change)
+            turn = replace(of_windows, angular_velocity=smooth(turn.angular_velocity))
+        acceleration = filters.joints.windows(self.log.position, segment.first, segment.last)
         return State(smooth(state.position), smooth(state.velocity), acceleration, turn)
+
+    def _quaternions(self, rows: slice) -> Array:
+        """Compute the quaternions of the root link from those of the base, shape (T, 4)."""
+        assert self.log.base_orientation is not None
+        return root_quaternions(self.robot, self.log.position[rows], self.log.base_orientation[rows])
 
     def _fine(self, segment: Segment) -> tuple[Array, Array, Array]:
         """Compute fine velocities of up to 0.5 s before a segment, and velocities and positions in it, shape (any, n).
@@ -274,9 +289,13 @@ def weak_form(
     columns = np.asarray(joints, dtype=np.int64)
     names = [robot.joint_names[column] for column in columns]
     noise = measure_noise(log.position, log.applied_torque(), unbroken, log.foot_wrench)
-    filters = find_filters(log.position, noise.position, columns, unbroken, period)
     surfaces = [foot for foot, contact in robot.contacts.items() if contact.kind == "surface"]
-    segments = cut_segments(prepared.support.phases, unbroken, period, filters.margin, filters.shortest, surfaces)
+    cut = partial(cut_segments, prepared.support.phases, unbroken, period, surfaces=surfaces)
+    inside = tuple(slice(part.first, part.last) for part in cut(margin=0, shortest=shortest(smooth_window(period))))
+    filters = find_filters(log.position, noise.position, columns, unbroken, inside, period)
+    if tilted := uses_orientation(robot, log, settings):
+        filters = _with_turn(filters, robot, log, inside, unbroken, period)
+    segments = cut(margin=filters.margin, shortest=filters.shortest)
     measured = log.foot_names if wrenches and log.foot_wrench is not None and settings.corrections != "none" else ()
     sensed = [foot for foot in surfaces if foot in measured]
     used = rows_of_modes(robot, log, segments, columns, settings, sensed)
@@ -288,8 +307,20 @@ def weak_form(
         contact_modes=used,
         filters=filters,
         noise=noise,
-        tilted=uses_orientation(robot, log, settings),
+        tilted=tilted,
         corrections=find_corrections(robot, [*names, *couplings], settings, len(sensed), log.command_delays),
         couplings=robot.coefficients(names, couplings),
         period=period,
     )
+
+
+def _with_turn(
+    filters: Filters, robot: Robot, log: RobotLog, used: tuple[slice, ...], unbroken: tuple[slice, ...], period: float
+) -> Filters:
+    """Add the filter of the root link's orientation, by its noise and motion in the rows that are used."""
+    assert log.base_orientation is not None
+    rows = zip(leading_rows(log.position, used), leading_rows(log.base_orientation, used), strict=True)
+    quaternions = [root_quaternions(robot, *each) for each in rows if len(each[0])]
+    rate = np.zeros(3) if log.angular_velocity is None else white_noise(log.angular_velocity, unbroken)
+    noise = float(np.linalg.norm(rate)) / np.sqrt(3)
+    return replace(filters, turn=turn_filter(quaternions, noise, period, filters.window, filters.smooth[2]))

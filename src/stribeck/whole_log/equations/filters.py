@@ -1,4 +1,4 @@
-"""Filters of the weak form: smooth windows, derivatives, and joint accelerations for the regressors.
+"""Filters of the weak form: smooth windows, derivatives, and accelerations for the regressors.
 
 Equations 2, 5 and 7 of docs/estimator.md; derivatives: Savitzky and Golay 1964.
 """
@@ -11,7 +11,7 @@ from scipy.interpolate import make_interp_spline
 
 from stribeck.base.typing import Array, IntArray
 from stribeck.differentiation.savitzky_golay import correlate_valid, savgol_kernels
-from stribeck.whole_log.equations.noise import leading_rows
+from stribeck.whole_log.equations.noise import SMALLEST, leading_rows, white_noise
 from stribeck.whole_log.weak_equations import through_windows
 
 WINDOW_LENGTH = 0.041
@@ -151,8 +151,8 @@ def derivatives(signal: Array, first: int, last: int, kernels: Array, orders: tu
 
 
 @dataclass(frozen=True, eq=False)
-class JointAcceleration:
-    """Acceleration kernel per joint, shape (n, L), convolved with the weak form's `window`.
+class Acceleration:
+    """Acceleration kernel per signal, shape (n, L), convolved with the weak form's `window`.
 
     Noise looks like motion without torque and biases inertias downward (errors in variables, Fuller 1987); a window
     that is longer than necessary removes motion and biases them upward.
@@ -166,25 +166,25 @@ class JointAcceleration:
         """Rows that are needed on either side of a segment."""
         return int(self.kernels.shape[1] - len(self.window.taps)) // 2
 
-    def windows(self, position: Array, first: int, last: int) -> Array:
+    def windows(self, signal: Array, first: int, last: int) -> Array:
         """Compute the accelerations at the windows of rows [first, last), which have the margin, shape (K, n)."""
-        rows = np.ascontiguousarray(position[first - self.margin : last + self.margin].T)
+        rows = np.ascontiguousarray(signal[first - self.margin : last + self.margin].T)
         own = sliding_window_view(rows, self.kernels.shape[1], axis=1)[:, :: self.window.step]  # (n, K, L)
         middle = own[:, :, self.kernels.shape[1] // 2, None]  # a derivative of nearly equal numbers loses digits
         return np.ascontiguousarray(((own - middle) @ self.kernels[:, :, None])[:, :, 0].T)
 
 
-def joint_acceleration(
-    position: Array, noise: Array, unbroken: tuple[slice, ...], period: float, window: Window, kernel: Array
-) -> JointAcceleration:
-    """Build the kernel of each joint, whose length brings noise down to a share of the motion, equation (5).
+def acceleration_filter(
+    signal: Array, noise: Array, unbroken: tuple[slice, ...], period: float, window: Window, kernel: Array
+) -> Acceleration:
+    """Build the kernel of each signal, whose length brings noise down to a share of the motion, equation (5).
 
         L_i = L_0 (sigma_a^2 / (share (p_i - sigma_a^2)))^(1/5)
 
     Parameters
     ----------
-    position, noise
-        Joint positions [rad], shape (T, n), and the standard deviations of their noise, shape (n,).
+    signal, noise
+        Positions of joints [rad] or quaternions, shape (T, n), and the standard deviations of their noise, shape (n,).
     unbroken
         Rows between which no filter may reach.
     period
@@ -194,8 +194,8 @@ def joint_acceleration(
     kernel
         Savitzky-Golay kernel of an acceleration, shape (L,), which measures the power of noise and motion.
     """
-    plain = JointAcceleration(np.tile(kernel, (len(noise), 1)), Window(np.ones(1), window.step))
-    parts = [part for part in leading_rows(position, unbroken) if len(part) > 2 * plain.margin]
+    plain = Acceleration(np.tile(kernel, (len(noise), 1)), Window(np.ones(1), window.step))
+    parts = [part for part in leading_rows(signal, unbroken) if len(part) > 2 * plain.margin]
     noise_power = noise**2 * float(np.sum(kernel**2))
     found = [plain.windows(part, plain.margin, len(part) - plain.margin) for part in parts]
     power = np.mean(np.concatenate(found) ** 2, axis=0) if found else noise_power
@@ -203,7 +203,30 @@ def joint_acceleration(
     lengths = np.clip(len(kernel) * period * (noise_power / share) ** (1 / 5), *ACCELERATION_LENGTHS)
     own = [np.convolve(window.taps, savgol(length, period)[2]) for length in lengths.tolist()]
     longest = max(len(each) for each in own)
-    return JointAcceleration(np.stack([np.pad(each, (longest - len(each)) // 2) for each in own]), window)
+    return Acceleration(np.stack([np.pad(each, (longest - len(each)) // 2) for each in own]), window)
+
+
+def turn_filter(
+    quaternions: list[Array], rate_noise: float, period: float, window: Window, kernel: Array
+) -> Acceleration:
+    """Build the kernels of the root link's quaternion.
+
+    Parameters
+    ----------
+    quaternions
+        Quaternions of the root link in segments of the log, shape (t, 4) each.
+    rate_noise
+        Standard deviation of a gyroscope's noise [rad/s], whose integral the quaternions may be.
+    period, window, kernel
+        As for `acceleration_filter`.
+    """
+    ends = np.cumsum([len(each) for each in quaternions]).tolist()
+    parts = tuple(slice(end - len(each), end) for end, each in zip(ends, quaternions, strict=True))
+    signal = np.concatenate(quaternions) if quaternions else np.zeros((0, 4))
+    white = np.linalg.norm(white_noise(signal, parts)) / np.sqrt(3)
+    integrated = rate_noise / 2 * period * np.linalg.norm(np.cumsum(kernel)) / np.linalg.norm(kernel)
+    noise = np.full(4, max(float(white), float(integrated), float(SMALLEST.position[0])))
+    return acceleration_filter(signal, noise, parts, period, window, kernel)
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,36 +239,48 @@ class Filters:
         Window of the weak form.
     smooth, sharp
         Kernels of position, velocity and acceleration, shape (3, L): for positions and velocities, for accelerations.
-    accelerations
-        Filters of the joint accelerations in the regressors.
+    joints, turn
+        Filters of accelerations in the regressors: of the joints and of the root link's orientation, if it is used.
     """
 
     window: Window
     smooth: Array
     sharp: Array
-    accelerations: JointAcceleration
+    joints: Acceleration
+    turn: Acceleration | None = None
 
     @property
     def margin(self) -> int:
         """Rows that filters need on either side of a segment."""
         smooth, sharp = (kernels.shape[1] // 2 for kernels in (self.smooth, self.sharp))
-        return max(int(smooth) + self.window.edge, int(sharp), self.accelerations.margin)
+        turn = 0 if self.turn is None else self.turn.margin
+        return max(int(smooth) + self.window.edge, int(sharp), self.joints.margin, turn)
 
     @property
     def shortest(self) -> int:
         """Smallest number of rows of a segment."""
-        return len(self.window.taps) + self.window.step
+        return shortest(self.window)
+
+
+def shortest(window: Window) -> int:
+    """Return the smallest number of rows of a segment."""
+    return len(window.taps) + window.step
 
 
 def find_filters(
-    position: Array, noise: Array, columns: IntArray, unbroken: tuple[slice, ...], period: float
+    position: Array,
+    noise: Array,
+    columns: IntArray,
+    unbroken: tuple[slice, ...],
+    used: tuple[slice, ...],
+    period: float,
 ) -> Filters:
     """Choose the filters of a log by the noise of its positions [rad].
 
-    `columns` are the joints whose friction is identified; no filter reaches across the gaps between `unbroken` rows.
+    `columns` are the joints whose friction is identified; no filter reaches across the gaps between `unbroken` rows,
+    and `used` rows show how much the joints move.
     """
     window = smooth_window(period)
     smooth, sharp = derivative_kernels(float(np.median(noise[columns])), period)
     smooth = lengthened(smooth, position[:, columns], noise[columns], unbroken, period)
-    accelerations = joint_acceleration(position, noise, unbroken, period, window, smooth[2])
-    return Filters(window, smooth, sharp, accelerations)
+    return Filters(window, smooth, sharp, acceleration_filter(position, noise, used, period, window, smooth[2]))
