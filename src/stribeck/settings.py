@@ -223,7 +223,7 @@ class Priors(Table):
     wrench_moment: Prior = 2.0  # [N m] zero error of the moments of foot sensors
     wrench_gain: Relative = 0.02  # [1] gain error of foot sensors
     rotor: Prior = 1.0  # [kg m^2] rotor inertia that the model omits; larger than any real one
-    rotor_share: Relative = 0.2  # [1] relative error of a rotor inertia in the model, from data sheets and gear ratios
+    rotor_share: Relative = 0.2  # [1] relative error of a rotor inertia in the robot file, from data sheets
     log_offset: Prior = 0.1  # [1] offset of one log minus the mean offset, relative to the torques that move the joints
     friction: Prior = 100.0  # [1] friction relative to the joint's torque: practically no prior
     scale: Prior = 1.0  # [1] logarithm of Stribeck velocity and slope relative to their starts: a factor of three

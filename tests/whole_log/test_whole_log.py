@@ -179,7 +179,7 @@ def test_gains_and_zeros_are_found_beside_the_friction(arm: Robot, exact_arm_log
 
 
 def test_rotors_of_motor_side_torque_are_corrected_without_being_asked_for(arm: Robot, exact_arm_log: RobotLog) -> None:
-    """Those of the model are a prior of 20 %; where it has none, nothing is known of them."""
+    """Those of the model are guesses; where it has none, nothing is known of them."""
     modelled = 0.05 * np.array([0.8, 1.2, 0.9, 1.1, 0.0, 0.0])
     model = pin.Model(arm.tree.model)
     model.armature = modelled
@@ -194,6 +194,14 @@ def test_rotors_of_motor_side_torque_are_corrected_without_being_asked_for(arm: 
         assert joint.parameters["offset"].value == pytest.approx(0.2, abs=0.02)
     sensed = identify(log.take(slice(0, 4000)), replace(believed, torque_source="link_side_sensor"), WHOLE_LOG)
     assert all("armature" not in joint.parameters for joint in sensed.joints.values())
+
+
+def test_a_rotor_that_is_held_at_zero_is_as_uncertain_as_others(arm: Robot, exact_arm_log: RobotLog) -> None:
+    log = with_noise(exact_arm_log.take(slice(0, 6000)), position=1e-4, torque=0.5, seed=2)  # without rotors
+    found = identify(log, arm, WHOLE_LOG.model_copy(update={"fit_armature": True})).joints
+    rotors = [joint.parameters["armature"] for joint in found.values()]
+    assert any(rotor.value < 1e-6 for rotor in rotors)
+    assert all(rotor.interval_95[0] <= 0 < 1e-4 < rotor.interval_95[1] for rotor in rotors)
 
 
 def test_encoder_noise_does_not_make_rotors_light(arm: Robot, exact_arm_log: RobotLog) -> None:

@@ -151,12 +151,15 @@ def solve(statistics: Statistics, start: Fit) -> Fit:
     """Fit the laws and corrections of another fit, from its values, to normal equations.
 
     Corrections are linearized, and linearized again around each solution until the cost stays the same. No rotor
-    inertia is negative.
+    inertia is negative; one that is held at zero is as uncertain as without this bound.
     """
     fit = _descend(statistics, start)
     while (model := fit.model.with_possible_rotors(fit.corrections)) is not fit.model:
         fit = _descend(statistics, replace(fit, model=model))
-    return fit
+    if fit.model is start.model:
+        return fit
+    free = replace(fit, model=start.model)
+    return replace(free, covariance=inverse_of(free.curvature(statistics)))
 
 
 def _descend(statistics: Statistics, start: Fit) -> Fit:

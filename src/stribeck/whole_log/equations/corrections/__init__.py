@@ -39,10 +39,11 @@ def find_corrections(
     rotors = tuple(k for k, name in enumerate(names) if everywhere or (isinstance(asked, list) and name in asked))
     modelled = dict(zip(robot.joint_names, robot.armature.tolist(), strict=True))
     armature = np.array([modelled.get(names[k], 0.0) for k in rotors])
+    guessed = np.array([names[k] not in robot.known_rotors for k in rotors], dtype=bool)
     own = dict(zip(robot.joint_names, command_delays, strict=False))
     late = tuple(own[name][1] for name in names if name in own)
     if settings.corrections == "none":
-        return lay_out({}, Layout(rotors=rotors, armature=armature, command_delays=late))
+        return lay_out({}, Layout(rotors=rotors, armature=armature, guessed=guessed, command_delays=late))
     counts = {"torque_delay": int(not late), "wrenches": sum(calibration.WRENCH) * wrenches}
     if settings.corrections == "calibration":
         counts |= {each.name: each.count(robot, names) for each in CORRECTIONS if each.count}
@@ -55,6 +56,7 @@ def find_corrections(
         command_delays=late,
         rotors=rotors,
         armature=armature,
+        guessed=guessed,
         payloads=tuple(payload.mass for payload in robot.payloads),
     )
     return lay_out(counts, layout)

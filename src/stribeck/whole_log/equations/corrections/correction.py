@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stribeck.base.finding import Finding
-from stribeck.base.typing import Array, IntArray
+from stribeck.base.typing import Array, BoolArray, IntArray
 from stribeck.dynamics.rooted import RootMotion
 from stribeck.dynamics.state import State
 from stribeck.log import RobotLog
@@ -37,8 +37,9 @@ class Layout:
         Whether the first body is a floating base.
     command_delays
         Standard errors of the delay of each joint's commands [s]; empty for measured torques.
-    rotors, armature
-        Indices of joints and couplings, and their rotor inertias in the model [kg m^2], shape (rotors,).
+    rotors, armature, guessed
+        Indices of joints and couplings, their rotor inertias in the model [kg m^2], and a mask of those that the robot
+        file does not state, shape (rotors,).
     payloads
         Masses of the payloads [kg].
     log_effects
@@ -54,6 +55,7 @@ class Layout:
     command_delays: tuple[float, ...] = ()
     rotors: tuple[int, ...] = ()
     armature: Array = field(default_factory=lambda: np.zeros(0))
+    guessed: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
     payloads: tuple[float, ...] = ()
     log_effects: tuple[int, int, int] = (0, 0, 0)
 

@@ -11,6 +11,9 @@ from stribeck.settings import Priors
 from stribeck.whole_log.constants import FRICTION_OF_LOGS
 from stribeck.whole_log.equations.corrections.correction import Correction, Found, Layout, Signals
 
+GUESSED = 2.0
+"""Relative error of a rotor inertia that only the model states [1]: many are guesses, a factor of three off."""
+
 BODIES = Correction(
     name="bodies", columns=lambda signals: signals.by_inertia, size=lambda layout: layout.inertial_parameters.size
 )
@@ -42,7 +45,8 @@ def _by_rotors(signals: Signals) -> Array:
 
 
 def _rotor_scales(priors: Priors, layout: Layout) -> Array:
-    return np.asarray(np.where(layout.armature > 0, priors.rotor_share * layout.armature, priors.rotor))
+    share = np.where(layout.guessed, GUESSED, priors.rotor_share)
+    return np.asarray(np.where(layout.armature > 0, share * layout.armature, priors.rotor))
 
 
 def _log_scales(_: Priors, layout: Layout) -> Array:
