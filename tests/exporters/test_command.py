@@ -30,13 +30,16 @@ def test_a_wrong_model_comes_out_nearer_to_the_truth(tmp_path: Path, capsys: pyt
     assert run("identify", tmp_path / "log.npz", "-r", wrong.path, "-o", out, "--method", "whole-log") == 0
     capsys.readouterr()
     arguments = ("export", out, "-r", wrong.path, "--to", "urdf", "-o", out / "new.urdf", "--overwrite")
-    assert run(*arguments) == 0
+    assert run(*arguments, "--inertia", "keep") == 0
     assert "Kept the model's inertias" in capsys.readouterr().out
     assert_same_dynamics(wrong, read_again(true, out / "new.urdf"), 1e-15)
     assert "--with mass: expected inertia" in refused(capsys, *arguments, "--with", "mass")
-    assert run(*arguments, "--with", "inertia") == 0
+    assert run(*arguments, "--with", "inertia") == 0  # an older name
+    written = (out / "new.urdf").read_text()
+    assert run(*arguments) == 0
+    assert (out / "new.urdf").read_text() == written
     printed = capsys.readouterr().out
-    assert "Changed inertias of the links" in printed
+    assert "Wrote the estimated inertias" in printed
     assert printed.endswith(f"{out / 'new.urdf'}\n")
     new = read_again(true, out / "new.urdf")
 

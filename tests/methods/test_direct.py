@@ -95,7 +95,7 @@ def test_robots_that_are_drawn_agree_on_the_torques_that_the_log_has_shown(arm: 
     """Errors of friction and bodies make up for one another: drawn one by one, they would be off by far more."""
     result = of_one_log(identify(with_noise(log, position=5e-5, torque=0.3), arm, settings()))
     joints = {name: replace(joint, correlation=None) for name, joint in result.joints.items()}
-    alone = replace(result, corrections=replace(result.corrections, correlations=[]), joints=joints)
+    alone = replace(result, corrections=replace(result.corrections, correlation=None), joints=joints)
     velocity = np.gradient(log.position, log.time, axis=0)
     motion = [each[20:-20:50] for each in (log.position, velocity, np.gradient(velocity, log.time, axis=0))]
     draws = ([predicted_torque(arm, each, *motion)[0] for each in drawn(of, 60)] for of in (result, alone))

@@ -88,10 +88,12 @@ Form = Annotated[
         "FORM", "Friction model. mjcf: plain or lugre  [default: the closer fit]; yaml: all or plain  [default: all]."
     ),
 ]
-With = Annotated[
+Inertia = Annotated[
     str | None,
-    _choice("WHAT", "Also write corrected values of a robot model other than friction", ("inertia",), "", "--with"),
+    _choice("HOW", "Inertias of a robot model; by default written if they pay", ("keep", "write"), "", "--inertia"),
 ]
+With = Annotated[str | None, typer.Option("--with", hidden=True)]
+"""`--with inertia` is an older name of `--inertia write`."""
 Planned = Annotated[str | None, option("NAMES", "Comma-separated joints.  [default: all weak or not excited]")]
 Held = Annotated[str | None, option("AXIS", "Base axis that points up: x, -x, y, ...; if a floating base is held.")]
 Validation = Annotated[list[Path], option("LOG", "Log for validation, not used for the fit.", "--validate")]

@@ -22,6 +22,7 @@ def export(
     include_weak: options.Weak = False,
     strict: options.Strict = False,
     friction: options.Form = None,
+    inertia: options.Inertia = None,
     more: options.With = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
@@ -37,9 +38,11 @@ def export(
     chosen: dict[str, Any] = {"joints": options.split_names(joints), "include_weak": include_weak}
     if more not in (None, "inertia"):
         raise SettingsError(f"--with {more}: expected inertia")
-    inertia = more == "inertia"
-    if ranges and (samples is not None or strict or inertia or friction is not None):
-        raise SettingsError("--ranges takes neither --samples, --strict, --friction nor --with; leave them out")
+    if inertia not in (None, "keep", "write"):
+        raise SettingsError(f"--inertia {inertia}: expected keep or write")
+    write = True if more else None if inertia is None else inertia == "write"
+    if ranges and (samples is not None or strict or write is not None or friction is not None):
+        raise SettingsError("--ranges takes neither --samples, --strict, --friction nor --inertia; leave them out")
     if samples is None:
         check_outputs([output], [result, *options.files_of(machine)], overwrite)
     elif output.is_dir() and any(output.iterdir()) and not overwrite:
@@ -47,11 +50,11 @@ def export(
     lines, paths = list[str](), [output]
     with findings_kept([*machine.warnings, *found.warnings]):
         if samples is not None:
-            paths = export_samples(found, machine, output, to, samples, friction=friction, inertia=inertia, **chosen)
+            paths = export_samples(found, machine, output, to, samples, friction=friction, inertia=write, **chosen)
         elif ranges:
             lines = export_ranges(found, machine, output, to, **chosen)
         else:
-            lines = write_model(found, machine, output, to, strict=strict, friction=friction, inertia=inertia, **chosen)
+            lines = write_model(found, machine, output, to, strict=strict, friction=friction, inertia=write, **chosen)
     if not quiet:
         for line in lines:
             typer.echo(line)

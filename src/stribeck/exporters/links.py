@@ -19,6 +19,9 @@ from stribeck.robot import Robot
 from stribeck.robot.inertial_parameters import pseudo_inertia
 from stribeck.robot.model_file import load_model
 
+SMALLEST_REACH = 0.1
+"""Distance of a body's center of mass from its joint [m] that is always possible."""
+
 LARGEST = 1e9
 """Largest plausible value of a body in SI units, and reciprocal of its smallest mass [kg]; limited by rounding."""
 
@@ -44,7 +47,7 @@ def corrected_links(robot: Robot, corrections: Corrections) -> tuple[dict[str, p
         _require_same_body(tree, joint, body, robot.model_path)
         links = poses[int(tree.getJointId(joint))]
         before = np.stack([pose @ inertias[name] @ pose.T for name, pose in links.items()])
-        wanted = _of_body(body, 1)
+        wanted = _of_body(within_reach(body, tree, int(tree.getJointId(joint))), 1)
         after = share(before, wanted)
         if not _agree(after.sum(axis=0), wanted):
             impossible.append(joint)
@@ -53,6 +56,23 @@ def corrected_links(robot: Robot, corrections: Corrections) -> tuple[dict[str, p
                 back = np.linalg.inv(pose)
                 found[name] = pin.Inertia.FromPseudoInertia(pin.PseudoInertia.FromMatrix(back @ new @ back.T))
     return found, impossible
+
+
+def within_reach(body: BodyCorrection, tree: pin.Model, joint: int) -> BodyCorrection:
+    """Move the center of mass of a body to at most its reach from the joint that carries it.
+
+    The reach is the distance of the farthest joint or frame on the body, or twice that of the model's center of mass,
+    and `SMALLEST_REACH` or more.
+    """
+    places = [tree.jointPlacements[child] for child in range(joint + 1, tree.njoints) if tree.parents[child] == joint]
+    places += [frame.placement for frame in tree.frames if frame.parentJoint == joint]
+    before, after = map(np.array, body.centre_of_mass)
+    distances = [float(np.linalg.norm(place.translation)) for place in places]
+    reach = max(SMALLEST_REACH, 2 * float(np.linalg.norm(before)), *distances)
+    distance = float(np.linalg.norm(after))
+    if distance <= reach or not np.any(before != after):
+        return body
+    return replace(body, centre_of_mass=(body.centre_of_mass[0], tuple((after * reach / distance).tolist())))
 
 
 def with_bodies(robot: Robot, corrections: Corrections | None) -> Robot:

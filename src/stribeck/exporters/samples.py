@@ -13,14 +13,8 @@ from stribeck.base.typing import Array
 from stribeck.exporters.beyond import top_speed
 from stribeck.exporters.forms import Form
 from stribeck.exporters.joints import WrittenJoint, joint_terms
-from stribeck.friction import get_law
-from stribeck.friction.terms import BEYOND_VELOCITY
-from stribeck.result import BODY_COORDINATES, BodyCorrection, Corrections, JointResult, ParameterEstimate, Result
-from stribeck.robot.inertial_parameters import inertia_of_shape, pseudo_inertia, shape_coordinates
-
-LARGEST = 3.0
-"""Largest change of a scale's logarithm [1]; prevents absurd values where the log does not determine a scale."""
-
+from stribeck.exporters.moved import moved
+from stribeck.result import JointResult, Result
 
 Range = tuple[float, float]
 """Lowest and highest value."""
@@ -57,86 +51,27 @@ class JointRanges:
 def drawn(result: Result, count: int, seed: int = 0) -> Iterator[Result]:
     """Yield results with parameters and inertias drawn from their uncertainty.
 
-    Friction, rotor inertias and bodies are drawn from the joint covariance of their errors, within their bounds; scales
-    are drawn in their logarithm. Friction also varies by a factor per joint, as between logs of one robot. Bodies are
-    drawn in the logarithm of mass, center and shape, so that each stays physically possible. For files of earlier
-    versions, joints and bodies are independent, shapes are constant, and logs do not differ.
+    Friction, rotor inertias and bodies are drawn from the result's posterior. Friction also varies by a factor per
+    joint, as between logs of one robot.
     """
-    generator = np.random.default_rng(seed)
-    labels, root = _root(result)
+    generator, posterior = np.random.default_rng(seed), result.posterior
     for _ in range(count):
-        off = dict(zip(labels, (root @ generator.standard_normal(len(labels))).tolist(), strict=True))
-        factors = generator.standard_normal(len(result.joints))
+        change = posterior.root @ generator.standard_normal(len(posterior.names))
+        factors = 1 + generator.standard_normal(len(result.joints)) * [
+            max((point.between_logs for point in joint.curve), default=0.0) for joint in result.joints.values()
+        ]
+        draw = moved(result, dict(zip(posterior.names, change.tolist(), strict=True)))
         joints = {
-            name: _drawn_joint(name, joint, off, factor)
-            for (name, joint), factor in zip(result.joints.items(), factors.tolist(), strict=True)
+            name: _scaled(joint, max(factor, 0.0))
+            for (name, joint), factor in zip(draw.joints.items(), factors.tolist(), strict=True)
         }
-        corrections = result.corrections
-        if corrections:
-            bodies = {name: _drawn_body(name, body, off) for name, body in corrections.bodies.items()}
-            corrections = replace(corrections, bodies=bodies)
-        yield replace(result, joints=joints, corrections=corrections)
+        yield replace(draw, joints=joints)
 
 
-def _root(result: Result) -> tuple[list[str], Array]:
-    """List the labels of all parameters and body coordinates, and compute a root of their errors' correlation.
-
-    The rows of the root have length one. Results are rounded and omit small correlations, so the nearest root is used.
-    """
-    corrections = result.corrections or Corrections(chi_square=0.0)
-    labels = [f"{name}.{parameter}" for name, joint in result.joints.items() for parameter in joint.parameters]
-    labels += [f"{name}.{coordinate}" for name in corrections.bodies for coordinate in BODY_COORDINATES]
-    place = {label: k for k, label in enumerate(labels)}
-    correlation = np.eye(len(labels))
-    for name, joint in result.joints.items():
-        if (of_joint := joint.correlation_matrix()) is not None:
-            own = [place[f"{name}.{parameter}"] for parameter in joint.parameters]
-            correlation[np.ix_(own, own)] = np.nan_to_num(of_joint)
-    for one, other, value in corrections.correlations:
-        if one in place and other in place:
-            correlation[place[one], place[other]] = correlation[place[other], place[one]] = value
-    values, vectors = np.linalg.eigh(np.clip(correlation, -1.0, 1.0))
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
-    return labels, root / np.maximum(np.linalg.norm(root, axis=1, keepdims=True), 1e-12)
-
-
-def _drawn_joint(joint_name: str, joint: JointResult, off: Mapping[str, float], between_logs: float) -> JointResult:
-    known = {parameter.name: parameter for parameter in (*get_law(joint.law).parameters, *BEYOND_VELOCITY)}
-    parameters: dict[str, ParameterEstimate] = {}
-    for name, found in joint.parameters.items():
-        change = off[f"{joint_name}.{name}"]
-        error = found.standard_error if np.isfinite(found.standard_error) else 0.0
-        own = known.get(name)
-        if own is not None and own.logarithmic and found.value > 0:
-            value = found.value * float(np.exp(np.clip(change * error / found.value, -LARGEST, LARGEST)))
-        else:
-            value = found.value + change * error
-        value *= max(1 + between_logs * joint.between_logs(name), 0.0)
-        low, high = (own.lower, own.upper) if own else (0.0, np.inf)  # a rotor inertia
-        parameters[name] = replace(found, value=float(np.clip(value, low, high)))
-    return replace(joint, parameters=parameters)
-
-
-def _drawn_body(name: str, body: BodyCorrection, off: Mapping[str, float]) -> BodyCorrection:
-    """Draw mass, center and shape of a body; its inertia about the center is proportional to the mass."""
-    (before, mass), (lever, centre), (was, inertia) = body.mass, body.centre_of_mass, body.inertia
-    normal = np.array([off[f"{name}.{coordinate}"] for coordinate in BODY_COORDINATES])
-    share = float(np.exp(np.clip(normal[0] * body.mass_error / mass, -LARGEST, LARGEST))) if mass > 0 else 1.0
-    moved = np.array(centre) + normal[1:4] * np.array(body.centre_of_mass_error)
-    about_centre = np.array(inertia)
-    if body.shape_error is not None and mass > 0:
-        shape = shape_coordinates(pseudo_inertia(np.array([mass, 0.0, 0.0, 0.0, *inertia])))
-        if np.isfinite(shape).all():  # physically possible
-            change = normal[4:] * np.array(body.shape_error)
-            change[:3] = np.clip(change[:3], -LARGEST, LARGEST)
-            with np.errstate(over="ignore"):  # implausible values are refused on writing
-                about_centre = inertia_of_shape(mass, shape + change)
-    return replace(
-        body,
-        mass=(before, share * mass),
-        centre_of_mass=(lever, tuple(moved.tolist())),
-        inertia=(was, tuple((share * about_centre).tolist())),
-    )
+def _scaled(joint: JointResult, factor: float) -> JointResult:
+    """Multiply the friction of a joint; offset, scales and rotor inertia stay."""
+    friction = (name for name, own in joint.parameters.items() if name != "offset" and own.unit.startswith("N"))
+    return joint.with_values({name: factor * joint.values[name] for name in friction})
 
 
 def joint_ranges(
@@ -150,7 +85,7 @@ def joint_ranges(
         If the result lacks one of `joints`.
     """
     found = joint_terms(result, form, joints, include_weak)
-    draws = [joint_terms(each, form, found, include_weak) for each in drawn(result, 200)]
+    draws = [joint_terms(each, form, found, include_weak) for each in drawn(result, 400)]
     return {
         name: _ranges(result.joints[name], terms, [each[name] for each in draws], form) for name, terms in found.items()
     }

@@ -96,6 +96,7 @@ def summary(
     impossible: list[str],
     *,
     inertia: bool = False,
+    reason: str = "",
 ) -> list[str]:
     """Summarize an export in lines for the console and the head of the file.
 
@@ -109,8 +110,8 @@ def summary(
         Terms or ranges that the target states, by joint.
     impossible
         Joints whose estimated body is physically impossible.
-    inertia
-        Whether a robot model gets the corrected inertias.
+    inertia, reason
+        Whether a robot model gets the estimated inertias, and a clause on their effect.
     """
     logs = ", ".join(Path(path).name for path in result.log.paths if path) or "a log"
     own = result.corrections
@@ -122,11 +123,14 @@ def summary(
     slow = ", ".join(name for name, terms in joints.items() if isinstance(terms, WrittenJoint) and terms.beyond)
     changed, unchanged = "Cannot store corrected inertias", "Not identified or not requested"
     if target.models:
-        kept_inertia = "Kept the model's inertias (`--with inertia` writes the estimates) of the links driven by"
-        changed = "Changed inertias of the links driven by" if inertia else kept_inertia
+        changed = "Wrote the estimated" if inertia else "Kept the model's"
+        changed = f"{changed} inertias of the links driven by"
+        bodies = bodies and f"{bodies} ({reason}{'; `--inertia write` writes them' * (not inertia)})"
         unchanged = "Not identified; the model's friction is kept for"
     nearest = "Physically impossible estimate; the nearest valid inertia was written for the links driven by"
     sentences = {
+        "Offsets are zero, as commands have no sensor; all else is most probable with that.": inertia
+        and robot.torque_source == "command",
         f"{changed}: {bodies}.": bodies,
         f"{nearest}: {', '.join(impossible)}.": impossible,
         **{f"Joint {name}: {terms}.": True for name, terms in joints.items()},

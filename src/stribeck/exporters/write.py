@@ -9,6 +9,7 @@ from stribeck.errors import NothingIdentifiedError, SettingsError, did_you_mean
 from stribeck.exporters.joints import WrittenJoint, joint_terms
 from stribeck.exporters.links import corrected_links
 from stribeck.exporters.model_files import MODELS
+from stribeck.exporters.projection import held_out_change, projected
 from stribeck.exporters.samples import drawn, joint_ranges
 from stribeck.exporters.targets import TARGETS, Request, summary
 from stribeck.exporters.text_files import file_text, rendered
@@ -28,13 +29,13 @@ def export(
     include_weak: bool = False,
     strict: bool = False,
     friction: str | None = None,
-    inertia: bool = False,
+    inertia: bool | None = None,
 ) -> list[str]:
     """Write the identified friction in the format of a simulator or a controller.
 
-    Friction that the target cannot represent is approximated, and the error is reported. Everything else in a robot
-    model is unchanged, including inertias and the friction of joints that were not identified. The head of the file
-    lists the changes.
+    Friction that the target cannot represent is approximated, and the error is reported. A robot model also gets the
+    estimated inertias where they lower the torque error of held-out parts of the logs; everything else is unchanged,
+    including the friction of joints that were not identified. The head of the file lists the changes.
 
     Parameters
     ----------
@@ -57,7 +58,7 @@ def export(
         Friction model, for targets with several: "plain" or "lugre" for MJCF, "all" or "plain" for YAML. If None, each
         joint gets the first model in the inner half of the 95 % interval, or the one with the smallest error.
     inertia
-        Whether robot models also get the inertias corrected by the method `whole-log`.
+        Whether robot models also get the estimated inertias; if None, `projection.HeldOutChange` decides.
 
     Returns
     -------
@@ -79,13 +80,14 @@ def export(
     >>> lines = export("out/result.json", "robot.toml", "found.urdf", "urdf")
     >>> for line in lines[6:]:
     ...     print(line.partition(":")[0])
-    Kept the model's inertias (`--with inertia` writes the estimates) of the links driven by
+    Kept the model's inertias of the links driven by
     Joint shoulder
     Joint elbow
     Joint slide
     """
-    choice = FileContent(joints=joints, include_weak=include_weak, friction=friction, inertia=inertia)
-    request = _request(*_read(result, robot), Path(path), target, choice)
+    result, robot = _read(result, robot)
+    choice = FileContent.of(result, target, inertia, joints=joints, include_weak=include_weak, friction=friction)
+    request = _request(result, robot, Path(path), target, choice)
     for name, own in request.joints.items():
         if strict and (lost := [*own.projected, *own.left_out]):
             raise SettingsError(
@@ -95,7 +97,7 @@ def export(
     with whole_or_not_at_all(path) as temporary:
         temporary.write_text(_text(target, request), encoding="utf-8")
     first, *others = request.lines
-    return [first, *table_of_joints(request.result, request.robot, request.joints), *others]
+    return [first, *table_of_joints(result, robot, request.joints), *others]
 
 
 def export_samples(
@@ -108,7 +110,7 @@ def export_samples(
     joints: Collection[str] | None = None,
     include_weak: bool = False,
     friction: str | None = None,
-    inertia: bool = False,
+    inertia: bool | None = None,
     seed: int = 0,
 ) -> list[Path]:
     """Write several files as `export` does, with parameters drawn from the uncertainty of the result.
@@ -142,7 +144,7 @@ def export_samples(
     result, robot = _read(result, robot)
     if not 1 <= count <= 100_000:  # in one folder
         raise SettingsError(f"export: {count} samples were requested; expected 1 to 100,000")
-    choice = FileContent(joints=joints, include_weak=include_weak, friction=friction, inertia=inertia)
+    choice = FileContent.of(result, target, inertia, joints=joints, include_weak=include_weak, friction=friction)
     forms = _request(result, robot, Path(folder), target, choice).forms  # the same in all files
     paths = [Path(folder) / f"{k:03d}{TARGETS[target].suffix}" for k in range(count)]
     with staged_folder(folder) as staging:
@@ -210,12 +212,35 @@ def export_ranges(
 
 @dataclass(frozen=True, kw_only=True)
 class FileContent:
-    """Arguments of `export` that select the content of a file."""
+    """Choices that select the content of a file: arguments of `export`, and whether estimated inertias are written."""
 
     joints: Collection[str] | None
     include_weak: bool
     friction: str | None
     inertia: bool
+    reason: str
+
+    @classmethod
+    def of(
+        cls,
+        result: Result,
+        target: str,
+        inertia: bool | None,
+        *,
+        joints: Collection[str] | None,
+        include_weak: bool,
+        friction: str | None,
+    ) -> "FileContent":
+        """Decide on the inertias, unless `inertia` does."""
+        change = held_out_change(result)
+        model = target in TARGETS and bool(TARGETS[target].models)
+        return cls(
+            joints=joints,
+            include_weak=include_weak,
+            friction=friction,
+            inertia=model and (change.pays if inertia is None else inertia),
+            reason=str(change),
+        )
 
 
 def _read(result: Result | str | Path, robot: Robot | str | Path) -> tuple[Result, Robot]:
@@ -231,6 +256,7 @@ def _request(
         near = did_you_mean(target, TARGETS)
         raise SettingsError(f"export: the target is '{target}'; expected {_either(TARGETS)}{near}")
     own = TARGETS[target]
+    result = projected(result, robot) if choice.inertia else result
     _check(result, robot, path, own.models, target)
     if choice.friction is not None and choice.friction not in own.forms:
         raise SettingsError(f"export: the friction model is '{choice.friction}'; expected {_either(own.forms)}")
@@ -249,7 +275,7 @@ def _request(
             f"export: the result has no identified friction that {target.upper()} can store"
             + " and no corrected inertias" * choice.inertia
         )
-    lines = summary(result, robot, own, found, impossible, inertia=choice.inertia)
+    lines = summary(result, robot, own, found, impossible, inertia=choice.inertia, reason=choice.reason)
     return Request(result=result, robot=robot, joints=found, forms=forms, links=links, lines=lines, folder=path.parent)
 
 

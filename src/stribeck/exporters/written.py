@@ -25,13 +25,25 @@ def table_of_joints(result: Result, robot: Robot, joints: Mapping[str, WrittenJo
             _sum(model.get(name)),
             _identified(result.joints[name]),
             _sum(terms.plain),
-            terms.difference or "none",
+            terms.difference or _shift(result.joints[name], terms),
         )
         for name, terms in joints.items()
         if terms.plain is not None
     ]
     head = ("joint", "in the model", "identified", "written", "largest difference")
     return [LEGEND, *aligned([head, *rows])] if rows else []
+
+
+def _shift(joint: JointResult, terms: WrittenJoint) -> str:
+    """State how far the written friction is from the identified curve, where other parameters had to change with it."""
+    assert terms.plain is not None
+    dry, viscous, _ = terms.plain
+    sizes = [(abs(dry + viscous * point.velocity - point.value), point) for point in joint.curve]
+    size, point = max(sizes, key=lambda pair: pair[0], default=(0.0, None))
+    if point is None or size < 0.05 * point.half_width:  # rounded numbers
+        return "none"
+    speed, torque = joint.units()
+    return f"{size:.2g} {torque} at {point.velocity:.2g} {speed}"
 
 
 def _in_the_model(robot: Robot) -> dict[str, tuple[float, float, bool]]:

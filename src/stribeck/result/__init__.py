@@ -15,6 +15,7 @@ from stribeck.result.law_values import law_values as law_values
 from stribeck.result.parts import BODY_COORDINATES as BODY_COORDINATES
 from stribeck.result.parts import BodyCorrection as BodyCorrection
 from stribeck.result.parts import Corrections as Corrections
+from stribeck.result.parts import ErrorCorrelation as ErrorCorrelation
 from stribeck.result.parts import Evidence as Evidence
 from stribeck.result.parts import HeldOutError as HeldOutError
 from stribeck.result.parts import HeldOutLog as HeldOutLog

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Annotated, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -87,6 +88,11 @@ class JointResult:
     def values(self) -> dict[str, float]:
         """Values of the parameters by name."""
         return {name: parameter.value for name, parameter in self.parameters.items()}
+
+    def with_values(self, values: Mapping[str, float]) -> Self:
+        """Replace values of parameters."""
+        parameters = {name: replace(own, value=values.get(name, own.value)) for name, own in self.parameters.items()}
+        return replace(self, parameters=parameters)
 
     @property
     def slides(self) -> bool:

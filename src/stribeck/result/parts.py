@@ -1,5 +1,7 @@
 """Parts of a result other than joints: model corrections, validation logs, and evidence for the report."""
 
+from base64 import b64decode, b64encode
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Annotated
@@ -26,6 +28,42 @@ Six = Annotated[tuple[float, ...], Field(min_length=6, max_length=6)]
 
 BODY_COORDINATES = ("log_mass", "centre_x", "centre_y", "centre_z", *(f"shape_{k}" for k in range(1, 7)))
 """Coordinates of a body's errors; `stribeck.robot.inertial_parameters.shape_coordinates` defines the last six."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ErrorCorrelation:
+    """Correlation of the errors of m coordinates, named "joint.parameter" and "body.coordinate" (`BODY_COORDINATES`).
+
+    `lower` has the entries below the diagonal, row by row, as little-endian 32-bit floats in base64.
+    """
+
+    names: tuple[str, ...]
+    lower: str
+
+    def __post_init__(self) -> None:
+        """Check that there is a finite number for each pair."""
+        count = len(self.names) * (len(self.names) - 1) // 2
+        try:
+            numbers = np.frombuffer(b64decode(self.lower, validate=True), dtype="<f4")
+        except ValueError as error:
+            raise ValueError(f"lower: is not base64 of 32-bit floats ({error})") from error
+        if len(numbers) != count or not np.all(np.abs(numbers) <= 1):
+            raise ValueError(f"lower: expected {count} numbers from -1 to 1 for {len(self.names)} names")
+
+    @classmethod
+    def of(cls, names: Sequence[str], covariance: Array) -> "ErrorCorrelation":
+        """Encode the correlation of a covariance, shape (m, m); coordinates without error are correlated with none."""
+        errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        unit = np.divide(1.0, errors, out=np.zeros_like(errors), where=errors > 0)
+        below = np.nan_to_num(covariance * np.outer(unit, unit))[np.tril_indices(len(names), -1)].clip(-1.0, 1.0)
+        return cls(names=tuple(names), lower=b64encode(below.astype("<f4").tobytes()).decode())
+
+    @property
+    def matrix(self) -> Array:
+        """Correlation, shape (m, m)."""
+        matrix = np.eye(len(self.names))
+        matrix[np.tril_indices(len(matrix), -1)] = np.frombuffer(b64decode(self.lower), dtype="<f4")
+        return np.tril(matrix) + np.tril(matrix, -1).T
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,8 +97,7 @@ class Corrections:
     - `log_offsets`: offset of a joint in each log minus its offset in all logs [N m], [N]; empty for a single log.
     - `log_friction`: friction of a joint in each log at half the top speed relative to its friction in all logs, minus
       one [1]; empty for a single log.
-    - `correlations`: correlations of pairs of errors, named "joint.parameter" and "body.coordinate"
-      (`BODY_COORDINATES`). Small ones are omitted; those within one joint are in `JointResult`.
+    - `correlation`: correlation of the errors of friction and bodies; None in files of earlier versions.
     """
 
     chi_square: float
@@ -73,7 +110,7 @@ class Corrections:
     torque_delay: tuple[float, float] | None = None
     command_delay: dict[str, tuple[float, float]] = field(default_factory=dict)
     base_delay: tuple[float, float] | None = None
-    correlations: list[tuple[str, str, float]] = field(default_factory=list)
+    correlation: ErrorCorrelation | None = None
 
     def __post_init__(self) -> None:
         """Make dictionaries read-only."""

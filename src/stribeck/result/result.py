@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict, dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NotRequired
 
@@ -28,6 +28,8 @@ from stribeck.result.tables import joint_rows, logs_text, parameter_rows, result
 if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
+
+    from stribeck.result.posterior import Posterior
 
 SCHEMA = 1
 LARGEST = 1e300
@@ -110,6 +112,20 @@ class Result:
     def all_friction(self) -> dict[str, JointResult]:
         """Joints, followed by couplings."""
         return {**self.joints, **self.couplings}
+
+    @cached_property
+    def posterior(self) -> Posterior:
+        """Joint distribution of the parameters of all joints and bodies.
+
+        Examples
+        --------
+        >>> place = result.posterior.names.index("elbow.coulomb")
+        >>> bool(result.posterior.mean[place] == result.joints["elbow"].values["coulomb"])
+        True
+        """
+        from stribeck.result.posterior import posterior_of
+
+        return posterior_of(self.all_friction, self.corrections)
 
     @property
     def warnings(self) -> list[str]:
@@ -208,6 +224,10 @@ def read_result(path: str | Path) -> Result:
     if (largest := _largest(document)) > LARGEST:
         raise SettingsError(f"{path}: contains the number {largest:.3g}; expected numbers up to {LARGEST:g}")
     try:
+        corrections = document.get("corrections")
+        if isinstance(corrections, dict) and "correlations" in corrections:  # written by earlier versions
+            del corrections["correlations"]
+            text = json.dumps(document)
         content: dict[str, Any] = {**TypeAdapter(_Document).validate_json(text, strict=True)}
         del content["warnings"]  # the findings as text
         return Result(**content, path=str(path))

@@ -12,7 +12,7 @@ from stribeck.whole_log.equations.corrections import CORRECTIONS
 from stribeck.whole_log.equations.corrections.correction import Found
 from stribeck.whole_log.equations.corrections.model import effects_of_logs
 from stribeck.whole_log.estimate import WholeLogFit
-from stribeck.whole_log.uncertainty.joint_errors import correlations, shape_errors
+from stribeck.whole_log.uncertainty.joint_errors import error_correlation, shape_errors
 
 
 def describe_corrections(fit: WholeLogFit, joints: tuple[str, ...], encoders: tuple[str, ...]) -> Corrections:
@@ -54,7 +54,7 @@ def describe_corrections(fit: WholeLogFit, joints: tuple[str, ...], encoders: tu
         disagreement=fit.heterogeneity,
         bodies=bodies,
         log_friction={joint: tuple(own) for joint, own in zip(joints, _levels(fit), strict=False)},
-        correlations=correlations(fit, joints),
+        correlation=error_correlation(fit, joints),
         **others,
     )
 

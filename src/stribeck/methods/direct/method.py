@@ -22,7 +22,7 @@ from stribeck.methods.direct.estimate import DirectFit, fit_direct
 from stribeck.methods.direct.regressor_rows import Block, RowMaker
 from stribeck.methods.direct.rows import ROOT, DirectRows
 from stribeck.methods.moving import joints_that_move
-from stribeck.result import BODY_COORDINATES, Corrections, Validation
+from stribeck.result import BODY_COORDINATES, Corrections, ErrorCorrelation, Validation
 from stribeck.robot import Robot
 from stribeck.robot.inertial_parameters import SIZE, log_cholesky, pseudo_inertia
 from stribeck.settings import Settings
@@ -30,7 +30,6 @@ from stribeck.whole_log.describe import body_correction
 from stribeck.whole_log.equations.build import acting
 from stribeck.whole_log.equations.corrections import find_corrections
 from stribeck.whole_log.model.bodies import bodies_of
-from stribeck.whole_log.uncertainty.joint_errors import told_correlations
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -239,10 +238,12 @@ def _corrections(fit: DirectFit, joints: Sequence[JointColumns], names: Sequence
         chi_square=1.0,
         disagreement=fit.overdispersion,
         bodies=bodies,
-        correlations=told_correlations(
+        correlation=ErrorCorrelation.of(
+            [
+                *(f"{joint.name}.{parameter.name}" for joint in joints for parameter in joint.parameters),
+                *(f"{names[k]}.{coordinate}" for k in kept for coordinate in BODY_COORDINATES[: told[k]]),
+            ],
             covariance[np.ix_(places, places)],
-            [f"{joint.name}.{parameter.name}" for joint in joints for parameter in joint.parameters],
-            [f"{names[k]}.{coordinate}" for k in kept for coordinate in BODY_COORDINATES[: told[k]]],
         ),
     )
 

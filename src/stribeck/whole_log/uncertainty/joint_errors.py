@@ -7,13 +7,10 @@ coordinates x (docs/estimator-fit.md, "Intervals"), the covariance of y is T C T
 import numpy as np
 
 from stribeck.base.typing import Array
-from stribeck.result import BODY_COORDINATES
+from stribeck.result import BODY_COORDINATES, ErrorCorrelation
 from stribeck.robot.inertial_parameters import SIZE
 from stribeck.whole_log.estimate import WholeLogFit
 from stribeck.whole_log.uncertainty.intervals import joint_coordinates
-
-LEAST_CORRELATION, DIGITS = 0.05, 3
-"""Smallest correlation in a result [1], and its number of digits."""
 
 
 def shape_errors(fit: WholeLogFit) -> Array:
@@ -25,8 +22,8 @@ def shape_errors(fit: WholeLogFit) -> Array:
     return np.asarray(np.sqrt(variances))
 
 
-def correlations(fit: WholeLogFit, names: tuple[str, ...]) -> list[tuple[str, str, float]]:
-    """Compute correlations of at least `LEAST_CORRELATION` between errors, except within one joint's parameters.
+def error_correlation(fit: WholeLogFit, names: tuple[str, ...]) -> ErrorCorrelation:
+    """Compute the correlation of the errors of all joints and bodies.
 
     Parameters
     ----------
@@ -51,22 +48,7 @@ def correlations(fit: WholeLogFit, names: tuple[str, ...]) -> list[tuple[str, st
     for k, slopes in enumerate(_slopes(fit)):
         own_body = slice(friction + SIZE * k, friction + SIZE * (k + 1))
         turn[own_body, own_body] = slopes
-    return told_correlations(turn @ covariance @ turn.T, labels[:friction], labels[friction:])
-
-
-def told_correlations(covariance: Array, friction: list[str], bodies: list[str]) -> list[tuple[str, str, float]]:
-    """Select the correlations for a result; errors have the order of the labels of friction, then of bodies."""
-    labels = friction + bodies
-    errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    unit = np.divide(1.0, errors, out=np.zeros_like(errors), where=errors > 0)
-    found = np.round(covariance * np.outer(unit, unit), DIGITS)
-    rows, columns = np.nonzero(np.triu(np.abs(found) >= LEAST_CORRELATION, 1))
-    owner = [label.rpartition(".")[0] for label in friction] + [""] * len(bodies)
-    return [
-        (labels[i], labels[j], float(found[i, j]))
-        for i, j in zip(rows.tolist(), columns.tolist(), strict=True)
-        if not owner[i] or owner[i] != owner[j]
-    ]
+    return ErrorCorrelation.of(labels, turn @ covariance @ turn.T)
 
 
 def _slopes(fit: WholeLogFit) -> Array:
