@@ -144,7 +144,8 @@ def test_mujoco_takes_them_by_degree_of_freedom(tmp_path: Path) -> None:
     export(result, robot, tmp_path / "new.xml", "mjcf", friction="plain")
     model = mujoco.MjModel.from_xml_path(str(tmp_path / "new.xml"))
     before = {field: getattr(model, field).copy() for field in own.bounds(model)}
-    assert sorted(before) == ["dof_armature", "dof_damping", "dof_frictionloss"]
+    assert sorted(before) == ["dof_armature", "dof_damping", "dof_frictionloss", "dof_solref"]
+    model.dof_solref[:], sharp = (0.02, 1.0), before.pop("dof_solref")
     at, generator = model.joint(name).dofadr[0], np.random.default_rng(0)
     drawn_values: dict[str, list[float]] = {field: [] for field in before}
     invweights = []
@@ -156,6 +157,8 @@ def test_mujoco_takes_them_by_degree_of_freedom(tmp_path: Path) -> None:
             values.append(now[at])
             assert np.array_equal(np.delete(now, at), np.delete(before[field], at))  # as of the other joint
     assert model.joint(other).dofadr[0] != at
+    np.testing.assert_array_equal(model.dof_solref, sharp)  # friction acts at once, as in the exported model
+    np.testing.assert_array_equal(sharp[at], (0.001, 1.0))
     for field, values in drawn_values.items():
         low, high = own.RANGES[name][field]
         assert low <= min(values) < max(values) <= high

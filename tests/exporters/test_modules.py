@@ -9,6 +9,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -17,15 +18,21 @@ from tests.exporters.found import FRICTION, found_in, joint, joint_result, modul
 
 from stribeck import Robot, export
 
+GAINS = (np.array([40.0, 30.0, np.nan]), np.array([2.0, 1.0, 0.0]))
+DRIVES: dict[str, Any] = {"command_gains": GAINS, "command_delay": np.array([0.004, 0.004, 0.0])}
+"""Of a robot file without gains of the sliding joint."""
 FOUND = FRICTION | {"armature": (0.05, "kg m^2")}
 FORCE = {"viscous": (20.0, "N s/m"), "coulomb": (3.0, "N"), "offset": (0.0, "N"), "armature": (0.4, "kg")}
 
 
-def written(target: str, folder: Path, friction: str | None = None) -> tuple[Path, Robot]:
+def written(
+    target: str, folder: Path, friction: str | None = None, joints: int = 3, **drives: Any
+) -> tuple[Path, Robot]:
     """Write what was found of an arm with a sliding joint, whose elbow has a rotor alone."""
-    robot = Robot.from_file(write_arm(folder))
+    robot = replace(Robot.from_file(write_arm(folder)), **drives)
     elbow = joint_result({"armature": (0.1, "kg m^2")})
     found = {"shoulder": joint_result(FOUND), "elbow": elbow, "slide": joint_result(FORCE)}
+    found = dict([*found.items()][:joints])
     result = replace(found_in(robot)[0], joints=found, corrections=None)
     export(result, robot, folder / "found.yaml", target, friction=friction)
     return folder / "found.yaml", robot
@@ -55,10 +62,10 @@ def test_pinocchio_has_it(tmp_path: Path) -> None:
 def test_isaac_lab_gets_keywords_of_its_actuators(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, effort: str) -> None:
     words = ("armature", "friction", "dynamic_friction", "viscous_friction", effort)
     fields = ["joint_names_expr", "stiffness", "damping", *((word, Any, None) for word in words)]
-    actuator = make_dataclass("ImplicitActuatorCfg", fields)  # the fields of Isaac Lab that are written
-    stub = SimpleNamespace(ImplicitActuatorCfg=actuator)
+    delays = [(word, int, 0) for word in ("min_delay", "max_delay")]
+    kinds = {"ImplicitActuatorCfg": fields, "DelayedPDActuatorCfg": [*fields, *delays]}
+    stub = SimpleNamespace(**{name: make_dataclass(name, own) for name, own in kinds.items()})  # fields of Isaac Lab
     monkeypatch.setitem(sys.modules, "isaaclab", SimpleNamespace(actuators=stub))  # type: ignore[arg-type]
-    monkeypatch.setitem(sys.modules, "isaaclab.actuators", stub)  # type: ignore[arg-type]
     path, _ = written("isaaclab", tmp_path)
     own = module(path)
     first, second = own.actuators(stiffness=80.0, damping=2.0).values()
@@ -72,10 +79,18 @@ def test_isaac_lab_gets_keywords_of_its_actuators(tmp_path: Path, monkeypatch: p
     other = make_dataclass("PaceDCMotorCfg", [*fields, ("max_delay", int, 0)])
     first, _ = own.actuators(stiffness=80.0, damping=2.0, kind=other, max_delay=3).values()
     assert (type(first), first.max_delay, first.armature["shoulder"]) == (other, 3, 0.05)
+    (tmp_path / "found.py").unlink()
+    path, _ = written("isaaclab", tmp_path, joints=1, **DRIVES)
+    shoulder, elbow, slide = module(path).actuators(timestep=0.002).values()
+    assert (shoulder.stiffness, shoulder.damping) == ({"shoulder": 40.0}, {"shoulder": 2.0})
+    assert (shoulder.min_delay, shoulder.max_delay, shoulder.friction) == (2, 2, {"shoulder": 1.2})
+    assert (elbow.joint_names_expr, elbow.stiffness, elbow.friction) == (["elbow"], {"elbow": 30.0}, None)
+    assert (slide.joint_names_expr, slide.stiffness, slide.max_delay) == (["slide"], None, 0)  # of the USD file
+    assert getattr(slide, effort) == {"slide": 100.0}
 
 
 def test_mjlab_gets_keywords_of_its_actuators(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    words = ("armature", "frictionloss", "viscous_damping", "effort_limit")
+    words = ("armature", "frictionloss", "viscous_damping", "effort_limit", "delay_min_lag", "delay_max_lag")
     fields = ["target_names_expr", "stiffness", "damping", *((word, Any, None) for word in words)]
     actuator = make_dataclass("BuiltinPositionActuatorCfg", fields, kw_only=True)  # of mjlab 1.3 and newer
     stub = SimpleNamespace(BuiltinPositionActuatorCfg=actuator)
@@ -88,6 +103,22 @@ def test_mjlab_gets_keywords_of_its_actuators(tmp_path: Path, monkeypatch: pytes
     assert (shoulder.frictionloss, shoulder.viscous_damping, shoulder.armature) == (1.2, 0.3, 0.05)
     assert (elbow.frictionloss, elbow.armature, elbow.effort_limit) == (None, 0.1, None)
     assert (slide.viscous_damping, slide.effort_limit) == (20.0, 100.0)
+    (tmp_path / "found.py").unlink()
+    path, _ = written("mjlab", tmp_path, joints=1, **DRIVES)
+    own = module(path)
+    with pytest.raises(ValueError, match="no gains of joint 'slide'; pass its stiffness"):
+        own.actuators()
+    shoulder, elbow, slide = own.actuators(stiffness={"slide": 900.0}, damping={"slide": 30.0}, timestep=0.002)
+    assert (shoulder.stiffness, shoulder.damping, shoulder.delay_min_lag) == (40.0, 2.0, 2)
+    assert (elbow.stiffness, elbow.frictionloss, elbow.delay_max_lag) == (30.0, None, 2)
+    assert (slide.stiffness, slide.damping, slide.delay_max_lag) == (900.0, 30.0, None)
+    assert (
+        "'elbow': {'stiffness': 30.0, 'damping': 1.0, 'delay': 0.004},  # friction is that of the model"
+        in (tmp_path / "found.py").read_text()
+    )
+    spec = mujoco.MjSpec.from_file(str(tmp_path / "arm.urdf"))
+    model = own.with_friction(spec).compile()
+    np.testing.assert_array_equal(model.dof_solref, [(0.001, 1.0)] * 3)
 
 
 @pytest.fixture
@@ -109,11 +140,14 @@ def test_a_builder_of_newton_gets_it_by_label(recipes: dict[str, Any]) -> None:
         joint_friction=[0.0] * 4,
         joint_damping=[0.0] * 4,
         joint_armature=[0.0] * 4,
+        custom_attributes={"mujoco:solreffriction": SimpleNamespace(values=None)},
     )
     recipes["set_newton"](builder)
     assert builder.joint_friction == [1.2, 0.0, 3.0, 1.2]
     assert builder.joint_damping == [0.3, 0.0, 20.0, 0.3]
     assert builder.joint_armature == [0.05, 0.1, 0.4, 0.05]
+    (sharp,) = builder.custom_attributes.values()
+    assert sharp.values == {at: [0.001, 1.0] for at in (0, 2, 3)}
 
 
 def test_genesis_gets_one_call_a_word(recipes: dict[str, Any]) -> None:
@@ -137,7 +171,7 @@ def test_genesis_gets_one_call_a_word(recipes: dict[str, Any]) -> None:
 def test_a_stage_gets_efforts_and_degrees(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     units = {"meters": 1.0}
     stub = SimpleNamespace(
-        Sdf=SimpleNamespace(ValueTypeNames=SimpleNamespace(Float="float")),
+        Sdf=SimpleNamespace(ValueTypeNames=SimpleNamespace(Float="float", DoubleArray="double[]")),
         Tf=SimpleNamespace(MakeValidIdentifier=str),
         UsdGeom=SimpleNamespace(GetStageMetersPerUnit=lambda _: units["meters"]),
         UsdPhysics=SimpleNamespace(GetStageKilogramsPerUnit=lambda _: 1.0),
@@ -172,6 +206,7 @@ def test_a_stage_gets_efforts_and_degrees(tmp_path: Path, monkeypatch: pytest.Mo
         "newton:friction": 1.2,
         "newton:damping": pytest.approx(0.3 / 57.29577951308232, rel=1e-12),
         "newton:armature": 0.05,
+        "mjc:solreffriction": (0.001, 1.0),
     }
     assert found["slide"]["physxJointAxis:linear:viscousFrictionCoefficient"] == 20.0
     assert found["slide"]["newton:damping"] == 20.0
@@ -197,7 +232,7 @@ def test_names_cannot_break_a_module(target: str, tmp_path: Path) -> None:
     if target == "isaaclab":
         assert own.ACTUATORS[0]["joint_names_expr"] == ['a"""\'b\\.c\\{x\\}\\\\']
     else:
-        assert list(own.JOINTS) == [name]
+        assert next(iter(own.JOINTS)) == name
 
 
 def test_bam_has_the_friction_that_depends_on_load(tmp_path: Path) -> None:

@@ -84,9 +84,7 @@ Weak = Annotated[bool, typer.Option("--include-weak", help="Also export friction
 Strict = Annotated[bool, typer.Option("--strict", help="Fail if the format cannot represent all of the friction.")]
 Form = Annotated[
     str | None,
-    option(
-        "FORM", "Friction model. mjcf: plain or lugre  [default: the closer fit]; yaml: all or plain  [default: all]."
-    ),
+    option("FORM", "Friction model. mjcf: plain or lugre  [default: plain]; yaml: all or plain  [default: all]."),
 ]
 Inertia = Annotated[
     str | None,

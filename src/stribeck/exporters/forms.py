@@ -86,8 +86,6 @@ class Nearest:
         Root mean square of the residual, and of the identified friction [N m], [N].
     largest
         Largest difference from the identified curve [N m], [N], and its speed [rad/s], [m/s].
-    close
-        Whether the form lies within the inner half of the 95 % interval at all speeds of the log.
     far
         Friction of the form at the speed of `beyond` [N m], [N]; NaN without.
     """
@@ -96,7 +94,6 @@ class Nearest:
     remains: float
     of: float
     largest: tuple[float, float]
-    close: bool
     far: float
 
     @property
@@ -143,7 +140,6 @@ def nearest(joint: JointResult, form: Form, beyond: Beyond | None = None) -> Nea
             remains=remains,
             of=float(np.sqrt(np.mean(friction**2))),
             largest=(float(off.max()), float(abs(velocity[off.argmax(), 0]))),
-            close=bool(np.all(off <= room)),
             far=float((far @ coefficients)[0]) if beyond else float("nan"),
         )
 

@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from xml.dom.minidom import Document, Element, Text, parse, parseString
 
@@ -12,8 +12,13 @@ import pinocchio as pin
 from stribeck.base.typing import Array
 from stribeck.exporters.mjcf_of_urdf import mjcf_of_urdf
 from stribeck.exporters.targets import Request
+from stribeck.exporters.text_files import SOLREFFRICTION
+from stribeck.robot import Robot
 from stribeck.robot.model_file import kind_of
 from stribeck.robot.xml_file import read_xml
+
+STEP = 2e-3
+"""Simulation step at which LuGre friction is stable, unless its bristles are identified [s]; MuJoCo's default."""
 
 
 def urdf_text(request: Request) -> str:
@@ -52,16 +57,21 @@ def mjcf_text(request: Request) -> str:
         root = _read(request.model)
         _include(root, request.model.parent)
         _move_mjcf_files(root, request.model.parent, request.folder)
+    stated = {name: own.numbers for name, own in request.joints.items()}
+    bristles = _bristles(request.robot, stated)
     for world in _children(root, "worldbody"):
         for name, body in _bodies(world, ""):
             if name in request.links:
                 _set_mjcf_inertia(_child(body, "inertial"), request.links[name])
             for joint in _children(body, "joint"):
-                if stated := request.numbers(joint.getAttribute("name")):
-                    _set_mjcf_friction(root, joint, stated)
+                if (own := joint.getAttribute("name")) in stated:
+                    _set_mjcf_friction(root, joint, stated[own], bristles.get(own))
     for compiler in _children(root, "compiler") if request.links else []:
         if compiler.getAttribute("inertiafromgeom") == "true":
             compiler.setAttribute("inertiafromgeom", "auto")  # use stated inertias instead of the shapes'
+    if bristles:
+        step = 1e3 * min(own[2] for own in bristles.values())
+        notes.append(f"LuGre friction is stable at steps of {step:.2g} ms and less; `--friction plain` at all steps.")
     return _text(root, [*request.lines, *notes])
 
 
@@ -131,28 +141,56 @@ def _transmission(root: Element, joint: str) -> Element:
     return transmission
 
 
-def _set_mjcf_friction(root: Element, joint: Element, numbers: dict[str, float]) -> None:
+def _bristles(robot: Robot, stated: Mapping[str, Mapping[str, float]]) -> dict[str, tuple[float, float, float]]:
+    """Compute stiffness, damping and largest stable step [s] of the bristles of each joint with LuGre friction.
+
+    With inertia I, stiffness s and damping d, MuJoCo's explicit step h is stable for h < d / s and h < 2 I / d. Unless
+    they are identified, bristles have d / s = 2 `STEP`, d up to I / `STEP`, and travel at least 1 mrad or 1 mm.
+    """
+    lugre = {name: own for name, own in stated.items() if own.get("tau_s", 0.0) > 0}
+    inertia = _smallest_inertia(robot, stated) if lugre else {}
+    found = {}
+    for name, own in lugre.items():
+        stiffness = own.get("sigma_0", min(own["tau_s"] / 1e-3, inertia[name] / (2 * STEP**2)))
+        damping = own.get("sigma_1", 2 * STEP * stiffness)
+        found[name] = stiffness, damping, min(damping / (2 * stiffness), inertia[name] / damping)
+    return found
+
+
+def _smallest_inertia(robot: Robot, stated: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
+    """Compute each joint's smallest inertia [kg m^2], [kg] in 20 configurations while all other joints move freely."""
+    model, generator = pin.Model(robot.tree.model), np.random.default_rng(0)
+    places = {name: model.joints[model.getJointId(name)].idx_v for name in robot.joint_names}
+    for name in places.keys() & stated.keys():
+        model.armature[places[name]] = stated[name].get("armature", model.armature[places[name]])
+    data, largest = model.createData(), np.zeros(model.nv)
+    for _ in range(20):
+        position = pin.integrate(model, pin.neutral(model), generator.uniform(-np.pi, np.pi, model.nv))
+        inverse = pin.computeMinverse(model, data, position)
+        largest = np.maximum(largest, np.diag(inverse))
+    return {name: float(1 / largest[place]) for name, place in places.items()}
+
+
+def _set_mjcf_friction(
+    root: Element, joint: Element, numbers: Mapping[str, float], bristles: tuple[float, float, float] | None
+) -> None:
     """Write the friction of a joint; LuGre friction (Canudas de Wit et al. 1995) as a passive motor.
 
     Plain friction acts as soon as the time step allows. By default, a joint with little inertia needs a high speed
-    until it has all of its Coulomb friction.
-
-    The motor's steady torque is (tau_c + (tau_s - tau_c) exp(-(v / omega_s)^2)) sign(v), and it holds at rest. Unless
-    the bristles are identified, their travel is 1 mrad or 1 mm, and their damping is 1 ms times their stiffness. This
-    keeps a joint at rest and allows simulation steps of 1 to 2 ms.
+    until it has all of its Coulomb friction. The motor's steady torque is
+    (tau_c + (tau_s - tau_c) exp(-(v / omega_s)^2)) sign(v), and it holds at rest.
     """
-    own = [numbers.pop(name, 0.0) for name in ("tau_c", "tau_s", "omega_s")]
-    stiffness = numbers.pop("sigma_0", own[1] / 1e-3)
-    damping = numbers.pop("sigma_1", stiffness * 1e-3)
-    if own[1] > 0:
+    own = {name: value for name, value in numbers.items() if name in ("frictionloss", "damping", "armature")}
+    if bristles:
         name = joint.getAttribute("name")
         motor = {"name": f"friction of {name}", "joint": name, "input": "none", "motorconst": "0 0"}
-        lugre = np.array([stiffness, damping, *own])
+        lugre = np.array([*bristles[:2], *(numbers[word] for word in ("tau_c", "tau_s", "omega_s"))])
         _set_numbers(_add(_child(root, "actuator"), "dcmotor", **motor), resistance=1.0, lugre=lugre)
-        numbers["frictionloss"] = 0.0
-    elif numbers.get("frictionloss"):
-        joint.setAttribute("solreffriction", "0.001 1")  # MuJoCo uses two time steps, if these are longer
-    _set_numbers(joint, **numbers)
+    if bristles or "tau_s" in numbers:
+        own["frictionloss"] = 0.0
+    if own.get("frictionloss"):
+        _set_numbers(joint, solreffriction=np.array(SOLREFFRICTION))
+    _set_numbers(joint, **own)
 
 
 def _include(parent: Element, folder: Path) -> None:

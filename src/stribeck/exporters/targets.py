@@ -24,8 +24,8 @@ class Request:
         The result of an identification, and its robot.
     joints
         Terms that the target states, by joint.
-    forms
-        Name of the friction model, by joint.
+    form
+        Name of the friction model.
     links
         New inertias by link; empty unless the target writes the robot's model.
     lines
@@ -37,7 +37,7 @@ class Request:
     result: Result
     robot: Robot
     joints: Mapping[str, WrittenJoint]
-    forms: Mapping[str, str]
+    form: str
     links: Mapping[str, pin.Inertia]
     lines: list[str]
     folder: Path
@@ -63,7 +63,7 @@ class Target:
     Attributes
     ----------
     forms
-        Friction models by name; the first is preferred if several have the same error. None stores all steady friction.
+        Friction models by name; the first is the default. None stores all steady friction.
     suffix
         File suffix.
     models

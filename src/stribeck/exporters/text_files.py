@@ -29,6 +29,9 @@ from stribeck.result import JointResult
 FORMULAS = ("asymmetric", "auto", "coulomb-viscous", "lugre", "stribeck", "stribeck-exponent")
 """Laws that the function covers; for LuGre, the friction of steady sliding."""
 
+SOLREFFRICTION = (0.001, 1.0)
+"""MuJoCo's time constant [s] and damping ratio [1] of dry friction: two simulation steps, as these are longer."""
+
 OF_TERMS = [term for term in LADDER if term.over in ("load", "temperature", "position")]
 NUMBERS = {
     **dict.fromkeys(("viscous", "viscous_difference", "coulomb", "coulomb_difference", "stribeck_gain"), 0.0),
@@ -110,12 +113,24 @@ def file_text(template: str, request: Request) -> str:
         return numbers_of(joint, request.joints[name].beyond) | more
 
     def actuators(effort: str) -> dict[str, dict[str, float]]:
-        """Collect each joint's stated values, and the model's effort limit [N m], [N] under the name `effort`."""
-        limits = dict(zip(request.robot.joint_names, request.robot.effort_limits.tolist(), strict=True))
-        return {
-            name: own.numbers | ({effort: limits[name]} if np.isfinite(limits[name]) else {})
-            for name, own in request.joints.items()
-        }
+        """Collect the values, gains, delay [s] and effort limit, named `effort`, of each joint with a motor.
+
+        A joint has what the result states, the robot file's gains, and the model's limit, where known.
+        """
+        robot, found = request.robot, {}
+        empty = np.full(len(robot.joint_names), np.nan)
+        kp, kd = robot.command_gains or (empty, empty)
+        known_delays = empty if robot.command_delay is None else robot.command_delay
+        delays = dict(zip(robot.joint_names, known_delays, strict=True))
+        if request.result.corrections:
+            delays |= {name: delay for name, (delay, _) in request.result.corrections.command_delay.items()}
+        for k, name in enumerate(robot.joint_names):
+            drive = {"stiffness": kp[k], "damping": kd[k]} if kp[k] > 0 else {}
+            known = drive | {"delay": delays[name], effort: robot.effort_limits[k]}
+            if name not in robot.passive:
+                numbers = {word: float(value) for word, value in known.items() if np.isfinite(value)}
+                found[name] = request.numbers(name) | numbers
+        return found
 
     return rendered(template, **vars(request), compensated=compensated, actuators=actuators)
 
@@ -138,23 +153,28 @@ def _environment() -> Environment:
     environment.filters |= {own.__name__[1:]: own for own in formats}
     environment.filters |= {"repr": repr, "json": json.dumps, "pattern": re.escape}
     functions = (_code_of, _curve_of, _groups_of, _identifiers)
-    environment.globals |= {own.__name__[1:]: own for own in functions} | {"numbers_of": numbers_of, "NUMBERS": NUMBERS}
+    environment.globals |= {own.__name__[1:]: own for own in functions}
+    environment.globals |= {"numbers_of": numbers_of, "NUMBERS": NUMBERS, "SOLREFFRICTION": SOLREFFRICTION}
     return environment
 
 
 def _groups_of(actuators: Mapping[str, Mapping[str, float]]) -> list[dict[str, object]]:
-    """Group actuators by their keys, because Isaac Lab uses zero for joints missing in a dictionary.
+    """Group actuators by their keys and delay, because Isaac Lab uses zero for joints missing in a dictionary.
 
     Since Isaac Sim 5.0 (PhysX 5.6), `friction` and `dynamic_friction` are efforts [N m], [N], and `viscous_friction` is
     in [N m s/rad], [N s/m]; before, `friction` was a coefficient without a unit.
     """
-    groups: dict[tuple[str, ...], dict[str, Mapping[str, float]]] = defaultdict(dict)
+    groups: dict[tuple[object, ...], dict[str, Mapping[str, float]]] = defaultdict(dict)
     for name, values in actuators.items():
-        groups[tuple(sorted(values))][re.escape(name)] = values
-    return [
-        {"joint_names_expr": [*joints]} | {word: {name: own[word] for name, own in joints.items()} for word in words}
-        for words, joints in groups.items()
-    ]
+        groups[(*sorted(values), values.get("delay"))][re.escape(name)] = values
+    found: list[dict[str, object]] = []
+    for joints in groups.values():
+        first = next(iter(joints.values()))
+        words = {word: {name: own[word] for name, own in joints.items()} for word in sorted(first)}
+        found.append(
+            {"joint_names_expr": [*joints], **words, **{word: first[word] for word in first.keys() & {"delay"}}}
+        )
+    return found
 
 
 def _curve_of(joint: JointResult) -> Iterator[tuple[float, float]]:

@@ -1,12 +1,12 @@
 """Export of a result to a simulator or a controller: a robot model or another file."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from stribeck.base.outputs import staged_folder, whole_or_not_at_all
 from stribeck.errors import NothingIdentifiedError, SettingsError, did_you_mean
-from stribeck.exporters.joints import WrittenJoint, joint_terms
+from stribeck.exporters.joints import joint_terms
 from stribeck.exporters.links import corrected_links
 from stribeck.exporters.model_files import MODELS
 from stribeck.exporters.projection import held_out_change, projected
@@ -55,8 +55,8 @@ def export(
     strict
         Whether to fail if the target cannot represent all of the friction.
     friction
-        Friction model, for targets with several: "plain" or "lugre" for MJCF, "all" or "plain" for YAML. If None, each
-        joint gets the first model in the inner half of the 95 % interval, or the one with the smallest error.
+        Friction model, for targets with several: "plain" or "lugre" for MJCF, "all" or "plain" for YAML; the first of
+        them if None.
     inertia
         Whether robot models also get the estimated inertias; if None, `projection.HeldOutChange` decides.
 
@@ -145,11 +145,11 @@ def export_samples(
     if not 1 <= count <= 100_000:  # in one folder
         raise SettingsError(f"export: {count} samples were requested; expected 1 to 100,000")
     choice = FileContent.of(result, target, inertia, joints=joints, include_weak=include_weak, friction=friction)
-    forms = _request(result, robot, Path(folder), target, choice).forms  # the same in all files
+    _request(result, robot, Path(folder), target, choice)  # refuses before anything is drawn
     paths = [Path(folder) / f"{k:03d}{TARGETS[target].suffix}" for k in range(count)]
     with staged_folder(folder) as staging:
         for path, each in zip(paths, drawn(result, count, seed), strict=True):
-            text = _text(target, _request(each, robot, path, target, choice, forms))
+            text = _text(target, _request(each, robot, path, target, choice))
             (staging / path.name).write_text(text, encoding="utf-8")
     return paths
 
@@ -248,10 +248,8 @@ def _read(result: Result | str | Path, robot: Robot | str | Path) -> tuple[Resul
     return result, robot if isinstance(robot, Robot) else Robot.from_file(robot)
 
 
-def _request(
-    result: Result, robot: Robot, path: Path, target: str, choice: FileContent, forms: Mapping[str, str] | None = None
-) -> Request:
-    """Collect the content of a file, with one friction model, one per joint, or the first that is close enough."""
+def _request(result: Result, robot: Robot, path: Path, target: str, choice: FileContent) -> Request:
+    """Collect the content of a file."""
     if target not in TARGETS:
         near = did_you_mean(target, TARGETS)
         raise SettingsError(f"export: the target is '{target}'; expected {_either(TARGETS)}{near}")
@@ -260,13 +258,9 @@ def _request(
     _check(result, robot, path, own.models, target)
     if choice.friction is not None and choice.friction not in own.forms:
         raise SettingsError(f"export: the friction model is '{choice.friction}'; expected {_either(own.forms)}")
-    tried = {
-        name: joint_terms(result, form, choice.joints, choice.include_weak, any_unit=own.any_unit)
-        for name, form in own.forms.items()
-        if choice.friction in (None, name)
-    }
-    forms = forms or _best(tried)
-    found, corrections = {joint: tried[name][joint] for joint, name in forms.items()}, result.corrections
+    form = choice.friction or next(iter(own.forms))
+    found = joint_terms(result, own.forms[form], choice.joints, choice.include_weak, any_unit=own.any_unit)
+    corrections = result.corrections
     links, impossible = corrected_links(robot, corrections) if own.models and corrections else ({}, [])
     if not choice.inertia:  # read to check that the model is the one of the result
         links, impossible = {}, []
@@ -276,21 +270,12 @@ def _request(
             + " and no corrected inertias" * choice.inertia
         )
     lines = summary(result, robot, own, found, impossible, inertia=choice.inertia, reason=choice.reason)
-    return Request(result=result, robot=robot, joints=found, forms=forms, links=links, lines=lines, folder=path.parent)
+    return Request(result=result, robot=robot, joints=found, form=form, links=links, lines=lines, folder=path.parent)
 
 
 def _text(target: str, request: Request) -> str:
     """Format the file of a target: a robot's model, or a template."""
     return MODELS[target](request) if target in MODELS else file_text(f"{target}{TARGETS[target].suffix}", request)
-
-
-def _best(tried: Mapping[str, Mapping[str, WrittenJoint]]) -> dict[str, str]:
-    """Choose the friction model of each joint, given its terms by model: the first close one, or the closest."""
-    losses: dict[str, dict[str, float]] = {}
-    for name, terms in tried.items():
-        for joint, own in terms.items():
-            losses.setdefault(joint, {})[name] = own.fit.share if own.fit and not own.fit.close else 0.0
-    return {joint: min(own, key=own.__getitem__) for joint, own in losses.items()}
 
 
 def _check(result: Result, robot: Robot, path: Path, models: Collection[str] = (), target: str = "") -> None:
