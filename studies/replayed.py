@@ -2,8 +2,8 @@
 
     STRIBECK_REAL_LOGS=DATA_FOLDER python -m studies.replayed --save studies/replayed.json
 
-Friction and corrections are identified from a robot's first log, or from the first half of its only log, and exported
-as MJCF, which can store rotor inertias. Another log, or the other half, is replayed.
+Friction is identified from a robot's first log, or from the first half of its only log, and exported as MJCF. Another
+log, or the other half, is replayed; if it has commands, the model is also simulated freely under them.
 """
 
 from functools import cache
@@ -18,13 +18,11 @@ from studies.command import Row, command, real_robot, rounded
 from studies.markdown import markdown_table
 
 RUNS = (
-    *((robot, "second half") for robot in ("tx40", "go2")),
-    ("double-pendulum", "log_2"),
+    *((robot, "second half") for robot in ("tx40", "go2", "aliengo")),
+    *(("go2-ten-logs", "log_1"), ("double-pendulum", "log_2")),
     *(("kinova-gen3", f"log_{k}") for k in (2, 3, 4, 5)),
 )
 """Robots, and the log or half of a log that is replayed."""
-SHOWN = 1
-"""Index of the horizon in the table."""
 MODELS = ("as given", "own friction", "exported")
 
 
@@ -45,37 +43,38 @@ def exported(robot: str, source: str) -> tuple[Robot, Path]:
         halves(folder / "log.npz")
     machine, path = Robot.from_file(folder / "robot.toml"), folder / "exported.xml"
     path.unlink(missing_ok=True)
-    export(identify(folder / f"{source}.npz", machine), machine, path, "mjcf", inertia=True)
+    export(identify(folder / f"{source}.npz", machine), machine, path, "mjcf")
     return machine, path
 
 
 def run(robot: str, replayed: str) -> Row:
     """Replay a log with the published model, with its own friction, and as exported; take medians over joints."""
-    source = "first half" if replayed == "second half" else "log_1"
+    source = {"second half": "first half", "log_1": "log_0"}.get(replayed, "log_1")
     machine, model = exported(robot, source)
-    errors = {}
-    for each in replay(model.parent / f"{replayed}.npz", machine, model).models:
+    more = [model.parent / f"log_{k}.npz" for k in (2, 3, 4) if source == "log_0"]
+    errors, found = {}, replay(model.parent / f"{replayed}.npz", machine, model, more=more)
+    for each in found.models:
         name = "exported" if Path(each.model) == model else "own friction" if each.friction else "as given"
         r2, velocity = each.median_r2(), [each.median_relative(k) for k in range(len(HORIZONS))]
-        errors[name] = {
-            "r2": None if r2 is None else rounded(r2),
-            "velocity": [None if value is None else rounded(value) for value in velocity],
-        }
-    return {"name": machine.name, "found in": source, **{name: errors.get(name) for name in MODELS}}
+        errors[name] = {"r2": r2 and rounded(r2), "velocity": [value and rounded(value) for value in velocity]}
+    free = found.commanded
+    positions = free and [rounded(1e3 * each) for each in (free.as_given, free.other, *(free.spread or ()))]
+    own = {name: errors.get(name) for name in MODELS}
+    return {"name": machine.name, "found in": source, **own, "positions": positions}
 
 
 def tables(rows: list[Row]) -> list[str]:
     """Format the table."""
-    horizon = f"{1e3 * HORIZONS[SHOWN]:.0f} ms"
-    head = ("robot", "found in", "replayed", "R² as given", *MODELS[1:], f"{horizon} as given", *MODELS[1:])
+    own = "as given, its own friction, exported"
+    head = f"robot, found in, replayed, R² {own}, 200 ms {own}, mrad as given, exported, logs vary by"
     cells = []
     for row in rows:
         models = [row[name] for name in MODELS]
-        shown = [[None if each is None else each["r2"] for each in models]]
-        shown.append([None if each is None else each["velocity"][SHOWN] for each in models])
-        numbers = ["" if value is None else f"{value:.3g}" for values in shown for value in values]
-        cells.append([row["name"], row["found in"], row["replayed"], *numbers])
-    return [markdown_table(head, cells, 3).replace("| own friction |", "| its own friction |")]
+        shown = [each and each["r2"] for each in models] + [each and each["velocity"][1] for each in models]
+        numbers = ["" if value is None else f"{value:.3g}" for value in shown]
+        free = [f"{each:.2g}" for each in row["positions"]] if row["positions"] else ["", ""]
+        cells.append([row["name"], row["found in"], row["replayed"], *numbers, *free[:2], " to ".join(free[2:])])
+    return [markdown_table(head.split(", "), cells, 3)]
 
 
 if __name__ == "__main__":

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-import pinocchio as pin
 import pytest
 import yaml
 from tests.exporters.found import joint, joint_result, module, of_joint, of_joints, robot_of
@@ -69,24 +68,6 @@ def in_urdf(path: Path, name: str, _: Robot, speeds: np.ndarray) -> np.ndarray:
     return _line(float(dynamics.get("friction", 0.0)), float(dynamics["damping"]), speeds)
 
 
-def in_yaml(path: Path, name: str, _: Robot, speeds: np.ndarray) -> np.ndarray:
-    own = yaml.safe_load(path.read_text())["joints"][name]
-    return _line(own["coulomb"], own["viscous"], speeds)
-
-
-def in_isaaclab(path: Path, name: str, _: Robot, speeds: np.ndarray) -> np.ndarray:
-    own, *_ = module(path).ACTUATORS  # then the joints without a result
-    return _line(own["dynamic_friction"][name], own["viscous_friction"][name], speeds)
-
-
-def in_pinocchio(path: Path, name: str, robot: Robot, speeds: np.ndarray) -> np.ndarray:
-    model = pin.Model(robot.tree.model)
-    module(path).set_friction(model)
-    at = model.joints[model.getJointId(name)].idx_v
-    assert model.lowerDryFrictionLimit[at] == -model.upperDryFrictionLimit[at]
-    return _line(model.upperDryFrictionLimit[at], model.damping[at], speeds)
-
-
 def in_table(path: Path, name: str, _: Robot, speeds: np.ndarray) -> np.ndarray:
     rows = list(csv.DictReader(line for line in path.read_text().splitlines() if not line.startswith("#")))
     assert {row["joint"] for row in rows} == {name}
@@ -100,9 +81,6 @@ SWEEPS: dict[str, tuple[str, Sweep]] = {
     "lugre": ("mjcf", in_mujoco),
     "urdf": ("urdf", in_urdf),
     "drake": ("drake", in_urdf),
-    "yaml": ("yaml", in_yaml),
-    "isaaclab": ("isaaclab", in_isaaclab),
-    "pinocchio": ("pinocchio", in_pinocchio),
     "table": ("table", in_table),
 }
 
@@ -111,7 +89,7 @@ SWEEPS: dict[str, tuple[str, Sweep]] = {
 def swept(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[..., tuple[np.ndarray, float, str]]:
     """Export a joint, and return its resistance at speeds, the loss that was stated, and its line."""
     target, sweep = SWEEPS[request.param]
-    form = request.param if request.param in TARGETS[target].forms else "plain" if target == "yaml" else None
+    form = request.param if request.param in TARGETS[target].forms else None
 
     def of(own: JointResult, speeds: np.ndarray) -> tuple[np.ndarray, float, str]:
         result, robot, name = of_joint(own, tmp_path, "toro" if target == "mjcf" else "arm")
@@ -309,7 +287,7 @@ def slow(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     return request.param, result, robot, folder
 
 
-FORMS = {"yaml": "plain", "mjcf": "plain", "lugre": "lugre", "urdf": None, "drake": None}
+FORMS = {"mjcf": "plain", "lugre": "lugre", "urdf": None, "drake": None}
 
 
 @pytest.mark.parametrize("target", [*FORMS, "python"])
@@ -322,9 +300,6 @@ def test_friction_at_high_speed_is_near_the_truth(slow, target: str) -> None:
     speeds = np.array([FAST])
     if target == "python":
         found = module(path).friction_torque(name, speeds)
-    elif target == "yaml":
-        own = yaml.safe_load(path.read_text())["joints"][name]
-        found = own["coulomb"] + own["viscous"] * speeds
     else:
         found = (in_mujoco if kind == "mjcf" else in_urdf)(path, name, robot, speeds)
     ratio = float(found[0] / friction(np.full(3, FAST), **LAW)[k])

@@ -11,18 +11,17 @@ import numpy as np
 import pytest
 from tests.arm import URDF, arm_log, save_npz, write_arm
 from tests.cli.test_cli import refused, run
-from tests.exporters import found as results
-from tests.exporters.found import of_joint, robot_of
-from tests.exporters.test_sweep import EFFECT
+from tests.command_logs import clamped_quadruped, hobby_arm
+from tests.commanded import ARM, QUADRUPED, with_drives
+from tests.exporters.found import robot_of
 
-from stribeck import Robot, Settings, export
+from stribeck import Robot, Settings
 from stribeck.errors import SettingsError
 from stribeck.friction import get_law
 from stribeck.log import RobotLog
 from stribeck.log.writers import write_log
 from stribeck.replay import rollouts
 from stribeck.replay.comparison import Replay, Replayed
-from stribeck.replay.model_friction import JointFriction, ModelFriction
 from stribeck.replay.replay import read_friction, replay
 from stribeck.replay.report import curves_of_replay, pieces, write_replay
 from stribeck.replay.rollouts import HORIZONS
@@ -155,6 +154,23 @@ def test_walks_are_replayed_with_standing_and_swinging_legs(name, options, worst
 
 
 @pytest.mark.usefixtures("short")
+@pytest.mark.parametrize(("make", "model"), [(clamped_quadruped, QUADRUPED), (hobby_arm, ARM)])
+def test_the_true_model_moves_as_the_log_under_its_commands(make, model, tmp_path, capsys) -> None:
+    """Drives of 50 Hz with unknown delay; the URDF is converted, and the servos of the other model are off."""
+    drives = make(tmp_path, seconds=8.0)
+    (tmp_path / "new.xml").write_text(with_drives(model, drives).to_xml())
+    arrays = dict(np.load(tmp_path / "log.npz"))
+    noise = 5e-4 * np.random.default_rng(0).standard_normal(arrays["position"].shape)
+    np.savez(tmp_path / "again.npz", **arrays | {"position": arrays["position"] + noise})
+    files = (tmp_path / "log.npz", "-r", tmp_path / "robot.toml", "-m", tmp_path / "new.xml")
+    assert run("replay", tmp_path / "again.npz", *files, "-o", tmp_path / "out") == 0
+    first, *_ = capsys.readouterr().out.splitlines()
+    found = re.match("positions ([0-9.]+) → ([0-9.]+) mrad .*commands of 2 logs; .* differ by 0.5 to 0.5", first)
+    assert float(found[2]) < 1.5 < 0.2 * float(found[1])
+    assert first.partition("; torque")[0] in (tmp_path / "out/replay.html").read_text()
+
+
+@pytest.mark.usefixtures("short")
 def test_flight_is_omitted_and_reported(tmp_path: Path) -> None:
     robot, kind = robot_of("quadruped", tmp_path)
     log = known_log(robot, 3.0, gait="trot")
@@ -267,57 +283,15 @@ def test_other_orders_and_further_joints_change_nothing(tmp_path: Path) -> None:
 
 
 MJCF = """<mujoco><default><joint damping="0.3" frictionloss="0.2"/></default>
-<worldbody><body name="a"><joint name="hinge" {}/><inertial mass="1" pos="0 0 .1" diaginertia=".1 .1 .1"/></body>
-</worldbody>{}</mujoco>"""
-MOTOR = """<actuator><dcmotor name="f" joint="hinge" input="none" motorconst="0 0" resistance="1" gear="{}"
-lugre="1000 1 1 1.5 0.1"/></actuator>"""
-
-
-def read(tmp_path: Path, joint: str, more: str = "") -> tuple[JointFriction, list[str]]:
-    (tmp_path / "model.xml").write_text(MJCF.format(joint, more))
-    joints, _, notes = read_friction(tmp_path / "model.xml")
-    return joints["hinge"], notes
+<worldbody><body name="a"><joint name="hinge"/><inertial mass="1" pos="0 0 .1" diaginertia=".1 .1 .1"/></body>
+</worldbody><actuator><dcmotor joint="hinge" input="none" motorconst="0 0" resistance="1" gear="{}"
+lugre="1000 1 1 1.5 0.1"/></actuator></mujoco>"""
 
 
 @pytest.mark.parametrize("gear", [1, 2])
 def test_a_lugre_motor_is_stribeck_friction(gear: int, tmp_path: Path) -> None:
-    found, _ = read(tmp_path, "", MOTOR.format(gear))
+    (tmp_path / "model.xml").write_text(MJCF.format(gear))
+    found = read_friction(tmp_path / "model.xml")[0]["hinge"]
     assert found.coulomb == pytest.approx(0.2 + gear * 1.0)
     assert found.rise == pytest.approx(gear * 0.5)
     assert found.stribeck_velocity == pytest.approx(0.1 / gear)
-
-
-def test_exported_lugre_friction_is_read_back(tmp_path: Path) -> None:
-    result, robot, name = of_joint(results.joint(**EFFECT), tmp_path, "toro")
-    export(result, robot, tmp_path / "new.xml", "mjcf", friction="lugre")
-    found, _, _ = read_friction(tmp_path / "new.xml")
-    speeds = np.array([-1.0, -0.05, 0.02, 0.1, 1.0])
-    read_again = ModelFriction([found[name]]).torque(speeds[:, None])[:, 0]
-    np.testing.assert_allclose(read_again, result.joints[name].friction(speeds), rtol=1e-3)
-
-
-def test_a_fixed_tendons_friction_is_a_couplings(tmp_path: Path) -> None:
-    tendon = '<tendon><fixed name="t" frictionloss="2" damping="0.5"><joint joint="hinge" coef="-3"/></fixed></tendon>'
-    read(tmp_path, "", tendon)
-    _, couplings, notes = read_friction(tmp_path / "model.xml")
-    assert couplings == {"t": ({"hinge": -3.0}, JointFriction(coulomb=2.0, viscous=0.5))}
-    assert notes == []
-
-
-def test_the_damping_of_a_rollout_is_finite_at_rest() -> None:
-    friction = ModelFriction([JointFriction(coulomb=1.0, viscous=0.5, rise=0.5, stribeck_velocity=0.1)])
-    velocity = np.array([[-2.0], [0.0], [0.3]])
-    damping = friction.damping(velocity)[:, :, 0]
-    np.testing.assert_allclose((damping * velocity)[[0, 2]], friction.torque(velocity)[[0, 2]])
-    assert damping[1, 0] == pytest.approx(1.5 / 1e-3, rel=1e-3)
-
-
-def test_a_couplings_friction_acts_on_its_joints_and_takes_power() -> None:
-    own = [JointFriction(coulomb=0.2), JointFriction(viscous=0.1)]
-    friction = ModelFriction(own, [(np.array([1.0, -2.0]), JointFriction(coulomb=1.0, viscous=0.5))])
-    velocity = np.array([[0.5, 1.0], [-1.0, 0.3]])
-    coupled = velocity @ [1.0, -2.0]
-    expected = np.outer(np.sign(coupled) + 0.5 * coupled, [1.0, -2.0])
-    expected += np.column_stack([0.2 * np.sign(velocity[:, 0]), 0.1 * velocity[:, 1]])
-    np.testing.assert_allclose(friction.torque(velocity), expected)
-    np.testing.assert_allclose((friction.damping(velocity) @ velocity[:, :, None])[:, :, 0], expected)

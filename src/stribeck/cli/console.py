@@ -256,7 +256,7 @@ def print_replay(found: Replay) -> None:
     torque.append(["median", *("" if (r2 := model.median_r2()) is None else f"{r2:.3f}" for model in found.models)])
     rollouts.append(["median", *(_relative(model.median_relative(k)) for model in found.models for k in horizons)])
     own, *others = dict.fromkeys(model.model for model in found.models)
-    say([f"model: {own}", *(f"new model: {other}" for other in others)])
+    say([found.headline(), f"model: {own}", *(f"new model: {other}" for other in others)])
     title = f"Torques of {found.robot}: R² (RMS error [N m])"
     print_table(TextTable(title=title, left=["joint"], right=names, rows=torque))
     title = "Velocity error of simulations divided by the change of velocity (RMS)"

@@ -129,7 +129,7 @@ def plan(
 
 
 def replay(
-    log: options.LogFile,
+    logs: options.Logs,
     robot: options.RobotFile,
     model: Annotated[Path, option("FILE", "URDF or MJCF with friction to test.", "--model", "-m")],
     output: Annotated[Path | None, output_option("FOLDER", "Folder for replay.json and replay.html.")] = None,
@@ -143,23 +143,23 @@ def replay(
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
-    """Test a model on a log: torques and short simulations.
+    """Test a model: torques and short simulations of a log, and free simulations of all logs under their commands.
 
-    Compares the model of the robot file with another model, without and with the friction of the latter.
+    Compares the model of the robot file with another model.
     """
     from stribeck.replay.replay import replay as run
     from stribeck.replay.report import curves_of_replay, write_replay
 
-    machine = options.robot_of(robot, exclude, [log])
+    machine = options.robot_of(robot, exclude, logs)
     chosen = options.with_settings(machine.settings, {}, settings)
     outputs = [output / name for name in ("replay.json", "replay.html")] if output else []
     if rerun:
         require_extra("rerun", "rerun")
         outputs.append(rerun)
-    check_outputs(outputs, [log, model, *options.files_of(machine)], overwrite)
+    check_outputs(outputs, [*logs, model, *options.files_of(machine)], overwrite)
     with console.progress_bar(quiet) as progress:
-        part = options.part_of(log, machine, start, stop)
-        found = run(part, machine, model, chosen, force=force, progress=progress)
+        part, *more = (options.part_of(log, machine, start, stop) for log in logs)
+        found = run(part, machine, model, chosen, more=more, force=force, progress=progress)
     if output is not None:
         with staged_folder(output) as staging:
             (staging / "replay.json").write_text(found.to_json(), encoding="utf-8")

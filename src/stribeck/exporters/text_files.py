@@ -115,7 +115,8 @@ def file_text(template: str, request: Request) -> str:
     def actuators(effort: str) -> dict[str, dict[str, float]]:
         """Collect the values, gains, delay [s] and effort limit, named `effort`, of each joint with a motor.
 
-        A joint has what the result states, the robot file's gains, and the model's limit, where known.
+        A joint has what the result states, the robot file's gains, and the model's limit, where known. Delays are those
+        of interpolated commands; held ones, as in simulators, act half a period of the log earlier.
         """
         robot, found = request.robot, {}
         empty = np.full(len(robot.joint_names), np.nan)
@@ -126,7 +127,8 @@ def file_text(template: str, request: Request) -> str:
             delays |= {name: delay for name, (delay, _) in request.result.corrections.command_delay.items()}
         for k, name in enumerate(robot.joint_names):
             drive = {"stiffness": kp[k], "damping": kd[k]} if kp[k] > 0 else {}
-            known = drive | {"delay": delays[name], effort: robot.effort_limits[k]}
+            delay = np.maximum(delays[name] - 0.5 / request.result.log.rate, 0.0)
+            known = drive | {"delay": delay, effort: robot.effort_limits[k]}
             if name not in robot.passive:
                 numbers = {word: float(value) for word, value in known.items() if np.isfinite(value)}
                 found[name] = request.numbers(name) | numbers

@@ -62,7 +62,7 @@ def prepare(log: LogLike, robot: Robot, settings: Settings) -> PreparedLog:
         If the log cannot be used, or the filter of the settings does not suit it.
     """
     with errors_about(log_path(log)), findings_kept() as notes:
-        log = _read(log, robot)
+        log = as_read(log, robot)
         if spans := [*spans_of_log(robot.log_table.exclude, log.path), *changes_of_payload(robot, log.path)]:
             log = log.excluding(spans)
         notes += log.notes
@@ -92,7 +92,7 @@ def log_path(log: LogLike) -> str:
     return log.path if isinstance(log, RobotLog) else str(log) if isinstance(log, str | Path) else ""
 
 
-def _read(log: LogLike, robot: Robot) -> RobotLog:
+def as_read(log: LogLike, robot: Robot) -> RobotLog:
     """Read a path or a frame; refuse a log that was read without the robot if the robot would change it.
 
     Raises

@@ -6,6 +6,8 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from statistics import median
 
+import numpy as np
+
 from stribeck.base.typing import Array
 from stribeck.judgement.torque_error import TorqueError
 from stribeck.replay.rollouts import RolloutError
@@ -53,6 +55,36 @@ class Replayed:
         return _median(errors[horizon].relative for errors in self.rollouts.values() if errors[horizon])  # type: ignore[union-attr]
 
 
+@dataclass(frozen=True, kw_only=True)
+class CommandedMotion:
+    """Position errors of free simulations under the commands of logs, all joints together.
+
+    Attributes
+    ----------
+    as_given, other
+        Root mean square error of the robot's own model and the other one, each with its friction [rad], [m].
+    logs, seconds
+        Number of logs, and duration of each simulation [s].
+    spread
+        Smallest and largest difference between logs with the same commands [rad], [m]; None without such logs.
+    """
+
+    as_given: float
+    other: float
+    logs: int
+    seconds: float
+    spread: tuple[float, float] | None = None
+
+    def __str__(self) -> str:
+        """State both errors."""
+        errors = f"positions {1e3 * self.as_given:.2g} → {1e3 * self.other:.2g} mrad"
+        about = "free simulation under the commands of " + ("the log" if self.logs == 1 else f"{self.logs} logs")
+        if self.spread:
+            low, high = self.spread
+            about += f"; logs of the same motion differ by {1e3 * low:.2g} to {1e3 * high:.2g}"
+        return f"{errors} ({about})"
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LoggedMotion:
     """Measured torque and position by joint, shape (T,) each, with their times [s], and the prismatic joints."""
@@ -87,6 +119,8 @@ class Replay:
         Sentences on adaptations and omissions.
     motion
         Measured torque and position.
+    commanded
+        Position errors under the commands of the log; None for logs of measured torques and robots that are not fixed.
     """
 
     robot: str
@@ -97,6 +131,14 @@ class Replay:
     notes: list[str]
     stribeck: str
     motion: LoggedMotion | None = field(default=None, repr=False, compare=False)
+    commanded: CommandedMotion | None = None
+
+    def headline(self) -> str:
+        """Summarize the errors of both models, each with its friction, in a sentence."""
+        own = [model for model in self.models if model.model == self.models[0].model][-1]
+        rms = [[error.rms for error in model.torque.values()] for model in (own, self.models[-1])]
+        before, after = (f"{np.sqrt(np.mean(np.square(each))):.2g}" if each else "–" for each in rms)
+        return f"{self.commanded}; " * bool(self.commanded) + f"torque error {before} → {after} N m"
 
     @property
     def joints(self) -> list[str]:

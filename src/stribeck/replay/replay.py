@@ -1,7 +1,8 @@
 """Comparison of a log with the robot's own model and another model, without and with friction."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import replace
+from importlib.util import find_spec
 from itertools import compress
 from pathlib import Path
 
@@ -14,13 +15,13 @@ from stribeck.base.version import __version__
 from stribeck.differentiation import make_filter
 from stribeck.drives import find_torques
 from stribeck.errors import RobotFileError, errors_about, findings_kept
-from stribeck.friction_torque.preparation import PreparedLog, Progress, prepare, quiet
+from stribeck.friction_torque.preparation import PreparedLog, Progress, as_read, prepare, quiet
 from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.friction_torque.stage import thinned_samples, with_filter
 from stribeck.judgement.speed import top_speed
 from stribeck.judgement.torque_error import COMMON, TorqueError, torque_errors
-from stribeck.log import LogLike
-from stribeck.replay.comparison import LoggedMotion, Replay, Replayed
+from stribeck.log import LogLike, RobotLog
+from stribeck.replay.comparison import CommandedMotion, LoggedMotion, Replay, Replayed
 from stribeck.replay.model_friction import JointFriction, ModelFriction, StatedFriction
 from stribeck.replay.other_model import other_model, with_joints
 from stribeck.replay.rollouts import HORIZONS, RolloutError, massless_joints, rollout_errors
@@ -36,6 +37,7 @@ def replay(
     model: str | Path,
     settings: Settings | None = None,
     *,
+    more: Sequence[LogLike] = (),
     force: bool = False,
     progress: Progress = quiet,
 ) -> Replay:
@@ -52,6 +54,8 @@ def replay(
     settings
         Settings; by default from the robot file. Motion and torque pass the same filter, and standing legs move as
         measured.
+    more
+        More logs, which are only simulated under their commands.
     force
         Whether to continue although the audit found a fatal error.
     progress
@@ -72,7 +76,8 @@ def replay(
     frictions = [_friction(each, notes) for each in (robot, other)]
     with one_blas_thread(), findings_kept(notes):
         progress("reading the log", 0.0)
-        prepared, robot, findings = _prepared(log, robot, asked, settings, force)
+        logs = [as_read(each, robot) for each in (log, *more)]
+        prepared, robot, findings = _prepared(logs[0], robot, asked, settings, force)
         notes += findings
         other = replace(other, position_controlled=(*other.position_controlled, *prepared.log.unscaled))
         settings, _ = with_filter(prepared, robot, settings)
@@ -88,6 +93,7 @@ def replay(
                 progress(f"replaying {Path(each.model_path).name}", 0.1 if each is robot else 0.55)
                 models, samples = _replayed(own, each, friction, [name for _, name in massless], settings)
                 found += models
+        commanded = _commanded(logs, prepared, robot, other)
     return Replay(
         robot=robot.name,
         log=prepared.log.path,
@@ -97,6 +103,7 @@ def replay(
         notes=list(dict.fromkeys([*prepared.notes, *notes])),
         stribeck=__version__,
         motion=_motion(prepared, robot, samples),
+        commanded=commanded,
     )
 
 
@@ -109,6 +116,17 @@ def _prepared(
     findings = [*map(str, [*of_torques, *audit_or_stop([prepared], robot, asked, force)]), *_flight(prepared)]
     grounded = tuple(phase for phase in prepared.support.phases if phase.kind != "flight")
     return replace(prepared, support=replace(prepared.support, phases=grounded)), robot, findings
+
+
+def _commanded(logs: Sequence[RobotLog], prepared: PreparedLog, robot: Robot, other: Robot) -> CommandedMotion | None:
+    """Simulate both models under the commands of the logs, if the base is fixed, with the delays that were found."""
+    known = robot.command_gains is not None and all(log.desired_position is not None for log in logs)
+    if not known or robot.base != "fixed" or robot.passive or not find_spec("mujoco"):
+        return None
+    from stribeck.replay.commanded import commanded_motion  # MuJoCo is slow to import
+
+    delays = np.array([delay for delay, _ in prepared.log.command_delays])
+    return commanded_motion(logs, robot, (robot.model_file, other.model_file), delays)
 
 
 def _motion(prepared: PreparedLog, robot: Robot, samples: FrictionSamples) -> LoggedMotion:
