@@ -121,8 +121,7 @@ def test_a_model_comes_to_rest_at_usual_steps(robot: str, form: str, tmp_path: P
     """After a push of 0.01 rad/s without gravity; LuGre friction only up to the step in the file's head."""
     machine, _ = robot_of(robot, tmp_path)
     result, _ = of_joints(tmp_path, *[joint(**EFFECT, slope=80.0)] * len(machine.joint_names), robot=robot)
-    lugre = {"friction": "lugre"} if form == "lugre" else {}
-    export(result, machine, tmp_path / "new.xml", "mjcf", **lugre)
+    export(result, machine, tmp_path / "new.xml", "mjcf", friction="lugre" if form == "lugre" else None)
     model, (head, _, body) = compiled(tmp_path / "new.xml"), (tmp_path / "new.xml").read_text().partition("-->")
     steps = {float(step) for step in re.findall("stable at steps of ([0-9.]+) ms", head)} or {2.0, 5.0}
     assert (' lugre="' in body) == (form == "lugre") == (len(steps) == 1)

@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from stribeck.base.typing import Array
-from stribeck.exporters.mjcf_of_urdf import mjcf_of_urdf
+from stribeck.exporters.mjcf_of_urdf import LEAST, mjcf_of_urdf
 from stribeck.exporters.targets import Request
 from stribeck.exporters.text_files import SOLREFFRICTION
 from stribeck.robot import Robot
@@ -167,8 +167,8 @@ def _smallest_inertia(robot: Robot, stated: Mapping[str, Mapping[str, float]]) -
     for _ in range(20):
         position = pin.integrate(model, pin.neutral(model), generator.uniform(-np.pi, np.pi, model.nv))
         inverse = pin.computeMinverse(model, data, position)
-        largest = np.maximum(largest, np.diag(inverse))
-    return {name: float(1 / largest[place]) for name, place in places.items()}
+        largest = np.fmax(largest, np.diag(inverse))
+    return {name: float(1 / min(largest[place], 1 / LEAST)) for name, place in places.items()}
 
 
 def _set_mjcf_friction(

@@ -57,7 +57,7 @@ class Replayed:
 
 @dataclass(frozen=True, kw_only=True)
 class CommandedMotion:
-    """Position errors of free simulations under the commands of logs, all joints together.
+    """Position errors of simulations under the commands of logs, all joints together.
 
     Attributes
     ----------
@@ -67,6 +67,8 @@ class CommandedMotion:
         Number of logs, and duration of each simulation [s].
     spread
         Smallest and largest difference between logs with the same commands [rad], [m]; None without such logs.
+    free
+        Whether nothing measured enters after the start; otherwise the base moves as measured, in short simulations.
     """
 
     as_given: float
@@ -74,11 +76,13 @@ class CommandedMotion:
     logs: int
     seconds: float
     spread: tuple[float, float] | None = None
+    free: bool = True
 
     def __str__(self) -> str:
         """State both errors."""
         errors = f"positions {1e3 * self.as_given:.2g} → {1e3 * self.other:.2g} mrad"
-        about = "free simulation under the commands of " + ("the log" if self.logs == 1 else f"{self.logs} logs")
+        about = "free simulation" if self.free else f"up to {self.seconds:g} s with the base as measured"
+        about += " under the commands of " + ("the log" if self.logs == 1 else f"{self.logs} logs")
         if self.spread:
             low, high = self.spread
             about += f"; logs of the same motion differ by {1e3 * low:.2g} to {1e3 * high:.2g}"

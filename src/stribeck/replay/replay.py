@@ -24,7 +24,7 @@ from stribeck.log import LogLike, RobotLog
 from stribeck.replay.comparison import CommandedMotion, LoggedMotion, Replay, Replayed
 from stribeck.replay.model_friction import JointFriction, ModelFriction, StatedFriction
 from stribeck.replay.other_model import other_model, with_joints
-from stribeck.replay.rollouts import HORIZONS, RolloutError, massless_joints, rollout_errors
+from stribeck.replay.rollouts import HORIZONS, TRACE, RolloutError, massless_joints, rollout_errors
 from stribeck.robot import Robot
 from stribeck.robot.model_file import kind_of
 from stribeck.robot.xml_file import read_xml
@@ -80,6 +80,10 @@ def replay(
         prepared, robot, findings = _prepared(logs[0], robot, asked, settings, force)
         notes += findings
         other = replace(other, position_controlled=(*other.position_controlled, *prepared.log.unscaled))
+        if robot.command_gains is not None:
+            columns = [robot.joint_names.index(name) for name in other.joint_names]
+            kp, kd = robot.command_gains
+            other = replace(other, command_gains=(kp[columns], kd[columns]))
         settings, _ = with_filter(prepared, robot, settings)
         cases = [(each, with_joints(prepared, each.joint_names)) for each in (robot, other)]
         massless = [
@@ -93,7 +97,7 @@ def replay(
                 progress(f"replaying {Path(each.model_path).name}", 0.1 if each is robot else 0.55)
                 models, samples = _replayed(own, each, friction, [name for _, name in massless], settings)
                 found += models
-        commanded = _commanded(logs, prepared, robot, other)
+        commanded = _commanded(logs, prepared, robot, other) or _commanded_spans(found, robot, prepared.log)
     return Replay(
         robot=robot.name,
         log=prepared.log.path,
@@ -127,6 +131,28 @@ def _commanded(logs: Sequence[RobotLog], prepared: PreparedLog, robot: Robot, ot
 
     delays = np.array([delay for delay, _ in prepared.log.command_delays])
     return commanded_motion(logs, robot, (robot.model_file, other.model_file), delays)
+
+
+def _commanded_spans(models: Sequence[Replayed], robot: Robot, log: RobotLog) -> CommandedMotion | None:
+    """Compute the position errors of the short simulations of both models, if they follow commands."""
+    if robot.command_gains is None:
+        return None
+    errors = []
+    for model in ([each for each in models if each.model == models[0].model][-1], models[-1]):
+        off = [
+            position - np.interp(start[:, None] + TRACE * np.arange(position.shape[1]), log.time, measured)
+            for name, measured in zip(log.joint_names, log.position.T, strict=True)
+            if name in model.positions
+            for start, position in [model.positions[name]]
+        ]
+        squares = np.concatenate([each[np.isfinite(each)] ** 2 for each in off] or [np.zeros(0)])
+        errors.append(float(np.sqrt(np.mean(squares))) if len(squares) else 0.0)
+    seconds = HORIZONS[-1]
+    return (
+        CommandedMotion(as_given=errors[0], other=errors[1], logs=1, seconds=seconds, free=False)
+        if all(errors)
+        else None
+    )
 
 
 def _motion(prepared: PreparedLog, robot: Robot, samples: FrictionSamples) -> LoggedMotion:

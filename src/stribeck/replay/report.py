@@ -113,7 +113,7 @@ def _motion_sections(replay: Replay, legend: Legend) -> list[Section | None]:
         for joint in replay.joints
         if all(joint in model.positions for model in models)
     }
-    about = "under the measured torque; each starts at the measured position and velocity."
+    about = "under the measured torque or the commands; each starts at the measured position and velocity."
     about = f"Simulations of {1e3 * replay.horizons[-1]:.0f} ms {about}"
     return [
         _over_log("Torque over the log", "", motion.torque_time, torques, legend),

@@ -1,10 +1,11 @@
-"""Short simulations from measured states under the measured torque, and their velocity errors.
+"""Short simulations from measured states under the measured torque or the commands, and their velocity errors.
 
 Joints whose friction torque is known in a contact mode are simulated; the root and all other joints move as measured:
 
     (M + dt D) a = tau - ID(q, v, 0 | a measured) - D v,    R(v) = D v
     v <- v + dt a,    q <- q + dt v
 
+If tau follows from commands, the drives act on the simulated motion: tau + kp (q measured - q) + kd (v measured - v).
 The friction acts on the velocity at the end of a step, so that it stops a joint but never reverses it.
 """
 
@@ -97,11 +98,12 @@ def rollout_errors(
 
     Joints that are `massless` or position-controlled move as measured.
     """
+    drives = np.zeros((2, len(robot.joint_names))) if robot.command_gains is None else robot.command_gains
     moving = [k for k in robot.torque_controlled if robot.joint_names[k] not in massless]
     batches = _batches(prepared, robot, moving, settings)
     found: list[tuple[dict[str, list[RolloutError | None]], Simulated]] = []
     for friction in frictions:
-        parts = [_compared(robot, batch, friction, moving, settings) for batch in batches]
+        parts = [_compared(robot, batch, friction, np.nan_to_num(drives), moving, settings) for batch in batches]
         if not parts:
             found.append(({}, Simulated(np.zeros(0), np.zeros((0, 0, 0)))))
             continue
@@ -147,7 +149,7 @@ def _batches(prepared: PreparedLog, robot: Robot, moving: Sequence[int], setting
 
 
 def _compared(
-    robot: Robot, batch: _Batch, friction: ModelFriction, moving: Sequence[int], settings: Settings
+    robot: Robot, batch: _Batch, friction: ModelFriction, drives: Array, moving: Sequence[int], settings: Settings
 ) -> tuple[Array, Array, BoolArray, Array]:
     """Compute error and change of the velocity after each horizon, mark the valid ones, and compute positions.
 
@@ -155,7 +157,7 @@ def _compared(
     """
     measured = np.stack([state.velocity for state in batch.states])
     simulated = np.isin(np.arange(len(robot.joint_names)), moving) & batch.mode.seen(settings)
-    predicted, position = _simulate(batch, friction, np.flatnonzero(simulated))
+    predicted, position = _simulate(batch, friction, drives, np.flatnonzero(simulated))
     truth = np.stack([_at(measured, horizon / batch.period) for horizon in HORIZONS], axis=1)
     swinging = batch.mode.swinging
     lasts = np.where(swinging, batch.reach[:, None, None], np.minimum(batch.steady, batch.reach)[:, None, None])
@@ -165,10 +167,10 @@ def _compared(
     return predicted - truth, truth - measured[:, :1], counts, position
 
 
-def _simulate(batch: _Batch, friction: ModelFriction, free: IntArray) -> tuple[Array, Array]:
+def _simulate(batch: _Batch, friction: ModelFriction, drives: Array, free: IntArray) -> tuple[Array, Array]:
     """Simulate the velocity after each horizon, shape (S, H, n), and positions every `TRACE`, shape (S, K, n).
 
-    Joints that are not `free` move as measured.
+    Joints that are not `free` move as measured. `drives` has kp and kd of the drives, shape (2, n).
     """
     roots, rooted = [batch.mode.root(state) for state in batch.states], batch.mode.rooted
     names = [name for name in ("gravity", "velocity", "acceleration") if getattr(roots[0], name, None) is not None]
@@ -183,17 +185,19 @@ def _simulate(batch: _Batch, friction: ModelFriction, free: IntArray) -> tuple[A
         if step % round(TRACE / STEP) == 0:
             positions.append(position.copy())
         at = (step + 0.5) * STEP / batch.period  # [rows]
-        for simulated, measured in zip((position, velocity), motion, strict=True):
+        torque = _at(batch.torque, at)
+        for simulated, measured, gain in zip((position, velocity), motion, drives, strict=True):
             now = _at(measured, at)
+            torque += gain * (now - simulated)
             now[:, free] = simulated[:, free]
             simulated[:] = now
         moved = RootMotion(**{name: _at(signal, at) for name, signal in root.items()}) if root else None
         _, bias = rooted_inverse_dynamics(rooted, position, velocity, _at(acceleration, at), moved)
-        force = (_at(batch.torque, at) - bias)[:, free]
+        force = (torque - bias)[:, free] + drives[1, free] * velocity[:, free]  # kd acts on the next velocity
         inertia = joint_inertia(rooted, position)[:, free[:, None], free]
         before = velocity.copy()
         for _ in range(5 if friction else 1):  # with one, the error on exact logs of an arm is four times as large
-            damping = friction.damping(velocity)[:, free]
+            damping = (friction.damping(velocity) + np.diag(drives[1]))[:, free]
             resisted = inertia + STEP * damping[:, :, free]
             change = np.linalg.solve(resisted, force[:, :, None] - damping @ before[:, :, None])[:, :, 0]
             velocity[:, free] = np.clip(before[:, free] + STEP * change, -1e3, 1e3)  # [rad/s], [m/s]
