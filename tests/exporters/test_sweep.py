@@ -319,4 +319,4 @@ def test_within_the_log_the_model_has_the_friction_that_was_identified(slow, for
         halves = np.interp(speeds, *np.array([(point.velocity, point.half_width) for point in own.curve]).T)
         loss = nearest(own, TARGETS["mjcf"].forms[form]).largest[0]
         off = np.abs(in_mujoco(path, name, robot, speeds) - own.friction(speeds))
-        assert np.all(off <= np.maximum(halves / 2, 1.01 * loss))
+        assert np.all(off <= np.maximum(halves / 2, 1.03 * loss))

@@ -127,7 +127,7 @@ def file_text(template: str, request: Request) -> str:
             delays |= {name: delay for name, (delay, _) in request.result.corrections.command_delay.items()}
         for k, name in enumerate(robot.joint_names):
             drive = {"stiffness": kp[k], "damping": kd[k]} if kp[k] > 0 else {}
-            delay = np.maximum(delays[name] - 0.5 / request.result.log.rate, 0.0)
+            delay = np.round(np.maximum(delays[name] - 0.5 / request.result.log.rate, 0.0), 5)
             known = drive | {"delay": delay, effort: robot.effort_limits[k]}
             if name not in robot.passive:
                 numbers = {word: float(value) for word, value in known.items() if np.isfinite(value)}
