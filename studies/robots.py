@@ -13,7 +13,7 @@ from pathlib import Path
 
 from stribeck import identify, read_result
 from stribeck.result import JointResult, Result
-from stribeck.result.tables import coulomb_and_viscous, friction_text
+from stribeck.result.tables import friction_text, main_parameters
 from studies.command import ROOT, real_robot
 
 PAGE, RESULTS = ROOT / "examples" / "real_robots" / "friction.md", ROOT / "docs" / "robots"
@@ -32,7 +32,8 @@ SOURCES = {
     "dfki-pendulum": ("dfki-ric-underactuated-lab/torque_limited_simple_pendulum", "ed17ea2", BSD, CURRENTS),
 }
 """Repository, commit and license of the logs, and source of the torques, by robot."""
-TITLE = "|joint|Coulomb [N m]|viscous [N m s/rad]|middle [N m, at rad/s]|verdict|\n|---|---:|---:|---:|---|"
+HEAD = "|joint|Coulomb [N m]|viscous [N m s/rad]|rotor [kg m²]|middle [N m, at rad/s]|verdict|"
+TITLE = f"{HEAD}\n|---|---:|---:|---:|---:|---|"
 
 
 def shortened(result: Result) -> str:
@@ -68,9 +69,9 @@ def page() -> str:
 
 
 def _cells(joint: JointResult) -> list[str]:
-    coulomb, viscous = (text for text, _ in coulomb_and_viscous(joint))
+    values = (text for text, _ in main_parameters(joint))
     middle = friction_text(joint).replace(" N m", "").replace(" rad/s", "")
-    return [coulomb, viscous, middle, joint.verdict]
+    return [*values, middle, joint.verdict]
 
 
 def main() -> None:

@@ -16,7 +16,7 @@ from stribeck import NothingIdentifiedError, SettingsError, read_result
 from stribeck.friction import get_law
 from stribeck.judgement.verdict import NOT_FITTED
 from stribeck.result import CurvePoint, Validation
-from stribeck.result.tables import advice, coulomb_and_viscous, friction_text, rounded
+from stribeck.result.tables import advice, friction_text, main_parameters, rounded
 
 
 def test_friction_is_the_laws_at_any_shape_of_velocity(tmp_path: Path) -> None:
@@ -92,15 +92,15 @@ def test_friction_is_summarized_at_middle_speed() -> None:
     assert friction_text(joint({})) == ""
 
 
-def test_coulomb_and_viscous_friction_are_means_of_both_directions_and_weak_ones_are_marked() -> None:
+def test_main_parameters_friction_are_means_of_both_directions_and_weak_ones_are_marked() -> None:
     ways = {"coulomb_positive": 1.5, "coulomb_negative": 0.5, "viscous_positive": 0.2, "viscous_negative": 0.4}
-    found = joint({name: estimate(value, 0.05) for name, value in ways.items()})
-    assert [text for text, _ in coulomb_and_viscous(found)] == ["1.00 ± 0.10", "0.30 ± 0.10"]
+    found = joint({name: estimate(value, 0.05) for name, value in ways.items()} | {"armature": estimate(0.012, 0.001)})
+    assert [text for text, _ in main_parameters(found)] == ["1.00 ± 0.10", "0.30 ± 0.10", "0.012 ± 0.002"]
     weak = replace(found.parameters["viscous_negative"], verdict="weak")
     found = replace(found, parameters={**found.parameters, "viscous_negative": weak})
-    assert coulomb_and_viscous(found)[1][0] == "0.30 ± 0.10?"
-    assert "Coulomb 1.00 ± 0.10 N m, viscous 0.30 ± 0.10?" in result(knee=found).summary()
-    assert coulomb_and_viscous(joint({})) == [("", ""), ("", "")]
+    assert main_parameters(found)[1][0] == "0.30 ± 0.10?"
+    assert "Coulomb 1.00 ± 0.10 N m, viscous 0.30 ± 0.10? N m, rotor 0.012" in result(knee=found).summary()
+    assert main_parameters(joint({})) == [("", "")] * 3
 
 
 def test_a_joint_without_friction_keeps_only_its_offset() -> None:

@@ -128,20 +128,22 @@ def print_result(result: Result) -> None:
 
 
 def _lines_of_joints(result: Result, *, all_speeds: bool) -> TextTable:
-    from stribeck.result.tables import advice, coulomb_and_viscous
+    from stribeck.result.tables import MAIN, advice, main_parameters
 
-    numbers = {joint: coulomb_and_viscous(found) for joint, found in result.all_friction.items()}
-    found_units = [sorted({own[k][1] for own in numbers.values()} - {""}) for k in (0, 1)]
+    numbers = {joint: main_parameters(found) for joint, found in result.all_friction.items()}
+    found_units = {title: sorted({own[k][1] for own in numbers.values()} - {""}) for k, title in enumerate(MAIN)}
+    if not found_units["rotor"]:
+        del found_units["rotor"]
     units = {joint.units() for joint in result.all_friction.values() if joint.curve} or {("rad/s", "N m")}
     speeds = {"slow": 0, "middle": 1, "fast": 2} if all_speeds else {"friction": 1}
     mixed = len(units) > 1
     unit = "" if mixed else "{1}, at {0}".format(*min(units))
-    headings = [f"{name}\n[{', '.join(own)}]" for name, own in zip(("Coulomb", "viscous"), found_units, strict=True)]
+    headings = [f"{name}\n[{', '.join(own)}]" for name, own in found_units.items()]
     headings += [f"{speed}\n[{unit}]" if unit else speed for speed in speeds]
     rows = [
         [
             joint,
-            *(f"{value} {unit}" if value and mixed else value for value, unit in numbers[joint]),
+            *(f"{value} {unit}" if value and mixed else value for value, unit in numbers[joint][: len(found_units)]),
             *(
                 _at_speed(found.curve[k], found.units() if mixed else ()) if len(found.curve) > k else ""
                 for k in speeds.values()

@@ -138,6 +138,7 @@ def first_screen(result: Result, evidence: Evidence, reference: Reference = NO_R
         units=[", ".join(dict.fromkeys(units)) for units in zip(*kinds, strict=True)],
         longest=24,  # characters of a joint's name that fit one line; longer names are broken, never cut
         compared=any(joint.torque_r2 for joint in shown.values()),
+        rotors=any("armature" in joint.parameters for joint in shown.values()),
     )
 
 

@@ -11,7 +11,7 @@ from stribeck.friction.law import FrictionLaw
 from stribeck.friction.terms import BEYOND_VELOCITY
 from stribeck.result import Result
 from stribeck.result.estimates import verdict_place
-from stribeck.result.tables import advice, coulomb_and_viscous, friction_text, rounded
+from stribeck.result.tables import advice, friction_text, main_parameters, rounded
 
 MINUS = "\N{MINUS SIGN}"
 THIN = "\N{NARROW NO-BREAK SPACE}"
@@ -141,6 +141,6 @@ def share(value: float, decimals: int = 3) -> str:
 
 
 _OWN = (number, matched, brief, percent, count, gain, share, duration, words, unit, breakable, symbol, named)
-_FILTERS: tuple[Any, ...] = (*_OWN, advice, coulomb_and_viscous, friction_text)
+_FILTERS: tuple[Any, ...] = (*_OWN, advice, main_parameters, friction_text)
 FILTERS: dict[str, Any] = {"place": verdict_place, **{own.__name__: own for own in _FILTERS}}
 """Filters of the templates, by name."""

@@ -14,6 +14,9 @@ from stribeck.result.parts import Corrections
 
 Joints = Mapping[str, JointResult]
 
+MAIN = {"Coulomb": "coulomb", "viscous": "viscous", "rotor": "armature"}
+"""Parameters in all summaries, by their title."""
+
 
 def parameter_rows(joints: Joints) -> list[dict[str, object]]:
     """Build the rows of `Result.to_dataframe`: one per parameter, and one per joint without parameters."""
@@ -54,10 +57,10 @@ def verdict_counts(joints: Joints) -> str:
 
 
 def summary_rows(joints: Joints) -> list[tuple[str, ...]]:
-    """List friction at middle speed, Coulomb and viscous friction, verdict and next step of each joint."""
+    """List friction at middle speed, main parameters, verdict and next step of each joint."""
     rows: list[tuple[str, ...]] = []
     for name, own in joints.items():
-        numbers = zip(("Coulomb", "viscous"), coulomb_and_viscous(own), strict=True)
+        numbers = zip(MAIN, main_parameters(own), strict=True)
         said = ", ".join(f"{word} {value} {unit}" for word, (value, unit) in numbers if value)
         rows.append((name, friction_text(own), said, own.verdict, advice(own)))
     return rows
@@ -80,13 +83,13 @@ def logs_text(found: Corrections | None, names: Sequence[str]) -> str:
     )
 
 
-def coulomb_and_viscous(joint: JointResult) -> list[tuple[str, str]]:
-    """Format Coulomb and viscous friction with half of their 95 % intervals, and their units; "?" marks weak ones.
+def main_parameters(joint: JointResult) -> list[tuple[str, str]]:
+    """Format the `MAIN` parameters with half of their 95 % intervals, and their units; "?" marks weak ones.
 
     Friction that depends on the direction has the mean of both; texts of missing parameters are empty.
     """
     found = []
-    for name in ("coulomb", "viscous"):
+    for name in MAIN.values():
         ways = [joint.parameters.get(name + way) for way in ("", "_positive", "_negative")]
         own = [each for each in ways if each is not None] if joint.verdict != "no friction" else []
         if not own:
