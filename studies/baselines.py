@@ -14,7 +14,8 @@ Rows are positions and torques smoothed by one Savitzky-Golay window, equally we
 count as disjoint if their intervals are disjoint at the lowest or the highest speed that both contain.
 
 The second table counts the points of a log's curve, at three such speeds, that are outside the interval of another log.
-For the next log, the interval contains a spread between logs. The spread is also chosen without the robot's own logs.
+For the next log, the interval contains 25 %, the spread of `stribeck.result.log_spread` for a single log. The spread is
+also chosen without the robot's own logs.
 """
 
 from collections.abc import Sequence
@@ -30,7 +31,6 @@ from scipy.signal import savgol_filter
 from stribeck import Robot, identify, read_log
 from stribeck.base.typing import Array
 from stribeck.errors import NothingIdentifiedError
-from stribeck.judgement.curve import BETWEEN_LOGS
 from stribeck.log import RobotLog
 from stribeck.result import JointResult, Result
 from studies.command import Row, command, real_robot, rounded
@@ -223,7 +223,7 @@ def spreads(rows: list[Row]) -> str:
     cells = [("all", "", "", f"{100 * spread(rows):.1f} %", "")]
     for row in rows:
         others = spread([other for other in rows if other is not row])
-        shares = [f"{np.mean(np.array(row['beyond default']) > own):.0%}" for own in (0.0, BETWEEN_LOGS, others)]
+        shares = [f"{np.mean(np.array(row['beyond default']) > own):.0%}" for own in (0.0, 0.25, others)]
         cells.append((row["robot"], *shares[:2], f"{100 * others:.1f} %", shares[2]))
     return markdown_table(head, cells)
 

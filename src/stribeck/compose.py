@@ -17,6 +17,7 @@ from stribeck.friction_torque.shown import before_and_after, in_channel_units, s
 from stribeck.friction_torque.stage import LogsFriction
 from stribeck.judgement.excitation import why_none
 from stribeck.judgement.joint_fit import in_channel_unit, with_armature, with_gain_error
+from stribeck.judgement.next_log import with_next_log
 from stribeck.judgement.own_friction import own_friction
 from stribeck.judgement.passivity import passivity_violated
 from stribeck.judgement.reason import Reason
@@ -67,6 +68,9 @@ def compose(
     origin = provenance(fitted.settings or settings, method.uses, robot.path, choices)
     evidence = _evidence(fitted, friction, prepared, robot, law, origin)
     r2 = _torque_r2(fitted, friction, prepared, robot, law)
+    couplings = {name: robot.couplings[name] for name in fitted.couplings}
+    of_logs = [own_friction(part.samples, fitted.fits, law, couplings) for part in friction.logs]
+    fits = fitted.fits
     fitted = _finished(fitted, robot, log, gain_errors)
     rolls = any(contact.radius and contact.given for contact in robot.contacts.values())  # not one from the log
     samples = filled(evidence.samples, fitted.fits, law) if rolls else evidence.samples
@@ -75,6 +79,8 @@ def compose(
         name: replace(with_torque_r2(joint, r2.get(name), robot.base == "fixed"), position_range=ranges.get(name))
         for name, joint in _joints(fitted, samples, law, settings).items()
     }
+    removed = fitted.corrections.log_friction if fitted.corrections else {}
+    joints = with_next_log(joints, of_logs, fits, law, removed)
     return Result(
         robot=robot.name,
         log=log_summary([each.log for each in prepared], prepared[0].sampling.rate, sum(p.used for p in friction.logs)),

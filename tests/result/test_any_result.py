@@ -41,7 +41,7 @@ def test_names_are_printed_as_they_are(name: str) -> None:
     silent = replace(result.joints[name], parameters={}, reason=name)
     assert printed(console.print_result, result).count(name) == 3  # title, line, parameters
     assert f"{name}\\" not in printed(console.print_result, result)
-    assert printed(console.print_comparison, compare(result, result)).count(name) == 1
+    assert printed(console.print_comparison, compare(result, result)).count(name) == 2  # conclusion and line
     quiet = replace(result, joints={name: silent})
     assert printed(lambda found: print_truth(found, {}), quiet).count(name) == 3
 

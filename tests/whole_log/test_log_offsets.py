@@ -36,6 +36,8 @@ def test_friction_is_covered_and_the_reported_offset_is_the_mean_one(found: Resu
         assert joint.verdict == "identified"
         for name, true in PLAIN.items():
             assert abs(joint.parameters[name].value - true) < 3 * joint.parameters[name].standard_error
+        for point in joint.curve:  # another log has the same friction, as all logs do
+            assert point.interval_95[1] <= point.interval_next_log[1] < 1.03 * point.value
 
 
 def test_each_logs_offsets_are_found_and_shown_without(found: Result, zeros: np.ndarray) -> None:
@@ -67,7 +69,9 @@ def test_friction_that_differs_between_logs_is_found_and_the_result_is_its_mean(
     assert (finding.check, finding.joints) == ("log-friction", (arm.joint_names[0],))
     assert "in day2)" in finding.text
     assert f"most in day2 ({arm.joint_names[0]} -3" in result.summary()
-    for joint, mean in zip(result.joints.values(), factors.mean(axis=0).tolist(), strict=True):
+    for joint, levels in zip(result.joints.values(), factors.T, strict=True):
         for point in joint.curve:
-            truth = mean * (PLAIN["coulomb"] + PLAIN["viscous"] * point.velocity)
-            assert abs(point.value - truth) < 1.5 * point.half_width
+            truth = levels * (PLAIN["coulomb"] + PLAIN["viscous"] * point.velocity)
+            assert abs(point.value - truth.mean()) < 1.5 * point.half_width
+            low, high = point.interval_next_log
+            assert low < truth.min() < truth.max() < high < 2 * point.value

@@ -54,12 +54,18 @@ def threshold(logs_per_false_alarm: float, charts: int) -> float:
     return float(brentq(excess, 0.0, 50.0)) - 1.166
 
 
+def visible_change(logs_per_false_alarm: float, charts: int, freedom: Array) -> Array:
+    """Compute the smallest change that is seen within three logs [standard deviations], given their freedom."""
+    z = SLACK + threshold(logs_per_false_alarm, charts) / 3
+    return np.asarray(np.sqrt(freedom * np.expm1((z * (8 * freedom + 3) / (8 * freedom + 1)) ** 2 / freedom)))
+
+
 def find_changes(
     robots: NDArray[np.str_],
     values: Array,
     variance: Array,
     logs_per_false_alarm: float,
-    freedom: Array | float = np.inf,
+    freedom: Array | float = 1e9,
 ) -> list[Change]:
     """Find changes in N logs, sorted by robot and time, in C channels.
 
@@ -72,7 +78,7 @@ def find_changes(
     logs_per_false_alarm
         Mean number of logs between false alarms, over all channels.
     freedom
-        Degrees of freedom of the variance, shape (C,); infinite if it is known.
+        Degrees of freedom of the variance, shape (C,); large if it is known.
     """
     starts = np.flatnonzero(np.r_[True, robots[1:] != robots[:-1]])
     stops = np.r_[starts[1:], len(robots)]
@@ -95,11 +101,11 @@ def find_changes(
             deviation = np.sqrt(1 / precision + 1 / weight[own])
             z = (value - mean[own]) / deviation
         compared = known & (weight[own] > 0)
+        z = np.sign(z) * (8 * freedom + 1) / (8 * freedom + 3) * np.sqrt(freedom * np.log1p(z**2 / freedom))
         z = np.where(compared, np.clip(z, -CLIP, CLIP), 0.0)
         clipped = np.where(compared, mean[own] + z * np.where(compared, deviation, 0.0), value)
         mean[own] = (weight[own] * mean[own] + precision * clipped) / np.maximum(weight[own] + precision, 1e-300)
         weight[own] += precision
-        z *= (1 - 1 / np.maximum(4 * freedom, 1.0)) / np.sqrt(1 + z**2 / np.maximum(2 * freedom, 1e-9))
         first[:, own][(sums[:, own] == 0) & known] = step
         sums[:, own] = np.where(known, np.maximum(sums[:, own] + signs * z - SLACK, 0.0), sums[:, own])
         side, robot, channel = np.nonzero(sums[:, own] > limit)

@@ -1,52 +1,31 @@
 """Spreads of a robot type's friction, and robots outside them (docs/fleet.md)."""
 
 import numpy as np
-from scipy.optimize import minimize, minimize_scalar
-from scipy.stats import norm
+from scipy.optimize import minimize_scalar
 from scipy.stats import t as student_t
 
 from stribeck.base.typing import Array
 from stribeck.fleet.friction import Fleet
+from stribeck.result.log_spread import learn_spread
 
 
-def log_variance(fleet: Fleet, channel: int) -> tuple[Array, float]:
-    """Compute the relative variance of each log about its robot's friction, omega^2 + phi s^2, shape (N,).
-
-    omega and phi are the most likely ones of the differences of successive logs, which a change touches once; those
-    beyond four robust standard deviations are left out, or as improbable ones if few differences estimate these.
+def log_variance(fleet: Fleet) -> tuple[Array, Array]:
+    """Learn the variance of each log's logarithm of friction about its robot's, from differences of successive logs.
 
     Returns
     -------
     variance, freedom
-        The variance, and its degrees of freedom: two for three differences (von Neumann et al. 1941).
+        The variance, shape (N, C), and its degrees of freedom, shape (C,).
     """
-    squares = (fleet.error[:, channel] / fleet.friction[:, channel]) ** 2
-    difference = np.diff(fleet.logarithm[:, channel])
-    own = squares[1:] + squares[:-1]
-    valid = (fleet.robots[1:] == fleet.robots[:-1]) & np.isfinite(difference)
-    difference, own = difference[valid], own[valid]
-    if len(difference):
-        of_median = 0.37 * len(difference)  # degrees of freedom of a median absolute deviation (Hampel 1974)
-        limit = student_t.isf(norm.sf(4), max(of_median, 1)) * 1.4826
-        kept = np.abs(difference) <= limit * np.median(np.abs(difference))
-        difference, own = difference[kept], own[kept]
-    freedom = 2 / 3 * len(difference)
-    if len(difference) < 5:  # too few to tell omega from phi
-        return np.maximum(squares, np.sum(difference**2) / max(2 * len(difference), 1)), freedom
-    some = np.linspace(0, len(difference) - 1, min(len(difference), 4000)).astype(int)  # more take longer
-    difference, own = difference[some], own[some]
-    scale = np.mean(difference**2) + 1e-12 * np.mean(own) + 1e-300
-
-    def cost(logarithms: Array) -> float:
-        omega, phi = np.exp(logarithms)
-        variance = 2 * omega * scale + phi * own
-        return float(np.mean(np.log(variance) + difference**2 / variance))
-
-    bounds = [(-14.0, 3.0), (-9.0, 0.0)]
-    starts = [np.array([-0.7, -3.0]), np.array([-5.0, -0.1])]
-    best = min((minimize(cost, start, bounds=bounds) for start in starts), key=lambda each: each.fun)
-    omega, phi = np.exp(best.x)
-    return np.asarray(omega * scale + phi * squares), freedom
+    squares = (fleet.error / fleet.friction) ** 2
+    rows = np.flatnonzero(fleet.robots[1:] == fleet.robots[:-1])
+    rows = rows[np.linspace(0, len(rows) - 1, min(len(rows), 4000)).astype(int)]  # more take longer
+    differences = fleet.logarithm[rows + 1] - fleet.logarithm[rows]
+    errors = np.sqrt(squares[rows + 1] + squares[rows])
+    joint = np.unique([channel.joint for channel in fleet.channels], return_inverse=True)[1]
+    spread = learn_spread(differences, errors, joint)
+    scale, freedom = spread.student()
+    return scale**2 + spread.share * squares, freedom
 
 
 def reml(mean: Array, variance: Array) -> tuple[float, float, float]:

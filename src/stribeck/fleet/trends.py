@@ -14,9 +14,10 @@ import numpy as np
 
 from stribeck.base.typing import Array, BoolArray
 from stribeck.errors import SettingsError
-from stribeck.fleet.changes import Change, find_changes
+from stribeck.fleet.changes import Change, find_changes, visible_change
 from stribeck.fleet.friction import Fleet, JointSpeed, read_fleet
 from stribeck.fleet.spreads import log_variance, outliers, reml
+from stribeck.result.log_spread import smallest_text
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,13 +25,15 @@ class TypeFriction(JointSpeed):
     """Friction of a joint of this robot type at one speed.
 
     `friction` has the standard error `standard_error`; `robot_spread` and `log_spread` are standard deviations from
-    robot to robot and from log to log of one robot [N m], [N].
+    robot to robot and from log to log of one robot [N m], [N]; `smallest` is the smallest change that three logs show,
+    once many logs are known [%].
     """
 
     friction: float
     standard_error: float
     robot_spread: float
     log_spread: float
+    smallest: float
     robots: int
     logs: int
 
@@ -102,7 +105,11 @@ class Trends:
         changed = f"{len(joints)} joint{'s' * (len(joints) != 1)} changed" if joints else "No joint changed"
         odd = f"{len(robots)} robot{'s' * (len(robots) != 1)} stand{'s' * (len(robots) == 1)} out" if robots else ""
         clearest = [f" ({own[0].line})" if own else "" for own in (self.alarms, self.odd)]
-        return f"{changed}{clearest[0]}, and {odd or 'no robot stands out'}{clearest[1]}."
+        least: dict[str, float] = {}
+        for each in self.friction:
+            least[each.joint] = min(each.smallest, least.get(each.joint, each.smallest))
+        seen = f" The smallest change that three logs show is {smallest_text(least)}."
+        return f"{changed}{clearest[0]}, and {odd or 'no robot stands out'}{clearest[1]}.{seen}"
 
     def to_json(self) -> str:
         """Format all but the numbers behind as JSON."""
@@ -118,7 +125,9 @@ class Trends:
         for each in self.friction:
             friction = f"{each.friction:.3g} {each.unit} at {each.speed}"
             spreads = f"robots {each.robot_spread:.2g}, logs {each.log_spread:.2g}"
-            lines.append(f"  {each.joint}  {friction}; standard deviations: {spreads}")
+            lines.append(
+                f"  {each.joint}  {friction}; standard deviations: {spreads}; changes from {each.smallest:.2g} %"
+            )
         lines += [f"stands out: {each.line}" for each in self.odd]
         lines += [f"changed: {each.line}" for each in self.alarms]
         return "\n".join(lines)
@@ -144,16 +153,15 @@ def find_trends(store: str | Path, *, logs_per_false_alarm: float = 1000.0) -> T
     if not 10 <= logs_per_false_alarm <= 1e9:
         raise SettingsError(f"logs_per_false_alarm: found {logs_per_false_alarm:g}, expected 10 to 1e9 logs")
     fleet = read_fleet(store)
-    spreads = [log_variance(fleet, channel) for channel in range(len(fleet.channels))]
-    variance = np.maximum(np.column_stack([own for own, _ in spreads]), 1e-24)  # equal logs
-    freedom = np.array([own for _, own in spreads])
+    variance, freedom = log_variance(fleet)
+    visible = visible_change(logs_per_false_alarm, len(freedom), freedom)
     changes = find_changes(fleet.robots, fleet.logarithm, variance, logs_per_false_alarm, freedom)
     first = np.isfinite(fleet.logarithm)  # logs before the first change of their robot
     for change in changes:
         first[change.first : change.stop, change.channel] = False
     friction, odd = [], list[OddRobot]()
     for channel in range(len(fleet.channels)):
-        found, own = _type_friction(fleet, channel, variance[:, channel], first[:, channel])
+        found, own = _type_friction(fleet, channel, variance[:, channel], first[:, channel], float(visible[channel]))
         friction.append(found)
         odd += own
     return Trends(
@@ -165,7 +173,9 @@ def find_trends(store: str | Path, *, logs_per_false_alarm: float = 1000.0) -> T
     )
 
 
-def _type_friction(fleet: Fleet, channel: int, variance: Array, used: BoolArray) -> tuple[TypeFriction, list[OddRobot]]:
+def _type_friction(
+    fleet: Fleet, channel: int, variance: Array, used: BoolArray, visible: float
+) -> tuple[TypeFriction, list[OddRobot]]:
     """Fit the mixed model of one channel by REML, without robots that stand out."""
     place = asdict(fleet.channels[channel])
     robots, which = np.unique(fleet.robots[used], return_inverse=True)
@@ -175,13 +185,14 @@ def _type_friction(fleet: Fleet, channel: int, variance: Array, used: BoolArray)
     odd = outliers(mean, 0.05 / len(fleet.channels))  # 5 % of fleets without such a robot seem to have one
     kept = np.setdiff1d(np.arange(len(robots)), odd)
     usual, error, spread = reml(mean[kept], 1 / total[kept])
-    friction = float(np.exp(usual))
+    friction, between_logs = float(np.exp(usual)), float(np.sqrt(np.median(variance[used])))
     found = TypeFriction(
         **place,
         friction=friction,
         standard_error=friction * error,
         robot_spread=friction * spread,
-        log_spread=friction * float(np.sqrt(np.median(variance[used]))),
+        log_spread=friction * between_logs,
+        smallest=100 * float(np.expm1(min(visible * between_logs, 10.0))),
         robots=len(robots),
         logs=int(used.sum()),
     )

@@ -20,10 +20,6 @@ WIDEST = 0.25
 In simulations, 95 % of the identified parameters are within this distance of the truth (studies/verdicts.py).
 """
 
-BETWEEN_LOGS = 0.25
-"""Spread of friction between two logs of one robot, relative to the value [1]: of nine public robots, 5 % of the points
-of another log differ by more, beyond the interval of this log (studies/baselines.py; also without each robot)."""
-
 ROUNDING = 1e-9
 """Friction due to rounding errors [N m]."""
 
@@ -56,25 +52,17 @@ def friction_curve(
 def curve_points(
     speeds: Array, values: Array, errors: Array, quantile: Array | float, prismatic: bool, torque_unit: str = ""
 ) -> tuple[CurvePoint, ...]:
-    """Build the points of a friction curve.
-
-    The interval is ± quantile times error, clipped at zero; for the next log, `BETWEEN_LOGS` adds to its square.
-    """
-    halves = quantile * errors
-    ends = [
-        np.stack([np.maximum(values - half, 0.0), values + half], axis=1).tolist()
-        for half in (halves, np.hypot(halves, BETWEEN_LOGS * values))
-    ]
+    """Build the points of a friction curve. The interval is ± quantile times error, clipped at zero."""
+    ends = np.stack([np.maximum(values - quantile * errors, 0.0), values + quantile * errors], axis=1)
     return tuple(
         CurvePoint(
             velocity=float(speed),
             value=float(value),
             standard_error=float(error),
-            interval_95=tuple(own),
-            interval_next_log=tuple(other),
+            interval_95=tuple(interval),
             unit=unit_for(COULOMB, prismatic, torque_unit),
         )
-        for speed, value, error, own, other in zip(speeds, values, errors, *ends, strict=True)
+        for speed, value, error, interval in zip(speeds, values, errors, ends.tolist(), strict=True)
     )
 
 

@@ -10,7 +10,7 @@ from stribeck.base.finding import Finding, Setting
 from stribeck.base.spans import listed_spans
 from stribeck.base.typing import Array
 from stribeck.friction.terms.motion import drift
-from stribeck.judgement.curve import BETWEEN_LOGS
+from stribeck.judgement.curve import WIDEST
 from stribeck.methods.whole_log_fitted import FEW, WholeLog
 from stribeck.robot import Robot
 from stribeck.whole_log.constants import LEAST_FRICTION
@@ -102,9 +102,7 @@ def _of_logs(found: WholeLog) -> list[Finding]:
         joint: max(zip(own, names, strict=True), key=lambda each: abs(each[0]))
         for joint, own in found.described.log_friction.items()
     }
-    far = {
-        joint: f" ({100 * off:+.0f} % in {name})" for joint, (off, name) in furthest.items() if abs(off) > BETWEEN_LOGS
-    }
+    far = {joint: f" ({100 * off:+.0f} % in {name})" for joint, (off, name) in furthest.items() if abs(off) > WIDEST}
     return [Finding.of("log-friction", far)] if far else []
 
 

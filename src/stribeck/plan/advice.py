@@ -178,7 +178,7 @@ def _widened(point: CurvePoint, factor: float) -> CurvePoint:
     """Widen the interval of a point of a friction curve by a factor."""
     half = factor * point.half_width
     interval = (max(point.value - half, 0.0), point.value + half)
-    return replace(point, standard_error=factor * point.standard_error, interval_95=interval, interval_next_log=None)
+    return replace(point, standard_error=factor * point.standard_error, interval_95=interval)
 
 
 def _candidate(
