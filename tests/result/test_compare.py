@@ -6,8 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from tests.result.made import estimate, joint, point, result
 
 from stribeck.result import ParameterEstimate, Result
@@ -40,8 +38,7 @@ def test_a_change_of_one_joint_is_named_with_its_size_and_nothing_else_in_twenty
         changed = arm("2.npz", factors(3 * seed + 2) * [1, 1, 1, 1.2, 1, 1])
         found = compare(before, changed)
         assert {row.joint for row in found.rows if row.significant} == {"j3"}
-        (size,) = re.findall(r"1 of 6 joints: j3 \(.* \+(\d+) %\)\. The smallest significant", found.conclusion)
-        assert 17 <= int(size) <= 23
+        assert re.search(r"1 of 6 joints: j3 \(.* \+(1[789]|2[0123]) %\)\. The smallest significant", found.conclusion)
         unchanged = compare(before, after)
         assert not any(row.significant for row in unchanged.rows)
         assert max(row.smallest for row in unchanged.rows if row.parameter == "friction_middle") < 15
@@ -66,17 +63,6 @@ def test_curves_are_compared_at_speeds_that_both_contain() -> None:
     rows = [row for row in compare(before, replace(after, joints=slower)).rows if row.velocity is not None]
     assert [row.velocity for row in rows[:3]] == pytest.approx([0.1, 0.375, 0.5])
     np.testing.assert_allclose([row.b - row.a for row in rows], 0, atol=1e-12)
-
-
-values = st.floats(0.1, 10)
-
-
-@given(a=values, b=values, error_a=values, error_b=values)
-def test_swapping_the_results_swaps_the_sign(a: float, b: float, error_a: float, error_b: float) -> None:
-    one, other = (result(knee=joint({"coulomb": estimate(*each)})) for each in ((a, error_a), (b, error_b)))
-    there, back = compare(one, other).rows[0], compare(other, one).rows[0]
-    assert there.difference == -back.difference
-    np.testing.assert_allclose(there.interval_95, [-back.interval_95[1], -back.interval_95[0]], atol=1e-9)
 
 
 def test_unlike_intervals_use_the_ends_that_face_each_other_and_weak_values_make_no_headline() -> None:
@@ -115,14 +101,9 @@ def test_holm_is_stricter_the_more_joints_there_are() -> None:
 
 
 def test_where_nothing_changes_one_comparison_in_twenty_has_anything_significant() -> None:
-    generator = np.random.default_rng(7)
-    alarms = 0
-    for _ in range(400):
-        a, b = (
-            result(**{name: joint({"coulomb": x, "viscous": y}) for name, x, y in zip("abc", *own, strict=True)})
-            for own in 1 + 0.1 * generator.normal(size=(2, 2, 3))
-        )
-        alarms += any(row.significant for row in compare(a, b).rows)
+    drawn = 1 + 0.1 * np.random.default_rng(7).normal(size=(800, 3))
+    made = [result(**{n: joint({"coulomb": x}) for n, x in zip("abc", own, strict=True)}) for own in drawn.tolist()]
+    alarms = sum(any(row.significant for row in compare(*made[k : k + 2]).rows) for k in range(0, 800, 2))
     assert 8 <= alarms <= 33  # Holm's bound is 20
 
 
@@ -133,12 +114,7 @@ L_Elbow R_Elbow, hip_abduction_left hip_abduction_right, LeftKnee RightKnee, LEF
 
 @pytest.mark.parametrize(("left", "right"), [pair.split() for pair in PARTNERS.split(",")])
 def test_partners_of_real_robots(left: str, right: str) -> None:
-    names = ["torso", "roll", "joint_1", right, left]
+    names = ["torso", "roll", "roll_joint", "elbow", "panda_joint1", "eebow", right, left]
     assert mirror_name(left, names) == right
     assert mirror_name(right, names) == left
     assert mirrored_pairs(names) == [(left, right)]
-
-
-@pytest.mark.parametrize("name", ["torso", "roll_joint", "elbow", "panda_joint1", "shoulder_lift_joint", "left_hip"])
-def test_joints_without_a_partner(name: str) -> None:
-    assert mirror_name(name, [name, "right_knee", "eebow"]) is None
