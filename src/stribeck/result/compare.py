@@ -100,7 +100,7 @@ class Comparison:
     def visible(self) -> str:
         """Sentence on the smallest change of friction that would be significant; "" if none is known."""
         least: dict[str, float] = {}
-        for row in self.rows:
+        for row in [row for row in self.rows if row.velocity is not None] or self.rows:
             if row.smallest is not None and not row.weak:
                 least[row.joint] = min(row.smallest, least.get(row.joint, row.smallest))
         return f" The smallest significant change is {smallest_text(least)}." if least else ""
