@@ -13,6 +13,7 @@ section 5.4).
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from scipy.optimize import brentq
@@ -22,10 +23,6 @@ from stribeck.base.typing import Array, IntArray
 
 PRIOR = (0.045, 0.8, 0.3)
 """Median spread m between logs [1], its logarithmic standard deviation u between robots, and w between joints."""
-
-
-SIGMA = np.geomspace(3e-4, 1.0, 80)
-"""Grid of sigma [1]."""
 
 
 @dataclass(frozen=True)
@@ -38,15 +35,16 @@ class LogSpread:
 
     weight: Array
     share: Array
+    sigma: ClassVar[Array] = np.geomspace(3e-4, 1.0, 80)
 
     def tail(self, channel: int, difference: float, error: float, count: float) -> float:
         """Compute the probability of a larger difference of either sign, given an independent standard error [1]."""
-        deviation = np.sqrt(count * SIGMA**2 + error**2 + np.finfo(float).tiny)
+        deviation = np.sqrt(count * self.sigma**2 + error**2 + np.finfo(float).tiny)
         return float(2 * self.weight[channel] @ ndtr(-abs(difference) / deviation))
 
     def quantile(self, channel: int, probability: float, error: float, count: float) -> float:
         """Compute the difference that is exceeded with a two-sided probability."""
-        largest = -float(ndtri(probability / 2)) * float(np.hypot(max(count, 1.0) * SIGMA[-1], error)) + 1e-300
+        largest = -float(ndtri(probability / 2)) * float(np.hypot(max(count, 1.0) * self.sigma[-1], error)) + 1e-300
         goal = np.log(probability)
         return float(brentq(lambda x: np.log(self.tail(channel, x, error, count) + 1e-300) - goal, 0.0, largest))
 
@@ -55,8 +53,8 @@ class LogSpread:
 
         The degrees of freedom nu match var(log sigma^2) = trigamma(nu / 2), approximately 1 / (nu / 2 - 1 / 2).
         """
-        mean = self.weight @ np.log(SIGMA)
-        variance = np.maximum(np.sum(self.weight * (np.log(SIGMA) - mean[:, None]) ** 2, axis=1), 1e-6)
+        mean = self.weight @ np.log(self.sigma)
+        variance = np.maximum(np.sum(self.weight * (np.log(self.sigma) - mean[:, None]) ** 2, axis=1), 1e-6)
         freedom = 1 / (2 * variance) + 1.0
         return np.sqrt(2 / freedom) * np.exp(mean + digamma(freedom / 2) / 2), freedom
 
@@ -77,14 +75,14 @@ def learn_spread(
     others
         Whether a channel's spread is learned only from other joints, as for the test of a change.
     """
-    grid, (median, between_robots, between_joints) = np.log(SIGMA), PRIOR
+    grid, (median, between_robots, between_joints) = np.log(LogSpread.sigma), PRIOR
     share = np.array([0.03, 0.3, 1.0])[:, None]  # grid of phi
     rare, size = 0.05, 0.5  # share of differences that are changes, and standard deviation of these
     likelihood = np.zeros((differences.shape[1], len(share), len(grid)))
     for channel, (own, error) in enumerate(zip(differences.T, errors.T, strict=True)):
         valid = (np.abs(own) < 1e3) & (error < 1e3)  # finite squares
         square, noise = own[valid, None, None] ** 2, error[valid, None, None] ** 2
-        variance = count * SIGMA**2 + share * noise
+        variance = count * LogSpread.sigma**2 + share * noise
         wide = variance + size**2
         density = (1 - rare) * np.exp(-square / variance / 2) / np.sqrt(variance)
         density += rare * np.exp(-square / wide / 2) / np.sqrt(wide)
