@@ -3,7 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
+import pinocchio as pin
 import pytest
+from scipy.interpolate import make_interp_spline
 from tests.whole_log.logs import PLAIN
 
 from stribeck import Robot, identify
@@ -85,6 +87,21 @@ def test_terms_have_their_true_sizes_within_their_intervals(arm: Robot, mixed: R
     for name, size in (("load", 0.08), ("coulomb_drift", -0.3), ("viscous_asymmetry", 0.2), ("stribeck_gain", 0.3)):
         value = next(j.parameters[name].value for j in mixed.joints.values() if name in j.parameters)
         assert value == pytest.approx(size, rel=0.15), name
+
+
+def test_no_drift_is_tried_where_speed_rises_with_time(arm: Robot) -> None:
+    """A chirp would explain with time what friction does at higher speeds."""
+    log, _ = plain_log(arm, 15.0, 3)
+    motion, time = make_interp_spline(log.time, log.position, k=5), np.arange(0.0, 30.0, 2e-3)[:, None]
+    phase, pace = (15 * (time / 30) ** 3)[:, 0], 1.5 * (time / 30) ** 2
+    q, slope, bend = (motion(phase, order) for order in range(3))
+    v, a = slope * pace, bend * pace**2 + slope * time / 300
+    model, data = arm.tree.model, arm.tree.model.createData()
+    torque = np.array([pin.rnea(model, data, *state) for state in zip(q, v, a, strict=True)])
+    torque += PLAIN["coulomb"] * np.sign(v) + PLAIN["viscous"] * v + PLAIN["offset"]
+    chirp = replace(log, time=time[:, 0], position=q, torque=torque, velocity=None, acceleration=None)
+    found = identify(with_noise(chirp, position=5e-5, torque=0.1, seed=4), arm, AUTO).joints.values()
+    assert all(joint.terms["coulomb_drift"].reason.startswith("the joint moves faster") for joint in found)
 
 
 def test_friction_of_a_robot_that_warms_up_is_the_mean_and_its_interval_contains_the_change(arm: Robot) -> None:

@@ -16,8 +16,9 @@ class Seen:
     ----------
     mean_load, load_deviation
         Mean and standard deviation of its load [N m].
-    temperature, duration
-        Temperatures [deg C], None if the log has none, and duration of the log [s].
+    temperature, duration, chirps
+        Temperatures [deg C], None if the log has none, duration of the log [s], and the share of the variance of time
+        that the speed explains [1].
     turned
         Standard deviation of the position [rad]; NaN for a prismatic joint.
     settings
@@ -28,6 +29,7 @@ class Seen:
     load_deviation: float
     temperature: Array | None
     duration: float
+    chirps: float
     turned: float
     settings: list[float]
 

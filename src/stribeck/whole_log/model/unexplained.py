@@ -134,7 +134,7 @@ def unsupported(pilot: Sequence[WeakEquations], terms: Terms, mean: Array, devia
     warm = None
     if terms.mean_temperature is not None:
         warm = np.concatenate([part.temperature for part in pilot if part.temperature is not None])
-    reasons = []
+    chirps, reasons = _time_from_speed(pilot).tolist(), []
     for joint, turns in enumerate(turned):
         out = {
             term.name: term.refuse(
@@ -143,6 +143,7 @@ def unsupported(pilot: Sequence[WeakEquations], terms: Terms, mean: Array, devia
                     load_deviation=deviation[joint],
                     temperature=None if warm is None else warm[:, joint],
                     duration=terms.duration,
+                    chirps=chirps[joint],
                     turned=turns,
                     settings=[float(terms.settings[name][joint]) for name in term.settings],
                 )
@@ -151,3 +152,14 @@ def unsupported(pilot: Sequence[WeakEquations], terms: Terms, mean: Array, devia
         }
         reasons.append({name: why for name, why in out.items() if why})
     return reasons
+
+
+def _time_from_speed(pilot: Sequence[WeakEquations]) -> Array:
+    """Compute the share of the variance of time that means over ten classes of a joint's speed explain, shape (n,)."""
+    speed = np.concatenate([part.windows(np.abs(part.velocity)) for part in pilot])
+    time = np.concatenate([part.elapsed for part in pilot])
+    classes = np.array_split(time[np.argsort(speed, axis=0)], 10)
+    sizes = np.array([len(each) for each in classes])[:, None]
+    means = np.array([each.mean(axis=0) for each in classes if len(each)])
+    between = np.sum(sizes[sizes[:, 0] > 0] * (means - time.mean()) ** 2, axis=0)
+    return np.asarray(between / max(len(time) * time.var(), 1e-300))
