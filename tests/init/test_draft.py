@@ -221,7 +221,8 @@ def test_the_command_asks_open_questions(tmp_path, capsys, monkeypatch):
     code, said = ended(capsys, monkeypatch, "package:panda", "-o", output)
     assert code == 0
     assert "is the torque measured behind the gear" in said
-    assert Robot.from_file(output).base == "fixed"
+    assert (robot := Robot.from_file(output)).base == "fixed"
+    assert robot.settings.fit_armature is True  # while the source of the torques is a guess
     assert "# TODO: is the torque" in output.read_text()
     code, said = ended(capsys, monkeypatch, "package:panda", "-o", output)
     assert (code, "already exists" in said) == (2, True)

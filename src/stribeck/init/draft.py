@@ -115,7 +115,7 @@ def _build_table(values: Mapping[str, Any], place: str, notes: Mapping[str, list
 
 
 def ask_for_torque_source(draft: Draft) -> None:
-    """Write the default torque source, and ask for the right one."""
+    """Write the default torque source, and ask for the right one; rotors, which others contain, are fitted as well."""
     draft.document["robot"]["torque_source"] = "link_side_sensor"
     draft.ask(
         "robot.torque_source",
@@ -123,6 +123,8 @@ def ask_for_torque_source(draft: Draft) -> None:
         'from the current ("motor_current"), or commanded by a controller ("command")? If the drives compensate '
         "friction, is that torque in the log?",
     )
+    why = "as long as the torque source is a guess; torques before the gear contain the rotors."
+    draft.set("identify", "fit_armature", True, why)
 
 
 def write_contacts(draft: Draft, labels: Sequence[str]) -> None:
