@@ -19,9 +19,6 @@ from stribeck.robot import Robot
 from stribeck.robot.inertial_parameters import pseudo_inertia
 from stribeck.robot.model_file import load_model
 
-SMALLEST_REACH = 0.1
-"""Distance of a body's center of mass from its joint [m] that is always possible."""
-
 LARGEST = 1e9
 """Largest plausible value of a body in SI units, and reciprocal of its smallest mass [kg]; limited by rounding."""
 
@@ -62,13 +59,13 @@ def within_reach(body: BodyCorrection, tree: pin.Model, joint: int) -> BodyCorre
     """Move the center of mass of a body to at most its reach from the joint that carries it.
 
     The reach is the distance of the farthest joint or frame on the body, or twice that of the model's center of mass,
-    and `SMALLEST_REACH` or more.
+    and 0.1 m or more.
     """
     places = [tree.jointPlacements[child] for child in range(joint + 1, tree.njoints) if tree.parents[child] == joint]
     places += [frame.placement for frame in tree.frames if frame.parentJoint == joint]
     before, after = map(np.array, body.centre_of_mass)
     distances = [float(np.linalg.norm(place.translation)) for place in places]
-    reach = max(SMALLEST_REACH, 2 * float(np.linalg.norm(before)), *distances)
+    reach = max(0.1, 2 * float(np.linalg.norm(before)), *distances)
     distance = float(np.linalg.norm(after))
     if distance <= reach or not np.any(before != after):
         return body

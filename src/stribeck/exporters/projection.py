@@ -13,9 +13,6 @@ from stribeck.exporters.moved import moved
 from stribeck.result import Result
 from stribeck.robot import Robot
 
-LEAST_FALL = 0.02
-"""Fall of the held-out torque error [1] from which estimated inertias are written; exact models show up to 1 %."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class HeldOutChange:
@@ -29,8 +26,8 @@ class HeldOutChange:
 
     @property
     def pays(self) -> bool:
-        """Whether the error falls by `LEAST_FALL` or more, by one standard error."""
-        return bool(self.mean + self.error < np.log(1 - LEAST_FALL))
+        """Whether the error falls by 2 % or more, by one standard error; with exact models it falls by up to 1 %."""
+        return bool(self.mean + self.error < np.log(1 - 0.02))
 
     def __str__(self) -> str:
         if not np.isfinite(self.mean):

@@ -11,9 +11,6 @@ from stribeck.settings import Priors
 from stribeck.whole_log.constants import FRICTION_OF_LOGS
 from stribeck.whole_log.equations.corrections.correction import Correction, Found, Layout, Signals
 
-GUESSED = 2.0
-"""Relative error of a rotor inertia that only the model states [1]: many are guesses, a factor of three off."""
-
 BODIES = Correction(
     name="bodies", columns=lambda signals: signals.by_inertia, size=lambda layout: layout.inertial_parameters.size
 )
@@ -45,7 +42,8 @@ def _by_rotors(signals: Signals) -> Array:
 
 
 def _rotor_scales(priors: Priors, layout: Layout) -> Array:
-    share = np.where(layout.guessed, GUESSED, priors.rotor_share)
+    guess = 2.0  # relative error of a rotor inertia that only the model states [1]: many are off by a factor of three
+    share = np.where(layout.guessed, guess, priors.rotor_share)
     return np.asarray(np.where(layout.armature > 0, share * layout.armature, priors.rotor))
 
 
