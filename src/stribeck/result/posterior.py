@@ -17,9 +17,6 @@ from stribeck.result.joint import JointResult
 from stribeck.result.parts import BODY_COORDINATES, BodyCorrection, Corrections
 from stribeck.robot.inertial_parameters import pseudo_inertia, shape_coordinates
 
-UNITS = dict(zip(BODY_COORDINATES, ("1", "m", "m", "m", "1", "1", "1", "m", "m", "m"), strict=True))
-"""Units of the coordinates of bodies."""
-
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
@@ -71,7 +68,7 @@ def posterior_of(joints: Mapping[str, JointResult], corrections: Corrections | N
         blocks.append(np.eye(len(joint.parameters)) if own is None or not len(own) else np.nan_to_num(own))
     for body_name, body in (corrections.bodies if corrections else {}).items():
         names += [f"{body_name}.{coordinate}" for coordinate in BODY_COORDINATES]
-        units += UNITS.values()
+        units += ["1", "m", "m", "m", "1", "1", "1", "m", "m", "m"]
         mean += coordinates_of(body)
         share = body.mass_error / body.mass[1] if body.mass[1] > 0 else 0.0
         errors += [share, *body.centre_of_mass_error, *(body.shape_error or [0.0] * 6)]
