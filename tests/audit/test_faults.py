@@ -114,14 +114,6 @@ def test_a_last_digit_that_flickers_in_some_rests_is_not_frozen_in_the_others(ho
     assert "channel-frozen" not in checks_of(log, arm.robot)[0]
 
 
-def test_a_joint_at_rest_is_not_frozen(honest: dict[str, CleanLog]) -> None:
-    arm = honest["panda"]
-    flicker = 1e-4 * np.random.default_rng(3).normal(size=3000)
-    position = arm.log.position.copy()
-    position[:, 0] = flicker * (np.arange(3000) % 500 < 300)
-    assert "channel-frozen" not in checks_of(replace(arm.log, position=position), arm.robot)[0]
-
-
 @pytest.mark.parametrize("moves", [True, False])
 def test_a_joint_that_stands_still_has_no_gain(moves: bool, honest: dict[str, CleanLog]) -> None:
     """Its gear can carry any torque."""
@@ -187,17 +179,6 @@ def test_the_delay_of_the_torque_is_found_to_a_fraction_of_a_sample(arm: Robot, 
     for joint in found.joints.values():
         assert joint.delay == pytest.approx(delay, abs=2e-4)
     assert any(f"{1e3 * delay:+.2f} ms" in text for text in found.findings) == (delay != 0)
-
-
-def test_a_walking_robot_has_no_delay_and_no_finding() -> None:
-    robot = example_robot("talos")
-    exact, _ = exact_log(robot, get_law("stribeck"), {}, duration=6, posture=POSTURES["talos"])
-    found = inspect_log(with_noise(exact, position=1e-5, torque=0.1, seed=1), robot)
-    assert found.findings == []
-    assert found.support_source == "flags"
-    assert {phase[2] for phase in found.phases} == {"left", "right", "left+right"}
-    assert found.joints["leg_left_4_joint"].sign == "agrees"
-    assert abs(found.joints["leg_left_4_joint"].delay) < 1e-3
 
 
 @pytest.mark.parametrize("moving", [0, pytest.param(2, marks=pytest.mark.long)])

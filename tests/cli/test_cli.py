@@ -102,10 +102,9 @@ def test_json_is_the_result_and_nothing_else(arm: Path, tmp_path: Path, capsys: 
     assert json.loads(printed)["law"] == "coulomb-viscous"
 
 
-def test_inspect_prints_and_writes_a_page(arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run("inspect", arm / "log.npz", "-r", arm / "robot.toml", "-o", tmp_path / "page.html") == 0
+def test_inspect_prints_text_or_json(arm: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("inspect", arm / "log.npz", "-r", arm / "robot.toml") == 0
     assert "250 Hz" in capsys.readouterr().out
-    assert (tmp_path / "page.html").read_text().startswith("<!DOCTYPE html>")
     assert run("inspect", arm / "log.npz", "-r", arm / "robot.toml", "--json") == 0
     assert json.loads(capsys.readouterr().out)["rate"] == pytest.approx(250)
 
@@ -130,14 +129,6 @@ def test_compare_names_results_and_writes_a_page(arm: Path, tmp_path: Path, caps
         assert (row["difference"], row["percent"], row["agrees"], row["significant"]) == (0, 0, True, False)
 
 
-def test_nothing_moves_exit_code_3(arm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    log = arm_log(Robot.from_file(arm / "robot.toml"), duration=8, rate=250)
-    still = save_npz(log, tmp_path / "still.npz", position=0 * log.position, velocity=None, acceleration=None)
-    assert run("identify", still, "-r", arm / "robot.toml", "-o", tmp_path / "out") == 3
-    assert "no joint can be identified" in capsys.readouterr().err
-    assert os.listdir(tmp_path) == ["still.npz"]
-
-
 @pytest.mark.parametrize("method", ["curve-fit", "whole-log"])
 def test_notes_are_printed_when_nothing_is_identified(method, arm, tmp_path, capsys):
     log = arm_log(Robot.from_file(arm / "robot.toml"), duration=1.5, rate=250)
@@ -159,9 +150,7 @@ def test_notes_are_printed_when_nothing_is_identified(method, arm, tmp_path, cap
     ("options", "words"),
     [
         (["--law", "karnopp"], ["karnopp", "coulomb-viscous"]),
-        (["--method", "guess"], ["method", "'guess'"]),
         (["--method", "hole-log"], ["'hole-log'", "did you mean 'whole-log'?"]),
-        (["--law", "stribek"], ["'stribek'", "did you mean 'stribeck'?"]),
         (["--set", "window=31"], ["unknown key 'window'; did you mean 'filter.window'?"]),
         (["--set", "filter.window"], ["KEY=VALUE"]),
         (["--set", "filter.windoe=31"], ["unknown key 'filter.windoe'; did you mean 'filter.window'?"]),

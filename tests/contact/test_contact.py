@@ -248,15 +248,6 @@ def test_trimming_uses_time_not_samples():
             assert stretched.time[phase.first] - stretched.time[phase.start] == pytest.approx(0.10, abs=0.006)
 
 
-def test_a_fixed_base_is_one_phase_a_segment():
-    gait = biped()
-    log = gait.log(BIPED)
-    found = find_support_phases(log, Walker((), base="fixed"), (slice(0, 100), slice(120, 400)), AUTO)
-    assert (found.source, found.notes) == ("fixed", ())
-    rows = [(p.start, p.stop, p.first, p.last, p.feet, p.kind) for p in found.phases]
-    assert rows == [(a, b, a, b, ("base",), "fixed") for a, b in ((0, 100), (120, 400))]
-
-
 class TestForces:
     def found(self, gait, wrench, feet=BIPED, choice=AUTO, robot=None):
         log = gait.log(feet, foot_wrench=wrench)
@@ -358,12 +349,6 @@ class TestKinematics:
         gait = biped()
         _, standing = self.found(Gait(gait.points + displaced, gait.standing), Walker(BIPED))
         assert late(standing, gait.standing) < bound
-
-    def test_reversed_time_gives_reversed_phases(self):
-        gait = quadruped(TROT)
-        _, forward = self.found(gait, Walker(QUADRUPED, "point"))
-        _, back = self.found(Gait(gait.points[::-1], gait.standing[::-1]), Walker(QUADRUPED, "point"))
-        assert late(back[::-1], forward) <= 0.02
 
     def test_point_feet_require_an_orientation(self):
         log = quadruped(TROT).log(QUADRUPED, imu=False)

@@ -189,12 +189,6 @@ def fitted(make_samples, joint, carried):
     return samples, fit_law(samples, LAW, Settings(law=LAW.name))
 
 
-def test_torque_r2_is_one_minus_the_noises_share_of_the_variance(make_samples, make_joint) -> None:
-    samples, fits = fitted(make_samples, make_joint(noise=0.5), carried=4.0)
-    expected = 1 - 0.5**2 / np.var(samples.torque)
-    assert torque_r2(samples, fits, LAW)["knee"] == pytest.approx(expected, abs=2e-3)
-
-
 def test_torque_r2_falls_by_the_mean_square_of_a_model_error(make_samples, make_joint) -> None:
     samples, fits = fitted(make_samples, make_joint(noise=0.0), carried=4.0)
     off = replace(samples, friction_torque=samples.friction_torque + 0.8)

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.arm import arm_log, write_arm
+from tests.cli.test_cli import refused, run
 from tests.log.readers import formats
 from tests.log.readers.formats import ROS, WHOLE, StubRobot, synthetic_log
 
 from stribeck import Robot, RobotLog, read_log, write_log
-from stribeck.cli import main
 from stribeck.log.writers import WRITERS
 
 LOG = synthetic_log(60)
@@ -30,7 +30,7 @@ def test_a_log_is_read_as_it_was_written(tmp_path: Path, suffix: str, log: Robot
     assert again.foot_names == log.foot_names
 
 
-def test_the_command_applies_the_robot_file(tmp_path, monkeypatch, capsys):
+def test_the_command_applies_the_robot_file(tmp_path, capsys):
     """The robot file has torques in millinewton meters and other joint names."""
     robot_file = write_arm(tmp_path)
     log = arm_log(Robot.from_file(robot_file), duration=1.0)
@@ -39,19 +39,13 @@ def test_the_command_applies_the_robot_file(tmp_path, monkeypatch, capsys):
     text = robot_file.read_text(encoding="utf-8")
     mapped = tmp_path / "mapped.toml"
     mapped.write_text(text + '\n[log.position]\nname = "q"\n[log.torque]\nname = "tau"\nunit = "mNm"\n', "utf-8")
-    words = ["stribeck", "convert", tmp_path / "odd.npz", "-r", mapped, "-o", tmp_path / "plain.parquet"]
-    monkeypatch.setattr("sys.argv", [str(word) for word in words])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    assert ended.value.code == 0
+    words = ("convert", tmp_path / "odd.npz", "-r", mapped, "-o", tmp_path / "plain.parquet")
+    assert run(*words) == 0
     assert capsys.readouterr().out.splitlines()[-1] == str(tmp_path / "plain.parquet")
     plain = read_log(tmp_path / "plain.parquet")
     np.testing.assert_allclose(plain.torque, log.torque, rtol=1e-12)
     assert plain.joint_names == log.joint_names
-    with pytest.raises(SystemExit) as ended:
-        main()
-    assert ended.value.code == 2
-    assert "already exists" in capsys.readouterr().err
+    assert "already exists" in refused(capsys, *words)
 
 
 @pytest.mark.parametrize("name", formats.WRITERS)

@@ -1,7 +1,6 @@
 """Charts as data, compared with samples, law and phases; branches of a curve; numbers as text."""
 
 import base64
-import math
 import re
 import struct
 import zlib
@@ -21,7 +20,7 @@ from stribeck.friction import get_law
 from stribeck.report.charts import density
 from stribeck.report.details import branch_charts, branches
 from stribeck.report.joints import friction_over_time, joint_samples
-from stribeck.report.text import MINUS, THIN, breakable, count, duration, matched, number, percent, symbol, unit
+from stribeck.report.text import MINUS, THIN, matched, number, percent
 from stribeck.report.timeline import share_held
 from stribeck.report.torques import POINTS, replayed_torques
 from stribeck.result import Result
@@ -114,22 +113,21 @@ def corrected() -> Result:
     return identify(log, with_wrong_bodies(arm), Settings(method="whole-log", corrections="inertia"))
 
 
-def test_branches_that_a_wrong_model_splits_close(corrected: Result) -> None:
+def test_branches_that_a_wrong_model_splits_close_and_the_report_draws_both(corrected: Result, tmp_path: Path) -> None:
     for joint in ("shoulder_pitch", "elbow"):
         splits = []  # an error of gravity depends on the posture, so it splits them as well
         for samples in corrected.evidence.correction:
             _, up, down = branches(samples, joint)
             splits.append(np.sqrt(np.nanmean((up - down) ** 2)))
         assert splits[1] < 0.1 * splits[0], joint
-
-
-def test_the_report_draws_both_branches(corrected: Result, tmp_path: Path) -> None:
-    figures = branch_charts(corrected)
-    assert len(figures) == len(corrected.joints)
     write_report(corrected, tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text()
-    for _, caption in figures:
-        assert caption in page
+    assert [caption in page for _, caption in branch_charts(corrected)] == [True] * len(corrected.joints)
+
+
+def test_a_share_is_shown_as_none_or_all_only_if_it_is() -> None:
+    shown = {percent(share) for share in (0.0, 0.0002, 0.9996, 1.0)}
+    assert shown == {f"{text}{THIN}%" for text in ("0", f"<{THIN}0.1", "99.9", "100")}
 
 
 def parse(text: str) -> float:
@@ -146,34 +144,3 @@ def test_a_value_keeps_the_digits_that_its_error_leaves(value: float, error: flo
     assert abs(parse(matched(value, error)) - value) <= max(0.051 * error, 0.5)
     if error < 1:
         assert abs(parse(matched(value, error)) - value) <= 0.051 * error
-
-
-@pytest.mark.parametrize(
-    ("shown", "expected"),
-    [
-        (number(0.0), "0"),
-        (number(math.inf), "∞"),
-        (number(math.nan), "unknown"),
-        (number(-1234.5), f"{MINUS}1234"),
-        (number(1.5e9), "1.50e9"),
-        (matched(1.23456, 0.031), "1.235"),
-        (matched(-92.4, 176.0), f"{MINUS}92"),
-        (matched(2.5, 0.0), "2.500"),
-        (matched(-0.0002, 0.031), "0.000"),
-        (unit("kg m^2"), "kg m²"),
-        (percent(0.9996), f"99.9{THIN}%"),
-        (percent(0.0002), f"<{THIN}0.1{THIN}%"),
-        (percent(1.0), f"100{THIN}%"),
-        (percent(0.0), f"0{THIN}%"),
-        (percent(-0.034), f"{MINUS}3{THIN}%"),
-        (percent(-0.0003), f"0{THIN}%"),
-        (count(600000), f"600{THIN}000"),
-        (duration(604.0), "10 min 4 s"),
-        (duration(7380.0), "2 h 3 min"),
-        (symbol("tau_os"), "<i>τ</i><sub>os</sub>"),
-        (symbol("Fv-"), f"<i>F</i><sub>v{MINUS}</sub>"),
-        (breakable("left_<b>"), "left_<wbr>&lt;b&gt;"),
-    ],
-)
-def test_shown_as_expected(shown: str, expected: str) -> None:
-    assert shown == expected

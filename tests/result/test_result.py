@@ -16,7 +16,7 @@ from stribeck import NothingIdentifiedError, SettingsError, read_result
 from stribeck.friction import get_law
 from stribeck.judgement.verdict import NOT_FITTED
 from stribeck.result import CurvePoint, Validation
-from stribeck.result.tables import advice, friction_text, main_parameters, rounded
+from stribeck.result.tables import advice, friction_text, main_parameters
 
 
 def test_friction_is_the_laws_at_any_shape_of_velocity(tmp_path: Path) -> None:
@@ -170,19 +170,3 @@ UNEVEN = (point(0.1, 1.0, 0.1), point(0.5, 1.0, 0.6), point(1.0, 2.0, 0.7))
 )
 def test_the_advice_for_a_joint_follows_from_its_verdict(changed: dict[str, object], expected: str) -> None:
     assert advice(replace(KNOWN, **changed)) == expected
-
-
-@pytest.mark.parametrize(
-    ("value", "error", "expected"),
-    [
-        (1.1832, 0.0058, ("1.183", "0.006")),
-        (1.160, 0.011, ("1.160", "0.011")),
-        (0.6, 0.22, ("0.6", "0.2")),
-        (28.3, 0.39, ("28.3", "0.4")),
-        (47.4, 1e-4, ("47.40", "0.01")),
-        (-0.0001, 0.3, ("0.0", "0.3")),
-        (1234.0, 56.0, ("1234", "56")),
-    ],
-)
-def test_values_have_the_digits_that_their_errors_leave(value: float, error: float, expected: tuple[str, str]) -> None:
-    assert rounded(value, error) == expected

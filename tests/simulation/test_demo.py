@@ -7,17 +7,13 @@ from io import StringIO
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
 import pytest
 from tests.cli.test_cli import run
 
-from stribeck import Robot, identify, read_log
+from stribeck import Robot, identify
 from stribeck.result import read_result
 from stribeck_simulation import demo
 from stribeck_simulation.files import read_truth
-from stribeck_simulation.run import friction_of
-from stribeck_simulation.scenario import read_scenario
-from stribeck_simulation.sensors.profiles import PROFILES
 
 SHORT = """
 sensors = "calibrated"
@@ -76,18 +72,6 @@ def test_its_folder_has_all_that_identify_needs(made: Made) -> None:
 def test_its_result_is_what_identify_finds(made: Made) -> None:
     again = identify(made.folder / "log.npz", Robot.from_file(made.folder / "robot.toml"))
     assert again.to_json() == (made.folder / "result.json").read_text()
-
-
-def test_its_log_has_sensor_errors_and_a_ground_truth(made: Made) -> None:
-    robot = Robot.from_file(made.folder / "robot.toml")
-    log, truth = read_log(made.folder / "log.npz", robot), read_truth(made.folder / "log.npz")
-    assert log.velocity is None
-    assert log.acceleration is None
-    steps = log.position / PROFILES["calibrated"].position_resolution
-    np.testing.assert_allclose(steps, np.round(steps), atol=1e-6)
-    assert truth.parameters == friction_of(read_scenario(made.folder / "scenario.toml"), robot).parameters
-    rubbing = np.ptp(truth.friction_torque, axis=0) > 0
-    assert {name for name, rubs in zip(robot.joint_names, rubbing, strict=True) if rubs} == set(truth.parameters)
 
 
 def test_the_friction_is_found_and_printed_beside_the_truth(made: Made) -> None:

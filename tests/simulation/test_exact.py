@@ -117,21 +117,6 @@ def test_standing_feet_stay_where_they_are(case):
         assert np.abs(np.array(poses) - poses[0]).max() < 1e-9
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_power_of_the_joints_is_the_rate_of_energy(case):
-    """The ground does no work, so d/dt (kinetic + potential energy) = v (tau - R)."""
-    _, log, truth = made(case)
-    power = np.sum(log.velocity * (log.torque - truth.friction_torque), axis=1)
-    for start in (300, 700, 1500, 2200):
-        energy = []
-        for k in range(start, start + 5):
-            model, q, v, _ = plain_state(case, k)
-            data = model.createData()
-            energy.append(pin.computeKineticEnergy(model, data, q, v) + pin.computePotentialEnergy(model, data, q))
-        rate = difference(np.array(energy))[0]
-        assert rate == pytest.approx(power[start + 2], rel=1e-5, abs=1e-4)
-
-
 def test_base_orientation_is_that_of_the_base_frame():
     robot, log, truth = made("talos walk")
     assert robot.base_frame == BASE_FRAME

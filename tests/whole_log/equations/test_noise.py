@@ -55,13 +55,6 @@ def channel(seed: int = 0) -> np.ndarray:
     return exact + SIZE * np.random.default_rng(seed).standard_normal(exact.shape)
 
 
-def test_motion_is_unchanged() -> None:
-    signal = channel()
-    same, count = without_spikes(signal, WHOLE, 0.0, smooth=False)
-    assert count == 0
-    assert same is signal
-
-
 @pytest.mark.parametrize("size", [20.0, 1000.0])
 def test_spikes_are_replaced_by_values_between_their_neighbors(size: float) -> None:
     signal, generator = channel(), np.random.default_rng(1)
