@@ -100,22 +100,25 @@ def test_terms_that_random_effects_may_explain_are_refused(choice: tuple[Log, li
     assert "may be errors that every step repeats" in chosen.verdicts[0]["load"].reason
 
 
+NEGATIVE = "{} friction would be negative at the beginning of the log or at its end"
+
+
 @pytest.mark.parametrize(
-    ("changed", "negative"),
+    ("changed", "reason"),
     [
         ({}, ""),
-        ({"viscous_drift": -0.7}, "viscous"),
-        ({"viscous_drift": 0.7}, "viscous"),
-        ({"coulomb_drift": 3}, "coulomb"),
+        ({"viscous_drift": -0.7}, NEGATIVE.format("viscous")),
+        ({"viscous_drift": 0.7}, NEGATIVE.format("viscous")),
+        ({"coulomb_drift": 3}, NEGATIVE.format("coulomb")),
+        ({"coulomb": 0}, "no Coulomb friction would be left without load"),
     ],
 )
-def test_friction_is_never_negative_within_the_log(linear: Log, changed: dict[str, float], negative: str) -> None:
+def test_friction_is_never_negative_or_only_of_the_load(linear: Log, changed: dict[str, float], reason: str) -> None:
     """It would be in a fit that takes friction which grows less than speed, as motion grows, for a drift."""
     trials = make_trials(*linear)
     values = {"viscous": 0.3, "coulomb": 1.2, "viscous_drift": 0.2, "coulomb_drift": 0.5} | changed
     tried = trials.try_terms(0, ("viscous",))
     for name, value in values.items():
         tried.internal[trials.names.index(name)] = value
-    objection = _objection(trials, 0, frozenset({"viscous", "viscous_drift", "coulomb_drift"}), tried)
-    refused = ("refused", f"{negative} friction would be negative at the beginning of the log or at its end")
-    assert objection == (refused if negative else None)
+    objection = _objection(trials, 0, frozenset({"viscous", "load", "viscous_drift", "coulomb_drift"}), tried)
+    assert objection == (("refused", reason) if reason else None)

@@ -1,5 +1,7 @@
 """Coulomb friction that grows with the torque that a joint carries (Hamon, Gautier and Garrec 2010)."""
 
+from collections.abc import Mapping
+
 from stribeck.friction.terms.term import Seen, Term, linear
 
 
@@ -8,12 +10,18 @@ def _refuse(seen: Seen) -> str:
     return "" if changes else f"its load hardly changes: {seen.mean_load:.3g} N m +- {seen.load_deviation:.2g}"
 
 
+def _doubt(values: Mapping[str, float], kept: frozenset[str]) -> str:
+    """Refuse friction that grows only with the load: gears and seals resist without load, too."""
+    return "no Coulomb friction would be left without load" if "load" in kept and values["coulomb"] <= 0 else ""
+
+
 LOAD = Term(
     name="load",
     parameters=(linear("load", "mu", "1", lower=0.0),),
     columns=("abs(load) * rise",),
     over="load",
     refuse=_refuse,
+    doubt=_doubt,
     misfit="load",
     words="load",
 )
