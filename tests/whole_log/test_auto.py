@@ -101,7 +101,7 @@ def test_no_drift_is_tried_where_speed_rises_with_time(arm: Robot) -> None:
     torque += PLAIN["coulomb"] * np.sign(v) + PLAIN["viscous"] * v + PLAIN["offset"]
     chirp = replace(log, time=time[:, 0], position=q, torque=torque, velocity=None, acceleration=None)
     found = identify(with_noise(chirp, position=5e-5, torque=0.1, seed=4), arm, AUTO).joints.values()
-    assert all(joint.terms["coulomb_drift"].reason.startswith("the joint moves faster") for joint in found)
+    assert all(joint.terms["coulomb_drift"].reason.startswith("the speed changes steadily") for joint in found)
 
 
 def test_friction_of_a_robot_that_warms_up_is_the_mean_and_its_interval_contains_the_change(arm: Robot) -> None:

@@ -110,7 +110,7 @@ NEGATIVE = "{} friction would be negative at the beginning of the log or at its 
         ({"viscous_drift": -0.7}, NEGATIVE.format("viscous")),
         ({"viscous_drift": 0.7}, NEGATIVE.format("viscous")),
         ({"coulomb_drift": 3}, NEGATIVE.format("coulomb")),
-        ({"coulomb": 0}, "no Coulomb friction would be left without load"),
+        ({"coulomb": 0}, "Coulomb friction would be zero without load"),
     ],
 )
 def test_friction_is_never_negative_or_only_of_the_load(linear: Log, changed: dict[str, float], reason: str) -> None:

@@ -88,7 +88,13 @@ Form = Annotated[
 ]
 Inertia = Annotated[
     str | None,
-    _choice("HOW", "Inertias of a robot model; by default written if they pay", ("keep", "write"), "", "--inertia"),
+    _choice(
+        "HOW",
+        "Inertias of a robot model; by default written if they lower the held-out torque error",
+        ("keep", "write"),
+        "",
+        "--inertia",
+    ),
 ]
 With = Annotated[str | None, typer.Option("--with", hidden=True)]
 """`--with inertia` is an older name of `--inertia write`."""

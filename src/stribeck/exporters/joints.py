@@ -96,7 +96,7 @@ def joint_terms(
 
     All of a joint's friction is stated if its curve, or its Coulomb or viscous friction in any direction, is
     identified, because Coulomb and viscous friction compensate for each other's errors. It is zero for the verdict
-    "no friction". A rotor inertia is stated with it if its interval excludes zero.
+    "no friction". A rotor inertia is stated if it is identified, or next to friction if its interval excludes zero.
 
     Parameters
     ----------
@@ -143,9 +143,9 @@ def _terms(joint: JointResult, form: Form | None, good: Collection[str], beyond:
         steady = {name: own for name, own in quantities.items() if name not in UNSTEADY}
         return WrittenJoint(stated=steady if _has_friction(joint, good) else {}, left_out=left_out, beyond=beyond)
     words, rotor, units = form.words, {}, _units(joint)
-    excludes_zero = "armature" in there and there["armature"].interval_95[0] > 0 and _has_friction(joint, good)
-    if "armature" in there and "armature" in words and (there["armature"].verdict in good or excludes_zero):
-        rotor[words["armature"]] = _rounded(there["armature"].value, there["armature"].standard_error), "kg m^2"
+    inertia = there.get("armature") if "armature" in words else None
+    if inertia and (inertia.verdict in good or (inertia.interval_95[0] > 0 and _has_friction(joint, good))):
+        rotor[words["armature"]] = _rounded(inertia.value, inertia.standard_error), "kg m^2"
     formless = set(FORMLESS) - ({"armature"} & words.keys())
     left_out = {name: own for name, own in quantities.items() if name in formless and own[0]}
     if joint.verdict == "no friction" and joint.curve:

@@ -1,7 +1,7 @@
 """The most probable friction and inertias of a result among those that a robot model can represent.
 
-A model has no torque offsets. Those of sensors belong to the sensors. Commands have no sensor: their offsets are errors
-of the model, such as a center of mass, and are zero in the posterior from which friction and inertias are written.
+A model has no torque offsets. The offset of a sensor is not part of the robot. Commands have no sensor: their offsets
+are errors of the model, for example of a center of mass. Friction and inertias are then conditioned on zero offsets.
 Inertias are written if they lower the torque error of held-out parts of the logs.
 """
 
@@ -47,7 +47,7 @@ def held_out_change(result: Result) -> HeldOutChange:
 
 
 def projected(result: Result, robot: Robot) -> Result:
-    """Set the offsets of commanded torques to zero, and all else to its most probable value."""
+    """Set the offsets of commanded torques to zero, and friction, rotors and inertias to the most probable values."""
     if robot.torque_source != "command":
         return result
     offsets = {
@@ -58,6 +58,5 @@ def projected(result: Result, robot: Robot) -> Result:
     if not offsets:
         return result
     found = moved(result, result.posterior.shifts(offsets))
-    exact = {name: {"offset": 0.0} for name in found.joints if f"{name}.offset" in offsets}
-    joints = {name: joint.with_values(exact.get(name, {})) for name, joint in found.joints.items()}
-    return replace(found, joints=joints)
+    exact = {name: joint.with_values({"offset": 0.0}) for name, joint in found.joints.items() if not joint.torque_unit}
+    return replace(found, joints={**found.joints, **exact})

@@ -129,7 +129,7 @@ def summary(
         unchanged = "Not identified; the model's friction is kept for"
     nearest = "Physically impossible estimate; the nearest valid inertia was written for the links driven by"
     sentences = {
-        "Offsets are zero, as commands have no sensor; all else is most probable with that.": inertia
+        "Offsets are zero, because commands have no sensor; all other values are the most probable ones then.": inertia
         and robot.torque_source == "command",
         f"{changed}: {bodies}.": bodies,
         f"{nearest}: {', '.join(impossible)}.": impossible,

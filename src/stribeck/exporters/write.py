@@ -86,7 +86,7 @@ def export(
     Joint slide
     """
     result, robot = _read(result, robot)
-    choice = FileContent.of(result, target, inertia, joints=joints, include_weak=include_weak, friction=friction)
+    choice = FileContent(joints=joints, include_weak=include_weak, friction=friction, inertia=inertia)
     request = _request(result, robot, Path(path), target, choice)
     for name, own in request.joints.items():
         if strict and (lost := [*own.projected, *own.left_out]):
@@ -144,7 +144,7 @@ def export_samples(
     result, robot = _read(result, robot)
     if not 1 <= count <= 100_000:  # in one folder
         raise SettingsError(f"export: {count} samples were requested; expected 1 to 100,000")
-    choice = FileContent.of(result, target, inertia, joints=joints, include_weak=include_weak, friction=friction)
+    choice = FileContent(joints=joints, include_weak=include_weak, friction=friction, inertia=inertia)
     _request(result, robot, Path(folder), target, choice)  # refuses before anything is drawn
     paths = [Path(folder) / f"{k:03d}{TARGETS[target].suffix}" for k in range(count)]
     with staged_folder(folder) as staging:
@@ -212,35 +212,12 @@ def export_ranges(
 
 @dataclass(frozen=True, kw_only=True)
 class FileContent:
-    """Choices that select the content of a file: arguments of `export`, and whether estimated inertias are written."""
+    """Arguments of `export` that select the content of a file."""
 
     joints: Collection[str] | None
     include_weak: bool
     friction: str | None
-    inertia: bool
-    reason: str
-
-    @classmethod
-    def of(
-        cls,
-        result: Result,
-        target: str,
-        inertia: bool | None,
-        *,
-        joints: Collection[str] | None,
-        include_weak: bool,
-        friction: str | None,
-    ) -> "FileContent":
-        """Decide on the inertias, unless `inertia` does."""
-        change = held_out_change(result)
-        model = target in TARGETS and bool(TARGETS[target].models)
-        return cls(
-            joints=joints,
-            include_weak=include_weak,
-            friction=friction,
-            inertia=model and (change.pays if inertia is None else inertia),
-            reason=str(change),
-        )
+    inertia: bool | None
 
 
 def _read(result: Result | str | Path, robot: Robot | str | Path) -> tuple[Result, Robot]:
@@ -254,7 +231,9 @@ def _request(result: Result, robot: Robot, path: Path, target: str, choice: File
         near = did_you_mean(target, TARGETS)
         raise SettingsError(f"export: the target is '{target}'; expected {_either(TARGETS)}{near}")
     own = TARGETS[target]
-    result = projected(result, robot) if choice.inertia else result
+    change = held_out_change(result)
+    inertia = bool(own.models) and (change.pays if choice.inertia is None else choice.inertia)
+    result = projected(result, robot) if inertia else result
     _check(result, robot, path, own.models, target)
     if choice.friction is not None and choice.friction not in own.forms:
         raise SettingsError(f"export: the friction model is '{choice.friction}'; expected {_either(own.forms)}")
@@ -262,14 +241,14 @@ def _request(result: Result, robot: Robot, path: Path, target: str, choice: File
     found = joint_terms(result, own.forms[form], choice.joints, choice.include_weak, any_unit=own.any_unit)
     corrections = result.corrections
     links, impossible = corrected_links(robot, corrections) if own.models and corrections else ({}, [])
-    if not choice.inertia:  # read to check that the model is the one of the result
+    if not inertia:  # read to check that the model is the one of the result
         links, impossible = {}, []
     if not links and not found:
         raise NothingIdentifiedError(
             f"export: the result has no identified friction that {target.upper()} can store"
-            + " and no corrected inertias" * choice.inertia
+            + " and no corrected inertias" * inertia
         )
-    lines = summary(result, robot, own, found, impossible, inertia=choice.inertia, reason=choice.reason)
+    lines = summary(result, robot, own, found, impossible, inertia=inertia, reason=str(change))
     return Request(result=result, robot=robot, joints=found, form=form, links=links, lines=lines, folder=path.parent)
 
 

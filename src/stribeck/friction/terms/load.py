@@ -11,8 +11,8 @@ def _refuse(seen: Seen) -> str:
 
 
 def _doubt(values: Mapping[str, float], kept: frozenset[str]) -> str:
-    """Refuse friction that grows only with the load: gears and seals resist without load, too."""
-    return "no Coulomb friction would be left without load" if "load" in kept and values["coulomb"] <= 0 else ""
+    """Refuse friction that vanishes without load: gears and seals also resist without load."""
+    return "Coulomb friction would be zero without load" if "load" in kept and values["coulomb"] <= 0 else ""
 
 
 LOAD = Term(

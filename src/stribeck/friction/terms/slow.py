@@ -24,7 +24,9 @@ def _no_drift(seen: Seen) -> str:
     shortest = 20.0  # shortest log for terms of drift [s], chosen by judgment
     if seen.duration < shortest:
         return f"the log lasts {seen.duration:.3g} s; {shortest:.0f} s are needed"
-    return "the joint moves faster and faster, or slower, so that speed explains what time does" * (seen.chirps > 0.5)
+    return "the speed changes steadily over the log, so that friction over time and over speed look the same" * (
+        seen.chirps > 0.5
+    )
 
 
 def _negative(name: str, values: Mapping[str, float], _: frozenset[str]) -> str:
