@@ -7,6 +7,7 @@ import numpy as np
 
 from stribeck.audit import model_findings
 from stribeck.base.finding import merged
+from stribeck.base.typing import Array
 from stribeck.base.version import __version__
 from stribeck.drives import inseparable_delays
 from stribeck.errors import NothingIdentifiedError
@@ -21,7 +22,7 @@ from stribeck.judgement.next_log import with_next_log
 from stribeck.judgement.own_friction import own_friction
 from stribeck.judgement.passivity import passivity_violated
 from stribeck.judgement.reason import Reason
-from stribeck.judgement.torque_error import torque_r2
+from stribeck.judgement.torque_error import change_by_inertias, friction_errors, torque_errors
 from stribeck.judgement.verdict import filled, judge, with_torque_r2
 from stribeck.log import RobotLog
 from stribeck.methods import Fitted, Method
@@ -67,11 +68,12 @@ def compose(
     ]
     origin = provenance(fitted.settings or settings, method.uses, robot.path, choices)
     evidence = _evidence(fitted, friction, prepared, robot, law, origin)
-    r2 = _torque_r2(fitted, friction, prepared, robot, law)
+    r2, change = _held_out(fitted, friction, prepared, robot, law)
     couplings = {name: robot.couplings[name] for name in fitted.couplings}
     of_logs = [own_friction(part.samples, fitted.fits, law, couplings) for part in friction.logs]
     fits = fitted.fits
     fitted = _finished(fitted, robot, log, gain_errors)
+    corrections = fitted.corrections and replace(fitted.corrections, held_out_change=change)
     rolls = any(contact.radius and contact.given for contact in robot.contacts.values())  # not one from the log
     samples = filled(evidence.samples, fitted.fits, law) if rolls else evidence.samples
     ranges = _position_ranges(prepared, robot)
@@ -97,7 +99,7 @@ def compose(
             *inseparable_delays(joints, log, robot),
             *fitted.findings,
         ],
-        corrections=_with_command_delays(fitted.corrections, log),
+        corrections=_with_command_delays(corrections, log),
         stribeck=__version__,
         evidence=evidence,
     )
@@ -153,22 +155,28 @@ def _joints(fitted: Fitted, samples: FrictionSamples, law: FrictionLaw, settings
     return joints
 
 
-def _torque_r2(
+def _held_out(
     fitted: Fitted, friction: LogsFriction, prepared: Logs, robot: Robot, law: FrictionLaw
-) -> dict[str, TorqueR2]:
-    """Compute the share of each joint's torque that is explained on held-out parts."""
+) -> tuple[dict[str, TorqueR2], tuple[float, float] | None]:
+    """Compute the explained share of each joint's torque on held-out parts, and what corrected inertias change."""
     if fitted.unseen is None:
-        return {}
+        return {}, None
     fits = fitted.unseen.fits
     couplings = {name: robot.couplings[name] for name in fitted.couplings}
-    shares = [
-        torque_r2(own_friction(swinging(part, robot), fits, law, couplings), fits, law)
-        for part in fitted.unseen.samples(friction, prepared, robot)
-    ]
-    return {
-        name: TorqueR2(nominal=nominal, corrected=shares[1].get(name) if len(shares) > 1 else None)
-        for name, nominal in (shares[0] if shares else {}).items()
-    }
+    parts = [swinging(part, robot) for part in fitted.unseen.samples(friction, prepared, robot)]
+    torques, errors, shares = list[Array](), list[Array](), list[dict[str, float]]()
+    for samples in (own_friction(part, fits, law, couplings) for part in parts if part.torque is not None):
+        assert samples.torque is not None
+        measured = samples.torque.shape[1]  # couplings have no measured torque
+        torques.append(samples.torque)
+        errors.append(friction_errors(samples, fits, law)[:, :measured])
+        names, velocity = samples.joint_names[:measured], samples.velocity[:, :measured]
+        (explained,) = torque_errors(names, velocity, samples.torque, errors[-1:], rest=0.0)
+        shares.append({name: error.r2 for name, error in explained.items()})
+    if len(shares) < 2:
+        return {name: TorqueR2(nominal=share) for of_joints in shares for name, share in of_joints.items()}, None
+    r2 = {name: TorqueR2(nominal=share, corrected=shares[1].get(name)) for name, share in shares[0].items()}
+    return r2, change_by_inertias(torques[0], *errors)
 
 
 def _position_ranges(prepared: Logs, robot: Robot) -> dict[str, tuple[float, float]]:

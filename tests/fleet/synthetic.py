@@ -53,8 +53,9 @@ def _rows(robot: int, friction: np.ndarray) -> pa.Table:
         "unit": np.full(logs * count, "N m"),
         "speed_unit": np.full(logs * count, "rad/s"),
     }
-    arrays = [pa.array(parts[name], kind) for name, kind in TABLES["curves"].items()]
-    curves = pa.StructArray.from_arrays(arrays, fields=list(SCHEMA.field("curves").type.value_type))
+    words = {"parameter": "coulomb", "unit": "N m", "verdict": "identified"}
+    slow = {name: column[:: len(SPEEDS)] for name, column in parts.items()}
+    slow |= {"value": slow["friction"], **{name: np.full(logs * joints, word) for name, word in words.items()}}
     start = [datetime(2026, 1, 1, tzinfo=UTC) + timedelta(days=k) for k in range(logs)]
     columns = {
         "key": [f"{robot:08d}{k:024d}" for k in range(logs)],
@@ -64,7 +65,15 @@ def _rows(robot: int, friction: np.ndarray) -> pa.Table:
         "status": ["identified"] * logs,
         "version": ["1.0"] * logs,
         "finished": start,
-        "curves": pa.ListArray.from_arrays(np.arange(logs + 1) * count, curves),
+        "curves": _lists("curves", parts, logs),
+        "parameters": _lists("parameters", slow, logs),
     }
     missing = {name: pa.nulls(logs, SCHEMA.field(name).type) for name in SCHEMA.names if name not in columns}
     return pa.table({name: (columns | missing)[name] for name in SCHEMA.names}, SCHEMA)
+
+
+def _lists(table: str, columns: Mapping[str, np.ndarray], logs: int) -> pa.ListArray:
+    """Build the lists of a table of all logs, of equal length."""
+    arrays = [pa.array(columns[name], kind) for name, kind in TABLES[table].items()]
+    rows = pa.StructArray.from_arrays(arrays, fields=list(SCHEMA.field(table).type.value_type))
+    return pa.ListArray.from_arrays(np.arange(logs + 1) * (len(rows) // logs), rows)

@@ -80,6 +80,8 @@ def test_trends_name_changed_joints_and_outlying_robots(tmp_path: Path) -> None:
             assert each.log_spread == pytest.approx(0.02 * each.friction, rel=0.3)
             assert 4 < each.smallest < 9
     assert false <= 3
+    assert [(row.parameter, row.logs) for row in found.parameters] == [("coulomb", 240)] * 3
+    assert all(0.7 < row.low / (k + 1.1) < row.high / (k + 1.1) < 2.5 for k, row in enumerate(found.parameters))
     write_trends(found, tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text()
     assert found.summary().startswith(found.conclusion)

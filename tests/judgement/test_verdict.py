@@ -13,7 +13,7 @@ from stribeck.friction import LAWS, get_law
 from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.judgement.curve_fit.fit import fit_law, validate
 from stribeck.judgement.passivity import passivity_violated
-from stribeck.judgement.torque_error import torque_r2
+from stribeck.judgement.torque_error import change_by_inertias, friction_errors, torque_errors
 from stribeck.judgement.verdict import judge
 from stribeck.judgement.weakness import USUAL, is_weak
 from stribeck.methods.whole_log import CRITERIA
@@ -189,11 +189,17 @@ def fitted(make_samples, joint, carried):
     return samples, fit_law(samples, LAW, Settings(law=LAW.name))
 
 
+def torque_r2(samples, fits):
+    errors = friction_errors(samples, fits, LAW)
+    (found,) = torque_errors(samples.joint_names, samples.velocity, samples.torque, [errors], rest=0.0)
+    return {name: error.r2 for name, error in found.items()}
+
+
 def test_torque_r2_falls_by_the_mean_square_of_a_model_error(make_samples, make_joint) -> None:
     samples, fits = fitted(make_samples, make_joint(noise=0.0), carried=4.0)
     off = replace(samples, friction_torque=samples.friction_torque + 0.8)
-    assert torque_r2(samples, fits, LAW)["knee"] == pytest.approx(1.0, abs=1e-4)
-    assert torque_r2(off, fits, LAW)["knee"] == pytest.approx(1 - 0.8**2 / np.var(samples.torque), abs=2e-3)
+    assert torque_r2(samples, fits)["knee"] == pytest.approx(1.0, abs=1e-4)
+    assert torque_r2(off, fits)["knee"] == pytest.approx(1 - 0.8**2 / np.var(samples.torque), abs=2e-3)
 
 
 def test_torque_r2_ignores_unusable_samples(make_samples, make_joint) -> None:
@@ -201,5 +207,15 @@ def test_torque_r2_ignores_unusable_samples(make_samples, make_joint) -> None:
     usable = samples.time[:, None] < samples.time[-1] / 2
     friction = np.where(usable, samples.friction_torque, 1e6)
     spoilt = replace(samples, friction_torque=friction, usable=usable)
-    assert torque_r2(spoilt, fits, LAW)["knee"] > 0.9
-    assert torque_r2(replace(spoilt, usable=np.zeros_like(usable)), fits, LAW) == {}
+    assert torque_r2(spoilt, fits)["knee"] > 0.9
+    assert torque_r2(replace(spoilt, usable=np.zeros_like(usable)), fits) == {}
+
+
+def test_inertias_change_the_torque_error_by_their_share_in_blocks_with_samples() -> None:
+    given = np.random.default_rng(1).normal(size=(1000, 3))
+    given[:200, 0] = np.nan
+    corrected = given * [0.5, 0.8, 1.0]
+    mean, error = change_by_inertias(given, given, corrected)
+    expected = np.array([np.log([0.8, 1.0]).mean()] * 2 + [np.log([0.5, 0.8, 1.0]).mean()] * 8)
+    assert (mean, error) == pytest.approx((expected.mean(), expected.std(ddof=1) / 10**0.5), rel=1e-4)
+    assert change_by_inertias(given[:50], given[:50], corrected[:50]) is None

@@ -68,12 +68,6 @@ def few(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rollouts, "STARTS", 30)
 
 
-@pytest.fixture
-def short(few: None, monkeypatch: pytest.MonkeyPatch) -> None:  # noqa: ARG001
-    """Let few rollouts start, and end soon."""
-    monkeypatch.setattr(rollouts, "HORIZONS", (HORIZONS[0], 0.06, 0.07))
-
-
 def without_and_with(found: Replay) -> tuple[Replayed, Replayed]:
     """Return what was found of the other model without and with its friction."""
     without, with_own = found.models[-2:]
@@ -138,13 +132,14 @@ def test_the_page_shows_measured_and_predicted_motion(arm: tuple[Robot, RobotLog
         assert not recording.exists()
 
 
-@pytest.mark.usefixtures("short")
+@pytest.mark.usefixtures("few")
 @pytest.mark.parametrize(
     ("name", "options", "worst"), [("toro", {"posture": standing_posture()}, 0.5), ("quadruped", {"gait": "trot"}, 9.0)]
 )
 def test_walks_are_replayed_with_standing_and_swinging_legs(name, options, worst, tmp_path):
     robot, kind = robot_of(name, tmp_path)
-    found = replay(known_log(robot, 6.0, **options), robot, with_friction(robot, kind, tmp_path / "new.xml"), EXACT)
+    log, model = known_log(robot, 6.0, **options), with_friction(robot, kind, tmp_path / "new.xml")
+    found = replay(log, robot, model, EXACT, horizon=0.1)
     without, with_own = without_and_with(found)
     assert len([joint for joint in found.joints if re.search("hip|knee|ankle|thigh|calf", joint)]) == 12
     assert list(with_own.torque) == found.joints
@@ -171,7 +166,7 @@ def test_the_true_model_moves_as_the_log_under_its_commands(make, tmp_path, caps
     assert first.partition("; torque")[0] in (tmp_path / "out/replay.html").read_text()
 
 
-@pytest.mark.usefixtures("short")
+@pytest.mark.usefixtures("few")
 def test_flight_is_omitted_and_reported(tmp_path: Path) -> None:
     robot, kind = robot_of("quadruped", tmp_path)
     log = known_log(robot, 3.0, gait="trot")
@@ -180,14 +175,14 @@ def test_flight_is_omitted_and_reported(tmp_path: Path) -> None:
     other = log.torque + 0.3 * (np.abs(log.time - 1.5) < 0.1)[:, None]
     model = with_friction(robot, kind, tmp_path / "new.urdf")
     logs = (replace(log, contact=contact, torque=torque) for torque in (log.torque, other))
-    found, again = (replay(each, robot, model, EXACT) for each in logs)
+    found, again = (replay(each, robot, model, EXACT, horizon=0.1) for each in logs)
     assert any(re.fullmatch("1. % of the log is flight, which is left out", note) for note in found.notes)
     assert [each.torque for each in found.models] == [each.torque for each in again.models]
     assert [each.rollouts for each in found.models] == [each.rollouts for each in again.models]
     assert without_and_with(found)[1].median_r2() == pytest.approx(1.0, abs=0.01)
 
 
-@pytest.mark.usefixtures("short")
+@pytest.mark.usefixtures("few")
 def test_a_tendons_friction_is_taken_into_account(tmp_path: Path) -> None:
     robot, kind = robot_of("toro", tmp_path)
     one, other = (name for name in robot.joint_names if "elbow" in name)
@@ -202,7 +197,9 @@ def test_a_tendons_friction_is_taken_into_account(tmp_path: Path) -> None:
     for name, coefficient in ((one, "1"), (other, "-0.5")):
         ET.SubElement(tendon, "joint", joint=name, coef=coefficient)
     tree.write(tmp_path / "coupled.xml")
-    without, with_own = without_and_with(replay(replace(log, torque=torque), robot, tmp_path / "coupled.xml", EXACT))
+    without, with_own = without_and_with(
+        replay(replace(log, torque=torque), robot, tmp_path / "coupled.xml", EXACT, horizon=0.1)
+    )
     for name in (one, other):
         assert with_own.torque[name].r2 > 0.99
         assert relative(with_own, name, 0) < 0.3 * relative(without, name, 0)
@@ -223,15 +220,16 @@ def test_an_exported_model_explains_its_log(tmp_path: Path, capsys: pytest.Captu
         assert with_own["torque"][joint]["r2"] > 0.98
         assert with_own["torque"][joint]["rms"] < 0.3 * without["torque"][joint]["rms"]
         assert with_own["rollouts"][joint][0]["relative"] < 0.5 * as_given["rollouts"][joint][0]["relative"]
-    assert run(*arguments, "-o", tmp_path / "replayed") == 0
+    assert run(*arguments, "--horizon", "0.2", "-o", tmp_path / "replayed") == 0
     printed = capsys.readouterr().out
     assert "new.urdf" in printed
     assert "states no joint friction" in " ".join(printed.split())
     page = (tmp_path / "replayed" / "replay.html").read_text()
     assert all(joint in page for joint in robot.joint_names)
-    assert all(f"velocity error after {1e3 * horizon:.0f} ms" in page for horizon in HORIZONS)
+    assert all(f"velocity error after {1e3 * share * 0.2:.0f} ms" in page for share in HORIZONS)
     assert json.loads((tmp_path / "replayed" / "replay.json").read_text())["robot"] == robot.name
     assert "already exists" in refused(capsys, *arguments, "-o", tmp_path / "replayed")
+    assert "0.05 to 10 s" in refused(capsys, *arguments, "--horizon", "0.01")
 
 
 @pytest.mark.parametrize(

@@ -12,8 +12,8 @@ from tests.exporters.found import found_in, robot_of
 
 from stribeck import Result, Robot, read_result
 from stribeck.errors import SettingsError
-from stribeck.exporters.projection import held_out_change, projected
-from stribeck.result import ErrorCorrelation, TorqueR2
+from stribeck.exporters.projection import inertias_pay, projected
+from stribeck.result import ErrorCorrelation
 from stribeck.result.posterior import Posterior
 
 
@@ -71,13 +71,10 @@ def test_offsets_of_commands_go_to_what_is_confounded_with_them(arm: tuple[Resul
     assert moved == pytest.approx(expected, rel=1e-6)
 
 
-@pytest.mark.parametrize(("corrected", "pays"), [(0.98, True), (0.9, False), (None, False)])
+@pytest.mark.parametrize(("change", "pays"), [((-0.1, 0.05), True), ((-0.1, 0.09), False), (None, False)])
 def test_inertias_are_written_where_the_held_out_torque_says_so(
-    corrected: float | None, pays: bool, arm: tuple[Result, Robot]
+    change: tuple[float, float] | None, pays: bool, arm: tuple[Result, Robot]
 ) -> None:
     result, _ = arm
-    joints = {
-        name: replace(joint, torque_r2=TorqueR2(nominal=0.9, corrected=corrected))
-        for name, joint in result.joints.items()
-    }
-    assert held_out_change(replace(result, joints=joints)).pays is pays
+    corrections = replace(result.corrections, held_out_change=change)
+    assert inertias_pay(replace(result, corrections=corrections))[0] is pays

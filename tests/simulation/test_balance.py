@@ -5,14 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from qpsolvers import solve_qp
 from tests.simulation.walkers import POSTURE, walker
 
 from stribeck.base.typing import Array
 from stribeck.robot import Robot
 from stribeck_simulation.mujoco.model import Body, compile_body
 from stribeck_simulation.robots.sole import Sole
-from stribeck_simulation.walking.balance.qp import STANCE_DAMPING, Task, Weights, Wishes, build, solve, wrench_cone
+from stribeck_simulation.walking.balance.qp import Task, wrench_cone
 from stribeck_simulation.walking.balance.tasks import Gains, base_task, com_task, desired_velocity
 from stribeck_simulation.walking.balance.terms import Dynamics
 from stribeck_simulation.walking.start import Start, start_standing
@@ -70,40 +69,3 @@ def test_the_desired_velocity_is_the_tasks_own(feet: tuple[int, ...]) -> None:
     np.testing.assert_allclose(turned @ velocity, [0.0, 0.0, 0.3], atol=1e-4)
     for foot, state in enumerate(terms.feet):
         np.testing.assert_allclose(state.jacobian @ velocity, 0.0 if foot in feet else 0.1, atol=1e-4)
-
-
-@pytest.mark.parametrize("feet", [(1,), (0, 1)])
-def test_the_reduced_program_has_the_whole_ones_solution(feet: tuple[int, ...]) -> None:
-    """The program of all accelerations and wrenches, with the equation of motion as a constraint, says the same."""
-    _, _, dynamics, start = standing_toro()
-    generator = np.random.default_rng(6)
-    nv, n = dynamics.model.nv, dynamics.model.nv - 6
-    configuration, velocity = start.configuration.copy(), 0.2 * generator.normal(size=nv)
-    configuration[7:] += 0.05 * generator.normal(size=n)
-    terms, cone = dynamics.at(configuration, velocity), wrench_cone(SOLE, 0.6)
-    standing = [terms.feet[foot] for foot in feet]
-    tasks = [Task(generator.normal(size=(3, nv)), generator.normal(size=3), np.zeros(3)) for _ in range(3)]
-    wishes = Wishes(generator.normal(size=n), 300 * generator.random((len(feet), 6)))
-    weight = generator.random(9), generator.random(n), 1e-4 * generator.random((len(feet), 6))
-    weights = Weights(np.concatenate([weight[0], weight[2][0]]), np.concatenate([weight[1], *weight[2][1:]]))
-    limit, watched = np.full(n, 30.0), np.arange(n) % 2 == 0
-    program = build(terms, standing, [cone] * len(feet), tasks, wishes, weights)
-    torque = solve(program, terms, standing, limit, watched)
-
-    jacobian = np.concatenate([foot.jacobian for foot in standing])
-    motion = np.hstack([terms.inertia, -jacobian.T])
-    wide = np.concatenate([task.jacobian for task in tasks])
-    own = np.concatenate([np.zeros(6), weight[1], weight[2].ravel()])
-    P = np.diag(own)
-    P[:nv, :nv] += wide.T @ (weight[0][:, None] * wide)
-    q = -own * np.concatenate([np.zeros(6), wishes.joints, wishes.wrenches.ravel()])
-    q[:nv] -= wide.T @ (weight[0] * np.concatenate([task.wanted for task in tasks]))
-    held = np.hstack([jacobian, np.zeros((len(jacobian), len(jacobian)))])
-    still = np.concatenate([-foot.drift - STANCE_DAMPING * foot.velocity for foot in standing])
-    A, b = np.concatenate([motion[:6], held]), np.concatenate([-terms.bias[:6], still])
-    joints, bias, most = motion[6:][watched], terms.bias[6:][watched], limit[watched]
-    cones = np.hstack([np.zeros((16 * len(feet), nv)), np.kron(np.eye(len(feet)), cone)])
-    G, h = np.concatenate([cones, joints, -joints]), np.concatenate([np.zeros(len(cones)), most - bias, most + bias])
-    whole = solve_qp(P, q, G, h, A, b, solver="daqp")
-    np.testing.assert_allclose(torque, motion[6:] @ whole + terms.bias[6:], atol=1e-4)
-    assert (np.abs(torque[watched]) > 30 - 1e-4).any()

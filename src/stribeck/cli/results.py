@@ -138,6 +138,7 @@ def replay(
     stop: options.To = None,
     exclude: options.Exclude = [],  # noqa: B006
     force: options.Force = False,
+    horizon: Annotated[float, option("SECONDS", "Duration of the short simulations.")] = 0.5,
     rerun: options.Recording = None,
     json: options.Json = False,
     overwrite: options.Overwrite = False,
@@ -159,7 +160,7 @@ def replay(
     check_outputs(outputs, [*logs, model, *options.files_of(machine)], overwrite)
     with console.progress_bar(quiet) as progress:
         part, *more = (options.part_of(log, machine, start, stop) for log in logs)
-        found = run(part, machine, model, chosen, more=more, force=force, progress=progress)
+        found = run(part, machine, model, chosen, more=more, horizon=horizon, force=force, progress=progress)
     if output is not None:
         with staged_folder(output) as staging:
             (staging / "replay.json").write_text(found.to_json(), encoding="utf-8")

@@ -5,7 +5,7 @@ are errors of the model, for example of a center of mass. Friction and inertias 
 Inertias are written if they lower the torque error of held-out parts of the logs.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,36 +14,17 @@ from stribeck.result import Result
 from stribeck.robot import Robot
 
 
-@dataclass(frozen=True, kw_only=True)
-class HeldOutChange:
-    """Change of the held-out torque error by estimated inertias, mean over joints, and its standard error [1].
+def inertias_pay(result: Result) -> tuple[bool, str]:
+    """Check whether estimated inertias lower the held-out torque error by 2 % or more, by one standard error.
 
-    Values are logarithms of ratios; NaN if nothing was held out.
+    With exact models they lower it by up to 1 %. The clause states their effect.
     """
-
-    mean: float
-    error: float
-
-    @property
-    def pays(self) -> bool:
-        """Whether the error falls by 2 % or more, by one standard error; with exact models it falls by up to 1 %."""
-        return bool(self.mean + self.error < np.log(1 - 0.02))
-
-    def __str__(self) -> str:
-        if not np.isfinite(self.mean):
-            return "their effect on the torque error is unknown"
-        change = 100 * np.expm1(self.mean)
-        return f"the estimates change the held-out torque error by {change:+.0f} % (± {100 * self.error:.0f} %)"
-
-
-def held_out_change(result: Result) -> HeldOutChange:
-    """Compare the held-out torque errors with estimated and with given inertias, by joint."""
-    pairs = [joint.torque_r2 for joint in result.joints.values() if joint.torque_r2]
-    ratios = [(1 - own.corrected) / (1 - own.nominal) for own in pairs if own.corrected is not None and own.nominal < 1]
-    if len(ratios) < 2:
-        return HeldOutChange(mean=float("nan"), error=float("nan"))
-    halves = np.log(np.maximum(ratios, 1e-12)) / 2
-    return HeldOutChange(mean=float(halves.mean()), error=float(halves.std(ddof=1) / len(halves) ** 0.5))
+    change = result.corrections and result.corrections.held_out_change
+    if not change:
+        return False, "their effect on the torque error is unknown"
+    mean, error = change
+    about = f"the estimates change the held-out torque error by {100 * np.expm1(mean):+.0f} % (± {100 * error:.0f} %)"
+    return bool(mean + error < np.log(1 - 0.02)), about
 
 
 def projected(result: Result, robot: Robot) -> Result:

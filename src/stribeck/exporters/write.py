@@ -9,7 +9,7 @@ from stribeck.errors import NothingIdentifiedError, SettingsError, did_you_mean
 from stribeck.exporters.joints import joint_terms
 from stribeck.exporters.links import corrected_links
 from stribeck.exporters.model_files import MODELS
-from stribeck.exporters.projection import held_out_change, projected
+from stribeck.exporters.projection import inertias_pay, projected
 from stribeck.exporters.samples import drawn, joint_ranges
 from stribeck.exporters.targets import TARGETS, Request, summary
 from stribeck.exporters.text_files import file_text, rendered
@@ -58,7 +58,7 @@ def export(
         Friction model, for targets with several: "plain" or "lugre" for MJCF, "all" or "plain" for YAML; the first of
         them if None.
     inertia
-        Whether robot models also get the estimated inertias; if None, `projection.HeldOutChange` decides.
+        Whether robot models also get the estimated inertias; if None, `projection.inertias_pay` decides.
 
     Returns
     -------
@@ -231,8 +231,8 @@ def _request(result: Result, robot: Robot, path: Path, target: str, choice: File
         near = did_you_mean(target, TARGETS)
         raise SettingsError(f"export: the target is '{target}'; expected {_either(TARGETS)}{near}")
     own = TARGETS[target]
-    change = held_out_change(result)
-    inertia = bool(own.models) and (change.pays if choice.inertia is None else choice.inertia)
+    pays, reason = inertias_pay(result)
+    inertia = bool(own.models) and (pays if choice.inertia is None else choice.inertia)
     result = projected(result, robot) if inertia else result
     _check(result, robot, path, own.models, target)
     if choice.friction is not None and choice.friction not in own.forms:
@@ -248,7 +248,7 @@ def _request(result: Result, robot: Robot, path: Path, target: str, choice: File
             f"export: the result has no identified friction that {target.upper()} can store"
             + " and no corrected inertias" * inertia
         )
-    lines = summary(result, robot, own, found, impossible, inertia=inertia, reason=str(change))
+    lines = summary(result, robot, own, found, impossible, inertia=inertia, reason=reason)
     return Request(result=result, robot=robot, joints=found, form=form, links=links, lines=lines, folder=path.parent)
 
 

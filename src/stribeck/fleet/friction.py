@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from stribeck.base.typing import Array
 from stribeck.errors import NothingIdentifiedError
 from stribeck.fleet.store import IDENTIFIED, connect, naming_damaged_files
+from stribeck.result.tables import MAIN
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,34 @@ class Fleet:
     def logarithm(self) -> Array:
         """Logarithm of the friction, shape (N, C); NaN where it is not positive."""
         return np.log(np.where(self.friction > 0, self.friction, np.nan))
+
+
+@dataclass(frozen=True)
+class TypeParameter:
+    """Parameter of a joint in all logs of a robot type: median, and the range of 90 % of the logs."""
+
+    joint: str
+    parameter: str
+    value: float
+    low: float
+    high: float
+    unit: str
+    logs: int
+
+    def __str__(self) -> str:
+        """State the parameter, e.g. "coulomb 1.2 (1.1 to 1.3) N m"."""
+        return f"{self.parameter} {self.value:.3g} ({self.low:.3g} to {self.high:.3g}) {self.unit}"
+
+
+def read_parameters(store: str | Path) -> list[TypeParameter]:
+    """Read Coulomb and viscous friction, and rotor inertia, of all logs."""
+    names = " OR ".join(f"parameter LIKE '{name}%'" for name in MAIN.values())
+    with connect(store) as connection, naming_damaged_files(store):
+        rows = connection.execute(
+            "SELECT joint, parameter, median(value), quantile_cont(value, 0.05), quantile_cont(value, 0.95), unit, "
+            f"count(*) FROM parameters WHERE {names} GROUP BY joint, parameter, unit ORDER BY joint, parameter"
+        ).fetchall()
+    return [TypeParameter(*row) for row in rows]
 
 
 def read_fleet(store: str | Path) -> Fleet:

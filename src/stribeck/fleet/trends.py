@@ -8,6 +8,7 @@ differs from log to log; the rest, such as errors of the model, is the same in a
 import json
 from dataclasses import asdict, dataclass, field
 from datetime import datetime
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ import numpy as np
 from stribeck.base.typing import Array, BoolArray
 from stribeck.errors import SettingsError
 from stribeck.fleet.changes import Change, find_changes, visible_change
-from stribeck.fleet.friction import Fleet, JointSpeed, read_fleet
+from stribeck.fleet.friction import Fleet, JointSpeed, TypeParameter, read_fleet, read_parameters
 from stribeck.fleet.spreads import log_variance, outliers, reml
 from stribeck.result.log_spread import smallest_text
 
@@ -80,12 +81,13 @@ class FrictionChange(JointSpeed):
 
 @dataclass(frozen=True, kw_only=True)
 class Trends:
-    """Friction of a robot type, robots that stand out, and alarms sorted by severity.
+    """Friction of a robot type at some speeds and its parameters, robots that stand out, and alarms sorted by severity.
 
     `fleet` has the numbers behind them.
     """
 
     friction: list[TypeFriction]
+    parameters: list[TypeParameter]
     odd: list[OddRobot]
     alarms: list[FrictionChange]
     logs_per_false_alarm: float
@@ -114,7 +116,7 @@ class Trends:
     def to_json(self) -> str:
         """Format all but the numbers behind as JSON."""
         plain: dict[str, object] = {
-            name: [asdict(each) for each in getattr(self, name)] for name in ("friction", "odd", "alarms")
+            name: [asdict(each) for each in getattr(self, name)] for name in ("friction", "parameters", "odd", "alarms")
         }
         plain = {"conclusion": self.conclusion, **plain}
         return json.dumps(plain, indent=2, default=str) + "\n"
@@ -128,6 +130,8 @@ class Trends:
             lines.append(
                 f"  {each.joint}  {friction}; standard deviations: {spreads}; changes from {each.smallest:.2g} %"
             )
+        for joint, group in groupby(self.parameters, key=lambda each: each.joint):
+            lines.append(f"  {joint}  {', '.join(map(str, group))} in 90 % of the logs")
         lines += [f"stands out: {each.line}" for each in self.odd]
         lines += [f"changed: {each.line}" for each in self.alarms]
         return "\n".join(lines)
@@ -166,6 +170,7 @@ def find_trends(store: str | Path, *, logs_per_false_alarm: float = 1000.0) -> T
         odd += own
     return Trends(
         friction=friction,
+        parameters=read_parameters(store),
         odd=_clearest(odd),
         alarms=_alarms(fleet, changes),
         logs_per_false_alarm=logs_per_false_alarm,

@@ -14,7 +14,7 @@ from stribeck.base.typing import Array
 from stribeck.base.version import __version__
 from stribeck.differentiation import make_filter
 from stribeck.drives import find_torques
-from stribeck.errors import RobotFileError, errors_about, findings_kept
+from stribeck.errors import RobotFileError, SettingsError, errors_about, findings_kept
 from stribeck.friction_torque.preparation import PreparedLog, Progress, as_read, prepare, quiet
 from stribeck.friction_torque.samples import FrictionSamples
 from stribeck.friction_torque.stage import thinned_samples, with_filter
@@ -38,6 +38,7 @@ def replay(
     settings: Settings | None = None,
     *,
     more: Sequence[LogLike] = (),
+    horizon: float = 0.5,
     force: bool = False,
     progress: Progress = quiet,
 ) -> Replay:
@@ -56,6 +57,8 @@ def replay(
         measured.
     more
         More logs, which are only simulated under their commands.
+    horizon
+        Duration of the short simulations [s], 0.05 to 10.
     force
         Whether to continue although the audit found a fatal error.
     progress
@@ -64,14 +67,17 @@ def replay(
     Raises
     ------
     RobotFileError, LogError, SettingsError
-        If robot, model or log cannot be used, no joint's friction torque is known, or, unless forced, the audit finds a
-        fatal error.
+        If robot, model, log or horizon cannot be used, no joint's friction torque is known, or, unless forced, the
+        audit finds a fatal error.
     """
+    if not 0.05 <= horizon <= 10:
+        raise SettingsError(f"replay: the horizon is {horizon:g} s; expected 0.05 to 10 s")
     robot = robot if isinstance(robot, Robot) else Robot.from_file(robot)
     if robot.loops:
         raise RobotFileError(f"{robot.path}: replay does not support [[robot.loops]]; leave them out")
     asked = settings or robot.settings
     settings = asked.model_copy(update=COMMON)
+    horizons = tuple(round(share * horizon, 6) for share in HORIZONS)
     other, notes = other_model(robot, Path(model))
     frictions = [_friction(each, notes) for each in (robot, other)]
     with one_blas_thread(), findings_kept(notes):
@@ -95,14 +101,14 @@ def replay(
         with errors_about(prepared.log.path), np.errstate(all="ignore"):  # implausible values are refused below
             for (each, own), friction in zip(cases, frictions, strict=True):
                 progress(f"replaying {Path(each.model_path).name}", 0.1 if each is robot else 0.55)
-                models, samples = _replayed(own, each, friction, [name for _, name in massless], settings)
+                models, samples = _replayed(own, each, friction, [name for _, name in massless], settings, horizons)
                 found += models
-        commanded = _commanded(logs, prepared, robot, other) or _commanded_spans(found, robot, prepared.log)
+        commanded = _commanded(logs, prepared, robot, other) or _commanded_spans(found, robot, prepared.log, horizon)
     return Replay(
         robot=robot.name,
         log=prepared.log.path,
         filter=make_filter(settings.filter, prepared.sampling.period).name,
-        horizons=HORIZONS,
+        horizons=horizons,
         models=found,
         notes=list(dict.fromkeys([*prepared.notes, *notes])),
         stribeck=__version__,
@@ -133,7 +139,7 @@ def _commanded(logs: Sequence[RobotLog], prepared: PreparedLog, robot: Robot, ot
     return commanded_motion(logs, robot, (robot.model_file, other.model_file), delays)
 
 
-def _commanded_spans(models: Sequence[Replayed], robot: Robot, log: RobotLog) -> CommandedMotion | None:
+def _commanded_spans(models: Sequence[Replayed], robot: Robot, log: RobotLog, seconds: float) -> CommandedMotion | None:
     """Compute the position errors of the short simulations of both models, if they follow commands."""
     if robot.command_gains is None:
         return None
@@ -147,7 +153,6 @@ def _commanded_spans(models: Sequence[Replayed], robot: Robot, log: RobotLog) ->
         ]
         squares = np.concatenate([each[np.isfinite(each)] ** 2 for each in off] or [np.zeros(0)])
         errors.append(float(np.sqrt(np.mean(squares))) if len(squares) else 0.0)
-    seconds = HORIZONS[-1]
     return (
         CommandedMotion(as_given=errors[0], other=errors[1], logs=1, seconds=seconds, free=False)
         if all(errors)
@@ -167,7 +172,12 @@ def _motion(prepared: PreparedLog, robot: Robot, samples: FrictionSamples) -> Lo
 
 
 def _replayed(
-    prepared: PreparedLog, robot: Robot, friction: ModelFriction, massless: Collection[str], settings: Settings
+    prepared: PreparedLog,
+    robot: Robot,
+    friction: ModelFriction,
+    massless: Collection[str],
+    settings: Settings,
+    horizons: tuple[float, ...],
 ) -> tuple[list[Replayed], FrictionSamples]:
     """Compute torques, their errors and rollouts of a model without and with friction, and the samples."""
     none = ModelFriction([JointFriction()] * len(robot.joint_names))
@@ -177,7 +187,7 @@ def _replayed(
     errors = _torque_errors(samples, robot, variants)
     torque = torque_errors(samples.joint_names, samples.velocity, samples.torque, errors, settings.rest)
     try:
-        rollouts = rollout_errors(prepared, robot, variants, massless, settings)
+        rollouts = rollout_errors(prepared, robot, variants, massless, settings, horizons)
     except np.linalg.LinAlgError as error:
         raise _impossible(robot, f"its joint-space inertia matrix cannot be inverted ({error})") from error
     _require_finite(robot, torque, [own for own, _ in rollouts])

@@ -27,8 +27,8 @@ from stribeck.replay.model_friction import ModelFriction
 from stribeck.robot import Robot
 from stribeck.settings import Settings
 
-HORIZONS = (0.05, 0.2, 0.5)
-"""Durations after which the velocities are compared [s]."""
+HORIZONS = (0.1, 0.4, 1.0)
+"""Shares of the longest duration after which the velocities are compared [1]."""
 STARTS = 100
 """Number of rollouts per log, spread evenly over the rows that can be simulated."""
 STEP = 1e-3
@@ -69,7 +69,7 @@ class _Batch:
     """S rollouts of one contact mode: signals at T rows from the start, padded with the last row.
 
     The torque has shape (S, T, n). `start` is the time of the first row [s], `reach` the duration of each rollout [s],
-    `steady` the duration of the support [s].
+    `steady` the duration of the support [s], `horizons` the durations that are compared [s].
     """
 
     mode: ContactMode
@@ -79,6 +79,7 @@ class _Batch:
     start: Array
     reach: Array
     steady: Array
+    horizons: tuple[float, ...]
 
 
 def massless_joints(robot: Robot, position: Array) -> list[str]:
@@ -93,14 +94,15 @@ def rollout_errors(
     frictions: Sequence[ModelFriction],
     massless: Collection[str],
     settings: Settings,
+    horizons: tuple[float, ...],
 ) -> list[tuple[dict[str, list[RolloutError | None]], Simulated]]:
-    """Compute velocity errors by joint after each of `HORIZONS`, and positions, for each friction of a model.
+    """Compute velocity errors by joint after each of the horizons, and positions, for each friction of a model.
 
     Joints that are `massless` or position-controlled move as measured.
     """
     drives = np.zeros((2, len(robot.joint_names))) if robot.command_gains is None else robot.command_gains
     moving = [k for k in robot.torque_controlled if robot.joint_names[k] not in massless]
-    batches = _batches(prepared, robot, moving, settings)
+    batches = _batches(prepared, robot, moving, settings, horizons)
     found: list[tuple[dict[str, list[RolloutError | None]], Simulated]] = []
     for friction in frictions:
         parts = [_compared(robot, batch, friction, np.nan_to_num(drives), moving, settings) for batch in batches]
@@ -113,13 +115,15 @@ def rollout_errors(
     return found
 
 
-def _batches(prepared: PreparedLog, robot: Robot, moving: Sequence[int], settings: Settings) -> list[_Batch]:
+def _batches(
+    prepared: PreparedLog, robot: Robot, moving: Sequence[int], settings: Settings, horizons: tuple[float, ...]
+) -> list[_Batch]:
     """Collect the measured signals of rollouts, grouped by contact mode."""
     period, log, phases = prepared.sampling.period, prepared.log, prepared.support.phases
     motion_filter = make_filter(settings.filter, period)
     turn_filter = orientation_filter(robot, log, motion_filter, period, settings)
     margin = max(motion_filter.half_width, turn_filter.half_width)
-    shortest, longest = int(np.ceil(HORIZONS[0] / period)) + 1, int(np.ceil(HORIZONS[-1] / period)) + 2
+    shortest, longest = int(np.ceil(horizons[0] / period)) + 1, int(np.ceil(horizons[-1] / period)) + 2
     rows = owners = np.zeros(0, dtype=int)
     spans: list[tuple[int, SupportPhase, ContactMode]] = []
     for segment in prepared.sampling.segments:
@@ -141,10 +145,12 @@ def _batches(prepared: PreparedLog, robot: Robot, moving: Sequence[int], setting
         kept = [np.minimum(np.arange(longest), len(torque) - 1) for _, torque in read]
         states = [state.take(each) for (state, _), each in zip(read, kept, strict=True)]
         torque = np.stack([torque[each] for (_, torque), each in zip(read, kept, strict=True)])
-        reach = [stop - 1 - row for row, stop, _ in starts]
-        steady = [(phase.steady_last - 1 - row) * (row >= phase.steady_first) for row, _, phase in starts]
+        reach = period * np.array([stop - 1 - row for row, stop, _ in starts])
+        steady = period * np.array(
+            [(phase.steady_last - 1 - row) * (row >= phase.steady_first) for row, _, phase in starts]
+        )
         first = log.time[[row for row, _, _ in starts]]
-        batches.append(_Batch(mode, states, torque, period, first, *(np.array([reach, steady]) * period)))
+        batches.append(_Batch(mode, states, torque, period, first, reach, steady, horizons))
     return batches
 
 
@@ -158,11 +164,11 @@ def _compared(
     measured = np.stack([state.velocity for state in batch.states])
     simulated = np.isin(np.arange(len(robot.joint_names)), moving) & batch.mode.seen(settings)
     predicted, position = _simulate(batch, friction, drives, np.flatnonzero(simulated))
-    truth = np.stack([_at(measured, horizon / batch.period) for horizon in HORIZONS], axis=1)
+    truth = np.stack([_at(measured, horizon / batch.period) for horizon in batch.horizons], axis=1)
     swinging = batch.mode.swinging
     lasts = np.where(swinging, batch.reach[:, None, None], np.minimum(batch.steady, batch.reach)[:, None, None])
     lasts = np.where(simulated, lasts + STEP / 2, -1.0)  # equal within half a step
-    counts = lasts >= np.array(HORIZONS)[None, :, None]
+    counts = lasts >= np.array(batch.horizons)[None, :, None]
     position[lasts < TRACE * np.arange(position.shape[1])[None, :, None]] = np.nan
     return predicted - truth, truth - measured[:, :1], counts, position
 
@@ -180,7 +186,7 @@ def _simulate(batch: _Batch, friction: ModelFriction, drives: Array, free: IntAr
     acceleration[:, :, free] = 0.0
     position, velocity = (signal[:, 0].copy() for signal in motion)
     found, positions = [], []
-    steps = [round(horizon / STEP) for horizon in HORIZONS]
+    steps = [round(horizon / STEP) for horizon in batch.horizons]
     for step in range(steps[-1]):
         if step % round(TRACE / STEP) == 0:
             positions.append(position.copy())

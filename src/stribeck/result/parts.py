@@ -97,6 +97,8 @@ class Corrections:
     - `log_offsets`: offset of a joint in each log minus its offset in all logs [N m], [N]; empty for a single log.
     - `log_friction`: friction of a joint in each log at half the top speed relative to its friction in all logs, minus
       one [1]; empty for a single log.
+    - `held_out_change`: change of the held-out torque error by the corrections: mean logarithm of the ratio of RMS
+      errors over joints and blocks of the log, and its standard error [1]; None if nothing was held out.
     - `correlation`: correlation of the errors of friction and bodies; None in files of earlier versions.
     """
 
@@ -110,6 +112,7 @@ class Corrections:
     torque_delay: tuple[float, float] | None = None
     command_delay: dict[str, tuple[float, float]] = field(default_factory=dict)
     base_delay: tuple[float, float] | None = None
+    held_out_change: tuple[float, float] | None = None
     correlation: ErrorCorrelation | None = None
 
     def __post_init__(self) -> None:
