@@ -5,11 +5,13 @@ INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no
 PYTEST := $(BIN)/python -m pytest -n auto --dist worksteal
 UNTRACED := tests/simulation tests/studies tests/test_real_logs.py
 BENCHMARKS := identify online
+CORE := contact differentiation dynamics friction friction_torque judgement methods result robot whole_log test_golden.py test_layers.py \
+	test_pipeline.py test_trots.py
 
 # Modules are compiled when one is first imported, and kept: else each of many processes would compile them anew.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo test pytest lint coverage bench benchmark fuzz paper docs accuracy real clean
+.PHONY: demo test test-core pytest lint coverage bench benchmark fuzz paper docs accuracy real clean
 
 .venv/bin/pip:
 	$(PYTHON) -m venv .venv
@@ -36,6 +38,10 @@ test: .venv/.dev
 
 pytest: .venv/.dev
 	$(PYTEST)
+
+# Tests of the core alone, without pages, commands, formats of files and simulation.
+test-core: .venv/.dev
+	$(PYTEST) $(CORE:%=tests/%)
 
 coverage: .venv/.dev
 	$(PYTEST) -m "" $(UNTRACED:%=--ignore=%) --cov --cov-report=term-missing:skip-covered

@@ -21,8 +21,8 @@ from tests.arm import arm_log, save_npz, write_arm
 from tests.fleet.synthetic import write_store
 
 from stribeck import Robot, identify
-from stribeck.fleet import compact, connect, find_trends, run_fleet
-from stribeck.fleet.jobs import Job, jobs_of_logs
+from stribeck.service.fleet import compact, connect, find_trends, run_fleet
+from stribeck.service.fleet.jobs import Job, jobs_of_logs
 
 BACKENDS = ("processes", "loky", "ray")
 CLUSTER = 100 * 32

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from stribeck.dynamics.root_motion import standing_root
-from stribeck.dynamics.rooted import rooted_inverse_dynamics
-from stribeck.dynamics.state import State
-from stribeck.friction import get_law
-from stribeck.log import RobotLog
-from stribeck.robot import Robot
+from stribeck.core.dynamics.root_motion import standing_root
+from stribeck.core.dynamics.rooted import rooted_inverse_dynamics
+from stribeck.core.dynamics.state import State
+from stribeck.core.friction import get_law
+from stribeck.core.log import RobotLog
+from stribeck.core.robot import Robot
 
 FEET = ("left_foot", "right_foot")
 STEP = 0.8

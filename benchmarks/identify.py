@@ -26,9 +26,9 @@ from studies.kept_walks import FOLDER
 
 from benchmarks.humanoid import FEET, stepping_log, talos
 from benchmarks.report import arguments, report
-from stribeck.dynamics.rooted import THREADS
-from stribeck.log.writers import write_log
-from stribeck_simulation.robots import MODELS
+from stribeck.core.dynamics.rooted import THREADS
+from stribeck.io.writers import write_log
+from stribeck.simulation.robots import MODELS
 
 LATE = 2
 """Delay of the torques [samples], [ms]."""

@@ -17,9 +17,9 @@ import numpy as np
 from benchmarks.humanoid import stepping_log, talos
 from benchmarks.report import arguments, report
 from stribeck import Result, Robot, RobotLog
-from stribeck.base.threads import one_blas_thread
-from stribeck.online import OnlineFriction
-from stribeck.result import CurvePoint, JointResult, LogSummary, ParameterEstimate
+from stribeck.core.base.threads import one_blas_thread
+from stribeck.core.result import CurvePoint, JointResult, LogSummary, ParameterEstimate
+from stribeck.service.online import OnlineFriction
 
 FRICTION = {"viscous": 0.2, "coulomb": 1.0, "stribeck_gain": 0.2, "stribeck_velocity": 0.2, "offset": 0.5, "slope": 40}
 LEVEL = np.array([0, 0, 0, 1.0])

@@ -23,32 +23,11 @@ MODES = {
 }
 """Contact modes: standing feet, and the joints whose equations are used."""
 HOUSE = (
-    {"errors": "for users", "base": "findings, files", "settings": "robot file"},
-    {
-        "friction": "laws, terms/",
-        "robot": "models, rooting",
-        "differentiation": "filters",
-        "log": "readers/, clock",
-        "dynamics": "rooted trees",
-        "contact": "modes, phases",
-    },
-    {
-        "friction_torque": "of all samples",
-        "result": "result.json",
-        "judgement": "fits, verdicts",
-        "whole_log": "default estimator",
-    },
-    {"audit": "faults of a log", "drives": "gains, delays", "methods": "one file each"},
-    {
-        "plan": "better logs",
-        "exporters": "one per target",
-        "init": "robot files",
-        "inspection": "inspect",
-        "report": "page, tables",
-        "replay": "model on a log",
-    },
-    {"compose": "result of a fit", "pipeline": "identify: the spine"},
-    {"fleet": "many robots", "online": "robots in service", "cli": "command line"},
+    {"core": "arrays and a model in, a result out"},
+    {"io": "readers, writers", "paper": "methods, laws, filters"},
+    {"check": "audit, drives, init", "simulation": "known friction"},
+    {"design": "plan, replay, rehearse", "service": "fleets, online"},
+    {"app": "command line, reports, exports"},
 )
 """Floors of the house from the ground up: rooms of `src/stribeck` in the order of their imports, with their content."""
 

@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 from studies.paper.figures import ink, save
 
 from stribeck import Robot, identify, read_log
-from stribeck.base.typing import Array
-from stribeck.judgement.curve import WIDEST, relative_width
-from stribeck_simulation.demo import make_demo
+from stribeck.core.base.typing import Array
+from stribeck.core.judgement.curve import WIDEST, relative_width
+from stribeck.simulation.demo import make_demo
 
 JOINT, STANDING = "left_knee", "right_foot"
 SWING, SHORT = (4.82, 5.5), (4.0, 7.0)

@@ -12,11 +12,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stribeck import Robot, identify
-from stribeck.result import Result
-from stribeck.result.mirror import mirrored_pairs
-from stribeck_simulation.demo import Demo, make_demo
-from stribeck_simulation.pictures.section import SEEN_FROM
-from stribeck_simulation.pictures.walk import WalkPicture
+from stribeck.app.report.walk_section import SEEN_FROM
+from stribeck.core.result import Result
+from stribeck.core.result.mirror import mirrored_pairs
+from stribeck.simulation.demo import Demo, make_demo
+from stribeck.simulation.pictures.walk import WalkPicture
 
 JOINTS = ("left_hip_roll", "left_hip_pitch", "left_knee", "left_ankle_pitch")
 APART = 0.95

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from stribeck.base.typing import Array
-from stribeck.friction import get_law
+from stribeck.core.base.typing import Array
+from stribeck.core.friction import get_law
 
 THEMES = {"light": ("#1f2328", "#d8dee4", "#1868b7"), "dark": ("#e6edf3", "#3a424c", "#6cb2f7")}
 """Theme -> colors of text and samples, axes, curve and band."""

@@ -24,11 +24,11 @@ from itertools import product
 import numpy as np
 
 from stribeck import Robot, Settings, identify
-from stribeck.base.typing import Array
-from stribeck.friction import get_law
-from stribeck.log import RobotLog
-from stribeck.result import ParameterEstimate, Result
-from stribeck_simulation.run import Simulated
+from stribeck.core.base.typing import Array
+from stribeck.core.friction import get_law
+from stribeck.core.log import RobotLog
+from stribeck.core.result import ParameterEstimate, Result
+from stribeck.simulation.run import Simulated
 from studies.accuracy_cases import CASES, LAW, NAMES, WALKS, Case, exact_walks
 from studies.command import Row, command, rounded
 from studies.harder_cases import CONDITIONS, as_seen, other_walks

@@ -8,13 +8,13 @@ import numpy as np
 import pinocchio as pin
 
 from stribeck import Robot
-from stribeck.base.typing import Array
-from stribeck.friction import get_law
-from stribeck.log import RobotLog
-from stribeck_simulation.run import Simulated
-from stribeck_simulation.scenario import FrictionTable, Scenario
-from stribeck_simulation.sensors.measure import with_noise
-from stribeck_simulation.walking.footsteps import Push, Steps
+from stribeck.core.base.typing import Array
+from stribeck.core.friction import get_law
+from stribeck.core.log import RobotLog
+from stribeck.simulation.run import Simulated
+from stribeck.simulation.scenario import FrictionTable, Scenario
+from stribeck.simulation.sensors.measure import with_noise
+from stribeck.simulation.walking.footsteps import Push, Steps
 from studies.changes import with_model
 from studies.kept_walks import FOLDER, kept_walk
 from studies.walking_cases import WALKERS

@@ -14,7 +14,7 @@ Rows are positions and torques smoothed by one Savitzky-Golay window, equally we
 count as disjoint if their intervals are disjoint at the lowest or the highest speed that both contain.
 
 The second table counts the points of a log's curve, at three such speeds, that are outside the interval of another log.
-For the next log, the interval contains 25 %, the spread of `stribeck.result.log_spread` for a single log. The spread is
+For the next log, the interval contains 25 %, the spread of `core.result.log_spread` for a single log. The spread is
 also chosen without the robot's own logs.
 """
 
@@ -29,10 +29,10 @@ from scipy.interpolate import interp1d
 from scipy.signal import savgol_filter
 
 from stribeck import Robot, identify, read_log
-from stribeck.base.typing import Array
-from stribeck.errors import NothingIdentifiedError
-from stribeck.log import RobotLog
-from stribeck.result import JointResult, Result
+from stribeck.core.base.typing import Array
+from stribeck.core.errors import NothingIdentifiedError
+from stribeck.core.log import RobotLog
+from stribeck.core.result import JointResult, Result
 from studies.command import Row, command, real_robot, rounded
 from studies.held_out import predicted_torque, with_torques
 from studies.markdown import markdown_table

@@ -11,9 +11,9 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from stribeck import Robot
-from stribeck.base.typing import Array
-from stribeck.log import RobotLog
-from stribeck_simulation.robots import MODELS
+from stribeck.core.base.typing import Array
+from stribeck.core.log import RobotLog
+from stribeck.simulation.robots import MODELS
 
 EXAMPLES = Path(sysconfig.get_path("purelib")) / "cmeel.prefix/share/example-robot-data/robots"
 UR5 = f'[robot]\nmodel = "{EXAMPLES}/ur_description/urdf/ur5_robot.urdf"\nbase = "fixed"\n'

@@ -27,17 +27,17 @@ import numpy as np
 import pinocchio as pin
 
 from stribeck import MomentumObserver, Robot, RobotLog, identify
-from stribeck.base.typing import Array
-from stribeck.exporters import export
-from stribeck.exporters.joints import joint_terms
-from stribeck.friction import get_law
-from stribeck.result import Result
-from stribeck_simulation.friction import FrictionTruth, LawFriction
-from stribeck_simulation.friction.parameters import Parameters
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.rigid.constrained import BodyState, simulate_constrained
-from stribeck_simulation.robots import MODELS
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.app.exporters import export
+from stribeck.app.exporters.joints import joint_terms
+from stribeck.core.base.typing import Array
+from stribeck.core.friction import get_law
+from stribeck.core.result import Result
+from stribeck.simulation.friction import FrictionTruth, LawFriction
+from stribeck.simulation.friction.parameters import Parameters
+from stribeck.simulation.prescribed.exact import exact_log
+from stribeck.simulation.rigid.constrained import BodyState, simulate_constrained
+from stribeck.simulation.robots import MODELS
+from stribeck.simulation.sensors.measure import with_noise
 from studies.command import Row, command, rounded
 from studies.markdown import markdown_table
 

@@ -16,15 +16,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from stribeck import Robot, identify
-from stribeck.base.typing import Array
-from stribeck.friction import get_law
-from stribeck.log import RobotLog
-from stribeck.result import Result
-from stribeck.settings import PayloadTable
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.prescribed.gait import Gait
-from stribeck_simulation.run import POSTURES
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.core.base.typing import Array
+from stribeck.core.friction import get_law
+from stribeck.core.log import RobotLog
+from stribeck.core.result import Result
+from stribeck.core.settings import PayloadTable
+from stribeck.simulation.prescribed.exact import exact_log
+from stribeck.simulation.prescribed.gait import Gait
+from stribeck.simulation.run import POSTURES
+from stribeck.simulation.sensors.measure import with_noise
 from studies.changes import EXAMPLES, UR5, carrying, packaged, quantized, robot_from
 from studies.command import Row, command, rounded
 from studies.lugre import bristles_along

@@ -14,11 +14,11 @@ import pinocchio as pin
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from stribeck.base.typing import Array
-from stribeck.dynamics.root_motion import gravity_in_root_link
-from stribeck.dynamics.state import State
-from stribeck.robot import Robot
-from stribeck.robot.rooting import RootedModel
+from stribeck.core.base.typing import Array
+from stribeck.core.dynamics.root_motion import gravity_in_root_link
+from stribeck.core.dynamics.state import State
+from stribeck.core.robot import Robot
+from stribeck.core.robot.rooting import RootedModel
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,12 +12,12 @@ from scipy.signal import butter, lfilter, savgol_filter
 from scipy.spatial.transform import Rotation
 
 from stribeck import Robot
-from stribeck.base.typing import Array
-from stribeck.dynamics.rooted import RootMotion, rooted_inverse_dynamics
-from stribeck.dynamics.state import root_quaternions
-from stribeck.log import RobotLog
-from stribeck.robot.kinematics import direction_in_root
-from stribeck.robot.rooting import BASE_FRAME
+from stribeck.core.base.typing import Array
+from stribeck.core.dynamics.rooted import RootMotion, rooted_inverse_dynamics
+from stribeck.core.dynamics.state import root_quaternions
+from stribeck.core.log import RobotLog
+from stribeck.core.robot.kinematics import direction_in_root
+from stribeck.core.robot.rooting import BASE_FRAME
 from studies.changes import earlier, heaviest, period_of, with_body, with_model
 
 Change = Callable[[RobotLog, Robot], RobotLog]

@@ -17,12 +17,12 @@ import numpy as np
 
 import stribeck
 from stribeck import LogError, NothingIdentifiedError, Robot
-from stribeck.friction import get_law
-from stribeck.log import RobotLog
-from stribeck.log.writers import write_log
-from stribeck.result import JointResult
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.core.friction import get_law
+from stribeck.core.log import RobotLog
+from stribeck.core.result import JointResult
+from stribeck.io.writers import write_log
+from stribeck.simulation.prescribed.exact import exact_log
+from stribeck.simulation.sensors.measure import with_noise
 from studies.accuracy_cases import CASES, LAW, NAMES, measured, wrong_model
 from studies.changes import UR5, packaged, robot_from
 from studies.command import ROOT, Row, command, rounded

@@ -21,9 +21,9 @@ import numpy as np
 import pinocchio as pin
 from tests.arm import write_arm
 
-from stribeck.base.typing import Array
-from stribeck.fleet import connect, find_trends
-from stribeck.robot import Robot
+from stribeck.core.base.typing import Array
+from stribeck.core.robot import Robot
+from stribeck.service.fleet import connect, find_trends
 from studies.command import Row, command, rounded
 from studies.markdown import markdown_table
 

@@ -25,13 +25,13 @@ from tests.loops import leg, loop_log
 from tests.models import STRIBECK
 
 from stribeck import Robot, identify, read_log
-from stribeck.errors import StribeckError
-from stribeck.friction import Stribeck
-from stribeck.log.writers import write_log
-from stribeck.result import Result
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.run import POSTURES
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.core.errors import StribeckError
+from stribeck.core.friction import Stribeck
+from stribeck.core.result import Result
+from stribeck.io.writers import write_log
+from stribeck.simulation.prescribed.exact import exact_log
+from stribeck.simulation.run import POSTURES
+from stribeck.simulation.sensors.measure import with_noise
 from studies.changes import packaged
 from studies.command import ROOT, real_robot
 

@@ -12,10 +12,10 @@ from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
 from stribeck import Robot
-from stribeck.base.typing import Array
-from stribeck.log import RobotLog
-from stribeck_simulation.run import Simulated
-from stribeck_simulation.walking.footsteps import Push
+from stribeck.core.base.typing import Array
+from stribeck.core.log import RobotLog
+from stribeck.simulation.run import Simulated
+from stribeck.simulation.walking.footsteps import Push
 from studies.accuracy_cases import NAMES, Case, as_walked, exact_walks, measured, steps_for, with_factors, wrong_model
 from studies.changes import earlier, heaviest, period_of, quantized, with_body, with_model
 

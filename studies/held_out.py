@@ -22,15 +22,15 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
 from stribeck import Robot, identify, read_log
-from stribeck.base.typing import Array
-from stribeck.drives.command_delay import command_delays
-from stribeck.dynamics.rooted import rooted_inverse_dynamics
-from stribeck.exporters.links import with_bodies
-from stribeck.friction_torque.preparation import prepare
-from stribeck.log import RobotLog
-from stribeck.log.interpolation import linear, with_command_delay
-from stribeck.log.sampling import regularise
-from stribeck.result import Result
+from stribeck.check.drives.command_delay import command_delays
+from stribeck.core.base.typing import Array
+from stribeck.core.dynamics.rooted import rooted_inverse_dynamics
+from stribeck.core.equations.friction_torque.preparation import prepare
+from stribeck.core.log import RobotLog
+from stribeck.core.log.interpolation import linear, with_command_delay
+from stribeck.core.log.sampling import regularise
+from stribeck.core.result import Result
+from stribeck.core.result.bodies import with_bodies
 from studies.command import Row, command, real_robot, rounded
 from studies.markdown import markdown_table
 

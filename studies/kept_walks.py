@@ -7,13 +7,13 @@ from pathlib import Path
 
 import stribeck
 from stribeck import Robot, read_log
-from stribeck_simulation.files import read_truth, write_simulated
-from stribeck_simulation.run import Simulated, robot_file, run_scenario
-from stribeck_simulation.scenario import Scenario
+from stribeck.simulation.files import read_truth, write_simulated
+from stribeck.simulation.run import Simulated, robot_file, run_scenario
+from stribeck.simulation.scenario import Scenario
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "build" / "walks"
-SOURCES = ("stribeck_simulation", "stribeck/friction", "stribeck/robot/robot.py", "stribeck/robot/rooting.py")
+SOURCES = ("stribeck.simulation", "stribeck/friction", "stribeck/robot/robot.py", "stribeck/robot/rooting.py")
 """Parts of the source that a simulated log depends on."""
 
 

@@ -20,8 +20,8 @@ from pathlib import Path
 import numpy as np
 
 from stribeck import Result, Robot, identify
-from stribeck.errors import StribeckError
-from stribeck.init import draft_robot_file
+from stribeck.check.init import draft_robot_file
+from stribeck.core.errors import StribeckError
 from studies.baselines import METHODS, means
 from studies.command import ROOT, Row, command, rounded, saved
 from studies.markdown import markdown_table, percent

@@ -23,14 +23,14 @@ from statistics import median
 import numpy as np
 
 from stribeck import Result, Robot, RobotLog, Settings, identify
-from stribeck.base.typing import Array
-from stribeck.friction import get_law
-from stribeck_simulation.friction import FrictionTruth, Instant, LawFriction, LuGre
-from stribeck_simulation.friction.parameters import Parameters
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots import MODELS
-from stribeck_simulation.run import POSTURES
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.core.base.typing import Array
+from stribeck.core.friction import get_law
+from stribeck.simulation.friction import FrictionTruth, Instant, LawFriction, LuGre
+from stribeck.simulation.friction.parameters import Parameters
+from stribeck.simulation.prescribed.exact import exact_log
+from stribeck.simulation.robots import MODELS
+from stribeck.simulation.run import POSTURES
+from stribeck.simulation.sensors.measure import with_noise
 from studies.command import Row, command, rounded
 from studies.markdown import markdown_table
 

@@ -14,12 +14,12 @@ from dataclasses import replace
 import numpy as np
 
 from stribeck import Robot, identify
-from stribeck.base.typing import Array
-from stribeck.friction import get_law
-from stribeck.log import RobotLog
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots import MODELS
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.core.base.typing import Array
+from stribeck.core.friction import get_law
+from stribeck.core.log import RobotLog
+from stribeck.simulation.prescribed.exact import exact_log
+from stribeck.simulation.robots import MODELS
+from stribeck.simulation.sensors.measure import with_noise
 from studies.accuracy import ALL_CASES, walks_of
 from studies.accuracy_cases import CASES
 from studies.changes import carrying, earlier, period_of, quantized

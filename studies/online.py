@@ -19,15 +19,15 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from stribeck import Result, RobotLog, identify, read_result
-from stribeck.base.typing import Array
-from stribeck.friction import Stribeck
-from stribeck.online import Alarm, OnlineFriction
-from stribeck.online.samples import estimator_for, feed, samples_of
-from stribeck_simulation.robots import MODELS
-from stribeck_simulation.run import POSTURES, Simulated
-from stribeck_simulation.scenario import Scenario, read_scenario
-from stribeck_simulation.sensors.measure import measure, sensors_for
-from stribeck_simulation.sensors.profiles import REALISTIC
+from stribeck.core.base.typing import Array
+from stribeck.core.friction import Stribeck
+from stribeck.service.online import Alarm, OnlineFriction
+from stribeck.service.online.samples import estimator_for, feed, samples_of
+from stribeck.simulation.robots import MODELS
+from stribeck.simulation.run import POSTURES, Simulated
+from stribeck.simulation.scenario import Scenario, read_scenario
+from stribeck.simulation.sensors.measure import measure, sensors_for
+from stribeck.simulation.sensors.profiles import REALISTIC
 from studies.command import ROOT, Row, command, rounded
 from studies.kept_walks import kept_walk
 from studies.markdown import markdown_table

@@ -29,17 +29,17 @@ from typing import Any
 import numpy as np
 
 from stribeck import Robot, identify, plan
-from stribeck.base.typing import Array
-from stribeck.friction import get_law
-from stribeck.log import RobotLog
-from stribeck.plan.joint import PlannedJoint, Reach
-from stribeck.plan.plan import Plan
-from stribeck.result import JointResult, Result
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.prescribed.ground import inverse_dynamics
-from stribeck_simulation.robots import MODELS
-from stribeck_simulation.run import POSTURES
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.core.base.typing import Array
+from stribeck.core.friction import get_law
+from stribeck.core.log import RobotLog
+from stribeck.core.result import JointResult, Result
+from stribeck.design.planning.joint import PlannedJoint, Reach
+from stribeck.design.planning.plan import Plan
+from stribeck.simulation.prescribed.exact import exact_log
+from stribeck.simulation.prescribed.ground import inverse_dynamics
+from stribeck.simulation.robots import MODELS
+from stribeck.simulation.run import POSTURES
+from stribeck.simulation.sensors.measure import with_noise
 from studies.accuracy_cases import wrong_model
 from studies.changes import EXAMPLES, robot_from
 from studies.command import Row, command, rounded

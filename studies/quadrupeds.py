@@ -16,8 +16,8 @@ import numpy as np
 import tomlkit
 from scipy.spatial.transform import Rotation
 
-from stribeck.base.typing import Array
-from stribeck.robot.packages import model_path
+from stribeck.core.base.typing import Array
+from stribeck.core.robot.packages import model_path
 
 ROBOTS = {
     "go2": ("package:go2", 0.8, 1, 0.022),

@@ -16,7 +16,7 @@ from unittest.mock import patch
 import tomlkit
 
 from stribeck import read_result
-from stribeck.cli import main
+from stribeck.app.cli import main
 
 ROUNDS = 3
 """Largest number of remedies that are followed [1]."""

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from stribeck import Robot, export, identify
-from stribeck.replay.replay import replay
-from stribeck.replay.rollouts import HORIZONS
+from stribeck.design.replaying.replay import replay
+from stribeck.design.replaying.rollouts import HORIZONS
 from studies.command import Row, command, real_robot, rounded
 from studies.markdown import markdown_table
 

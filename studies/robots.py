@@ -12,8 +12,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from stribeck import identify, read_result
-from stribeck.result import JointResult, Result
-from stribeck.result.tables import friction_text, main_parameters
+from stribeck.core.result import JointResult, Result
+from stribeck.core.result.tables import friction_text, main_parameters
 from studies.command import ROOT, real_robot
 
 PAGE, RESULTS = ROOT / "examples" / "real_robots" / "friction.md", ROOT / "docs" / "robots"

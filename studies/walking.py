@@ -12,17 +12,17 @@ import numpy as np
 from scipy.signal import lfilter, savgol_filter
 
 from stribeck import Robot
-from stribeck.base.typing import Array
-from stribeck.friction import Stribeck
-from stribeck_simulation.friction import FrictionTruth, LawFriction
-from stribeck_simulation.friction.parameters import Parameters
-from stribeck_simulation.mujoco.model import PHYSICS_STEP, compile_body
-from stribeck_simulation.run import believed_model
-from stribeck_simulation.scenario import by_joint
-from stribeck_simulation.sensors.profiles import get_profile
-from stribeck_simulation.walking.balance.terms import Dynamics
-from stribeck_simulation.walking.plan import BOTH
-from stribeck_simulation.walking.simulate import Conditions, FellError, Walk, simulate_walk
+from stribeck.core.base.typing import Array
+from stribeck.core.friction import Stribeck
+from stribeck.simulation.friction import FrictionTruth, LawFriction
+from stribeck.simulation.friction.parameters import Parameters
+from stribeck.simulation.mujoco.model import PHYSICS_STEP, compile_body
+from stribeck.simulation.run import believed_model
+from stribeck.simulation.scenario import by_joint
+from stribeck.simulation.sensors.profiles import get_profile
+from stribeck.simulation.walking.balance.terms import Dynamics
+from stribeck.simulation.walking.plan import BOTH
+from stribeck.simulation.walking.simulate import Conditions, FellError, Walk, simulate_walk
 from studies.accuracy_cases import COMMON
 from studies.command import Row, command
 from studies.markdown import markdown_table

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from stribeck import Robot
-from stribeck_simulation.robots.sole import Sole
-from stribeck_simulation.run import POSTURES
-from stribeck_simulation.walking.footsteps import Push, Steps
+from stribeck.simulation.robots.sole import Sole
+from stribeck.simulation.run import POSTURES
+from stribeck.simulation.walking.footsteps import Push, Steps
 from studies.changes import EXAMPLES, packaged, robot_from
 
 SIDES = ("left", "right")

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
-from stribeck.friction import get_law
-from stribeck.log import RobotLog
-from stribeck.robot import Robot
+from stribeck.core.friction import get_law
+from stribeck.core.log import RobotLog
+from stribeck.core.robot import Robot
 
 URDF = """<robot name="arm">
   <link name="base"/>

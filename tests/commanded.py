@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 from mujoco import rollout
 
-from stribeck.base.typing import Array
+from stribeck.core.base.typing import Array
 
 STEP = 2.5e-4
 """Time step of the simulation [s]."""

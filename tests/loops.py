@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from stribeck.dynamics.loops import closed_log, without_loop_forces
-from stribeck.dynamics.rooted import RootMotion, rooted_inverse_dynamics
-from stribeck.friction import get_law
-from stribeck.log import RobotLog
-from stribeck.robot import Robot
+from stribeck.core.dynamics.loops import closed_log, without_loop_forces
+from stribeck.core.dynamics.rooted import RootMotion, rooted_inverse_dynamics
+from stribeck.core.friction import get_law
+from stribeck.core.log import RobotLog
+from stribeck.core.robot import Robot
 
 LAW = get_law("coulomb-viscous")
 TRUTH = {"viscous": 0.4, "coulomb": 0.9, "offset": 0.1}

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from stribeck.base.typing import Array
-from stribeck.friction import Stribeck
-from stribeck.log import RobotLog
-from stribeck.robot import Robot, robot_fields
-from stribeck.settings import RobotFile
-from stribeck_simulation.prescribed.exact import Truth, exact_log
+from stribeck.core.base.typing import Array
+from stribeck.core.friction import Stribeck
+from stribeck.core.log import RobotLog
+from stribeck.core.robot import Robot, robot_fields
+from stribeck.core.settings import RobotFile
+from stribeck.simulation.prescribed.exact import Truth, exact_log
 
 EXAMPLES = Path(sysconfig.get_path("purelib")) / "cmeel.prefix" / "share" / "example-robot-data" / "robots"
 CASSIE = Path(__file__).parents[1] / "examples" / "robots" / "cassie" / "cassie.urdf"

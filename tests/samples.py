@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from stribeck.base.typing import Array
-from stribeck.friction_torque.samples import FrictionSamples
+from stribeck.core.base.typing import Array
+from stribeck.core.result.samples import FrictionSamples
 
 
 def make_samples(

@@ -5,10 +5,10 @@ import pytest
 from tests.models import STRIBECK, example_log, example_robot
 
 from stribeck import Settings, identify
-from stribeck.base.typing import Array
-from stribeck.friction import Parameter, Stribeck, get_law
-from stribeck.settings import FilterSettings
-from stribeck_simulation.prescribed.exact import exact_log
+from stribeck.core.base.typing import Array
+from stribeck.core.friction import Parameter, Stribeck, get_law
+from stribeck.core.settings import FilterSettings
+from stribeck.simulation.prescribed.exact import exact_log
 
 CASES = {
     "fixed-base arm": ("ur5", 24.0, "walk"),

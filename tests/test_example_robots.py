@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from stribeck import Settings, identify, write_log
-from stribeck.init import draft_robot_file
-from stribeck_simulation.run import run_scenario
-from stribeck_simulation.scenario import read_scenario
+from stribeck.check.init import draft_robot_file
+from stribeck.simulation.run import run_scenario
+from stribeck.simulation.scenario import read_scenario
 
 ROBOTS = Path(__file__).parents[1] / "examples/robots"
 NAMES = sorted(path.name for path in ROBOTS.iterdir() if path.is_dir())

@@ -11,8 +11,8 @@ from tests.cli.test_cli import run
 from tests.mujoco_arm import JOINTS, record, urdf, with_force
 
 from stribeck import LogError, Robot, RobotLog, read_result
-from stribeck.base.spans import Span
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.core.base.spans import Span
+from stribeck.simulation.sensors.measure import with_noise
 
 
 @pytest.fixture(scope="module")

@@ -11,11 +11,11 @@ from tests.friction_torque.test_friction_torque import EXACT
 from tests.methods.test_ground_reaction import moved, robot
 
 from stribeck import Robot, Settings, identify
-from stribeck.friction_torque.inverse_dynamics import torque_chunks
-from stribeck.friction_torque.preparation import prepare
-from stribeck.log import RobotLog
-from stribeck.result import Result
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.core.equations.friction_torque.inverse_dynamics import torque_chunks
+from stribeck.core.equations.friction_torque.preparation import prepare
+from stribeck.core.log import RobotLog
+from stribeck.core.result import Result
+from stribeck.simulation.sensors.measure import with_noise
 
 
 def loaded(log: RobotLog, size: float = 5.0) -> RobotLog:

@@ -6,7 +6,7 @@ from tests.rolling import rolling_robot
 from tests.standing import UPPER, still_humanoid
 
 from stribeck import NothingIdentifiedError, Settings, identify
-from stribeck.init import draft_robot_file
+from stribeck.check.init import draft_robot_file
 
 
 def worst_error(result, truth, joints) -> float:

@@ -8,8 +8,8 @@ import pytest
 from benchmarks.humanoid import stepping_log, talos
 
 from stribeck import Robot, RobotLog, Settings, identify, inspect_log
-from stribeck.errors import LogError, NothingIdentifiedError
-from stribeck.settings import FilterSettings
+from stribeck.core.errors import LogError, NothingIdentifiedError
+from stribeck.core.settings import FilterSettings
 
 ROWS = np.arange(2000)
 

@@ -9,7 +9,7 @@ from tests.arm import arm_log, save_npz, write_arm
 from tests.cli.test_cli import run
 
 from stribeck import Robot, identify, read_result
-from stribeck.log.interpolation import linear
+from stribeck.core.log.interpolation import linear
 
 
 @pytest.fixture(scope="module")

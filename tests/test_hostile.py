@@ -27,22 +27,22 @@ from hypothesis import strategies as st
 from tests.cli.test_cli import run
 from tests.log.readers.formats import WRITERS, synthetic_log
 
-from stribeck.base.checked_table import flat
-from stribeck.cli import console
-from stribeck.cli.options import FORMATS
-from stribeck.cli.simulation import print_truth
-from stribeck.errors import StribeckError
-from stribeck.fleet.store import compact, key_of, time_of, write_row
-from stribeck.fleet.worker import rows_of
-from stribeck.friction import get_law
-from stribeck.log.readers import read_log
-from stribeck.log.writers import write_log
-from stribeck.report import write_report
-from stribeck.result import read_result
-from stribeck.robot import Robot
-from stribeck.settings import Settings
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.app.cli import console
+from stribeck.app.cli.options import FORMATS
+from stribeck.app.cli.simulation import print_truth
+from stribeck.app.report import write_report
+from stribeck.core.base.checked_table import flat
+from stribeck.core.errors import StribeckError
+from stribeck.core.friction import get_law
+from stribeck.core.result import read_result
+from stribeck.core.robot import Robot
+from stribeck.core.settings import Settings
+from stribeck.io.readers import read_log
+from stribeck.io.writers import write_log
+from stribeck.service.fleet.store import compact, key_of, time_of, write_row
+from stribeck.service.fleet.worker import rows_of
+from stribeck.simulation.prescribed.exact import exact_log
+from stribeck.simulation.sensors.measure import with_noise
 
 EXAMPLES = max(6, settings.default.max_examples // 16)
 """Inputs per kind; the profile of `make fuzz` has more."""

@@ -1,4 +1,4 @@
-"""Imports between rooms: data flows one way, and estimation is independent of simulation."""
+"""The house: which room may import which, and how large each may be."""
 
 import ast
 import subprocess
@@ -11,31 +11,36 @@ import pytest
 from tests.arm import arm_log, save_npz, write_arm
 
 import stribeck
-from stribeck_simulation.demo import SCENARIO
+from stribeck.simulation.demo import SCENARIO
 
-SOURCE = Path(__file__).parents[1] / "src"
-FLOORS = (
-    *("errors", "base", "settings", "friction", "robot", "differentiation", "log", "dynamics", "contact"),
-    *("friction_torque", "result", "judgement", "whole_log", "audit", "drives", "methods"),
-    *("plan", "exporters", "init", "inspection", "report", "replay", "compose", "pipeline", "fleet", "online", "cli"),
-)
-"""Rooms from the ground up: each imports only rooms before it."""
-NARROW = {
-    "friction": {"errors", "base"},
-    "robot": {"errors", "base", "settings"},
-    "log": {"errors", "base", "settings", "robot"},
-    "judgement": {"base", "settings", "friction", "result", "friction_torque"},
-    "exporters": {"errors", "base", "friction", "robot", "result"},
-    "report": {"errors", "base", "friction", "friction_torque", "result"},
+SOURCE = Path(__file__).parents[1] / "src" / "stribeck"
+ROOMS: dict[str, tuple[set[str], int]] = {
+    "core": (set(), 12_700),
+    "io": ({"core"}, 2_550),
+    "check": ({"core", "io"}, 3_350),
+    "paper": ({"core"}, 1_950),
+    "simulation": ({"core", "io"}, 3_230),
+    "design": ({"core", "check", "simulation"}, 1_820),
+    "service": ({"core", "io"}, 1_650),
+    "app": ({"core", "io", "check", "simulation", "design", "service"}, 3_710),
 }
-"""Rooms that may import only these."""
-ENTRANCE = {"stribeck.cli.simulation", "stribeck.__main__"}
+"""Rooms that a room may import, and its largest number of code lines, which only falls."""
+FLOORS = (
+    {"base"},
+    {"filters", "friction", "robot"},
+    {"log"},
+    {"dynamics", "result"},
+    {"equations", "judgement"},
+    {"estimator"},
+    {"identify"},
+)
+"""Rooms of the core from the ground up: each imports only rooms on lower floors."""
 
 
-def modules(package: str = "stribeck") -> dict[str, Path]:
+def modules() -> dict[str, Path]:
     found = {}
-    for path in sorted((SOURCE / package).rglob("*.py")):
-        parts = path.relative_to(SOURCE).with_suffix("").parts
+    for path in sorted(SOURCE.rglob("*.py")):
+        parts = ("stribeck", *path.relative_to(SOURCE).with_suffix("").parts)
         found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
     return found
 
@@ -44,23 +49,9 @@ MODULES = modules()
 
 
 @cache
-def imports(path: Path) -> set[str]:
-    """List the modules of this package that a file imports at run time."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    for node in ast.walk(tree):
-        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
-            node.body = []
-    return {name for name in _named(tree) if name.split(".")[0] in {"stribeck", "stribeck_simulation"}}
-
-
-def hidden(path: Path) -> set[str]:
-    """List the modules of this package that a file names in any import, also for types and by `import_module`."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    calls = (
-        node for node in ast.walk(tree) if isinstance(node, ast.Call) and ast.unparse(node.func) == "import_module"
-    )
-    by_name = {str(each.args[0].value) for each in calls if isinstance(each.args[0], ast.Constant)}
-    return {name for name in (*_named(tree), *by_name) if name.startswith("stribeck.")}
+def imports(module: str) -> set[str]:
+    """List the modules of this package that a module names in any import, also for types and by `import_module`."""
+    return {name for name in _named(ast.parse(MODULES[module].read_text())) if name.startswith("stribeck.")}
 
 
 def _named(tree: ast.AST) -> Iterator[str]:
@@ -70,75 +61,78 @@ def _named(tree: ast.AST) -> Iterator[str]:
         if isinstance(node, ast.ImportFrom) and node.module:
             inner = [f"{node.module}.{alias.name}" for alias in node.names]
             yield from (name if name in MODULES else node.module for name in inner)
+        if isinstance(node, ast.Call) and ast.unparse(node.func).endswith("import_module"):
+            yield ast.unparse(node.args[0]).strip("f'")
 
 
 def room_of(module: str) -> str:
     return module.split(".")[1] if "." in module else ""
 
 
-def rooms_below(room: str) -> set[str]:
-    own = [path for module, path in MODULES.items() if room_of(module) == room]
-    return {room_of(name) for path in own for name in imports(path) if name.startswith("stribeck.")} - {room}
+def floor_of(module: str) -> str:
+    """Name the room of a module of the core; its own files belong to the ground."""
+    parts = module.split(".")
+    return parts[2] if len(parts) > 2 and parts[2] not in ("errors", "settings") else "base"
 
 
-def test_every_room_has_its_floor() -> None:
-    assert {room_of(module) for module in MODULES} - {"", "__main__"} == set(FLOORS)
+def code_lines(path: Path) -> int:
+    """Count the lines with code: without comments, docstrings and empty lines."""
+    text, prose = path.read_text(), set[int]()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
+            prose |= set(range(node.lineno, node.value.end_lineno + 1))  # type: ignore[operator]
+    lines = enumerate(map(str.strip, text.splitlines()), 1)
+    return sum(k not in prose and bool(line) and not line.startswith("#") for k, line in lines)
 
 
-@pytest.mark.parametrize("room", FLOORS)
-def test_a_room_imports_only_rooms_below(room: str) -> None:
-    assert rooms_below(room) <= NARROW.get(room, set(FLOORS[: FLOORS.index(room)]))
+@pytest.mark.parametrize("room", ROOMS)
+def test_a_room_keeps_to_its_doors_and_its_size(room: str) -> None:
+    """It imports modules of the core, and other rooms through their `__init__`; its README says what it owns."""
+    allowed, most = ROOMS[room]
+    own = [module for module in MODULES if room_of(module) == room]
+    others = {name for module in own for name in imports(module) if room_of(name) != room}
+    assert {room_of(name) for name in others} <= allowed
+    assert {name for name in others if room_of(name) != "core"} <= {f"stribeck.{name}" for name in allowed}
+    assert sum(code_lines(MODULES[module]) for module in own) <= most
+    readme = (SOURCE / room / "README.md").read_text()
+    assert len(readme.splitlines()) <= 15
+    assert all(f"`{name}`" in readme for name in allowed)
+
+
+def test_every_room_has_its_place() -> None:
+    assert {room_of(module) for module in MODULES} - {"", "__main__"} == set(ROOMS)
+    assert {floor_of(module) for module in MODULES if room_of(module) == "core"} == set().union(*FLOORS)
+
+
+def test_the_core_has_few_floors_and_arrows() -> None:
+    below, arrows = set[str](), 0
+    for floor in FLOORS:
+        for room in floor:
+            own = [module for module in MODULES if room_of(module) == "core" and floor_of(module) == room]
+            used = {floor_of(name) for module in own for name in imports(module)} - {room}
+            assert used <= below, room
+            arrows += len(used)
+        below |= floor
+    assert arrows <= 39
 
 
 def test_files_do_not_import_each_other_in_a_circle() -> None:
-    """Imports for types and by `import_module` count, but for the table of names that users import."""
-    below = {module: hidden(path) & set(MODULES) - {module} for module, path in MODULES.items()}
-    for of_frames in ("stribeck.log.readers", "stribeck.log.writers"):  # of RobotLog.from_frame and to_frame
-        below["stribeck.log.robot_log"].remove(of_frames)
+    below = {module: imports(module) & set(MODULES) - {module} for module in MODULES}
     while ready := [name for name, needed in below.items() if not needed]:
         below = {name: needed - set(ready) for name, needed in below.items() if name not in ready}
     assert not below
 
 
 def test_the_name_of_a_class_means_one_thing() -> None:
-    names = [
-        node.name
-        for path in MODULES.values()
-        for node in ast.parse(path.read_text()).body
-        if isinstance(node, ast.ClassDef)
-    ]
+    paths = [path for module, path in MODULES.items() if room_of(module) != "simulation"]
+    names = [n.name for path in paths for n in ast.parse(path.read_text()).body if isinstance(n, ast.ClassDef)]
     assert len(names) > 100
     assert len(names) == len(set(names))
 
 
-def test_the_whole_log_fit_does_not_know_robot_and_log() -> None:
-    """Only its equations depend on the robot."""
-    own = [path for module, path in MODULES.items() if module.startswith("stribeck.whole_log.")]
-    inner = [path for path in own if "equations" not in path.parts]
-    reached = {name for path in inner for name in imports(path)}
-    assert not {name for name in reached if room_of(name) in {"robot", "log"}} - {"stribeck.robot.inertial_parameters"}
-
-
-def test_estimation_never_imports_simulation() -> None:
-    knows = {module for module, path in MODULES.items() if any("stribeck_simulation" in name for name in imports(path))}
-    assert len(MODULES) > 100
-    assert knows <= ENTRANCE
-
-
-def test_simulation_does_not_know_the_estimator() -> None:
-    """The ground truth must be independent of the tested code."""
-    reached = {name for path in modules("stribeck_simulation").values() for name in imports(path)}
-    rooms = {room_of(name) for name in reached if name.startswith("stribeck.")}
-    assert not rooms & {"whole_log", "judgement", "methods", "pipeline", "friction_torque", "cli"}
-
-
-def test_only_the_registry_knows_the_methods() -> None:
-    knows = {module for module, path in MODULES.items() if any(_is_method(name) for name in imports(path))}
-    assert {room_of(module) for module in knows} == {"methods"}
-
-
-def _is_method(name: str) -> bool:
-    return name.startswith("stribeck.methods.") and name != "stribeck.methods.contract"
+def test_the_ground_truth_does_not_know_the_estimator() -> None:
+    reached = {name for module in MODULES if room_of(module) == "simulation" for name in imports(module)}
+    assert not {floor_of(name) for name in reached if room_of(name) == "core"} & {"equations", "judgement", "estimator"}
 
 
 @pytest.mark.parametrize("program", ["import stribeck", "import stribeck.__main__ as program; program.main()"])
@@ -151,7 +145,9 @@ def test_what_is_slow_to_import_waits_until_it_is_needed(program: str) -> None:
     assert not slow & set(loaded)
 
 
-WITHOUT = "import sys; sys.modules.update(mujoco=None, daqp=None, matplotlib=None); import stribeck.cli as s; s.main()"
+WITHOUT = (
+    "import sys; sys.modules.update(mujoco=None, daqp=None, matplotlib=None); import stribeck.app.cli as s; s.main()"
+)
 
 
 def light(*arguments: object) -> subprocess.CompletedProcess[str]:

@@ -11,11 +11,11 @@ import typer
 import yaml
 
 from stribeck import __version__
-from stribeck.cli.app import app
+from stribeck.app.cli.app import app
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-SUFFIXES = {".py", ".typed", ".j2", ".js", ".css", ".toml", ".urdf", ".xml"}
+SUFFIXES = {".md", ".py", ".pyi", ".typed", ".j2", ".js", ".css", ".toml", ".urdf", ".xml"}
 """Of what the packages need: code, templates of reports, and the robots that are simulated."""
 WHEEL_BYTES = 1_000_000
 """At most; it was 0.78 MB when this was written."""
@@ -32,7 +32,7 @@ needs_hatchling = pytest.mark.skipif(
 
 def test_packages_contain_only_code_templates_and_robots() -> None:
     assert {PurePosixPath(name).suffix for name in PACKAGED} <= SUFFIXES | {""}
-    assert {name for name in PACKAGED if not PurePosixPath(name).suffix} == {"stribeck/report/uplot/LICENSE"}
+    assert {name for name in PACKAGED if not PurePosixPath(name).suffix} == {"stribeck/app/report/uplot/LICENSE"}
 
 
 @needs_hatchling
@@ -48,7 +48,7 @@ def test_the_wheel_contains_only_the_packages(tmp_path: Path) -> None:
     assert {name for name in names if not name.startswith(information)} == PACKAGED
     assert f"{information}/licenses/LICENSE" in names
     assert "License-Expression: Apache-2.0" in metadata
-    assert "stribeck = stribeck.cli:main" in scripts
+    assert "stribeck = stribeck.app.cli:main" in scripts
     assert wheel.stat().st_size < WHEEL_BYTES
 
 

@@ -8,13 +8,13 @@ import pyarrow.parquet as pq
 import pytest
 from tests.arm import TRUTH, arm_log, save_npz, write_arm
 
-import stribeck.friction_torque.inverse_dynamics
-import stribeck.friction_torque.thinning
+import stribeck.core.equations.friction_torque.inverse_dynamics
+import stribeck.core.equations.friction_torque.thinning
 from stribeck import Robot, Settings, identify, inspect_log, plan, read_log, read_result, write_report
-from stribeck.errors import LogError, SettingsError
-from stribeck.friction import get_law
-from stribeck.replay.replay import replay
-from stribeck.settings import FilterSettings, LogTable
+from stribeck.core.errors import LogError, SettingsError
+from stribeck.core.friction import get_law
+from stribeck.core.settings import FilterSettings, LogTable
+from stribeck.design.replaying.replay import replay
 
 
 @pytest.mark.parametrize(("kind", "tolerance"), [("log", 1e-6), ("savitzky-golay", 0.01)])
@@ -49,7 +49,7 @@ def test_chunks_do_not_show(arm: Robot, monkeypatch: pytest.MonkeyPatch) -> None
     log = replace(arm_log(arm, duration=8), velocity=None, acceleration=None)
     settings = Settings(method="curve-fit", filter=FilterSettings(kind="savitzky-golay", window=31), filter_torque=True)
     whole = identify(log, arm, settings)
-    monkeypatch.setattr(stribeck.friction_torque.inverse_dynamics, "CHUNK", 997)
+    monkeypatch.setattr(stribeck.core.equations.friction_torque.inverse_dynamics, "CHUNK", 997)
     pieces = identify(log, arm, settings)
     friction = [each.evidence.samples.friction_torque for each in (pieces, whole)]
     np.testing.assert_allclose(*friction, rtol=0, atol=1e-9)
@@ -59,8 +59,7 @@ def test_chunks_do_not_show(arm: Robot, monkeypatch: pytest.MonkeyPatch) -> None
 def test_what_is_kept_is_bounded_and_changes_little(arm: Robot, monkeypatch: pytest.MonkeyPatch) -> None:
     log = arm_log(arm)
     everything = identify(log, arm, method="curve-fit")
-    monkeypatch.setattr(stribeck.friction_torque.thinning, "MOST_KEPT", 4000)
-    monkeypatch.setattr(stribeck.friction_torque.stage, "MOST_KEPT", 4000)
+    monkeypatch.setattr(stribeck.core.equations.friction_torque.stage, "MOST_KEPT", 4000)
     some = identify(log, arm, method="curve-fit")
     assert len(some.evidence.samples.time) <= 4000
     assert some.log.samples_used == everything.log.samples_used

@@ -16,12 +16,12 @@ from scipy.spatial.transform import Rotation
 from studies import held_out
 
 from stribeck import Robot, Settings, identify, read_log
-from stribeck.drives.command_delay import command_delays
-from stribeck.errors import LogError, NothingIdentifiedError
-from stribeck.friction_torque.preparation import prepare
-from stribeck.init import draft_robot_file
-from stribeck.inspection import inspect_log
-from stribeck.settings import FilterSettings, LogTable
+from stribeck.check.drives.command_delay import command_delays
+from stribeck.check.init import draft_robot_file
+from stribeck.check.inspection import inspect_log
+from stribeck.core.equations.friction_torque.preparation import prepare
+from stribeck.core.errors import LogError, NothingIdentifiedError
+from stribeck.core.settings import FilterSettings, LogTable
 
 ROOT = Path(__file__).parents[1]
 DATA = Path(os.environ.get("STRIBECK_REAL_LOGS", ROOT.parent / "shared" / "real-logs"))

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stribeck.base.checked_table import flat
-from stribeck.cli.options import with_settings
-from stribeck.errors import SettingsError
-from stribeck.settings import FilterSettings, Settings
+from stribeck.app.cli.options import with_settings
+from stribeck.core.base.checked_table import flat
+from stribeck.core.errors import SettingsError
+from stribeck.core.settings import FilterSettings, Settings
 
 
 def check_sentence(message: str) -> None:

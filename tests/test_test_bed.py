@@ -9,10 +9,10 @@ import pytest
 from tests.cli.test_cli import refused, run
 
 from stribeck import Robot
-from stribeck.friction import get_law
-from stribeck.result import read_result
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.core.friction import get_law
+from stribeck.core.result import read_result
+from stribeck.simulation.prescribed.exact import exact_log
+from stribeck.simulation.sensors.measure import with_noise
 
 PAGE = (Path(__file__).parents[1] / "docs/test-bed.md").read_text()
 TRUTH = {"viscous": 0.5, "coulomb": 1.2, "offset": 0.1}

@@ -11,8 +11,8 @@ import threadpoolctl
 from tests.arm import arm_log, write_arm
 
 from stribeck import Result, Robot, identify
-from stribeck.base.threads import one_blas_thread
-from stribeck.log import RobotLog
+from stribeck.core.base.threads import one_blas_thread
+from stribeck.core.log import RobotLog
 
 
 @pytest.fixture(scope="module")

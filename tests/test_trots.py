@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 from tests.command_logs import trotting_quadruped
 
 from stribeck import Robot, identify
-from stribeck.contact.rolling import with_rolling_feet
-from stribeck.friction_torque.preparation import prepare
+from stribeck.core.dynamics.contact.rolling import with_rolling_feet
+from stribeck.core.equations.friction_torque.preparation import prepare
 
 
 @pytest.mark.parametrize(

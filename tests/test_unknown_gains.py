@@ -9,7 +9,7 @@ from tests.command_logs import hobby_arm
 from tests.commanded import ARM, arm_drives, arm_log, write_robot
 
 from stribeck import Result, export, identify, write_report
-from stribeck.result import read_result
+from stribeck.core.result import read_result
 
 LOADED = ("lift", "elbow", "wrist_pitch")
 """Joints whose factor gravity determines; the axis of the first joint is vertical, and the last ones carry little."""

@@ -24,7 +24,7 @@ from benchmarks.contest.run import chosen, install, read_scores, run, write_scor
 from benchmarks.contest.schema import SUMS, cases_of
 from benchmarks.contest.score import Score
 from benchmarks.contest.table import lines
-from stribeck.errors import StribeckError
+from stribeck.core.errors import StribeckError
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

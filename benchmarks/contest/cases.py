@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 
 from studies.accuracy_cases import DOUBLE_SUPPORT
 
-from stribeck_simulation.prescribed.gait import Gait
-from stribeck_simulation.sensors.profiles import PROFILES, SensorProfile
-from stribeck_simulation.walking.footsteps import Steps
+from stribeck.simulation.prescribed.gait import Gait
+from stribeck.simulation.sensors.profiles import PROFILES, SensorProfile
+from stribeck.simulation.walking.footsteps import Steps
 
 SEED = 20261
 RATE = 1000.0

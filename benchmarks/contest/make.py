@@ -19,18 +19,18 @@ from benchmarks.contest import cases
 from benchmarks.contest.commanded_cases import publish_commanded
 from benchmarks.contest.model_errors import publish_model
 from benchmarks.contest.schema import CASE, SUMS, TRUTH, Asked, Case, KnownFriction, Truth, checksums, folders_of, write
-from stribeck.base.toml import parse_toml
-from stribeck.base.typing import Array
-from stribeck.friction import get_law
-from stribeck.log import RobotLog
-from stribeck.log.writers import write_log
-from stribeck.robot import Robot
-from stribeck_simulation.friction import FrictionTruth, LuGre
-from stribeck_simulation.friction.injection import Instant
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots import MODELS
-from stribeck_simulation.run import PACKAGED, POSTURES, Simulated, run_scenario
-from stribeck_simulation.sensors.measure import measure, sensors_for
+from stribeck.core.base.toml import parse_toml
+from stribeck.core.base.typing import Array
+from stribeck.core.friction import get_law
+from stribeck.core.log import RobotLog
+from stribeck.core.robot import Robot
+from stribeck.io.writers import write_log
+from stribeck.simulation.friction import FrictionTruth, LuGre
+from stribeck.simulation.friction.injection import Instant
+from stribeck.simulation.prescribed.exact import exact_log
+from stribeck.simulation.robots import MODELS
+from stribeck.simulation.run import PACKAGED, POSTURES, Simulated, run_scenario
+from stribeck.simulation.sensors.measure import measure, sensors_for
 
 POINTS = 61
 """Number of velocities of a curve (odd), over the middle 98 % of the joint's velocities."""

@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from stribeck.base.typing import Array
+from stribeck.core.base.typing import Array
 
 MASS = 0.05
 """Largest error of a mass [1]."""

@@ -18,10 +18,10 @@ from benchmarks.contest.make import asked_joints, publish_robot
 from benchmarks.contest.model_errors import publish_model
 from benchmarks.contest.schema import CASE, PREDICT, SUMS, TORQUE, TRUTH, Case, Truth, checksums, folders_of, write
 from stribeck import Robot, read_log
-from stribeck.dynamics.rooted import rooted_inverse_dynamics
-from stribeck.log import RobotLog
-from stribeck.log.sampling import regularise
-from stribeck.log.writers import write_log
+from stribeck.core.dynamics.rooted import rooted_inverse_dynamics
+from stribeck.core.log import RobotLog
+from stribeck.core.log.sampling import regularise
+from stribeck.io.writers import write_log
 
 CONDITION = "held-out"
 HELD_OUT = 2

@@ -12,10 +12,10 @@ from pathlib import Path
 
 from benchmarks.contest.schema import ANSWER, CASE, Case, read
 from benchmarks.contest.score import Score, score
-from stribeck.base.outputs import whole_or_not_at_all
-from stribeck.errors import SettingsError
-from stribeck.methods import METHODS
-from stribeck.settings import Settings
+from stribeck.core.base.outputs import whole_or_not_at_all
+from stribeck.core.errors import SettingsError
+from stribeck.core.identify import METHODS
+from stribeck.core.settings import Settings
 
 ROOT = Path(__file__).parents[2]
 ENVIRONMENTS = ROOT / "benchmarks/contest/environments"

@@ -13,10 +13,10 @@ from typing import Annotated, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from stribeck.base.checked_table import describe
-from stribeck.base.files import read_text
-from stribeck.base.outputs import whole_or_not_at_all
-from stribeck.errors import SettingsError
+from stribeck.core.base.checked_table import describe
+from stribeck.core.base.files import read_text
+from stribeck.core.base.outputs import whole_or_not_at_all
+from stribeck.core.errors import SettingsError
 
 CASE, TRUTH, ANSWER = "case.json", "truth.json", "answer.json"
 PREDICT, TORQUE = "predict.npz", "torque.npz"

@@ -9,8 +9,8 @@ from pydantic import Field
 from scipy.signal import butter, sosfiltfilt
 
 from benchmarks.contest import schema
-from stribeck.base.typing import Array
-from stribeck.errors import SettingsError
+from stribeck.core.base.typing import Array
+from stribeck.core.errors import SettingsError
 
 FAR = 0.25
 """Relative error of Coulomb or viscous friction above which a number marked as good is a confident error [1]."""

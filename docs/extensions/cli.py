@@ -7,7 +7,7 @@ from typing import Any
 
 import typer
 
-from stribeck.cli.app import app
+from stribeck.app.cli.app import app
 
 PAGE = Path(__file__).parents[1] / "cli.md"
 

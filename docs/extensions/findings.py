@@ -4,7 +4,7 @@ from pathlib import Path
 from textwrap import fill
 from typing import Any
 
-from stribeck.base.finding import catalogue, message
+from stribeck.core.base.finding import catalogue, message
 
 DOCS = Path(__file__).parents[1]
 
@@ -21,7 +21,7 @@ threshold was chosen, they name the cause of 38, and one is wrong. No remedy, ap
 Without a fault, only the UR5 has a finding (`python -m studies.first_hour --save studies/first_hour.json`). Friction
 that drives compensate is not detected.
 
-*Generated from `src/stribeck/base/findings.toml`.*
+*Generated from `src/stribeck/core/base/findings.toml`.*
 
 ## Before the fit
 
@@ -37,7 +37,7 @@ Effects that move the friction curve by less than its interval are not reported.
 In simulation, these checks report 22 of 56 causes, with five false findings in 794 cases
 (`python -m studies.misfits --save studies/misfits.json`).
 
-*Generated from `src/stribeck/base/findings.toml`.*
+*Generated from `src/stribeck/core/base/findings.toml`.*
 """,
 }
 

@@ -14,8 +14,8 @@ from convert import convert
 from scipy.spatial.transform import Rotation
 
 from stribeck import Robot, identify, read_log
-from stribeck.result import Result
-from stribeck.settings import FilterSettings
+from stribeck.core.result import Result
+from stribeck.core.settings import FilterSettings
 
 Published = Mapping[str, Sequence[float]]
 """Parameters by name, one value per joint."""

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from stribeck import Robot, read_result
-from stribeck.online import OnlineFriction
+from stribeck.service.online import OnlineFriction
 
 OK, WARN = 0, 1
 

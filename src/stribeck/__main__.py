@@ -1,6 +1,6 @@
 """`python -m stribeck`: the command line."""
 
-from stribeck.cli import main
+from stribeck.app.cli import main
 
 if __name__ == "__main__":
     main()

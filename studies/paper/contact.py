@@ -10,8 +10,8 @@ from itertools import pairwise
 import numpy as np
 
 from stribeck import Settings
-from stribeck_simulation.run import Simulated
-from stribeck_simulation.sensors.profiles import REALISTIC
+from stribeck.simulation.run import Simulated
+from stribeck.simulation.sensors.profiles import REALISTIC
 from studies.markdown import markdown_table, short
 from studies.paper.estimate import UNTRIMMED, Estimate, estimate, rms
 from studies.paper.study import Numbers

@@ -3,9 +3,9 @@
 import numpy as np
 
 from stribeck import Settings
-from stribeck.friction import get_law
-from stribeck.settings import FilterSettings
-from stribeck_simulation.run import Simulated
+from stribeck.core.friction import get_law
+from stribeck.core.settings import FilterSettings
+from stribeck.simulation.run import Simulated
 from studies.markdown import markdown_table, percent
 from studies.paper.estimate import estimate, fit_law, rms
 from studies.paper.study import Numbers

@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from stribeck import Settings
-from stribeck.log import RobotLog
-from stribeck.settings import FilterSettings
-from stribeck_simulation.run import Simulated
+from stribeck.core.log import RobotLog
+from stribeck.core.settings import FilterSettings
+from stribeck.simulation.run import Simulated
 from studies.markdown import markdown_table
 from studies.paper.estimate import EXACT, Differences, estimate, rms
 from studies.paper.study import Numbers

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck import Robot, Settings
-from stribeck.base.typing import Array
-from stribeck.dynamics.state import Orientation, State
-from stribeck_simulation.run import Simulated
+from stribeck.core.base.typing import Array
+from stribeck.core.dynamics.state import Orientation, State
+from stribeck.simulation.run import Simulated
 from studies.dense import minimum_norm_friction_torque
 from studies.markdown import markdown_table, percent
 from studies.paper.estimate import EXACT, Estimate, estimate, rms

@@ -7,20 +7,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stribeck import Settings
-from stribeck.base.typing import Array
-from stribeck.differentiation.averaging import implied_weights
-from stribeck.differentiation.butterworth import central_kernels
-from stribeck.differentiation.filters import Filter, finite_filter
-from stribeck.friction import get_law
-from stribeck.friction_torque.inverse_dynamics import torque_chunks
-from stribeck.friction_torque.preparation import prepare
-from stribeck.friction_torque.samples import FrictionSamples
-from stribeck.friction_torque.stage import with_filter
-from stribeck.friction_torque.thinning import join
-from stribeck.judgement.curve_fit.fit import fit_joint
-from stribeck.judgement.curve_fit.problem import joint_problem
-from stribeck.settings import FilterSettings, SupportSettings
-from stribeck_simulation.run import Simulated
+from stribeck.core.base.typing import Array
+from stribeck.core.equations.friction_torque.inverse_dynamics import torque_chunks
+from stribeck.core.equations.friction_torque.preparation import prepare
+from stribeck.core.equations.friction_torque.stage import with_filter
+from stribeck.core.equations.friction_torque.thinning import join
+from stribeck.core.filters.averaging import implied_weights
+from stribeck.core.filters.filters import Filter, finite_filter
+from stribeck.core.friction import get_law
+from stribeck.core.judgement.curve_fit.problem import joint_problem
+from stribeck.core.result.samples import FrictionSamples
+from stribeck.core.settings import FilterSettings, SupportSettings
+from stribeck.paper.curve_fit.fit import fit_joint
+from stribeck.paper.filters.butterworth import central_kernels
+from stribeck.simulation.run import Simulated
 
 UNTRIMMED = SupportSettings(trim_start=0.0, trim_end=0.0)
 """Support settings for the ideal simulator, whose feet touch down without an impact."""

@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from stribeck import Settings
-from stribeck.judgement.passivity import positive_power_fraction
-from stribeck.settings import FilterSettings, SupportSettings
+from stribeck.core.judgement.passivity import positive_power_fraction
+from stribeck.core.settings import FilterSettings, SupportSettings
 from studies.markdown import percent
 from studies.paper.estimate import Estimate, estimate
 from studies.paper.inexact import drawn, with_bodies

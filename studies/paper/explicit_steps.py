@@ -8,10 +8,10 @@ step multiplies the velocity by (1 - x / 2) / (1 + x / 2), whose magnitude never
 
 import numpy as np
 
-from stribeck.base.typing import Array
-from stribeck.friction import get_law
-from stribeck_simulation.friction import FrictionTruth, Instant, LawFriction
-from stribeck_simulation.rigid.constrained import ITERATIONS
+from stribeck.core.base.typing import Array
+from stribeck.core.friction import get_law
+from stribeck.simulation.friction import FrictionTruth, Instant, LawFriction
+from stribeck.simulation.rigid.constrained import ITERATIONS
 from studies.markdown import markdown_table
 from studies.paper.laws import KNEE, SLOPE, STATIC
 from studies.paper.study import Numbers

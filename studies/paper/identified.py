@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from stribeck import Settings, identify
-from stribeck.base.typing import Array
-from stribeck.judgement.speed import top_speed
-from stribeck.log import RobotLog
-from stribeck.result import JointResult
-from stribeck_simulation.run import Simulated
+from stribeck.core.base.typing import Array
+from stribeck.core.judgement.speed import top_speed
+from stribeck.core.log import RobotLog
+from stribeck.core.result import JointResult
+from stribeck.simulation.run import Simulated
 from studies.paper.study import Numbers
 
 PAPER = Path(__file__).with_name("tables.toml")

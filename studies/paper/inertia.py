@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from stribeck import Settings
-from stribeck.settings import FilterSettings
+from stribeck.core.settings import FilterSettings
 from studies.markdown import percent
 from studies.paper.estimate import Estimate, estimate, rms
 from studies.paper.inexact import Change, displaced, scaled, with_bodies

@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from stribeck import Robot
-from stribeck.base.typing import Array
+from stribeck.core.base.typing import Array
 from studies.changes import with_body
 
 Change = Callable[[pin.Inertia], pin.Inertia]

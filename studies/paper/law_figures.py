@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from stribeck.base.typing import Array
-from stribeck.friction import LAWS
+from stribeck.core.base.typing import Array
+from stribeck.core.friction import LAWS
 from studies.paper import figures
 from studies.paper.laws import SLOPE, STATIC, STEP, curve, lugre, speeds
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from stribeck.base.typing import Array
-from stribeck.friction import LAWS, get_law
-from stribeck_simulation.friction import FrictionTruth, Instant, LuGre
+from stribeck.core.base.typing import Array
+from stribeck.core.friction import LAWS, get_law
+from stribeck.simulation.friction import FrictionTruth, Instant, LuGre
 
 KNEE = {"viscous": 0.2, "coulomb": 1.0, "stribeck_gain": 0.2, "stribeck_velocity": 0.2, "offset": 0.0}
 """Parameters of Table 6.1 in the laws' units, without offset for point-symmetric curves."""

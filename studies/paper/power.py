@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from stribeck import Settings
-from stribeck.judgement.passivity import positive_power_fraction
-from stribeck.settings import FilterSettings, SupportSettings
-from stribeck_simulation.run import Simulated
+from stribeck.core.judgement.passivity import positive_power_fraction
+from stribeck.core.settings import FilterSettings, SupportSettings
+from stribeck.simulation.run import Simulated
 from studies.markdown import markdown_table, percent
 from studies.paper.estimate import Differences, estimate
 from studies.paper.inexact import drawn, scaled, with_bodies

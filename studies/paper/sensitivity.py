@@ -7,10 +7,10 @@ leg stands.
 import numpy as np
 
 from stribeck import Settings
-from stribeck.base.typing import Array
-from stribeck.dynamics.rooted import joint_inertia
-from stribeck.dynamics.state import State
-from stribeck_simulation.run import Simulated
+from stribeck.core.base.typing import Array
+from stribeck.core.dynamics.rooted import joint_inertia
+from stribeck.core.dynamics.state import State
+from stribeck.simulation.run import Simulated
 from studies.dense import constrained_sample
 from studies.markdown import markdown_table, short
 from studies.paper.estimate import EXACT, Differences, estimate, rms

@@ -9,9 +9,9 @@ import numpy as np
 from scipy.signal import periodogram
 
 from stribeck import Settings
-from stribeck.base.typing import Array
-from stribeck.settings import FilterSettings
-from stribeck_simulation.run import Simulated
+from stribeck.core.base.typing import Array
+from stribeck.core.settings import FilterSettings
+from stribeck.simulation.run import Simulated
 from studies.markdown import percent
 from studies.paper.estimate import estimate
 from studies.paper.study import Numbers

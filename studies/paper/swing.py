@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stribeck.base.typing import Array
-from stribeck.dynamics.rooted import joint_inertia
-from stribeck_simulation.run import Simulated
+from stribeck.core.base.typing import Array
+from stribeck.core.dynamics.rooted import joint_inertia
+from stribeck.simulation.run import Simulated
 from studies.markdown import markdown_table
 from studies.paper.estimate import Estimate
 

@@ -2,10 +2,10 @@
 
 from dataclasses import replace
 
-from stribeck_simulation.run import Simulated
-from stribeck_simulation.scenario import Scenario, read_scenario
-from stribeck_simulation.sensors.measure import measure, sensors_for
-from stribeck_simulation.sensors.profiles import SensorProfile, get_profile
+from stribeck.simulation.run import Simulated
+from stribeck.simulation.scenario import Scenario, read_scenario
+from stribeck.simulation.sensors.measure import measure, sensors_for
+from stribeck.simulation.sensors.profiles import SensorProfile, get_profile
 from studies.kept_walks import kept_walk
 from studies.paper.study import ROOT
 

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 from stribeck import LogError, Robot
-from stribeck.audit import audit
-from stribeck.friction_torque.preparation import prepare
-from stribeck.log import RobotLog
+from stribeck.check.audit import audit
+from stribeck.core.equations.friction_torque.preparation import prepare
+from stribeck.core.log import RobotLog
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,14 +13,14 @@ from tests.models import example_robot
 from tests.trotting import HEIGHT, OUTER, SIDES, leg_angles
 
 from stribeck import Robot, RobotLog, identify
-from stribeck.audit import audit, base, gather
-from stribeck.audit.base import check_contacts
-from stribeck.base.finding import Finding
-from stribeck.friction import get_law
-from stribeck.friction_torque.preparation import prepare
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots import MODELS
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.check.audit import audit, base, gather
+from stribeck.check.audit.base import check_contacts
+from stribeck.core.base.finding import Finding
+from stribeck.core.equations.friction_torque.preparation import prepare
+from stribeck.core.friction import get_law
+from stribeck.simulation.prescribed.exact import exact_log
+from stribeck.simulation.robots import MODELS
+from stribeck.simulation.sensors.measure import with_noise
 
 TURNTABLE = """<robot name="turntable"><link name="base"/><link name="table"><inertial><mass value="4"/>
 <inertia ixx="0.05" ixy="0" ixz="0" iyy="0.05" iyz="0" izz="0.05"/></inertial></link>

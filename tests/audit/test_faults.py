@@ -14,15 +14,15 @@ from tests.models import POSTURES, example_robot
 from tests.mujoco_arm import JOINTS, friction, record, urdf
 
 from stribeck import Robot, identify
-from stribeck.audit import audit, gather
-from stribeck.audit.torque import check_torques
-from stribeck.audit.trials import check_by_trial
-from stribeck.errors import LogError
-from stribeck.friction import get_law
-from stribeck.friction_torque.preparation import prepare
-from stribeck.inspection import inspect_log
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.check.audit import audit, gather
+from stribeck.check.audit.torque import check_torques
+from stribeck.check.audit.trials import check_by_trial
+from stribeck.check.inspection import inspect_log
+from stribeck.core.equations.friction_torque.preparation import prepare
+from stribeck.core.errors import LogError
+from stribeck.core.friction import get_law
+from stribeck.simulation.prescribed.exact import exact_log
+from stribeck.simulation.sensors.measure import with_noise
 
 FRICTION = dict(zip(TRUTH, (0.3, 0.6, 0.2, 0.2, 0.1, 40.0), strict=True))
 

@@ -10,10 +10,10 @@ from tests.arm import arm_log, save_npz, write_arm
 from tests.cli.test_cli import run
 
 from stribeck import Robot, Settings, identify, read_result
-from stribeck.base.finding import Finding, merged
-from stribeck.base.spans import Span
-from stribeck.errors import StribeckError
-from stribeck.settings import FilterSettings
+from stribeck.core.base.finding import Finding, merged
+from stribeck.core.base.spans import Span
+from stribeck.core.errors import StribeckError
+from stribeck.core.settings import FilterSettings
 
 
 @pytest.fixture(scope="module")

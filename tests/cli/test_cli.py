@@ -22,16 +22,16 @@ from tests.report.conftest import build_result
 from tests.result.made import point
 
 from stribeck import Robot, identify
-from stribeck.cli import console, main
-from stribeck.cli.app import app
-from stribeck.cli.options import FORMATS, LAW_NAMES, METHOD_NAMES
-from stribeck.errors import SettingsError
-from stribeck.exporters import TARGETS
-from stribeck.friction import AUTO, LAWS, LAWS_WITH_STATE
-from stribeck.methods import METHODS
-from stribeck.result import Result, TorqueR2
-from stribeck.result.estimates import Verdict
-from stribeck.result.tables import advice
+from stribeck.app.cli import console, main
+from stribeck.app.cli.app import app
+from stribeck.app.cli.options import FORMATS, LAW_NAMES, METHOD_NAMES
+from stribeck.app.exporters import TARGETS
+from stribeck.core.errors import SettingsError
+from stribeck.core.friction import AUTO, LAWS, LAWS_WITH_STATE
+from stribeck.core.identify import METHODS
+from stribeck.core.result import Result, TorqueR2
+from stribeck.core.result.estimates import Verdict
+from stribeck.core.result.tables import advice
 
 OUTPUTS = ["friction_torque.parquet", "report.html", "result.json"]
 

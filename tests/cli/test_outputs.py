@@ -14,9 +14,9 @@ import pytest
 from tests.arm import arm_log, save_npz, write_arm
 
 from stribeck import Robot
-from stribeck.base import outputs
-from stribeck.base.outputs import Interrupted, staged_folder, whole_or_not_at_all
-from stribeck.errors import SettingsError
+from stribeck.core.base import outputs
+from stribeck.core.base.outputs import Interrupted, staged_folder, whole_or_not_at_all
+from stribeck.core.errors import SettingsError
 
 
 @pytest.fixture(autouse=True)
@@ -124,7 +124,7 @@ def test_all_outputs_or_none(tmp_path: Path) -> None:
 
 FULL = """
 import resource, sys
-from stribeck.cli import main
+from stribeck.app.cli import main
 resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 14, 1 << 14))
 sys.argv = ["stribeck", "identify", *sys.argv[1:]]
 main()
@@ -151,7 +151,7 @@ class Finder:
         if name == "typer":
             os.kill(os.getpid(), signal.SIGINT)
 sys.meta_path.insert(0, Finder())
-from stribeck.cli import main
+from stribeck.app.cli import main
 main()
 """
 

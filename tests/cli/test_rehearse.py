@@ -10,10 +10,10 @@ from tests.cli.test_cli import refused, run
 from tests.exporters.found import robot_of
 
 from stribeck import Robot, read_result
-from stribeck.friction import get_law
-from stribeck.log.writers import write_log
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.core.friction import get_law
+from stribeck.io.writers import write_log
+from stribeck.simulation.prescribed.exact import exact_log
+from stribeck.simulation.sensors.measure import with_noise
 
 
 def test_a_rehearsal_distinguishes_noisy_and_resting_joints(tmp_path, capsys):

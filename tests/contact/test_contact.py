@@ -9,12 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from stribeck.contact import SupportPhases, find_support_phases
-from stribeck.errors import LogError, RobotFileError
-from stribeck.log import RobotLog
-from stribeck.robot import Contact
-from stribeck.robot.rooting import BASE_FRAME
-from stribeck.settings import SupportSettings
+from stribeck.core.dynamics.contact import SupportPhases, find_support_phases
+from stribeck.core.errors import LogError, RobotFileError
+from stribeck.core.log import RobotLog
+from stribeck.core.robot import Contact
+from stribeck.core.robot.rooting import BASE_FRAME
+from stribeck.core.settings import SupportSettings
 
 RATE = 200.0
 MASS = 50.0

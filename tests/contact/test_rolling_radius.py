@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from stribeck.robot.packages import model_path
-from stribeck.robot.rolling_radius import rolling_radius
+from stribeck.core.robot.packages import model_path
+from stribeck.core.robot.rolling_radius import rolling_radius
 
 
 def test_a_ball_has_the_radius_of_its_sphere_or_mesh(tmp_path: Path) -> None:

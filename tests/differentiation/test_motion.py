@@ -6,19 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import sosfreqz
 
-from stribeck.differentiation import (
-    choose_cutoff,
-    make_filter,
-    resolve_auto,
-    savgol_cutoff,
-    savgol_kernels,
-    savgol_window,
-)
-from stribeck.differentiation.butterworth import SETTLED, butterworth_sections
-from stribeck.differentiation.cutoff import average_spectra
-from stribeck.differentiation.savitzky_golay import correlate_valid
-from stribeck.errors import SettingsError
-from stribeck.settings import FilterSettings
+from stribeck.core.errors import SettingsError
+from stribeck.core.filters import make_filter, resolve_auto, savgol_cutoff, savgol_kernels, savgol_window
+from stribeck.core.filters.savitzky_golay import correlate_valid
+from stribeck.core.settings import FilterSettings
+from stribeck.paper.filters.butterworth import SETTLED, butterworth_sections
+from stribeck.paper.filters.cutoff import average_spectra, choose_cutoff
 
 PERIOD = 0.002
 RATE = 1 / PERIOD

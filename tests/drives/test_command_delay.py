@@ -8,11 +8,11 @@ from tests.command_logs import clamped_quadruped, hobby_arm, lerobot_arm
 from tests.commanded import ARM, QUADRUPED, STEP, acting, arm_drives, leg_drives, logged, multisine
 
 from stribeck import Result, Robot, identify, read_log
-from stribeck.drives.command_delay import pooled
-from stribeck.drives.torques import with_found_delays
-from stribeck.dynamics.rooted import rooted_inverse_dynamics
-from stribeck.friction_torque.preparation import prepare
-from stribeck.init.answers import draft_robot_file
+from stribeck.check.drives.command_delay import pooled
+from stribeck.check.drives.torques import with_found_delays
+from stribeck.check.init.answers import draft_robot_file
+from stribeck.core.dynamics.rooted import rooted_inverse_dynamics
+from stribeck.core.equations.friction_torque.preparation import prepare
 
 
 @pytest.mark.parametrize(("write", "log"), [(hobby_arm, "log.npz"), (lerobot_arm, "dataset")], ids=["npz", "LeRobot"])

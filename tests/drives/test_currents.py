@@ -8,11 +8,11 @@ import pytest
 from tests.arm import TRUTH, arm_log, write_arm
 
 from stribeck import Robot, identify, inspect_log
-from stribeck.drives import find_torques, gains
-from stribeck.errors import LogError
-from stribeck.friction_torque.preparation import prepare
-from stribeck.log import RobotLog
-from stribeck.settings import FilterSettings, Settings
+from stribeck.check.drives import find_torques, gains
+from stribeck.core.equations.friction_torque.preparation import prepare
+from stribeck.core.errors import LogError
+from stribeck.core.log import RobotLog
+from stribeck.core.settings import FilterSettings, Settings
 
 GAINS = np.array([5.0, 8.0, 40.0])
 """Torque constants times gear ratios [N m/A]; gravity hardly loads the slide, whose constant the file omits."""

@@ -9,15 +9,15 @@ from scipy.spatial.transform import Rotation
 from studies.dense import constrained_sample, dense_friction_torque
 from tests.models import POSTURES, example_log, example_robot, make_robot
 
-from stribeck.dynamics.attitude import with_gyroscope
-from stribeck.dynamics.root_motion import base_root, standing_root
-from stribeck.dynamics.rooted import joint_inertia, rooted_inverse_dynamics
-from stribeck.dynamics.state import Orientation, State, orientation_from_derivatives, root_quaternions
-from stribeck.errors import LogError
-from stribeck.friction import Stribeck
-from stribeck.log import RobotLog
-from stribeck.robot import Robot
-from stribeck_simulation.prescribed.exact import Truth, exact_log
+from stribeck.core.dynamics.attitude import with_gyroscope
+from stribeck.core.dynamics.root_motion import base_root, standing_root
+from stribeck.core.dynamics.rooted import joint_inertia, rooted_inverse_dynamics
+from stribeck.core.dynamics.state import Orientation, State, orientation_from_derivatives, root_quaternions
+from stribeck.core.errors import LogError
+from stribeck.core.friction import Stribeck
+from stribeck.core.log import RobotLog
+from stribeck.core.robot import Robot
+from stribeck.simulation.prescribed.exact import Truth, exact_log
 
 SLIDING_LEG = """<robot name="slider">
   <link name="base"><inertial><mass value="5"/><origin xyz="0.1 0 0.05"/>

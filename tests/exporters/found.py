@@ -10,12 +10,12 @@ import pinocchio as pin
 from tests.models import EXAMPLES, MODELS
 from tests.result import made
 
-from stribeck.result import BodyCorrection, Corrections, JointResult, LogSummary, Result
-from stribeck.robot import Robot
-from stribeck.settings import Priors
-from stribeck.whole_log.model.bodies import bodies_of
-from stribeck_simulation.robots import MODELS as PACKAGED
-from stribeck_simulation.robots.toro import ROBOT_FILE
+from stribeck.core.estimator.model.bodies import bodies_of
+from stribeck.core.result import BodyCorrection, Corrections, JointResult, LogSummary, Result
+from stribeck.core.robot import Robot
+from stribeck.core.settings import Priors
+from stribeck.simulation.robots import MODELS as PACKAGED
+from stribeck.simulation.robots.toro import ROBOT_FILE
 
 FRICTION = {"viscous": (0.3, "N m s/rad"), "coulomb": (1.2, "N m"), "offset": (-0.4, "N m")}
 UNITS = {"viscous": "N m s/rad", "coulomb": "N m", "stribeck_velocity": "rad/s", "offset": "N m", "armature": "kg m^2"}

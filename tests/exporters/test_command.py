@@ -14,10 +14,10 @@ from tests.exporters.test_models import assert_same_dynamics, read_again
 from tests.whole_log.logs import TRUTH
 
 from stribeck import Robot, export
-from stribeck.friction import get_law
-from stribeck.log.writers import write_log
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.core.friction import get_law
+from stribeck.io.writers import write_log
+from stribeck.simulation.prescribed.exact import exact_log
+from stribeck.simulation.sensors.measure import with_noise
 
 
 def test_a_wrong_model_comes_out_nearer_to_the_truth(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

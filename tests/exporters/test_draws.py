@@ -17,10 +17,10 @@ from tests.exporters.test_models import read_again
 from tests.result import made
 
 from stribeck import Robot, export
-from stribeck.exporters import TARGETS, export_ranges, export_samples
-from stribeck.exporters.joints import joint_terms
-from stribeck.exporters.samples import drawn, joint_ranges
-from stribeck.result import JointResult, Result, read_result
+from stribeck.app.exporters import TARGETS, export_ranges, export_samples
+from stribeck.app.exporters.joints import joint_terms
+from stribeck.app.exporters.samples import drawn, joint_ranges
+from stribeck.core.result import JointResult, Result, read_result
 
 TRUTH = {"viscous": 0.3, "coulomb": 1.2, "stribeck_gain": 0.4, "stribeck_velocity": 0.2, "offset": -0.4}
 CORRELATION = np.array(

@@ -11,7 +11,7 @@ from tests.arm import URDF, write_arm
 from tests.exporters.found import FRICTION, found_in, joint_result, robot_of
 
 from stribeck import Robot, export
-from stribeck.exporters.forms import SPEEDS, Form, nearest
+from stribeck.app.exporters.forms import SPEEDS, Form, nearest
 
 TRANSMISSIONS = """
   <transmission name="one"><type>transmission_interface/SimpleTransmission</type><joint name="shoulder"/>

@@ -13,10 +13,10 @@ from tests.exporters.test_models import assert_same_dynamics, compiled, read_aga
 from tests.result import made
 
 from stribeck import export
-from stribeck.errors import SettingsError
-from stribeck.exporters.forms import Form, nearest
-from stribeck.exporters.joints import joint_terms
-from stribeck.exporters.written import LEGEND
+from stribeck.app.exporters.forms import Form, nearest
+from stribeck.app.exporters.joints import joint_terms
+from stribeck.app.exporters.written import LEGEND
+from stribeck.core.errors import SettingsError
 
 PLAIN = Form(dict.fromkeys(("coulomb", "viscous"), ""))
 STRIBECK = Form(dict.fromkeys(("coulomb", "viscous", "stribeck_velocity"), ""))

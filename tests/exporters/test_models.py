@@ -9,8 +9,8 @@ import pytest
 from tests.exporters.found import FRICTION, found_in, robot_of
 
 from stribeck import Robot, export
-from stribeck.exporters.links import possible, share
-from stribeck.robot.inertial_parameters import pseudo_inertia
+from stribeck.app.exporters.links import possible, share
+from stribeck.core.robot.inertial_parameters import pseudo_inertia
 
 STEP = 2e-4
 """Of simulations [s]."""

@@ -19,13 +19,13 @@ from tests.exporters.test_models import STEP, compiled
 from tests.mujoco_arm import JOINTS, friction, record, urdf
 
 from stribeck import Robot, export, identify, read_log
-from stribeck.errors import SettingsError
-from stribeck.exporters import TARGETS
-from stribeck.exporters.forms import SPEEDS, nearest
-from stribeck.exporters.joints import joint_terms
-from stribeck.exporters.text_files import FORMULAS, numbers_of
-from stribeck.friction import LAWS, LAWS_WITH_STATE, get_law
-from stribeck.result import JointResult
+from stribeck.app.exporters import TARGETS
+from stribeck.app.exporters.forms import SPEEDS, nearest
+from stribeck.app.exporters.joints import joint_terms
+from stribeck.app.exporters.text_files import FORMULAS, numbers_of
+from stribeck.core.errors import SettingsError
+from stribeck.core.friction import LAWS, LAWS_WITH_STATE, get_law
+from stribeck.core.result import JointResult
 
 EFFECT = {"coulomb": 2.0, "viscous": 0.3, "stribeck_gain": 0.5, "stribeck_velocity": 0.1, "offset": 0.0}
 TERMS = {"stribeck_gain": 0.4, "stribeck_velocity": 0.2, "offset": -0.4, "slope": 35.0, "viscous_asymmetry": 0.1}

@@ -8,7 +8,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from stribeck.fleet.store import SCHEMA, TABLES, folder_of
+from stribeck.service.fleet.store import SCHEMA, TABLES, folder_of
 
 SPEEDS = (0.1, 0.2, 0.5, 1.0)
 

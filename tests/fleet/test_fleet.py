@@ -19,11 +19,11 @@ import pytest
 from tests.arm import arm_log, save_npz, write_arm
 
 from stribeck import LogError, SettingsError, identify
-from stribeck.fleet import compact, connect, run_fleet
-from stribeck.fleet.jobs import Job, jobs_of_logs, jobs_of_manifest
-from stribeck.fleet.store import TABLES, views
-from stribeck.fleet.worker import Limits
-from stribeck.robot import Robot
+from stribeck.core.robot import Robot
+from stribeck.service.fleet import compact, connect, run_fleet
+from stribeck.service.fleet.jobs import Job, jobs_of_logs, jobs_of_manifest
+from stribeck.service.fleet.store import TABLES, views
+from stribeck.service.fleet.worker import Limits
 
 SAME = "SELECT * EXCLUDE (finished, seconds, peak_memory) FROM logs ORDER BY key"
 """Rows that two runs have in common; the others are times and memory."""

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from tests.fleet.synthetic import write_store
 
-from stribeck.base.typing import Array
-from stribeck.fleet import connect, find_trends
-from stribeck.fleet.changes import find_changes
-from stribeck.fleet.friction import Fleet, JointSpeed
-from stribeck.fleet.report import write_trends
-from stribeck.fleet.spreads import log_variance, outliers, reml
+from stribeck.app.report.trends import write_trends
+from stribeck.core.base.typing import Array
+from stribeck.service.fleet import connect, find_trends
+from stribeck.service.fleet.changes import find_changes
+from stribeck.service.fleet.friction import Fleet, JointSpeed
+from stribeck.service.fleet.spreads import log_variance, outliers, reml
 
 PAGE = Path(__file__).parents[2] / "docs/fleet.md"
 

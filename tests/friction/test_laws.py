@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stribeck.base.typing import Array
-from stribeck.friction import LAWS, FrictionLaw, Parameter
-from stribeck.judgement.curve_fit.fit import fit_joint, grid_starts
-from stribeck.judgement.curve_fit.problem import FitProblem
+from stribeck.core.base.typing import Array
+from stribeck.core.friction import LAWS, FrictionLaw, Parameter
+from stribeck.core.judgement.curve_fit.problem import FitProblem
+from stribeck.paper.curve_fit.fit import fit_joint, grid_starts
 
 every_law = pytest.mark.parametrize("law", [law() for law in LAWS.values()], ids=list(LAWS))
 

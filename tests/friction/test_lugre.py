@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stribeck.base.typing import Array
-from stribeck.friction import LuGre
-from stribeck.friction.law import Motion
-from stribeck.friction.presliding import lag_behind
-from stribeck_simulation.friction import FrictionTruth, Instant
-from stribeck_simulation.friction import LuGre as SimulatedLuGre
+from stribeck.core.base.typing import Array
+from stribeck.core.friction.law import Motion
+from stribeck.core.friction.presliding import lag_behind
+from stribeck.paper.lugre import LuGre
+from stribeck.simulation.friction import FrictionTruth, Instant
+from stribeck.simulation.friction import LuGre as SimulatedLuGre
 
 LAW = LuGre()
 VALUES = np.array([0.3, 1.0, 0.4, 0.2, 0.1, 4e-3, 2.0])

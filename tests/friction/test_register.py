@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stribeck import FrictionLaw, SettingsError, register_law
-from stribeck.friction import LAWS, Parameter, get_law
+from stribeck.core.friction import LAWS, Parameter, get_law
 
 COULOMB = Parameter(name="coulomb", symbol="Fc", unit="N m")
 DRAG = Parameter(name="drag", symbol="D", unit="N m s^2/rad^2")

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from stribeck import Robot, Settings, identify
-from stribeck.friction import get_law
-from stribeck.log import RobotLog
-from stribeck.settings import FilterSettings
+from stribeck.core.friction import get_law
+from stribeck.core.log import RobotLog
+from stribeck.core.settings import FilterSettings
 
 INERTIA, PERIOD, STEPS = 0.2, 1e-3, 20
 TRUTH = np.array([0.2, 1.0, 0.2, 0.2, 0.5, 40.0])

@@ -13,13 +13,13 @@ from tests.loops import joint, link
 from tests.models import example_log, example_robot
 
 from stribeck import Robot, Settings, identify
-from stribeck.errors import LogError
-from stribeck.friction_torque.auto_filter import cutoff_from_log
-from stribeck.friction_torque.inverse_dynamics import Chunk, torque_chunks
-from stribeck.friction_torque.preparation import prepare
-from stribeck.log import RobotLog
-from stribeck.settings import FilterSettings
-from stribeck_simulation.prescribed.exact import Truth
+from stribeck.core.equations.friction_torque.inverse_dynamics import Chunk, torque_chunks
+from stribeck.core.equations.friction_torque.preparation import prepare
+from stribeck.core.errors import LogError
+from stribeck.core.log import RobotLog
+from stribeck.core.settings import FilterSettings
+from stribeck.paper.filters.auto import cutoff_from_log
+from stribeck.simulation.prescribed.exact import Truth
 
 EXACT = FilterSettings(kind="log")
 

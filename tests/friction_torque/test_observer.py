@@ -10,16 +10,16 @@ from tests.arm import TRUTH, arm_log
 from tests.models import STRIBECK, example_log, example_robot
 
 from stribeck import LogError, MomentumObserver, Robot, Settings, identify
-from stribeck.base.typing import Array
-from stribeck.dynamics.momentum import momentum_balance
-from stribeck.dynamics.rooted import RootMotion
-from stribeck.friction import get_law
-from stribeck.friction_torque import inverse_dynamics as stream
-from stribeck.friction_torque.inverse_dynamics import torque_chunks
-from stribeck.friction_torque.preparation import prepare
-from stribeck.log import RobotLog
-from stribeck.settings import FilterSettings
-from stribeck_simulation.prescribed.exact import Truth
+from stribeck.core.base.typing import Array
+from stribeck.core.dynamics.momentum import momentum_balance
+from stribeck.core.dynamics.rooted import RootMotion
+from stribeck.core.equations.friction_torque import inverse_dynamics as stream
+from stribeck.core.equations.friction_torque.inverse_dynamics import torque_chunks
+from stribeck.core.equations.friction_torque.preparation import prepare
+from stribeck.core.friction import get_law
+from stribeck.core.log import RobotLog
+from stribeck.core.settings import FilterSettings
+from stribeck.simulation.prescribed.exact import Truth
 
 PERIOD = 1e-3
 EXACT = FilterSettings(kind="log")

@@ -5,9 +5,9 @@ from typing import Any
 
 import pytest
 
-from stribeck.init.columns import find_columns
-from stribeck.log.readers.formats import open_log
-from stribeck.settings import LogTable
+from stribeck.check.init.columns import find_columns
+from stribeck.core.settings import LogTable
+from stribeck.io.readers.formats import open_log
 
 JOINTS = ("base", "wrist_1")
 

@@ -14,18 +14,18 @@ from tests.commanded import QUADRUPED
 from tests.models import CASSIE, EXAMPLES, STRIBECK, example_log, example_robot
 
 from stribeck import Robot, Settings, identify, read_log
-from stribeck.cli import main
-from stribeck.errors import LogError
-from stribeck.init import draft_robot_file
-from stribeck.init.model import read_model
-from stribeck.init.names import match
-from stribeck.init.search import as_given, find_columns_by_dynamics, other_orders
-from stribeck.log import RobotLog
-from stribeck.log.sampling import regularise
-from stribeck.robot import model_path
-from stribeck.settings import LogTable
-from stribeck_simulation.sensors.measure import measure, sensors_for
-from stribeck_simulation.sensors.profiles import PROFILES
+from stribeck.app.cli import main
+from stribeck.check.init import draft_robot_file
+from stribeck.check.init.model import read_model
+from stribeck.check.init.names import match
+from stribeck.check.init.search import as_given, find_columns_by_dynamics, other_orders
+from stribeck.core.errors import LogError
+from stribeck.core.log import RobotLog
+from stribeck.core.log.sampling import regularise
+from stribeck.core.robot import model_path
+from stribeck.core.settings import LogTable
+from stribeck.simulation.sensors.measure import measure, sensors_for
+from stribeck.simulation.sensors.profiles import PROFILES
 
 ARM = EXAMPLES / "ur_description/urdf/ur5_robot.urdf"
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from tests.mujoco_arm import JOINTS, friction, record, urdf
 
-from stribeck.cli import main
-from stribeck.result import read_result
+from stribeck.app.cli import main
+from stribeck.core.result import read_result
 
 TOOL = (
     '<link name="gripper"><visual><geometry><mesh filename="package://missing/gripper.stl"/></geometry></visual></link>'

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from tests import samples
 
-from stribeck.friction import get_law
-from stribeck.friction_torque.samples import FrictionSamples
+from stribeck.core.friction import get_law
+from stribeck.core.result.samples import FrictionSamples
 
 TRUTH = {"viscous": 0.5, "coulomb": 2.0, "stribeck_gain": 0.6, "stribeck_velocity": 0.15, "offset": -0.7, "slope": 60.0}
 

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from stribeck.friction import get_law
-from stribeck.friction.parameters import COULOMB, SLOPE
-from stribeck.judgement.curve import SPEEDS, friction_curve
-from stribeck.judgement.curve_fit.fit import fit_law
-from stribeck.judgement.joint_fit import near_bound, parameter_units
-from stribeck.judgement.speed import top_speed
-from stribeck.judgement.weakness import is_weak
-from stribeck.settings import Settings
+from stribeck.core.friction import get_law
+from stribeck.core.friction.parameters import COULOMB, SLOPE
+from stribeck.core.judgement.curve import SPEEDS, friction_curve
+from stribeck.core.judgement.joint_fit import near_bound, parameter_units
+from stribeck.core.judgement.speed import top_speed
+from stribeck.core.judgement.weakness import is_weak
+from stribeck.core.settings import Settings
+from stribeck.paper.curve_fit.fit import fit_law
 
 REPETITIONS = 30
 CASES = {

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stribeck.friction import get_law
-from stribeck.judgement.curve_fit.problem import joint_problem
-from stribeck.judgement.excitation import count_reversals, velocity_noise
-from stribeck.settings import Settings
+from stribeck.core.friction import get_law
+from stribeck.core.judgement.curve_fit.problem import joint_problem
+from stribeck.core.judgement.excitation import count_reversals, velocity_noise
+from stribeck.core.settings import Settings
 
 
 def judged(samples, joint="knee", prismatic=False):

@@ -8,17 +8,17 @@ import pytest
 from tests.result.made import joint
 from tests.samples import make_samples
 
-from stribeck.base.typing import Array
-from stribeck.friction import LAWS, get_law
-from stribeck.friction_torque.samples import FrictionSamples
-from stribeck.judgement.curve_fit.fit import fit_law, validate
-from stribeck.judgement.passivity import passivity_violated
-from stribeck.judgement.torque_error import change_by_inertias, friction_errors, torque_errors
-from stribeck.judgement.verdict import judge
-from stribeck.judgement.weakness import USUAL, is_weak
-from stribeck.methods.whole_log import CRITERIA
-from stribeck.result import Validation
-from stribeck.settings import Settings
+from stribeck.core.base.typing import Array
+from stribeck.core.friction import LAWS, get_law
+from stribeck.core.identify.whole_log import CRITERIA
+from stribeck.core.judgement.passivity import passivity_violated
+from stribeck.core.judgement.torque_error import change_by_inertias, friction_errors, torque_errors
+from stribeck.core.judgement.verdict import judge
+from stribeck.core.judgement.weakness import USUAL, is_weak
+from stribeck.core.result import Validation
+from stribeck.core.result.samples import FrictionSamples
+from stribeck.core.settings import Settings
+from stribeck.paper.curve_fit.fit import fit_law, validate
 
 
 def identified(samples, law="stribeck", **settings):

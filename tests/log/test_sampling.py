@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation, Slerp
 from tests.log.readers.formats import synthetic_log
 
-from stribeck.errors import LogError
-from stribeck.log.interpolation import bridges, cubic, linear, previous, slerp
-from stribeck.log.overlap import prints, refuse_overlap
-from stribeck.log.sampling import regularise
-from stribeck.settings import LogTable
+from stribeck.core.errors import LogError
+from stribeck.core.log.interpolation import bridges, cubic, linear, previous, slerp
+from stribeck.core.log.overlap import prints, refuse_overlap
+from stribeck.core.log.sampling import regularise
+from stribeck.core.settings import LogTable
 
 TABLE = LogTable()
 
@@ -173,7 +173,7 @@ def test_channels_beyond_the_memory_limit_are_cut_and_interpolated_on_disk(monke
     log = log_at(time)
     log.torque[3, 0] = np.nan
     expected, _ = regularise(log, TABLE)
-    monkeypatch.setattr("stribeck.log.storage.IN_MEMORY_LIMIT", 1000)
+    monkeypatch.setattr("stribeck.core.log.storage.IN_MEMORY_LIMIT", 1000)
     even, _ = regularise(log, TABLE)
     for name, channel in expected.channels().items():
         np.testing.assert_array_equal(even.channels()[name], channel)
@@ -246,7 +246,7 @@ def test_blocks_leave_no_seams(monkeypatch):
     query = np.sort(RNG.uniform(time[0], time[-1], 1500))
     values, turns = RNG.normal(size=(2000, 3)), Rotation.random(2000, rng=2).as_quat()
     whole = cubic(query, time, values), slerp(query, time, turns)
-    monkeypatch.setattr("stribeck.log.interpolation.BLOCK_ROWS", 100)
+    monkeypatch.setattr("stribeck.core.log.interpolation.BLOCK_ROWS", 100)
     np.testing.assert_allclose(cubic(query, time, values), whole[0], atol=1e-12)
     np.testing.assert_array_equal(slerp(query, time, turns), whole[1])
 

@@ -11,7 +11,7 @@ from tests.log.readers import formats
 from tests.log.readers.formats import ROS, WHOLE, StubRobot, synthetic_log
 
 from stribeck import Robot, RobotLog, read_log, write_log
-from stribeck.log.writers import WRITERS
+from stribeck.io.writers import WRITERS
 
 LOG = synthetic_log(60)
 SHORT = RobotLog(time=LOG.time, joint_names=LOG.joint_names, position=LOG.position, torque=LOG.torque)
@@ -74,7 +74,7 @@ def test_the_robot_gives_the_order_and_the_rest_is_ignored_by_name(writer, tmp_p
 
 @pytest.mark.parametrize("writer", WHOLE.values(), ids=WHOLE)
 def test_channels_beyond_the_memory_limit_lie_on_disk_and_read_the_same(writer, tmp_path, monkeypatch):
-    monkeypatch.setattr("stribeck.log.storage.IN_MEMORY_LIMIT", 1000)
+    monkeypatch.setattr("stribeck.core.log.storage.IN_MEMORY_LIMIT", 1000)
     log = synthetic_log()
     read = read_log(writer(tmp_path, log), StubRobot())
     base = read.position

@@ -10,14 +10,14 @@ from tests.models import POSTURES, example_robot
 from tests.result.made import of_one_log
 
 from stribeck import Robot, Settings, identify
-from stribeck.exporters.samples import drawn
-from stribeck.friction import get_law
-from stribeck.log import RobotLog
-from stribeck.methods.direct.consistent import base_parameters
-from stribeck.result import BodyCorrection
-from stribeck.robot.inertial_parameters import pseudo_inertia
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.app.exporters.samples import drawn
+from stribeck.core.friction import get_law
+from stribeck.core.log import RobotLog
+from stribeck.core.result import BodyCorrection
+from stribeck.core.robot.inertial_parameters import pseudo_inertia
+from stribeck.paper.direct.consistent import base_parameters
+from stribeck.simulation.prescribed.exact import exact_log
+from stribeck.simulation.sensors.measure import with_noise
 
 LAW = "coulomb-viscous"
 TRUTH = {"viscous": 0.3, "coulomb": 1.2, "offset": -0.4}

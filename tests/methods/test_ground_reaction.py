@@ -12,12 +12,12 @@ from tests.friction_torque.test_friction_torque import EXACT, by_support, chunks
 from tests.models import MODELS, POSTURES, example_log, example_robot, make_robot
 
 from stribeck import Robot, Settings, identify
-from stribeck.friction import get_law
-from stribeck.friction_torque.inverse_dynamics import torque_chunks
-from stribeck.friction_torque.preparation import prepare
-from stribeck.log import RobotLog
-from stribeck.result import Result
-from stribeck_simulation.prescribed.exact import Truth, exact_log
+from stribeck.core.equations.friction_torque.inverse_dynamics import torque_chunks
+from stribeck.core.equations.friction_torque.preparation import prepare
+from stribeck.core.friction import get_law
+from stribeck.core.log import RobotLog
+from stribeck.core.result import Result
+from stribeck.simulation.prescribed.exact import Truth, exact_log
 
 LAW, TRUTH = get_law("coulomb-viscous"), {"viscous": 0.4, "coulomb": 1.0, "offset": 0.3}
 MEASURED = Settings(method="ground-reaction", filter=EXACT, law=LAW.name)

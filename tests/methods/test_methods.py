@@ -15,20 +15,21 @@ import pytest
 from tests.arm import TRUTH, arm_log, save_npz
 from tests.cli.test_cli import run
 
-from stribeck import Robot, Settings, identify
-from stribeck.base.checked_table import flat
-from stribeck.base.finding import Finding
-from stribeck.errors import SettingsError
-from stribeck.friction import LAWS, get_law
-from stribeck.friction_torque import preparation
-from stribeck.friction_torque.stage import FrictionTorqueStage
-from stribeck.judgement.curve_fit.fit import fit_joint
-from stribeck.judgement.curve_fit.problem import joint_problem
-from stribeck.log import RobotLog
-from stribeck.methods import METHODS, Fitted, Method
-from stribeck.methods.contract import SHARED
-from stribeck.result import read_result
-from stribeck.settings import FilterSettings
+from stribeck import Robot, Settings, identify, read_log
+from stribeck.core.base.checked_table import flat
+from stribeck.core.base.finding import Finding
+from stribeck.core.base.parts import SERVICES
+from stribeck.core.equations.friction_torque import preparation
+from stribeck.core.equations.friction_torque.stage import FrictionTorqueStage
+from stribeck.core.errors import SettingsError
+from stribeck.core.friction import LAWS, get_law
+from stribeck.core.identify import METHODS, Fitted, Method
+from stribeck.core.identify.contract import SHARED
+from stribeck.core.judgement.curve_fit.problem import joint_problem
+from stribeck.core.log import RobotLog
+from stribeck.core.result import read_result
+from stribeck.core.settings import FilterSettings
+from stribeck.paper.curve_fit.fit import fit_joint
 
 SOURCE = Path(__file__).parents[2] / "src/stribeck"
 NAMES = tuple(METHODS)
@@ -96,24 +97,23 @@ def test_a_third_method_goes_through_the_command_line(arm, log, all_samples, tmp
 
 
 def test_nothing_asks_which_method_ran() -> None:
-    """A name of a method stands only in its own file, as the default of the setting and in what the shell completes."""
+    """A name of a method stands only in its own file and as the default of the setting."""
     named = Counter(
         str(path.relative_to(SOURCE))
         for path in SOURCE.rglob("*.py")
         for node in ast.walk(ast.parse(path.read_text()))
         if isinstance(node, ast.Constant) and node.value in NAMES
     )
-    own = {f"methods/{name.replace('-', '_')}.py": 1 for name in NAMES if name != "observer"}
-    own["methods/direct/method.py"] = own.pop("methods/direct.py")
-    own["methods/curve_fit.py"] += 1  # the observer is a curve fit of another friction torque
-    assert named == own | {"settings.py": 1, "cli/options.py": len(NAMES)}
+    own = dict.fromkeys(("core/identify/whole_log.py", "paper/ground_reaction.py", "paper/direct/method.py"), 1)
+    own["paper/curve_fit/method.py"] = 2  # the observer is a curve fit of another friction torque
+    assert named == own | {"core/settings.py": 1}
 
 
 def test_a_comparison_with_the_method_is_nowhere() -> None:
     compared = [
         f"{path.name}:{node.lineno}"
         for path in SOURCE.rglob("*.py")
-        if path.parent.name != "methods"
+        if path.name != "methods.py"
         for node in ast.walk(ast.parse(path.read_text()))
         if isinstance(node, ast.Compare)
         and any(isinstance(each, ast.Attribute) and each.attr == "method" for each in (node.left, *node.comparators))
@@ -121,7 +121,7 @@ def test_a_comparison_with_the_method_is_nowhere() -> None:
     assert compared == []
 
 
-STEPS = ("read_log", "regularise", "find_support_phases")
+STEPS = ("regularise", "find_support_phases")
 """Functions that prepare a log."""
 
 
@@ -130,10 +130,12 @@ def test_each_log_is_prepared_once(arm: Robot, method: str, tmp_path: Path, monk
     calls = {name: mock.Mock(wraps=getattr(preparation, name)) for name in STEPS}
     for name, step in calls.items():
         monkeypatch.setattr(preparation, name, step)
+    calls["read_log"] = mock.Mock(wraps=read_log)
+    monkeypatch.setitem(SERVICES, "read_log", calls["read_log"])
     logs = {name: arm_log(arm, 6.0, 250.0, seed) for seed, name in enumerate(("a.npz", "b.npz"))}
     paths = [save_npz(log, tmp_path / name) for name, log in logs.items()]
     identify(paths, arm, method=method, law="coulomb-viscous", table=tmp_path / "f.parquet")
-    assert [step.call_count for step in calls.values()] == [2, 2, 2]
+    assert [step.call_count for step in calls.values()] == [2] * len(calls)
 
 
 @pytest.mark.parametrize("corrections", ["none", "inertia"])

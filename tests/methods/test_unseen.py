@@ -5,11 +5,11 @@ import pytest
 from tests.arm import arm_log
 
 from stribeck import Robot, Settings, identify
-from stribeck.friction import get_law
-from stribeck.friction_torque.preparation import prepare, quiet
-from stribeck.friction_torque.stage import FrictionTorqueStage
-from stribeck.log import RobotLog
-from stribeck.methods import METHODS, Fitted
+from stribeck.core.equations.friction_torque.preparation import prepare, quiet
+from stribeck.core.equations.friction_torque.stage import FrictionTorqueStage
+from stribeck.core.friction import get_law
+from stribeck.core.identify import METHODS, Fitted
+from stribeck.core.log import RobotLog
 
 
 @pytest.fixture(scope="module")

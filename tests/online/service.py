@@ -8,9 +8,9 @@ import numpy as np
 from tests.arm import TRUTH, arm_log
 
 from stribeck import Robot, RobotLog
-from stribeck.base.typing import Array
-from stribeck.friction import get_law
-from stribeck.online import Alarm, OnlineFriction
+from stribeck.core.base.typing import Array
+from stribeck.core.friction import get_law
+from stribeck.service.online import Alarm, OnlineFriction
 
 RATE = 100.0
 """Rate of the arm's logs [Hz]."""

@@ -16,16 +16,16 @@ from tests.models import example_robot
 from tests.online.service import RATE, elbow, feed, same, stream
 
 from stribeck import Result, Robot, export
-from stribeck.base.typing import Array
-from stribeck.contact.mode import ContactMode
-from stribeck.dynamics.momentum import momentum_balance
-from stribeck.dynamics.rooted import rooted_inverse_dynamics
-from stribeck.dynamics.state import Orientation, State
-from stribeck.friction import get_law
-from stribeck.online import Alarm, OnlineFriction
-from stribeck.online.alarms import Watchdog
-from stribeck.online.kalman import JointFilters
-from stribeck.online.motion import Tree
+from stribeck.core.base.typing import Array
+from stribeck.core.dynamics.contact.mode import ContactMode
+from stribeck.core.dynamics.momentum import momentum_balance
+from stribeck.core.dynamics.rooted import rooted_inverse_dynamics
+from stribeck.core.dynamics.state import Orientation, State
+from stribeck.core.friction import get_law
+from stribeck.service.online import Alarm, OnlineFriction
+from stribeck.service.online.alarms import Watchdog
+from stribeck.service.online.kalman import JointFilters
+from stribeck.service.online.motion import Tree
 
 
 def numbers(online: OnlineFriction) -> Array:

@@ -16,7 +16,7 @@ from tests.online.service import elbow, same, stream
 from typer.testing import CliRunner
 
 from stribeck import Result, Robot
-from stribeck.cli.app import app
+from stribeck.app.cli.app import app
 
 NODE = Path(__file__).parents[2] / "examples" / "ros2" / "friction_watch.py"
 

@@ -10,14 +10,14 @@ import pytest
 from tests.arm import arm_log, save_npz, write_arm
 
 from stribeck import Robot, Settings, identify, plan
-from stribeck.cli.app import app
-from stribeck.errors import SettingsError
-from stribeck.judgement.curve import WIDEST, relative_width
-from stribeck.plan.advice import PERIOD, motions_of, of_pace, present_length, sweep
-from stribeck.plan.information import covariances, dynamics_of, expected_curve, read_noise
-from stribeck.plan.joint import PlannedJoint, PresentMotion, Reach
-from stribeck.plan.selection import gravity
-from stribeck.result import JointResult, Result, read_result
+from stribeck.app.cli.app import app
+from stribeck.core.errors import SettingsError
+from stribeck.core.judgement.curve import WIDEST, relative_width
+from stribeck.core.result import JointResult, Result, read_result
+from stribeck.design.planning.advice import PERIOD, motions_of, of_pace, present_length, sweep
+from stribeck.design.planning.information import covariances, dynamics_of, expected_curve, read_noise
+from stribeck.design.planning.joint import PlannedJoint, PresentMotion, Reach
+from stribeck.design.planning.selection import gravity
 
 NOISE = 20.0
 """Of the torques [N m]: so much that the slide, which has little friction, is weak."""

@@ -12,14 +12,14 @@ from tests.cli.test_cli import refused, run
 from tests.result import made
 
 from stribeck import Robot, Settings, identify, plan
-from stribeck.friction import get_law
-from stribeck.log import RobotLog
-from stribeck.plan.collision import CLEARANCE, load_self_collision
-from stribeck.plan.information import dynamics_of
-from stribeck.plan.joint import PlannedJoint, Reach, guess
-from stribeck.plan.selection import gravity
-from stribeck.plan.series import FREE, TORQUE_SHARE, Series, Task
-from stribeck.plan.trajectory import FINE, Promise, Trajectory, design, promise_of, within_limits
+from stribeck.core.friction import get_law
+from stribeck.core.log import RobotLog
+from stribeck.design.planning.collision import CLEARANCE, load_self_collision
+from stribeck.design.planning.information import dynamics_of
+from stribeck.design.planning.joint import PlannedJoint, Reach, guess
+from stribeck.design.planning.selection import gravity
+from stribeck.design.planning.series import FREE, TORQUE_SHARE, Series, Task
+from stribeck.design.planning.trajectory import FINE, Promise, Trajectory, design, promise_of, within_limits
 
 EMPTY = made.joint(reason="", samples=0, velocity_range=(0.0, 0.0), reversals=0, law="stribeck")
 

@@ -16,20 +16,20 @@ from tests.commanded import ARM, QUADRUPED, with_drives
 from tests.exporters.found import robot_of
 
 from stribeck import Robot, Settings
-from stribeck.errors import SettingsError
-from stribeck.friction import get_law
-from stribeck.log import RobotLog
-from stribeck.log.writers import write_log
-from stribeck.replay import rollouts
-from stribeck.replay.comparison import Replay, Replayed
-from stribeck.replay.replay import read_friction, replay
-from stribeck.replay.report import curves_of_replay, pieces, write_replay
-from stribeck.replay.rollouts import HORIZONS
-from stribeck.report.recording import write_recording
-from stribeck.settings import FilterSettings
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots.toro import standing_posture
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.app.report.recording import write_recording
+from stribeck.app.report.replay import curves_of_replay, pieces, write_replay
+from stribeck.core.errors import SettingsError
+from stribeck.core.friction import get_law
+from stribeck.core.log import RobotLog
+from stribeck.core.settings import FilterSettings
+from stribeck.design.replaying import rollouts
+from stribeck.design.replaying.comparison import Replay, Replayed
+from stribeck.design.replaying.replay import read_friction, replay
+from stribeck.design.replaying.rollouts import HORIZONS
+from stribeck.io.writers import write_log
+from stribeck.simulation.prescribed.exact import exact_log
+from stribeck.simulation.robots.toro import standing_posture
+from stribeck.simulation.sensors.measure import with_noise
 
 COULOMB, VISCOUS = 1.2, 0.3
 EXACT = Settings(filter=FilterSettings(kind="log"))

@@ -11,17 +11,17 @@ from tests.samples import make_samples
 from tests.simulation.test_pictures import SOLES
 
 from stribeck import Robot, Settings
-from stribeck.base.finding import Finding
-from stribeck.friction import get_law
-from stribeck.friction_torque.samples import FrictionSamples
-from stribeck.judgement.curve_fit.fit import fit_law, validate
-from stribeck.judgement.verdict import judge
-from stribeck.report import Reference
-from stribeck.result import Evidence, LogSummary, Result
-from stribeck_simulation.pictures.walk import WalkPicture, walk_picture
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots import MODELS
-from stribeck_simulation.run import POSTURES
+from stribeck.app.report import Reference
+from stribeck.core.base.finding import Finding
+from stribeck.core.friction import get_law
+from stribeck.core.judgement.verdict import judge
+from stribeck.core.result import Evidence, LogSummary, Result
+from stribeck.core.result.samples import FrictionSamples
+from stribeck.paper.curve_fit.fit import fit_law, validate
+from stribeck.simulation.pictures.walk import WalkPicture, walk_picture
+from stribeck.simulation.prescribed.exact import exact_log
+from stribeck.simulation.robots import MODELS
+from stribeck.simulation.run import POSTURES
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 DRIVER = shutil.which("chromedriver")

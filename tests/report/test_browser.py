@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from tests.report.conftest import make_walk, truth_of
 
-from stribeck.base.finding import Finding
-from stribeck.report import write_report
-from stribeck.result import Result
-from stribeck.result.estimates import TorqueR2
-from stribeck_simulation.pictures.section import walk_section
+from stribeck.app.report import write_report
+from stribeck.app.report.walk_section import walk_section
+from stribeck.core.base.finding import Finding
+from stribeck.core.result import Result
+from stribeck.core.result.estimates import TorqueR2
 
 
 @pytest.fixture(scope="module")

@@ -16,18 +16,18 @@ from tests.report.conftest import ARRAYS
 from tests.whole_log.logs import TRUTH, with_wrong_bodies
 
 from stribeck import Robot, identify, write_report
-from stribeck.friction import get_law
-from stribeck.report.charts import density
-from stribeck.report.details import branch_charts, branches
-from stribeck.report.joints import friction_over_time, joint_samples
-from stribeck.report.text import MINUS, THIN, matched, number, percent
-from stribeck.report.timeline import share_held
-from stribeck.report.torques import POINTS, replayed_torques
-from stribeck.result import Result
-from stribeck.settings import Settings
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots import MODELS
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.app.report.charts import density
+from stribeck.app.report.details import branch_charts, branches
+from stribeck.app.report.joints import friction_over_time, joint_samples
+from stribeck.app.report.text import MINUS, THIN, matched, number, percent
+from stribeck.app.report.timeline import share_held
+from stribeck.app.report.torques import POINTS, replayed_torques
+from stribeck.core.friction import get_law
+from stribeck.core.result import Result
+from stribeck.core.settings import Settings
+from stribeck.simulation.prescribed.exact import exact_log
+from stribeck.simulation.robots import MODELS
+from stribeck.simulation.sensors.measure import with_noise
 
 
 def pixels_of(source: str) -> NDArray[np.uint8]:

@@ -10,16 +10,16 @@ from tests.fleet.synthetic import write_store
 from tests.report.conftest import make_walk, truth_of
 from tests.report.test_report import inspection, joint
 
-from stribeck.fleet.report import write_trends
-from stribeck.fleet.trends import find_trends
-from stribeck.replay.comparison import Replay, Replayed
-from stribeck.replay.report import write_replay
-from stribeck.replay.rollouts import RolloutError
-from stribeck.report import write_inspection, write_report
-from stribeck.report.comparison import write_comparison
-from stribeck.result import Result
-from stribeck.result.compare import compare, compare_sides
-from stribeck_simulation.pictures.section import walk_section
+from stribeck.app.comparison import compare, compare_sides
+from stribeck.app.report import write_inspection, write_report
+from stribeck.app.report.comparison import write_comparison
+from stribeck.app.report.replay import write_replay
+from stribeck.app.report.trends import write_trends
+from stribeck.app.report.walk_section import walk_section
+from stribeck.core.result import Result
+from stribeck.design.replaying.comparison import Replay, Replayed
+from stribeck.design.replaying.rollouts import RolloutError
+from stribeck.service.fleet.trends import find_trends
 
 SEEDS = 6
 """Pages with values of different sizes."""

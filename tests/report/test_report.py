@@ -13,16 +13,16 @@ import pytest
 from tests.report.conftest import make_walk, truth_of
 from tests.result.made import point
 
-from stribeck.base.finding import Finding
-from stribeck.errors import SettingsError
-from stribeck.friction import LAWS, get_law
-from stribeck.inspection import Inspection, JointInspection
-from stribeck.report import write_inspection, write_report
-from stribeck.report.curves import friction_curve
-from stribeck.result import Corrections, JointResult, Result, TorqueR2
-from stribeck.result.estimates import verdict_place
-from stribeck.result.tables import advice
-from stribeck_simulation.pictures.section import walk_section
+from stribeck.app.report import write_inspection, write_report
+from stribeck.app.report.curves import friction_curve
+from stribeck.app.report.walk_section import walk_section
+from stribeck.check.inspection import Inspection, JointInspection
+from stribeck.core.base.finding import Finding
+from stribeck.core.errors import SettingsError
+from stribeck.core.friction import LAWS, get_law
+from stribeck.core.result import Corrections, JointResult, Result, TorqueR2
+from stribeck.core.result.estimates import verdict_place
+from stribeck.core.result.tables import advice
 
 FOLDED = ["joints", "verdicts", "sides", "torque-source", "power", "timeline", "provenance"]
 

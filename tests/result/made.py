@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import Any
 
-from stribeck.result import CurvePoint, JointResult, LogSummary, ParameterEstimate, Result, Verdict
+from stribeck.core.result import CurvePoint, JointResult, LogSummary, ParameterEstimate, Result, Verdict
 
 
 def estimate(value: float, error: float = 0.1, verdict: Verdict = "identified") -> ParameterEstimate:

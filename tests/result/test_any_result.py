@@ -13,13 +13,13 @@ from tests.exporters.found import found_in
 from tests.result.made import estimate, joint, result
 from tests.robot.test_robot import write_robot
 
-from stribeck.cli import console
-from stribeck.cli.simulation import print_truth
-from stribeck.errors import SettingsError
-from stribeck.exporters import export
-from stribeck.result import Result, read_result
-from stribeck.result.compare import compare
-from stribeck.robot import Robot
+from stribeck.app.cli import console
+from stribeck.app.cli.simulation import print_truth
+from stribeck.app.comparison import compare
+from stribeck.app.exporters import export
+from stribeck.core.errors import SettingsError
+from stribeck.core.result import Result, read_result
+from stribeck.core.robot import Robot
 
 
 def printed(show: Callable[[Any], None], found: Any) -> str:

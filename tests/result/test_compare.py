@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from tests.result.made import estimate, joint, point, result
 
-from stribeck.result import ParameterEstimate, Result
-from stribeck.result.compare import compare, compare_sides, holm
-from stribeck.result.mirror import mirror_name, mirrored_pairs
+from stribeck.app.comparison import compare, compare_sides, holm
+from stribeck.core.result import ParameterEstimate, Result
+from stribeck.core.result.mirror import mirror_name, mirrored_pairs
 
 SPEEDS = (0.1, 0.5, 1.0)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stribeck.result.log_spread import learn_spread
+from stribeck.core.result.log_spread import learn_spread
 
 
 def test_many_differences_show_the_spread_and_changes_do_not_increase_it() -> None:

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from tests.exporters.found import found_in, robot_of
 
 from stribeck import Result, Robot, read_result
-from stribeck.errors import SettingsError
-from stribeck.exporters.projection import inertias_pay, projected
-from stribeck.result import ErrorCorrelation
-from stribeck.result.posterior import Posterior
+from stribeck.app.exporters.projection import inertias_pay, projected
+from stribeck.core.errors import SettingsError
+from stribeck.core.result import ErrorCorrelation
+from stribeck.core.result.posterior import Posterior
 
 
 @given(seed=st.integers(0, 1000), given=st.integers(1, 3))

@@ -13,10 +13,10 @@ from tests.arm import TRUTH as STRIBECK
 from tests.result.made import estimate, joint, point, result
 
 from stribeck import NothingIdentifiedError, SettingsError, read_result
-from stribeck.friction import get_law
-from stribeck.judgement.verdict import NOT_FITTED
-from stribeck.result import CurvePoint, Validation
-from stribeck.result.tables import advice, friction_text, main_parameters
+from stribeck.core.friction import get_law
+from stribeck.core.judgement.verdict import NOT_FITTED
+from stribeck.core.result import CurvePoint, Validation
+from stribeck.core.result.tables import advice, friction_text, main_parameters
 
 
 def test_friction_is_the_laws_at_any_shape_of_velocity(tmp_path: Path) -> None:

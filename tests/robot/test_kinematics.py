@@ -6,11 +6,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 from tests.models import MODELS, example_robot, make_robot, plain_configuration, plain_model
 
-from stribeck.robot import Robot
-from stribeck.robot.inertial_parameters import carried, inertial_parameters, pseudo_inertia
-from stribeck.robot.kinematics import direction_in_root, frame_pose, point_motion
-from stribeck.robot.rooting import RootedModel
-from stribeck_simulation.prescribed.limb import BodyMotion, end_motion, limb_to
+from stribeck.core.robot import Robot
+from stribeck.core.robot.inertial_parameters import carried, inertial_parameters, pseudo_inertia
+from stribeck.core.robot.kinematics import direction_in_root, frame_pose, point_motion
+from stribeck.core.robot.rooting import RootedModel
+from stribeck.simulation.prescribed.limb import BodyMotion, end_motion, limb_to
 
 SAMPLES = 5
 CRANE = """<robot name="crane">

@@ -8,9 +8,9 @@ import pytest
 from tests.models import EXAMPLES
 from tests.robot.test_robot import MJCF, URDF, inertia, refuse, write_robot
 
-from stribeck.robot import Robot
-from stribeck.robot.model_check import check_urdf
-from stribeck.robot.xml_file import DEEPEST, MOST_BODIES, read_xml
+from stribeck.core.robot import Robot
+from stribeck.core.robot.model_check import check_urdf
+from stribeck.core.robot.xml_file import DEEPEST, MOST_BODIES, read_xml
 
 LOWER = '<inertia ixx="0.01" iyy="0.01" izz="0.005" ixy="0" ixz="0" iyz="0"/>'
 LIMIT = '<limit lower="-2" upper="1" effort="1" velocity="1"/>'

@@ -10,8 +10,8 @@ from tests.arm import URDF
 from tests.models import EXAMPLES
 
 from stribeck import Robot
-from stribeck.errors import RobotFileError
-from stribeck.robot import model_path
+from stribeck.core.errors import RobotFileError
+from stribeck.core.robot import model_path
 
 
 def test_a_model_of_example_robot_data_is_found_by_its_file_s_name() -> None:

@@ -10,8 +10,8 @@ from tests.arm import arm_log, write_arm
 from tests.models import MODELS, example_robot
 
 from stribeck import export, identify
-from stribeck.errors import RobotFileError
-from stribeck.robot import Robot
+from stribeck.core.errors import RobotFileError
+from stribeck.core.robot import Robot
 
 EXPECTED = {
     "talos": (32, 90.272192, {"leg_left_1_joint", "torso_2_joint", "arm_right_7_joint"}, []),

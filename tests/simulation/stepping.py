@@ -5,17 +5,17 @@ from functools import cache
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from stribeck.dynamics.rooted import RootMotion, rooted_inverse_dynamics
-from stribeck.friction import Stribeck
-from stribeck.log import RobotLog
-from stribeck.robot import Robot
-from stribeck_simulation.demo import SCENARIO
-from stribeck_simulation.friction import FrictionTruth, LawFriction
-from stribeck_simulation.prescribed.exact import Truth
-from stribeck_simulation.rigid.constrained import BodyState, Support, simulate_constrained
-from stribeck_simulation.robots.toro import ROBOT_FILE, standing_posture
-from stribeck_simulation.run import friction_of
-from stribeck_simulation.scenario import read_scenario
+from stribeck.core.dynamics.rooted import RootMotion, rooted_inverse_dynamics
+from stribeck.core.friction import Stribeck
+from stribeck.core.log import RobotLog
+from stribeck.core.robot import Robot
+from stribeck.simulation.demo import SCENARIO
+from stribeck.simulation.friction import FrictionTruth, LawFriction
+from stribeck.simulation.prescribed.exact import Truth
+from stribeck.simulation.rigid.constrained import BodyState, Support, simulate_constrained
+from stribeck.simulation.robots.toro import ROBOT_FILE, standing_posture
+from stribeck.simulation.run import friction_of
+from stribeck.simulation.scenario import read_scenario
 
 LEFT, RIGHT = ("left_foot",), ("right_foot",)
 STANDING = {0.0: LEFT + RIGHT, 0.2: LEFT, 1.0: LEFT + RIGHT, 1.3: RIGHT, 2.1: LEFT + RIGHT}

@@ -6,12 +6,12 @@ import pytest
 from tests.simulation.stepping import FRICTION, stepping, toro
 
 from stribeck import Settings
-from stribeck.friction import Stribeck
-from stribeck.friction_torque.inverse_dynamics import Chunk, torque_chunks
-from stribeck.friction_torque.preparation import prepare
-from stribeck.log import RobotLog
-from stribeck.robot import Robot
-from stribeck_simulation.prescribed.exact import Truth
+from stribeck.core.equations.friction_torque.inverse_dynamics import Chunk, torque_chunks
+from stribeck.core.equations.friction_torque.preparation import prepare
+from stribeck.core.friction import Stribeck
+from stribeck.core.log import RobotLog
+from stribeck.core.robot import Robot
+from stribeck.simulation.prescribed.exact import Truth
 
 EXACT = Settings.model_validate({"filter": {"kind": "log"}})
 TOUCHDOWNS = (1000, 2100)

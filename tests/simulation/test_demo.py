@@ -11,9 +11,9 @@ import pytest
 from tests.cli.test_cli import run
 
 from stribeck import Robot, identify
-from stribeck.result import read_result
-from stribeck_simulation import demo
-from stribeck_simulation.files import read_truth
+from stribeck.core.result import read_result
+from stribeck.simulation import demo
+from stribeck.simulation.files import read_truth
 
 SHORT = """
 sensors = "calibrated"

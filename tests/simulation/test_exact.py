@@ -17,12 +17,12 @@ from tests.models import (
     plain_rates,
 )
 
-from stribeck.errors import SettingsError
-from stribeck.friction import Stribeck
-from stribeck.log import RobotLog
-from stribeck.robot import Robot
-from stribeck.robot.rooting import BASE_FRAME
-from stribeck_simulation.prescribed.exact import Truth, exact_log
+from stribeck.core.errors import SettingsError
+from stribeck.core.friction import Stribeck
+from stribeck.core.log import RobotLog
+from stribeck.core.robot import Robot
+from stribeck.core.robot.rooting import BASE_FRAME
+from stribeck.simulation.prescribed.exact import Truth, exact_log
 
 RATE = 1000.0
 CASES = ("ur5 walk", "panda walk", "kinova walk", "talos walk", "g1 stand", "go2 walk", "go2 trot", "go2 walk 0.5")

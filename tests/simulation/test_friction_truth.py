@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from tests.models import STRIBECK
 
-from stribeck.friction import LAWS, Stribeck
-from stribeck_simulation.friction import (
+from stribeck.core.friction import LAWS, Stribeck
+from stribeck.simulation.friction import (
     Backlash,
     Drift,
     FrictionEffect,

@@ -10,15 +10,15 @@ import pytest
 from scipy.spatial.transform import Rotation
 from tests.simulation.walkers import POSTURE, SOLES, leg_friction, walker
 
-from stribeck.base.typing import Array
-from stribeck.robot import Robot
-from stribeck_simulation.friction import FrictionTruth
-from stribeck_simulation.mujoco.model import compile_body
-from stribeck_simulation.mujoco.simulator import MujocoSim, foot_wrenches
-from stribeck_simulation.robots import MODELS
-from stribeck_simulation.robots.toro import MODEL_FILE, toro_links, toro_mjcf
-from stribeck_simulation.walking.balance.terms import Dynamics
-from stribeck_simulation.walking.start import start_standing
+from stribeck.core.base.typing import Array
+from stribeck.core.robot import Robot
+from stribeck.simulation.friction import FrictionTruth
+from stribeck.simulation.mujoco.model import compile_body
+from stribeck.simulation.mujoco.simulator import MujocoSim, foot_wrenches
+from stribeck.simulation.robots import MODELS
+from stribeck.simulation.robots.toro import MODEL_FILE, toro_links, toro_mjcf
+from stribeck.simulation.walking.balance.terms import Dynamics
+from stribeck.simulation.walking.start import start_standing
 
 NAMES = ("toro", "talos", "g1")
 

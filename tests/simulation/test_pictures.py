@@ -5,15 +5,15 @@ import pinocchio as pin
 import pytest
 from tests.models import SIDES, STRIBECK
 
-from stribeck.base.typing import Array
-from stribeck.friction import Stribeck
-from stribeck.log import RobotLog
-from stribeck.robot import Robot
-from stribeck_simulation.pictures.walk import stances, walk_picture
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots import MODELS
-from stribeck_simulation.robots.sole import Sole
-from stribeck_simulation.run import POSTURES
+from stribeck.core.base.typing import Array
+from stribeck.core.friction import Stribeck
+from stribeck.core.log import RobotLog
+from stribeck.core.robot import Robot
+from stribeck.simulation.pictures.walk import stances, walk_picture
+from stribeck.simulation.prescribed.exact import exact_log
+from stribeck.simulation.robots import MODELS
+from stribeck.simulation.robots.sole import Sole
+from stribeck.simulation.run import POSTURES
 
 SOLES = {f"{side}_foot": Sole(centre=[0.03, 0.0, 0.01], half_length=0.11, half_width=0.05) for side in SIDES}
 """Soles of the packaged biped, ahead of their frames."""

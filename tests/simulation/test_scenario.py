@@ -9,9 +9,9 @@ from tests.cli.test_cli import run
 from tests.models import STRIBECK
 
 from stribeck import Robot, Settings, identify
-from stribeck.settings import FilterSettings
-from stribeck_simulation.run import friction_of, run_scenario
-from stribeck_simulation.scenario import Scenario, read_scenario
+from stribeck.core.settings import FilterSettings
+from stribeck.simulation.run import friction_of, run_scenario
+from stribeck.simulation.scenario import Scenario, read_scenario
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples/scenarios").glob("*.toml"))
 SHORT_ARM = {

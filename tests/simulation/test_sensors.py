@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from stribeck.log import RobotLog
-from stribeck_simulation.sensors.measure import measure, sensors_for
-from stribeck_simulation.sensors.profiles import PROFILES, SensorProfile
+from stribeck.core.log import RobotLog
+from stribeck.simulation.sensors.measure import measure, sensors_for
+from stribeck.simulation.sensors.profiles import PROFILES, SensorProfile
 
 SAMPLES, JOINTS, PERIOD = 10_000, 20, 0.001
 RAMP = np.linspace(0.0, 1.0, SAMPLES)

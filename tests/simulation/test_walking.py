@@ -9,12 +9,12 @@ import pytest
 from tests.simulation.walkers import POSTURE, SOLES, leg_friction, walker
 
 from stribeck import identify
-from stribeck.robot import Robot
-from stribeck_simulation.robots import MODELS
-from stribeck_simulation.sensors.profiles import PROFILES
-from stribeck_simulation.walking.footsteps import Footprint, Push, Steps, plan_steps
-from stribeck_simulation.walking.plan import BOTH, Stretch, plan_dcm, plan_walk
-from stribeck_simulation.walking.simulate import Conditions, FellError, Walk, simulate_walk
+from stribeck.core.robot import Robot
+from stribeck.simulation.robots import MODELS
+from stribeck.simulation.sensors.profiles import PROFILES
+from stribeck.simulation.walking.footsteps import Footprint, Push, Steps, plan_steps
+from stribeck.simulation.walking.plan import BOTH, Stretch, plan_dcm, plan_walk
+from stribeck.simulation.walking.simulate import Conditions, FellError, Walk, simulate_walk
 
 COARSE = 0.0005  # [s], twice the usual physics step
 

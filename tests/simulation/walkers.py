@@ -5,11 +5,11 @@ from pathlib import Path
 from tests.models import EXAMPLES, POSTURES, SIDES, STRIBECK
 from tests.models import MODELS as EXAMPLE_MODELS
 
-from stribeck.friction import Stribeck
-from stribeck.robot import Robot
-from stribeck_simulation.friction import FrictionTruth, LawFriction
-from stribeck_simulation.robots import MODELS
-from stribeck_simulation.robots.sole import Sole
+from stribeck.core.friction import Stribeck
+from stribeck.core.robot import Robot
+from stribeck.simulation.friction import FrictionTruth, LawFriction
+from stribeck.simulation.robots import MODELS
+from stribeck.simulation.robots.sole import Sole
 
 LEG_JOINTS = ("leg_", "hip", "knee", "ankle")
 SOLES: dict[str, dict[str, Sole]] = {"talos": {side: Sole(half_length=0.1, half_width=0.06) for side in SIDES}}

@@ -14,9 +14,9 @@ from studies.paper.identified import JOINTS, PARAMETERS, mean_and_worst, read_pa
 from studies.paper.laws import SLOPE, curve
 from studies.paper.study import NUMBERS, ROOT, find_studies, plain
 
-from stribeck.cli.app import app
-from stribeck_simulation.run import run_scenario
-from stribeck_simulation.scenario import by_joint
+from stribeck.app.cli.app import app
+from stribeck.simulation.run import run_scenario
+from stribeck.simulation.scenario import by_joint
 
 STUDIES = find_studies()
 DURATION = 0.6

@@ -4,7 +4,7 @@ import pytest
 from tests.whole_log.logs import arm_log, read_arm
 
 from stribeck import Robot
-from stribeck.log import RobotLog
+from stribeck.core.log import RobotLog
 
 
 @pytest.fixture(scope="session")

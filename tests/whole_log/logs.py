@@ -7,12 +7,12 @@ import numpy as np
 import pinocchio as pin
 
 from stribeck import Robot
-from stribeck.friction import get_law
-from stribeck.log import RobotLog
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots import MODELS
-from stribeck_simulation.run import POSTURES
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.core.friction import get_law
+from stribeck.core.log import RobotLog
+from stribeck.simulation.prescribed.exact import exact_log
+from stribeck.simulation.robots import MODELS
+from stribeck.simulation.run import POSTURES
+from stribeck.simulation.sensors.measure import with_noise
 
 TRUTH = {"viscous": 0.3, "coulomb": 1.2, "stribeck_gain": 0.3, "stribeck_velocity": 0.15, "offset": 0.2, "slope": 50.0}
 PLAIN = {name: TRUTH[name] for name in ("viscous", "coulomb", "offset")}

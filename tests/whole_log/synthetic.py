@@ -5,21 +5,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from stribeck.base.typing import Array
-from stribeck.friction import Parameter, get_law
-from stribeck.friction.terms import LADDER
-from stribeck.settings import Priors
-from stribeck.whole_log.equations.corrections import lay_out
-from stribeck.whole_log.equations.corrections.correction import Layout
-from stribeck.whole_log.model.basis import make_basis
-from stribeck.whole_log.model.corrections import ModelCorrections, model_corrections
-from stribeck.whole_log.model.laws import Laws
-from stribeck.whole_log.model.terms import Columns, Terms
-from stribeck.whole_log.noise.outliers import Prediction
-from stribeck.whole_log.noise.variance_components import first_components
-from stribeck.whole_log.solver.fit import Fit
-from stribeck.whole_log.solver.statistics import Statistics, accumulate
-from stribeck.whole_log.weak_equations import WeakEquations
+from stribeck.core.base.typing import Array
+from stribeck.core.equations.weak_equations import WeakEquations
+from stribeck.core.equations.whole_log.corrections import lay_out
+from stribeck.core.equations.whole_log.corrections.correction import Layout
+from stribeck.core.estimator.model.basis import make_basis
+from stribeck.core.estimator.model.corrections import ModelCorrections, model_corrections
+from stribeck.core.estimator.model.laws import Laws
+from stribeck.core.estimator.model.terms import Columns, Terms
+from stribeck.core.estimator.noise.outliers import Prediction
+from stribeck.core.estimator.noise.variance_components import first_components
+from stribeck.core.estimator.solver.fit import Fit
+from stribeck.core.estimator.solver.statistics import Statistics, accumulate
+from stribeck.core.friction import Parameter, get_law
+from stribeck.core.friction.terms import LADDER
+from stribeck.core.settings import Priors
 
 VALUES = np.array([[0.3, 1.0, 0.2], [0.2, 0.8, -0.3], [0.1, 0.5, 0.0]])
 """Viscous and Coulomb friction and offset of the three joints of `steps`."""

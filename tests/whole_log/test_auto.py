@@ -9,14 +9,14 @@ from scipy.interpolate import make_interp_spline
 from tests.whole_log.logs import PLAIN
 
 from stribeck import Robot, identify
-from stribeck.base.typing import Array
-from stribeck.friction import get_law
-from stribeck.log import RobotLog
-from stribeck.report.joints import friction_level, joint_samples
-from stribeck.result import Result
-from stribeck.settings import Settings
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.app.report.joints import friction_level, joint_samples
+from stribeck.core.base.typing import Array
+from stribeck.core.friction import get_law
+from stribeck.core.log import RobotLog
+from stribeck.core.result import Result
+from stribeck.core.settings import Settings
+from stribeck.simulation.prescribed.exact import exact_log
+from stribeck.simulation.sensors.measure import with_noise
 
 AUTO = Settings(method="whole-log", corrections="none", law="auto")
 

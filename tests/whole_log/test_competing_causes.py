@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from tests.whole_log.logs import walk
 
-from stribeck.friction import get_law
-from stribeck.friction_torque.preparation import prepare
-from stribeck.methods.whole_log import identify_whole_log
-from stribeck.methods.whole_log_fitted import WholeLog
-from stribeck.whole_log.fit_checks.competing_causes import Cause, find_causes
+from stribeck.core.equations.friction_torque.preparation import prepare
+from stribeck.core.estimator.fit_checks.competing_causes import Cause, find_causes
+from stribeck.core.friction import get_law
+from stribeck.core.identify.whole_log import identify_whole_log
+from stribeck.core.identify.whole_log_fitted import WholeLog
 
 KNEE = 3
 

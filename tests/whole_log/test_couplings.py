@@ -8,15 +8,15 @@ import pytest
 from tests.whole_log.logs import PLAIN
 
 from stribeck import Robot, identify, write_report
-from stribeck.exporters import TARGETS
-from stribeck.exporters.targets import summary
-from stribeck.friction import get_law
-from stribeck.log import RobotLog
-from stribeck.result import Result, read_result
-from stribeck.settings import Settings
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots import MODELS
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.app.exporters import TARGETS
+from stribeck.app.exporters.targets import summary
+from stribeck.core.friction import get_law
+from stribeck.core.log import RobotLog
+from stribeck.core.result import Result, read_result
+from stribeck.core.settings import Settings
+from stribeck.simulation.prescribed.exact import exact_log
+from stribeck.simulation.robots import MODELS
+from stribeck.simulation.sensors.measure import with_noise
 
 SHARED = {"viscous": 0.5, "coulomb": 2.0}
 ROTOR = 0.03

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from tests.whole_log.synthetic import make_laws, make_model, no_fit, statistics
 
-from stribeck.base.typing import Array
-from stribeck.settings import Priors
-from stribeck.whole_log.solver.elimination import best_starts, blocks, cost_of, solve, with_other_starts
-from stribeck.whole_log.solver.empirical_bayes import (
+from stribeck.core.base.typing import Array
+from stribeck.core.estimator.solver.elimination import best_starts, blocks, cost_of, solve, with_other_starts
+from stribeck.core.estimator.solver.empirical_bayes import (
     group_mean_covariance,
     learn_group_prior,
     solve_with_empirical_bayes,
 )
-from stribeck.whole_log.solver.fit import Fit
-from stribeck.whole_log.solver.statistics import Statistics
+from stribeck.core.estimator.solver.fit import Fit
+from stribeck.core.estimator.solver.statistics import Statistics
+from stribeck.core.settings import Priors
 
 JOINTS, SAMPLES, NOISE = 12, 2000, 0.1
 ZERO = Priors().encoder_zero

@@ -6,14 +6,14 @@ from tests.arm import arm_log, write_arm
 from tests.result.made import of_one_log
 
 from stribeck import Robot, Settings, identify
-from stribeck.exporters.samples import drawn
-from stribeck.judgement.curve_fit.problem import to_external
-from stribeck.methods import whole_log
-from stribeck.methods.whole_log_fitted import WholeLog
-from stribeck.result import Result
-from stribeck.robot.inertial_parameters import SIZE, pseudo_inertia, shape_coordinates
-from stribeck.whole_log.uncertainty.intervals import joint_coordinates
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.app.exporters.samples import drawn
+from stribeck.core.estimator.uncertainty.intervals import joint_coordinates
+from stribeck.core.identify import whole_log
+from stribeck.core.identify.whole_log_fitted import WholeLog
+from stribeck.core.judgement.curve_fit.problem import to_external
+from stribeck.core.result import Result
+from stribeck.core.robot.inertial_parameters import SIZE, pseudo_inertia, shape_coordinates
+from stribeck.simulation.sensors.measure import with_noise
 
 DRAWS = 3000
 

@@ -7,11 +7,11 @@ import pytest
 from tests.whole_log.logs import PLAIN, arm_log
 
 from stribeck import Robot, identify
-from stribeck.friction import get_law
-from stribeck.result import Result
-from stribeck.settings import Settings
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.core.friction import get_law
+from stribeck.core.result import Result
+from stribeck.core.settings import Settings
+from stribeck.simulation.prescribed.exact import exact_log
+from stribeck.simulation.sensors.measure import with_noise
 
 LOGS = 3
 SETTINGS = Settings(method="whole-log", law="coulomb-viscous", corrections="inertia")

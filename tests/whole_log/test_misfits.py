@@ -7,12 +7,12 @@ import pytest
 from tests.whole_log.logs import arm_log
 
 from stribeck import Robot, identify
-from stribeck.base.finding import FRICTION
-from stribeck.base.typing import Array
-from stribeck.log import RobotLog
-from stribeck.settings import Settings
-from stribeck.whole_log.fit_checks.misfits import Misfit
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.core.base.finding import FRICTION
+from stribeck.core.base.typing import Array
+from stribeck.core.estimator.fit_checks.misfits import Misfit
+from stribeck.core.log import RobotLog
+from stribeck.core.settings import Settings
+from stribeck.simulation.sensors.measure import with_noise
 
 SETTINGS = Settings(law="stribeck", corrections="none")
 RIPPLES = 18

@@ -9,14 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.whole_log.synthetic import make_laws, make_terms, steps
 
-from stribeck.base.typing import Array
-from stribeck.friction import LAWS, get_law
-from stribeck.friction.terms.motion import beyond_velocity, signals
-from stribeck.robot.inertial_parameters import pseudo_inertia
-from stribeck.settings import Priors
-from stribeck.whole_log.model.basis import make_basis
-from stribeck.whole_log.model.bodies import bodies_of
-from stribeck.whole_log.model.terms import ERRORS, Columns
+from stribeck.core.base.typing import Array
+from stribeck.core.estimator.model.basis import make_basis
+from stribeck.core.estimator.model.bodies import bodies_of
+from stribeck.core.estimator.model.terms import ERRORS, Columns
+from stribeck.core.friction import LAWS, get_law
+from stribeck.core.friction.terms.motion import beyond_velocity, signals
+from stribeck.core.robot.inertial_parameters import pseudo_inertia
+from stribeck.core.settings import Priors
 
 
 def some_parameters(count: int = 4) -> Array:

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from tests.whole_log.synthetic import some_equations
 
-from stribeck.base.typing import Array
-from stribeck.whole_log.noise.likelihood import make_groups, more_likely
-from stribeck.whole_log.noise.outliers import outlying_windows
-from stribeck.whole_log.noise.variance_components import VarianceComponents
-from stribeck.whole_log.noise.whitening import make_whitener
-from stribeck.whole_log.weak_equations import WeakEquations, autocorrelation
+from stribeck.core.base.typing import Array
+from stribeck.core.equations.weak_equations import WeakEquations, autocorrelation
+from stribeck.core.estimator.noise.likelihood import make_groups, more_likely
+from stribeck.core.estimator.noise.outliers import outlying_windows
+from stribeck.core.estimator.noise.variance_components import VarianceComponents
+from stribeck.core.estimator.noise.whitening import make_whitener
 
 TRUTH = VarianceComponents(
     np.array([[0.3, 0.2, 0.4], [0.5, 0.3, 0.6]]),

@@ -11,15 +11,15 @@ from tests.arm import TRUTH, arm_log, save_npz, write_arm
 from tests.cli.test_cli import run
 
 from stribeck import Robot, Settings, identify, read_result
-from stribeck.friction import get_law
-from stribeck.friction_torque.preparation import prepare
-from stribeck.log import RobotLog
-from stribeck.methods.whole_log import identify_whole_log
-from stribeck.methods.whole_log_findings import find_problems
-from stribeck.methods.whole_log_fitted import WholeLog
-from stribeck.whole_log import constants
-from stribeck.whole_log.constants import WIDEST_PRIOR
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.core.equations import constants
+from stribeck.core.equations.constants import WIDEST_PRIOR
+from stribeck.core.equations.friction_torque.preparation import prepare
+from stribeck.core.friction import get_law
+from stribeck.core.identify.whole_log import identify_whole_log
+from stribeck.core.identify.whole_log_findings import find_problems
+from stribeck.core.identify.whole_log_fitted import WholeLog
+from stribeck.core.log import RobotLog
+from stribeck.simulation.sensors.measure import with_noise
 
 SETTINGS = Settings(law="stribeck", corrections="inertia")
 

@@ -6,10 +6,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.result import made
 
-from stribeck.friction.terms import BASE, LADDER
-from stribeck.result import TermVerdict
-from stribeck.whole_log.constants import LEAST_GAIN
-from stribeck.whole_log.terms.selection import Candidate, JointTerms, Kept, held_out_gain, select_stepwise, with_terms
+from stribeck.core.equations.constants import LEAST_GAIN
+from stribeck.core.estimator.terms.selection import (
+    Candidate,
+    JointTerms,
+    Kept,
+    held_out_gain,
+    select_stepwise,
+    with_terms,
+)
+from stribeck.core.friction.terms import BASE, LADDER
+from stribeck.core.result import TermVerdict
 
 FOLDS = np.array([0.8, 1.1, 0.9, 1.2])
 """How much of a gain is found on each fold, its sum 4."""

@@ -8,15 +8,15 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from tests.whole_log.synthetic import make_laws, no_fit, statistics
 
-from stribeck.base.typing import Array
-from stribeck.settings import Priors
-from stribeck.whole_log.equations.corrections import lay_out
-from stribeck.whole_log.equations.corrections.correction import Layout
-from stribeck.whole_log.model.corrections import ModelCorrections, model_corrections
-from stribeck.whole_log.solver.elimination import cost_of, solve
-from stribeck.whole_log.solver.gauss_newton import minimise
-from stribeck.whole_log.solver.positive_definite import inverse_of
-from stribeck.whole_log.solver.statistics import Statistics
+from stribeck.core.base.typing import Array
+from stribeck.core.equations.whole_log.corrections import lay_out
+from stribeck.core.equations.whole_log.corrections.correction import Layout
+from stribeck.core.estimator.model.corrections import ModelCorrections, model_corrections
+from stribeck.core.estimator.solver.elimination import cost_of, solve
+from stribeck.core.estimator.solver.gauss_newton import minimise
+from stribeck.core.estimator.solver.positive_definite import inverse_of
+from stribeck.core.estimator.solver.statistics import Statistics
+from stribeck.core.settings import Priors
 
 LAWS = make_laws("stribeck", 3)
 FRICTION = np.array(

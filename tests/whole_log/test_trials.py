@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from tests.whole_log.synthetic import make_laws, make_model, make_terms, no_fit, steps, summed
 
-from stribeck.base.typing import Array
-from stribeck.whole_log.model.terms import Columns
-from stribeck.whole_log.solver.elimination import solve
-from stribeck.whole_log.solver.fit import Fit
-from stribeck.whole_log.solver.statistics import Statistics, total
-from stribeck.whole_log.terms.term_selection import _objection, make_trials, select_terms
+from stribeck.core.base.typing import Array
+from stribeck.core.estimator.model.terms import Columns
+from stribeck.core.estimator.solver.elimination import solve
+from stribeck.core.estimator.solver.fit import Fit
+from stribeck.core.estimator.solver.statistics import Statistics, total
+from stribeck.core.estimator.terms.term_selection import _objection, make_trials, select_terms
 
 FOLDS, MU = 4, 0.05
 LINEAR = ("viscous", "coulomb", "offset", "load", "coulomb_drift", "viscous_drift")

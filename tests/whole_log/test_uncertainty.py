@@ -8,17 +8,17 @@ from scipy.linalg import toeplitz
 from tests.whole_log.synthetic import VALUES, NoTerms, make_laws, make_model, no_fit, steps, summed
 from tests.whole_log.test_empirical_bayes import LAWS, NOISE, OFFSET, SAMPLES, ZERO, measured, moving
 
-from stribeck.base.typing import Array
-from stribeck.whole_log.constants import COSINES, ROOT_EFFECT_FACTOR
-from stribeck.whole_log.model.terms import Columns
-from stribeck.whole_log.solver.elimination import solve
-from stribeck.whole_log.solver.empirical_bayes import solve_with_empirical_bayes
-from stribeck.whole_log.solver.fit import Fit
-from stribeck.whole_log.solver.statistics import Statistics, total
-from stribeck.whole_log.uncertainty.covariance_budget import CovarianceBudget, covariance_budget, through
-from stribeck.whole_log.uncertainty.heterogeneity import Heterogeneity, heterogeneity, overdispersion_of
-from stribeck.whole_log.uncertainty.reml import random_effect_covariance, reml_variances
-from stribeck.whole_log.weak_equations import WeakEquations, autocorrelation
+from stribeck.core.base.typing import Array
+from stribeck.core.equations.constants import COSINES, ROOT_EFFECT_FACTOR
+from stribeck.core.equations.weak_equations import WeakEquations, autocorrelation
+from stribeck.core.estimator.model.terms import Columns
+from stribeck.core.estimator.solver.elimination import solve
+from stribeck.core.estimator.solver.empirical_bayes import solve_with_empirical_bayes
+from stribeck.core.estimator.solver.fit import Fit
+from stribeck.core.estimator.solver.statistics import Statistics, total
+from stribeck.core.estimator.uncertainty.covariance_budget import CovarianceBudget, covariance_budget, through
+from stribeck.core.estimator.uncertainty.heterogeneity import Heterogeneity, heterogeneity, overdispersion_of
+from stribeck.core.estimator.uncertainty.reml import random_effect_covariance, reml_variances
 
 PARTS, ZEROS, UNSEEN, ERROR = 8, 40, 3, 0.2
 INERTIA = np.array([[0.5, 0.1, 0.0], [0.1, 0.4, 0.2], [0.0, 0.2, 0.3]])  # of what turns with the root [kg m^2]

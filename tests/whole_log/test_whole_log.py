@@ -9,18 +9,18 @@ from scipy.signal import lfilter
 from tests.whole_log.logs import PLAIN, TRUTH, walk, with_wrong_bodies
 
 from stribeck import Robot, identify
-from stribeck.errors import NothingIdentifiedError
-from stribeck.friction import get_law
-from stribeck.friction_torque.preparation import prepare
-from stribeck.log import RobotLog
-from stribeck.methods.whole_log import identify_whole_log
-from stribeck.methods.whole_log_findings import find_problems
-from stribeck.methods.whole_log_fitted import WholeLog
-from stribeck.settings import Settings
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots import MODELS
-from stribeck_simulation.run import POSTURES
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.core.equations.friction_torque.preparation import prepare
+from stribeck.core.errors import NothingIdentifiedError
+from stribeck.core.friction import get_law
+from stribeck.core.identify.whole_log import identify_whole_log
+from stribeck.core.identify.whole_log_findings import find_problems
+from stribeck.core.identify.whole_log_fitted import WholeLog
+from stribeck.core.log import RobotLog
+from stribeck.core.settings import Settings
+from stribeck.simulation.prescribed.exact import exact_log
+from stribeck.simulation.robots import MODELS
+from stribeck.simulation.run import POSTURES
+from stribeck.simulation.sensors.measure import with_noise
 
 WHOLE_LOG = Settings(law="stribeck", corrections="none")
 

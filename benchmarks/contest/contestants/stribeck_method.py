@@ -13,10 +13,10 @@ from studies.held_out import predicted_torque
 
 from benchmarks.contest import schema
 from stribeck import Robot, Settings, __version__, identify, read_log
-from stribeck.base.typing import Array
-from stribeck.errors import StribeckError
-from stribeck.log.interpolation import linear
-from stribeck.result import JointResult, ParameterEstimate, Result
+from stribeck.core.base.typing import Array
+from stribeck.core.errors import StribeckError
+from stribeck.core.log.interpolation import linear
+from stribeck.core.result import JointResult, ParameterEstimate, Result
 
 NEEDS: Mapping[str, list[schema.Need]] = {
     "curve-fit": ["contact flags"],

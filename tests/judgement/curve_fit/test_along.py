@@ -7,19 +7,19 @@ import pytest
 from tests.samples import make_samples
 
 from stribeck import Robot, RobotLog, Settings, identify
-from stribeck.base.typing import Array
-from stribeck.differentiation.averaging import average_nodes
-from stribeck.friction import get_law
-from stribeck.friction.law import Motion
-from stribeck.friction.lugre import LuGre
-from stribeck.friction_torque.samples import FrictionSamples
-from stribeck.judgement.curve_fit.along import FORGOTTEN, Along, along, state_known
-from stribeck.judgement.curve_fit.fit import fit_joint, fit_law, validate
-from stribeck.judgement.curve_fit.problem import joint_problem
-from stribeck.judgement.verdict import judge
-from stribeck_simulation.prescribed.exact import exact_log
-from stribeck_simulation.robots import MODELS
-from stribeck_simulation.sensors.measure import with_noise
+from stribeck.core.base.typing import Array
+from stribeck.core.filters.averaging import average_nodes
+from stribeck.core.friction import get_law
+from stribeck.core.friction.law import Motion
+from stribeck.core.judgement.curve_fit.along import FORGOTTEN, Along, along, state_known
+from stribeck.core.judgement.curve_fit.problem import joint_problem
+from stribeck.core.judgement.verdict import judge
+from stribeck.core.result.samples import FrictionSamples
+from stribeck.paper.curve_fit.fit import fit_joint, fit_law, validate
+from stribeck.paper.lugre import LuGre
+from stribeck.simulation.prescribed.exact import exact_log
+from stribeck.simulation.robots import MODELS
+from stribeck.simulation.sensors.measure import with_noise
 
 TRUTH = np.array([0.3, 1.2, 0.3, 0.15, 0.2, 4e-3, 2.0])
 PERIOD = 2e-3

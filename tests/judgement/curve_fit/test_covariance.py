@@ -5,12 +5,13 @@ import json
 import numpy as np
 import pytest
 
-from stribeck.friction import get_law
-from stribeck.judgement.curve_fit.covariance import block_covariance, intervals_95
-from stribeck.judgement.curve_fit.fit import fit_joint
-from stribeck.judgement.curve_fit.problem import joint_problem
-from stribeck.judgement.weakness import is_weak
-from stribeck.settings import Settings
+from stribeck.core.friction import get_law
+from stribeck.core.judgement.curve_fit.problem import joint_problem
+from stribeck.core.judgement.intervals import intervals_95
+from stribeck.core.judgement.weakness import is_weak
+from stribeck.core.settings import Settings
+from stribeck.paper.curve_fit.covariance import block_covariance
+from stribeck.paper.curve_fit.fit import fit_joint
 
 WIDE = 1e3
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from stribeck.friction import LAWS, get_law
-from stribeck.judgement.curve_fit.fit import eliminate_linear, fit_joint, fit_law
-from stribeck.judgement.curve_fit.problem import hold_out, joint_problem
-from stribeck.settings import Settings
+from stribeck.core.friction import LAWS, get_law
+from stribeck.core.judgement.curve_fit.problem import joint_problem
+from stribeck.core.settings import Settings
+from stribeck.paper.curve_fit.fit import eliminate_linear, fit_joint, fit_law, hold_out
 
 SETTINGS = Settings()
 

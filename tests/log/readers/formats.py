@@ -12,8 +12,8 @@ import scipy.io
 from rosbags import rosbag1, rosbag2
 from tests.log.readers.messages import ROS1, messages_of, write_bag, write_messages
 
-from stribeck.log import RobotLog
-from stribeck.settings import LogTable
+from stribeck.core.log import RobotLog
+from stribeck.core.settings import LogTable
 
 JOINTS = ("hip", "knee", "wheel")
 FEET = ("left_foot", "right_foot")

@@ -7,7 +7,7 @@ from rosbags import rosbag2
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from stribeck.log.readers.messages import DEFINITIONS
+from stribeck.io.readers.messages import DEFINITIONS
 
 START = 1_700_000_000_000_000_000  # of recordings [ns]
 ROS1 = get_typestore(Stores.ROS1_NOETIC)

@@ -9,9 +9,9 @@ from tests.log.readers.formats import synthetic_log
 from tests.log.readers.messages import messages_of, write_messages
 
 from stribeck import Robot, inspect_log, read_log, write_log
-from stribeck.errors import LogError, RobotFileError
-from stribeck.friction import get_law
-from stribeck.settings import FilterSettings, Settings
+from stribeck.core.errors import LogError, RobotFileError
+from stribeck.core.friction import get_law
+from stribeck.core.settings import FilterSettings, Settings
 
 JOINTS = ("shoulder", "elbow", "slide")
 CONSTANT, RATIO = np.array([0.1, 0.05, 2.0]), np.array([50.0, 100.0, 20.0])

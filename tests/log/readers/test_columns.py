@@ -12,10 +12,10 @@ import pyarrow.parquet
 import pytest
 from tests.log.readers.formats import JOINTS, StubRobot, columns_of, synthetic_log, write_arrays
 
-from stribeck.errors import LogError
-from stribeck.log import RobotLog
-from stribeck.log.readers import read_log
-from stribeck.settings import LogTable
+from stribeck.core.errors import LogError
+from stribeck.core.log import RobotLog
+from stribeck.core.settings import LogTable
+from stribeck.io.readers import read_log
 
 LOG = synthetic_log(30)
 CHANNELS = ("position", "velocity", "torque")

@@ -33,9 +33,9 @@ from tests.log.readers.formats import (
 )
 from tests.log.readers.messages import messages_of, write_messages
 
-from stribeck.errors import LogError
-from stribeck.log.readers import read_log
-from stribeck.log.sampling import regularise
+from stribeck.core.errors import LogError
+from stribeck.core.log.sampling import regularise
+from stribeck.io.readers import read_log
 
 SUFFIXES = (".npz", ".h5", ".mat", ".csv", ".parquet", ".mcap", ".bag")
 
@@ -252,7 +252,7 @@ def parquet(path):
 
 @pytest.mark.parametrize(("make", "name"), [(npz, "log.npz"), (hdf5, "log.h5"), (parquet, "log.parquet")])
 def test_more_samples_than_the_file_can_hold(make, name, tmp_path, monkeypatch):
-    monkeypatch.setattr("stribeck.log.storage.IN_MEMORY_LIMIT", LIMIT)
+    monkeypatch.setattr("stribeck.core.log.storage.IN_MEMORY_LIMIT", LIMIT)
     make(tmp_path / name)
     start = time.process_time()
     with pytest.raises(LogError, match=r"declares .* bytes of samples") as refused:
@@ -263,8 +263,8 @@ def test_more_samples_than_the_file_can_hold(make, name, tmp_path, monkeypatch):
 
 def test_no_room_for_a_sound_log(tmp_path, monkeypatch):
     np.savez(tmp_path / "log.npz", time=np.arange(9.0), position=np.ones((9, 2)), torque=np.ones((9, 2)))
-    monkeypatch.setattr("stribeck.log.storage.IN_MEMORY_LIMIT", 100)
-    monkeypatch.setattr("stribeck.log.storage.shutil.disk_usage", lambda _: SimpleNamespace(free=100))
+    monkeypatch.setattr("stribeck.core.log.storage.IN_MEMORY_LIMIT", 100)
+    monkeypatch.setattr("stribeck.core.log.storage.shutil.disk_usage", lambda _: SimpleNamespace(free=100))
     with pytest.raises(LogError, match="too large for memory"):
         read_log(tmp_path / "log.npz")
 

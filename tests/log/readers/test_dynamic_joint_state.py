@@ -5,8 +5,8 @@ import pytest
 from tests.log.readers.formats import StubRobot, synthetic_log
 from tests.log.readers.messages import START, STORE, blank, write_as, write_messages
 
-from stribeck.errors import LogError
-from stribeck.log.readers import read_log
+from stribeck.core.errors import LogError
+from stribeck.io.readers import read_log
 
 KIND = "control_msgs/msg/DynamicJointState"
 LOG = synthetic_log(60)

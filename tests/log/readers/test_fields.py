@@ -9,10 +9,10 @@ from rosbags import rosbag2
 from tests.log.readers.formats import StubRobot, synthetic_log
 from tests.log.readers.messages import START, blank, store_with, write_bag, write_messages
 
-from stribeck.init.columns import find_columns
-from stribeck.log.readers import read_log
-from stribeck.log.readers.formats import open_log
-from stribeck.settings import ChannelTable, LogTable
+from stribeck.check.init.columns import find_columns
+from stribeck.core.settings import ChannelTable, LogTable
+from stribeck.io.readers import read_log
+from stribeck.io.readers.formats import open_log
 
 LOG = synthetic_log(60)
 STAMPS = START + np.round(LOG.time * 1e9).astype(np.int64)

@@ -9,9 +9,9 @@ import pyarrow.parquet
 import pytest
 from tests.log.readers.formats import JOINTS, StubRobot, columns_of, synthetic_log
 
-from stribeck.errors import LogError
-from stribeck.log.readers import read_log
-from stribeck.settings import LogTable
+from stribeck.core.errors import LogError
+from stribeck.core.settings import LogTable
+from stribeck.io.readers import read_log
 
 LOG = synthetic_log(200)
 MATRICES = {"position": LOG.position, "torque": LOG.torque}

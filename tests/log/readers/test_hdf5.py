@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from tests.log.readers.formats import JOINTS, StubRobot, synthetic_log
 
-from stribeck.errors import LogError
-from stribeck.log.readers import read_log
-from stribeck.settings import LogTable
+from stribeck.core.errors import LogError
+from stribeck.core.settings import LogTable
+from stribeck.io.readers import read_log
 
 LOG = synthetic_log(30)
 

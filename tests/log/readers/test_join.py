@@ -8,10 +8,10 @@ import pytest
 from tests.log.readers.formats import JOINTS, StubRobot, synthetic_log
 from tests.log.readers.messages import START, messages_of, write_messages
 
-from stribeck.errors import LogError
-from stribeck.log import RobotLog
-from stribeck.log.readers import read_log
-from stribeck.settings import LogTable
+from stribeck.core.errors import LogError
+from stribeck.core.log import RobotLog
+from stribeck.core.settings import LogTable
+from stribeck.io.readers import read_log
 
 
 def messages(log: RobotLog, prefix: str = "", **keep):

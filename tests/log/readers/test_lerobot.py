@@ -9,9 +9,9 @@ import pytest
 from tests.log.readers.formats import JOINTS, StubRobot, synthetic_log
 from tests.log.readers.test_damaged import check_refused
 
-from stribeck.log.readers import read_log
-from stribeck.log.sampling import regularise
-from stribeck.settings import LogTable
+from stribeck.core.log.sampling import regularise
+from stribeck.core.settings import LogTable
+from stribeck.io.readers import read_log
 
 FPS = 50
 LOG = synthetic_log(60, rate=FPS)

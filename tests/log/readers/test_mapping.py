@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.log.readers.formats import JOINTS, StubRobot, columns_of, synthetic_log, write_arrays
 
-from stribeck.errors import LogError, SettingsError
-from stribeck.log.readers import read_log
-from stribeck.log.readers.channels import COMMAND
-from stribeck.log.readers.mapping import CURRENT, UNITS
-from stribeck.log.sampling import regularise
-from stribeck.settings import LogTable
+from stribeck.core.errors import LogError, SettingsError
+from stribeck.core.log.channels import COMMAND
+from stribeck.core.log.sampling import regularise
+from stribeck.core.settings import LogTable
+from stribeck.io.readers import read_log
+from stribeck.io.readers.mapping import CURRENT, UNITS
 
 LOG = synthetic_log()
 NAMED = {"joint_names": np.array(JOINTS), "foot_names": np.array(LOG.foot_names)}

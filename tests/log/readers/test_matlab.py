@@ -7,8 +7,8 @@ from scipy.spatial.transform import Rotation
 from tests.log.readers.formats import FEET, JOINTS, StubRobot, arrays_of, cell_of, synthetic_log, write_hdf5_of_matlab
 from tests.log.readers.test_damaged import check_refused
 
-from stribeck.log.readers import read_log
-from stribeck.settings import LogTable
+from stribeck.core.settings import LogTable
+from stribeck.io.readers import read_log
 
 LOG = synthetic_log(40)
 

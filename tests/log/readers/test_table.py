@@ -8,10 +8,10 @@ import pyarrow.parquet
 import pytest
 from tests.log.readers.formats import StubRobot, columns_of, synthetic_log, write_csv
 
-from stribeck.errors import LogError
-from stribeck.log.readers import read_log
-from stribeck.log.readers.tables import open_csv
-from stribeck.settings import ChannelTable, LogTable
+from stribeck.core.errors import LogError
+from stribeck.core.settings import ChannelTable, LogTable
+from stribeck.io.readers import read_log
+from stribeck.io.readers.tables import open_csv
 
 LOG = synthetic_log(30)
 

@@ -6,9 +6,9 @@ from tests.log.readers.formats import StubRobot, synthetic_log
 from tests.log.readers.messages import START, blank, write_as, write_messages
 from tests.log.readers.test_damaged import check_refused
 
-from stribeck.log.readers import read_log
-from stribeck.log.readers.unitree import ORDERS
-from stribeck.settings import LogTable
+from stribeck.core.settings import LogTable
+from stribeck.io.readers import read_log
+from stribeck.io.readers.unitree import ORDERS
 
 GO, HG = "unitree_go/msg/LowState", "unitree_hg/msg/LowState"
 GO2 = tuple(f"{leg}_{joint}_joint" for leg in ("FL", "FR", "RL", "RR") for joint in ("hip", "thigh", "calf"))

@@ -5,11 +5,11 @@ import pinocchio as pin
 import pytest
 from tests.robot.test_kinematics import some_bodies
 
-from stribeck.base.typing import Array
-from stribeck.methods.direct.consistent import base_parameters, divergence, minimise
-from stribeck.methods.direct.estimate import Regression, _two_way, fit_direct
-from stribeck.methods.direct.rows import DirectRows, Weights
-from stribeck.robot.inertial_parameters import carried, inertial_parameters, pseudo_inertia
+from stribeck.core.base.typing import Array
+from stribeck.core.robot.inertial_parameters import carried, inertial_parameters, pseudo_inertia
+from stribeck.paper.direct.consistent import base_parameters, divergence, minimise
+from stribeck.paper.direct.estimate import Regression, _two_way, fit_direct
+from stribeck.paper.direct.rows import DirectRows, Weights
 
 BODY = np.array([[2.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.1, 0.0, 0.0, 0.1]])
 """Mass, first moments and inertia."""

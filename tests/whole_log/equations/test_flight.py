@@ -8,16 +8,16 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from stribeck import Robot, Settings
-from stribeck.base.typing import Array
-from stribeck.contact.phases import SupportPhase, SupportPhases, phases_of_segment
-from stribeck.friction_torque.inverse_dynamics import torque_chunks
-from stribeck.friction_torque.preparation import PreparedLog, prepare
-from stribeck.log import RobotLog
-from stribeck.log.sampling import regularise
-from stribeck.settings import FilterSettings
-from stribeck.whole_log.equations.build import WeakForm, weak_form
-from stribeck.whole_log.equations.segments import cut_segments
-from stribeck_simulation.robots import MODELS
+from stribeck.core.base.typing import Array
+from stribeck.core.dynamics.contact.phases import SupportPhase, SupportPhases, phases_of_segment
+from stribeck.core.equations.friction_torque.inverse_dynamics import torque_chunks
+from stribeck.core.equations.friction_torque.preparation import PreparedLog, prepare
+from stribeck.core.equations.whole_log.build import WeakForm, weak_form
+from stribeck.core.equations.whole_log.segments import cut_segments
+from stribeck.core.log import RobotLog
+from stribeck.core.log.sampling import regularise
+from stribeck.core.settings import FilterSettings
+from stribeck.simulation.robots import MODELS
 
 COULOMB = 2.0
 

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from stribeck import Robot
-from stribeck.friction import get_law
-from stribeck.friction_torque.preparation import prepare
-from stribeck.log import RobotLog
-from stribeck.settings import FilterSettings, Settings
-from stribeck.whole_log.equations.build import WeakForm, weak_form
-from stribeck.whole_log.equations.mode_rows import null_projection, rows_of_mode
-from stribeck_simulation.prescribed.exact import Truth, exact_log
-from stribeck_simulation.robots import MODELS
-from stribeck_simulation.run import POSTURES
+from stribeck.core.equations.friction_torque.preparation import prepare
+from stribeck.core.equations.whole_log.build import WeakForm, weak_form
+from stribeck.core.equations.whole_log.mode_rows import null_projection, rows_of_mode
+from stribeck.core.friction import get_law
+from stribeck.core.log import RobotLog
+from stribeck.core.settings import FilterSettings, Settings
+from stribeck.simulation.prescribed.exact import Truth, exact_log
+from stribeck.simulation.robots import MODELS
+from stribeck.simulation.run import POSTURES
 
 TRUTH = {"viscous": 0.3, "coulomb": 1.2, "stribeck_gain": 0.3, "stribeck_velocity": 0.15, "offset": 0.2, "slope": 50.0}
 CASES = {

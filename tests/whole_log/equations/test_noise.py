@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from stribeck.whole_log.equations.filters import smooth_window
-from stribeck.whole_log.equations.noise import measure_noise, without_spikes
+from stribeck.core.equations.whole_log.filters import smooth_window
+from stribeck.core.equations.whole_log.noise import measure_noise, without_spikes
 
 TIME = np.arange(20_000) / 1000.0
 MOTION = np.column_stack([np.sin(9 * TIME), 0.3 * np.cos(17 * TIME)])

@@ -7,13 +7,13 @@ import pinocchio as pin
 import pytest
 
 from stribeck import Robot
-from stribeck.base.typing import Array
-from stribeck.dynamics.root_motion import standing_root
-from stribeck.dynamics.rooted import rooted_inverse_dynamics
-from stribeck.dynamics.state import Orientation, State
-from stribeck.robot.rooting import RootedModel
-from stribeck.whole_log.equations.regressors import inertia_regressors, zero_regressors
-from stribeck_simulation.robots import MODELS
+from stribeck.core.base.typing import Array
+from stribeck.core.dynamics.root_motion import standing_root
+from stribeck.core.dynamics.rooted import rooted_inverse_dynamics
+from stribeck.core.dynamics.state import Orientation, State
+from stribeck.core.equations.whole_log.regressors import inertia_regressors, zero_regressors
+from stribeck.core.robot.rooting import RootedModel
+from stribeck.simulation.robots import MODELS
 
 FEET = [("toro.toml", "left_foot"), ("toro.toml", "right_foot"), ("arm.toml", "")]
 

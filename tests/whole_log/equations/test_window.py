@@ -10,11 +10,11 @@ from scipy.linalg import toeplitz
 from tests.whole_log.logs import arm_log, read_arm
 
 from stribeck import Robot, Settings, identify
-from stribeck.base.typing import Array
-from stribeck.friction_torque.preparation import prepare
-from stribeck.whole_log.equations.build import weak_form
-from stribeck.whole_log.equations.equation_sequence import EquationSequence, equation_sequence
-from stribeck.whole_log.equations.filters import (
+from stribeck.core.base.typing import Array
+from stribeck.core.equations.friction_torque.preparation import prepare
+from stribeck.core.equations.whole_log.build import weak_form
+from stribeck.core.equations.whole_log.equation_sequence import EquationSequence, equation_sequence
+from stribeck.core.equations.whole_log.filters import (
     Acceleration,
     acceleration_filter,
     derivative_kernels,

@@ -1,0 +1,290 @@
+"""Console output: tables on stdout, errors on stderr."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.cells import cell_len
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+from rich.text import Text
+
+from stribeck.core.base.text_table import TextTable, number
+
+if TYPE_CHECKING:
+    from stribeck.app.comparison import Comparison
+    from stribeck.check import Inspection
+    from stribeck.core.result import CurvePoint, ParameterEstimate, Result
+    from stribeck.design import Plan, Replay
+
+ERRORS = Console(stderr=True, emoji=False)
+STYLES = {"identified": "green", "weak": "yellow", "no friction": "cyan", "not excited": "dim"}
+STYLES |= dict.fromkeys(("opposite", "no", "ALARM"), "red")
+WIDE = 165
+"""Minimum width of a terminal [columns] for friction at three speeds; narrower tables show the middle speed."""
+PLAIN_WIDTH = 185
+"""Width of tables that are not printed to a terminal [columns]."""
+
+
+def terminal() -> Console:
+    """Open the terminal, or a wide output without colors."""
+    console = Console(highlight=False, emoji=False)
+    return console if console.is_terminal else Console(highlight=False, emoji=False, width=PLAIN_WIDTH)
+
+
+def say(lines: Iterable[str]) -> None:
+    """Print lines without interpreting markup."""
+    console = terminal()
+    for line in lines:
+        console.print(line, markup=False)
+
+
+def print_error(message: str) -> None:
+    """Print one sentence on stderr, without wrapping or markup."""
+    ERRORS.print(f"stribeck: {message}", markup=False, highlight=False, soft_wrap=True)
+
+
+def print_paths(paths: Sequence[Path]) -> None:
+    """Print the paths of written files, one per line."""
+    for path in paths:
+        print(path)
+
+
+@contextmanager
+def progress_bar(quiet: bool) -> Iterator[Any]:
+    """Draw a progress bar on stderr if it is a terminal, and not `quiet`; give its callback `(stage, fraction)`."""
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
+    hidden = quiet or not ERRORS.is_terminal
+    with Progress(*columns, console=ERRORS, transient=True, disable=hidden) as progress:
+        task = progress.add_task("starting", total=1.0)
+        yield lambda stage, share: progress.update(task, description=stage, completed=share)
+
+
+def print_table(table: TextTable) -> None:
+    """Print a table and its notes; long cells are folded, never cut, and rows of one name form a section.
+
+    Names in the first column stay on one line unless they need half of the width.
+    """
+    console = terminal()
+    console.print(drawn(table, console.width))
+    say(table.notes)
+
+
+def drawn(table: TextTable, width: int = WIDE) -> Table:
+    """Draw a table for a console of this width."""
+    drawn = Table(title=Text(table.title, style="table.title"))
+    for headings, justify in ((table.left, "left"), (table.right, "right"), (table.last, "left")):
+        for heading in headings:
+            drawn.add_column(Text(heading), justify=justify, overflow="fold")  # type: ignore[arg-type]
+    names = [row[0] for row in table.rows]
+    for k, row in enumerate(table.rows):
+        first = "" if k and names[k - 1] == names[k] else row[0]
+        ends = len(set(names)) < len(names) and names[k + 1 : k + 2] != [names[k]]
+        drawn.add_row(Text(first), *(Text(cell, style=_style(cell)) for cell in row[1:]), end_section=ends)
+    longest = max(map(cell_len, names), default=0)
+    if longest <= width // 2:
+        drawn.columns[0].no_wrap, drawn.columns[0].min_width = True, longest
+    return drawn
+
+
+def _style(cell: str) -> str:
+    """Choose the color of a cell: that of its verdict, yellow for weak parameters."""
+    return "yellow" if cell.endswith("?") else STYLES.get(cell.partition(",")[0], "")
+
+
+def print_result(result: Result) -> None:
+    """Print one line per joint, its parameters unless the law is "auto", reasons of weak verdicts, and warnings."""
+    from stribeck.core.friction import AUTO
+    from stribeck.core.result.estimates import verdict_place
+    from stribeck.core.result.tables import advice, bound_text, main_reason
+
+    print_table(_lines_of_joints(result, all_speeds=terminal().width >= WIDE))
+    without = {name: joint for name, joint in result.all_friction.items() if joint.verdict == "no friction"}
+    if without:
+        bounds = ", ".join(f"{name} ({bound_text(joint)})" for name, joint in without.items())
+        say([f"friction below the resolution of the log: {bounds} ({verdict_place('no friction')})"])
+    if result.law != AUTO:
+        print_table(_columns_of_parameters(result))
+    for log in result.held_out:
+        print(f"validation log {log.path}, {number(log.duration)} s:")
+        rows = [
+            [joint, number(error.rms), number(error.rms_zero_friction), f"{error.torque_r2:.3f}"]
+            for joint, error in log.joints.items()
+        ]
+        numbers = ["RMS\nwith friction", "RMS\nwithout friction", "R²"]
+        print_table(TextTable(title="torque error [N m]", left=["joint"], right=numbers, rows=rows))
+    say([result.log.usage])
+    for name, own in result.all_friction.items():
+        if own.verdict in ("weak", "not excited"):
+            step = advice(own)
+            step = f"{step[0].upper()}{step[1:]} ({verdict_place(own.verdict)})."
+            say([f"{name} {own.verdict}: {main_reason(own)}. {step}"])
+    say(f"warning: {finding.line}" for finding in result.findings)
+
+
+def _lines_of_joints(result: Result, *, all_speeds: bool) -> TextTable:
+    from stribeck.core.result.tables import MAIN, advice, main_parameters
+
+    numbers = {joint: main_parameters(found) for joint, found in result.all_friction.items()}
+    found_units = {title: sorted({own[k][1] for own in numbers.values()} - {""}) for k, title in enumerate(MAIN)}
+    if not found_units["rotor"]:
+        del found_units["rotor"]
+    units = {joint.units() for joint in result.all_friction.values() if joint.curve} or {("rad/s", "N m")}
+    speeds = {"slow": 0, "middle": 1, "fast": 2} if all_speeds else {"friction": 1}
+    mixed = len(units) > 1
+    unit = "" if mixed else "{1}, at {0}".format(*min(units))
+    headings = [f"{name}\n[{', '.join(own)}]" for name, own in found_units.items()]
+    headings += [f"{speed}\n[{unit}]" if unit else speed for speed in speeds]
+    rows = [
+        [
+            joint,
+            *(f"{value} {unit}" if value and mixed else value for value, unit in numbers[joint][: len(found_units)]),
+            *(
+                _at_speed(found.curve[k], found.units() if mixed else ()) if len(found.curve) > k else ""
+                for k in speeds.values()
+            ),
+            f"{found.torque_r2.best:.3f}" if found.torque_r2 else "",
+            found.verdict,
+            advice(found),
+        ]
+        for joint, found in result.all_friction.items()
+        if found.verdict != "no friction"
+    ]
+    return TextTable(
+        title=f"Friction of {result.robot} (95 % intervals, law {result.law})",
+        left=["joint"],
+        right=[*headings, "R²\nheld out"],
+        last=["verdict", "next step"],
+        rows=rows,
+    )
+
+
+def _at_speed(point: CurvePoint, units: Sequence[str]) -> str:
+    """Format friction and its speed, e.g. "0.30 ± 0.09 at 0.17"."""
+    from stribeck.core.result.tables import point_text
+
+    speed_unit, unit = [f" {unit}" for unit in units] or ("", "")
+    return f"{point_text(point)}{unit} at {point.velocity:.2g}{speed_unit}"
+
+
+def _columns_of_parameters(result: Result) -> TextTable:
+    units: dict[str, set[str]] = {}
+    for joint in result.all_friction.values():
+        for parameter, estimate in joint.parameters.items():
+            units.setdefault(parameter, set()).add(estimate.unit)
+    headings = [f"{parameter}\n[{', '.join(sorted(own))}]" for parameter, own in units.items()]
+    rows = [
+        [
+            name,
+            *(_with_error(found.parameters[key]) if key in found.parameters else "" for key in units),
+            number(found.validation.rms) if found.validation else "",
+        ]
+        for name, found in result.all_friction.items()
+        if found.parameters
+    ]
+    title = "Parameters (95 % intervals; ? marks weak ones)"
+    return TextTable(title=title, left=["joint"], right=[*headings, "RMS held out\n[N m]"], rows=rows)
+
+
+def _with_error(found: ParameterEstimate) -> str:
+    return f"{number(found.value)} ± {found.half_width:.2g}" + "?" * (found.verdict == "weak")
+
+
+def print_inspection(found: Inspection) -> None:
+    """Print the sampling of a log, one line per joint, and the findings."""
+    lines = [
+        f"{found.path}: {found.samples} samples, {found.duration:.2f} s at {found.rate:.6g} Hz, "
+        f"jitter {1e3 * found.jitter:.3g} ms",
+        f"channels: {', '.join(found.channels)}; torque source: {found.torque_source}",
+        f"gaps: {len(found.gaps)}, repeated stamps: {found.duplicates}, "
+        f"rows with missing values: {sum(found.missing.values())}",
+        *([] if found.support_source == "fixed" else [f"support: {_support_shares(found)}"]),
+        f"filter: {found.filter}",
+    ]
+    say(lines)
+    print_table(found.table())
+
+
+def _support_shares(found: Inspection) -> str:
+    """List the number and duration of each support, e.g. "left_foot 12 phases, 9.6 s (from contact flags)"."""
+    modes: dict[str, list[float]] = {}
+    for start, end, name, _ in found.phases:
+        modes.setdefault(name, []).append(end - start)
+    listed = (f"{name} {len(spans)} phase{'s' * (len(spans) > 1)}, {sum(spans):.2f} s" for name, spans in modes.items())
+    return f"{', '.join(listed)} (from {found.support_source})"
+
+
+def print_comparison(found: Comparison) -> None:
+    """Print the conclusion of a comparison, then one line per parameter."""
+    say([found.conclusion])
+    print_table(found.table())
+
+
+def print_plan(found: Plan) -> None:
+    """Print the compared motions of each joint, best first, then one sentence per joint."""
+    from stribeck.design import within
+
+    if found.joints:
+        print_table(found.table())
+    elif not found.trajectory:
+        print("nothing to plan: no joint is weak or not excited")
+    if own := found.trajectory:
+        widths = ", ".join(f"{name} {within(one.relative_width)}" for name, one in own.promise.items())
+        used = ", ".join(f"{100 * share:.0f} % of the {name} limits" for name, share in own.used.items() if share)
+        duration = f"{own.duration:.0f} s"
+        expected = [f"expected intervals after the trajectory ({duration}): {widths}"]
+        say(expected if widths else [f"trajectory before the first log, {duration}:", *own.lines])
+        near = "" if own.clearance is None else f"; bodies keep {1000 * own.clearance:.0f} mm apart"
+        say([f"the trajectory uses {used}{near}"])
+    say(f"note: {note}" for note in found.notes)
+
+
+def print_replay(found: Replay) -> None:
+    """Print the torque errors and the rollout errors of each model, and their medians over the joints."""
+    names = _model_names(found)
+    headings = [f"{name}\n{1e3 * horizon:.0f} ms" for name in names for horizon in found.horizons]
+    horizons = range(len(found.horizons))
+    torque, rollouts = [], []
+    for joint in found.joints:
+        errors = [model.torque.get(joint) for model in found.models]
+        torque.append([joint, *(f"{error.r2:.3f} ({number(error.rms)})" if error else "" for error in errors)])
+        runs = [each for model in found.models for each in model.rollouts.get(joint, [None] * len(horizons))]
+        rollouts.append([joint, *(_relative(each.relative if each else None) for each in runs)])
+    torque.append(["median", *("" if (r2 := model.median_r2()) is None else f"{r2:.3f}" for model in found.models)])
+    rollouts.append(["median", *(_relative(model.median_relative(k)) for model in found.models for k in horizons)])
+    own, *others = dict.fromkeys(model.model for model in found.models)
+    say([found.headline(), f"model: {own}", *(f"new model: {other}" for other in others)])
+    title = f"Torques of {found.robot}: R² (RMS error [N m])"
+    print_table(TextTable(title=title, left=["joint"], right=names, rows=torque))
+    title = "Velocity error of simulations divided by the change of velocity (RMS)"
+    notes = ["Values above 1 are worse than a constant velocity.", *(f"note: {note}" for note in found.notes)]
+    print_table(TextTable(title=title, left=["joint"], right=headings, rows=rollouts, notes=notes))
+
+
+def _model_names(found: Replay) -> list[str]:
+    """Label the robot's own model "model" and the other "new model", without and with friction where both exist."""
+    files = [model.model for model in found.models]
+    return [
+        ("model" if model.model == files[0] else "new model")
+        + ("\n+ friction" if model.friction else "\nno friction" if files.count(model.model) > 1 else "")
+        for model in found.models
+    ]
+
+
+def _relative(value: float | None) -> str:
+    if value is None:
+        return "-"
+    return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"
+
+
+def show(found: Any, printer: Callable[[Any], None], paths: list[Path], *, json: bool, quiet: bool) -> None:
+    """Print a result as JSON, or as tables followed by the paths of the written files."""
+    if json:
+        print(found.to_json(), end="")
+    elif not quiet:
+        printer(found)
+        print_paths(paths)

@@ -1,0 +1,110 @@
+"""Commands on the logs of many robots: `fleet` and `trends`."""
+
+import json as json_format
+import sys
+from collections.abc import Iterable
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from stribeck.app.cli import console, options
+from stribeck.app.cli.options import REPORT, argument, option, output_option, robot_option
+from stribeck.core.base.outputs import check_outputs, resumable
+from stribeck.core.errors import SettingsError, require_extra
+
+
+def fleet(
+    logs: Annotated[list[str], argument("[LOGS]", "Files, folders, globs or URLs (s3://, gs://).")] = [],  # noqa: B006
+    output: Annotated[Path | None, output_option("STORE", "Folder of the store.")] = None,
+    robot: Annotated[Path | None, robot_option("Robot file of all logs.")] = None,
+    manifest: Annotated[
+        Path | None, option("FILE", "CSV with log, robot_file, robot, and start and note, if known.")
+    ] = None,
+    workers: Annotated[int, option("N", "Logs at a time.", "--jobs", show_default="one per core")] = -1,
+    backend: Annotated[str, option("NAME", "loky, ray or dask.")] = "loky",
+    timeout: Annotated[float | None, option("SECONDS", "Longest time for one log.")] = None,
+    memory: Annotated[float | None, option("GB", "Most memory for one log.")] = None,
+    again: Annotated[bool, typer.Option("--retry-failed", help="Try logs again that failed.")] = False,
+    compacted: Annotated[Path | None, option("STORE", "Merge the store's files.", "--compact")] = None,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+) -> None:
+    """Identify the logs of many robots, and add them to a store.
+
+    Logs that the store has are skipped, so an interrupted run continues where it stopped. Without a manifest, the
+    folder of a log is its robot's id.
+    """
+    require_extra("fleet", "joblib", "duckdb", "fsspec")
+    from stribeck.service import Limits, jobs_of_logs, jobs_of_manifest, run_fleet
+
+    if compacted is not None:
+        if logs or robot or manifest or output:
+            raise SettingsError("fleet: --compact merges the files of one store; run it without logs and outputs")
+        _compact(compacted, json=json, quiet=quiet)
+        return
+    if output is None:
+        raise SettingsError("fleet: has no store to write to; expected -o STORE")
+    if bool(logs) == bool(manifest) or bool(logs) != bool(robot):
+        raise SettingsError("fleet: expected LOGS and --robot FILE, or --manifest FILE")
+    jobs = jobs_of_manifest(manifest) if manifest else jobs_of_logs(logs, robot or Path())
+    limits = Limits(timeout=timeout, memory=memory)
+    left = f"{output} has the logs that are done; repeat the command to continue"
+    with resumable(left), console.progress_bar(quiet) as progress:
+        found = run_fleet(jobs, output, workers=workers, backend=backend, limits=limits, again=again, progress=progress)
+    if json:
+        typer.echo(json_format.dumps(asdict(found), indent=2))
+    elif not quiet:
+        _print_damaged(found.damaged)
+        for each in found.failed:
+            typer.echo(f"{each.status}: {each.error}")
+        typer.echo(f"{found.line}; {output}")
+    if found.failed:
+        sys.exit(3)  # a log has no result
+
+
+def _compact(store: Path, *, json: bool, quiet: bool) -> None:
+    """Merge the files of a store, and print the number of files before and after."""
+    from stribeck.service import compact
+
+    before, after, damaged = compact(store)
+    if json:
+        found = {"before": before, "after": after, "damaged": list(map(str, damaged))}
+        typer.echo(json_format.dumps(found, indent=2))
+    elif not quiet:
+        _print_damaged(map(str, damaged))
+        typer.echo(f"{store}: {before} files merged into {after}")
+
+
+def _print_damaged(paths: Iterable[str]) -> None:
+    for path in paths:
+        typer.echo(f"set aside as damaged: {path}")
+
+
+def trends(
+    store: Annotated[Path, argument("STORE", "Folder that `stribeck fleet` wrote.")],
+    output: Annotated[Path | None, output_option("FOLDER", "Folder for report.html.")] = None,
+    logs_per_false_alarm: Annotated[float, option("N", "Mean number of logs between false alarms.")] = 1000.0,
+    overwrite: options.Overwrite = False,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+) -> None:
+    """Show joints that changed, and robots that differ.
+
+    Also prints the friction of the robot type.
+    """
+    require_extra("fleet", "joblib", "duckdb", "fsspec")
+    from stribeck.app.report.trends import write_trends
+    from stribeck.service import find_trends
+
+    if output is not None:
+        check_outputs([output / REPORT], [], overwrite)
+    found = find_trends(store, logs_per_false_alarm=logs_per_false_alarm)
+    if output is not None:
+        write_trends(found, output / REPORT)
+    if json:
+        typer.echo(found.to_json(), nl=False)
+    elif not quiet:
+        typer.echo(found.summary())
+        console.print_paths([output / REPORT] if output else [])

@@ -1,0 +1,172 @@
+"""Commands on results: `export`, `compare`, `plan` and `replay`."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from stribeck.app.cli import console, options
+from stribeck.app.cli.options import argument, option, output_option, robot_option
+from stribeck.core.base.outputs import check_outputs, staged_folder
+from stribeck.core.errors import SettingsError, findings_kept, require_extra
+
+
+def export(
+    result: options.ResultFile,
+    robot: options.RobotFile,
+    to: options.Format,
+    output: Annotated[Path, output_option("PATH", "File to write, or folder for --samples.")],
+    samples: options.Samples = None,
+    ranges: options.Ranges = False,
+    joints: options.Exported = None,
+    include_weak: options.Weak = False,
+    strict: options.Strict = False,
+    friction: options.Form = None,
+    inertia: options.Inertia = None,
+    more: options.With = None,
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
+) -> None:
+    """Export a result to a simulator, a model file or code."""
+    from stribeck.app.exporters import export as write_model
+    from stribeck.app.exporters import export_ranges, export_samples
+    from stribeck.core.result import read_result
+    from stribeck.core.robot import Robot
+
+    found = read_result(result)
+    machine = Robot.from_file(robot)
+    chosen: dict[str, Any] = {"joints": options.split_names(joints), "include_weak": include_weak}
+    if more not in (None, "inertia"):
+        raise SettingsError(f"--with {more}: expected inertia")
+    if inertia not in (None, "keep", "write"):
+        raise SettingsError(f"--inertia {inertia}: expected keep or write")
+    write = True if more else None if inertia is None else inertia == "write"
+    if ranges and (samples is not None or strict or write is not None or friction is not None):
+        raise SettingsError("--ranges takes neither --samples, --strict, --friction nor --inertia; leave them out")
+    if samples is None:
+        check_outputs([output], [result, *options.files_of(machine)], overwrite)
+    elif output.is_dir() and any(output.iterdir()) and not overwrite:
+        raise SettingsError(f"{output}: already exists", option="choose another -o, or pass --overwrite")
+    lines, paths = list[str](), [output]
+    with findings_kept([*machine.warnings, *found.warnings]):
+        if samples is not None:
+            paths = export_samples(found, machine, output, to, samples, friction=friction, inertia=write, **chosen)
+        elif ranges:
+            lines = export_ranges(found, machine, output, to, **chosen)
+        else:
+            lines = write_model(found, machine, output, to, strict=strict, friction=friction, inertia=write, **chosen)
+    if not quiet:
+        for line in lines:
+            typer.echo(line)
+        console.print_paths(paths)
+
+
+def compare(
+    results: Annotated[list[Path], argument("RESULT", "Two results, older first; or one, to compare left and right.")],
+    names: options.Labels = None,
+    output: options.Page = None,
+    json: options.Json = False,
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
+) -> None:
+    """Compare two results, or left and right joints of one."""
+    from stribeck.app.comparison import compare as compare_two
+    from stribeck.app.comparison import compare_sides
+    from stribeck.app.report.comparison import write_comparison
+    from stribeck.core.result import read_result
+
+    files = [options.result_file(path) for path in results]
+    check_outputs([output] if output else [], files, overwrite)
+    labels = options.split_names(names)
+    if len(files) > 2:
+        raise SettingsError(f"compare: {len(files)} results were given; expected two, or one to compare left and right")
+    if labels and len(files) == 1:
+        raise SettingsError("--names applies to two results; omit it to compare left and right of one")
+    if labels and len(set(labels)) != 2:
+        raise SettingsError(f"--names: found {', '.join(labels)}; expected 2 different names")
+    if len(files) == 1:
+        found = compare_sides(read_result(files[0]))
+    else:
+        found = compare_two(files[0], files[1], names=(labels[0], labels[1]) if labels else None)
+    if output is not None:
+        write_comparison(found, output)
+    console.show(found, console.print_comparison, [output] if output else [], json=json, quiet=quiet)
+
+
+def plan(
+    source: Annotated[
+        str, argument("RESULT", "A result.json; before the first log, a robot file or a model (as for `init`).")
+    ],
+    robot: Annotated[Path | None, robot_option("Robot file (robot.toml) of the result.")] = None,
+    output: Annotated[Path | None, output_option("FOLDER", "Folder for plan.json and trajectory.csv.")] = None,
+    joints: options.Planned = None,
+    held: options.Held = None,
+    duration: Annotated[float, option("SECONDS", "Duration of the trajectory.")] = 60.0,
+    json: options.Json = False,
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
+) -> None:
+    """Plan the motion that weak joints need, with trajectory.
+
+    Before the first log, plan a trajectory within the model's limits.
+    """
+    from stribeck.design import plan as run
+
+    file, machine = options.planned_robot(source, robot, held)
+    outputs = [output / name for name in ("plan.json", "trajectory.csv")] if output else []
+    asked = options.split_names(joints)
+    check_outputs(outputs, [*([file] if file else []), *options.files_of(machine)], overwrite)
+    with console.progress_bar(quiet) as progress:
+        found = run(
+            file, machine, joints=asked, held=held, duration=duration if output or not file else None, progress=progress
+        )
+    if output is not None:
+        with staged_folder(output) as staging:
+            (staging / "plan.json").write_text(found.to_json(), encoding="utf-8")
+            if found.trajectory:
+                found.trajectory.write_csv(staging / "trajectory.csv")
+    console.show(found, console.print_plan, outputs if found.trajectory else outputs[:1], json=json, quiet=quiet)
+
+
+def replay(
+    logs: options.Logs,
+    robot: options.RobotFile,
+    model: Annotated[Path, option("FILE", "URDF or MJCF with friction to test.", "--model", "-m")],
+    output: Annotated[Path | None, output_option("FOLDER", "Folder for replay.json and replay.html.")] = None,
+    settings: options.Set = [],  # noqa: B006
+    start: options.From = None,
+    stop: options.To = None,
+    exclude: options.Exclude = [],  # noqa: B006
+    force: options.Force = False,
+    horizon: Annotated[float, option("SECONDS", "Duration of the short simulations.")] = 0.5,
+    rerun: options.Recording = None,
+    json: options.Json = False,
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
+) -> None:
+    """Test a model: torques and short simulations of a log, and free simulations of all logs under their commands.
+
+    Compares the model of the robot file with another model.
+    """
+    from stribeck.app.report.replay import curves_of_replay, write_replay
+    from stribeck.design import replay as run
+
+    machine = options.robot_of(robot, exclude, logs)
+    chosen = options.with_settings(machine.settings, {}, settings)
+    outputs = [output / name for name in ("replay.json", "replay.html")] if output else []
+    if rerun:
+        require_extra("rerun", "rerun")
+        outputs.append(rerun)
+    check_outputs(outputs, [*logs, model, *options.files_of(machine)], overwrite)
+    with console.progress_bar(quiet) as progress:
+        part, *more = (options.part_of(log, machine, start, stop) for log in logs)
+        found = run(part, machine, model, chosen, more=more, horizon=horizon, force=force, progress=progress)
+    if output is not None:
+        with staged_folder(output) as staging:
+            (staging / "replay.json").write_text(found.to_json(), encoding="utf-8")
+            write_replay(found, staging / "replay.html")
+    if rerun:
+        from stribeck.app.report.recording import write_recording
+
+        write_recording(curves_of_replay(found), rerun, found.robot)
+    console.show(found, console.print_replay, outputs, json=json, quiet=quiet)

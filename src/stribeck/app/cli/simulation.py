@@ -1,0 +1,183 @@
+"""Commands that need the simulation packages."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from stribeck.app.cli import console, options
+from stribeck.app.cli.console import print_table, say
+from stribeck.app.cli.options import REPORT, RESULT, TABLE, argument, option, output_option
+from stribeck.core.base.outputs import check_outputs, staged_folder
+from stribeck.core.base.text_table import TextTable, number, span
+from stribeck.core.errors import SettingsError, StribeckError, require_extra
+
+if TYPE_CHECKING:
+    from stribeck.core.result import Result
+
+
+def simulate(
+    scenario: Annotated[Path, argument("SCENARIO", "Scenario file: robot, motion, sensors and friction.")],
+    output: Annotated[Path, output_option("FILE", "Log to write (.npz).")],
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
+) -> None:
+    """Simulate a robot: write a log and its ground truth."""
+    require_extra("simulation", "mujoco", "daqp")
+    from stribeck.simulation import read_scenario, run_scenario, truth_file, write_simulated
+
+    if output.suffix != ".npz":
+        raise SettingsError(f"--output {output}: the suffix is '{output.suffix}'; simulated logs are written as .npz")
+    chosen = read_scenario(scenario)
+    check_outputs([output, truth_file(output)], [scenario, scenario.parent / chosen.robot], overwrite)
+    with console.progress_bar(quiet) as progress:
+        found = run_scenario(chosen, scenario.parent, lambda share: progress(f"simulating {scenario.stem}", share))
+    truth = write_simulated(found.log, found.truth, output)
+    if not quiet:
+        console.print_paths([output, truth, Path(found.robot.path)])
+
+
+def demo(
+    output: Annotated[Path, output_option("FOLDER", "Folder for the log and the results.")] = Path("demo"),
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
+) -> None:
+    """Identify a simulated walking humanoid, compare with truth."""
+    require_extra("simulation", "mujoco", "daqp")
+    from stribeck.app.report.walk_section import walk_section
+    from stribeck.core.identify.pipeline import identify as run
+    from stribeck.core.robot import Robot
+    from stribeck.simulation import FILES, make_demo, truth_reference
+
+    check_outputs([output / name for name in (*FILES, RESULT, REPORT, TABLE)], [], overwrite)
+    with staged_folder(output) as staging, console.progress_bar(quiet) as progress:
+        example = make_demo(staging, lambda share: progress("simulating a walk", share))
+        machine = Robot.from_file(example.robot_file)
+        result = run([example.log], machine, table=staging / TABLE, progress=progress)
+        result = _moved(result, str(staging), str(output))
+        progress("writing the report", 0.9)
+        truth = truth_reference(result, example.law, example.parameters)
+        options.write_result(result, staging, reference=truth, further=[walk_section(example.walk)])
+    if not quiet:
+        print_truth(result, example.parameters)
+        console.print_paths([output / name for name in (example.log.name, RESULT, TABLE, REPORT)])
+
+
+def rehearse(
+    robot: Annotated[Path, argument("ROBOT", "Robot file (robot.toml).")],
+    log: Annotated[Path | None, argument("LOG", "A log with the motion to expect.")] = None,
+    output: Annotated[Path, output_option("FOLDER", "Folder for the simulated log and its result.")] = Path(
+        "rehearsal"
+    ),
+    duration: Annotated[float, option("SECONDS", "Duration of the motion without LOG.")] = 60.0,
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
+) -> None:
+    """Simulate and identify your robot, to see what to expect.
+
+    Simulates motion, rate, noise and friction of LOG and its result, or the trajectory of `plan`.
+    """
+    require_extra("simulation", "mujoco", "daqp")
+    from stribeck.core.identify.pipeline import identify as run
+    from stribeck.core.robot import Robot
+    from stribeck.design import first_motion, measured_robot, motion_of_log
+    from stribeck.design import rehearse as simulated
+    from stribeck.io import write_log
+    from stribeck.simulation import truth_reference
+
+    machine = Robot.from_file(robot)
+    outputs = [output / name for name in ("log.npz", RESULT, REPORT, TABLE)]
+    check_outputs(outputs, [*([log] if log else []), *options.files_of(machine)], overwrite)
+    with staged_folder(output) as staging, console.progress_bar(quiet) as progress:
+        progress("reading the motion" if log else "planning the motion", 0.05)
+        try:
+            before = run(log, machine, progress=progress) if log else None
+        except StribeckError:
+            before = None  # motion and noise of the log are known without a result
+        motion = motion_of_log(machine, log, before) if log else first_motion(machine, duration)
+        machine = measured_robot(machine)
+        noise = motion.position_noise, motion.torque_noise
+        found = simulated(machine, motion.time, motion.position, noise, motion.friction)
+        write_log(found.log, staging / "log.npz")
+        result = run(found.log, machine, table=staging / TABLE, progress=progress)
+        progress("writing the report", 0.9)
+        options.write_result(result, staging, reference=truth_reference(result, found.law, found.parameters))
+    if not quiet:
+        print_expectation(result, found.parameters, motion.notes)
+        console.print_paths(outputs)
+
+
+def _moved(result: Result, staging: str, output: str) -> Result:
+    """Replace the staging folder by the output folder in the paths of a result with one log."""
+    assert isinstance(result.log.path, str)
+    assert result.evidence is not None
+    provenance = [(label, text.replace(staging, output)) for label, text in result.evidence.provenance]
+    return replace(
+        result,
+        log=replace(result.log, path=result.log.path.replace(staging, output)),
+        evidence=replace(result.evidence, provenance=provenance),
+    )
+
+
+def print_truth(result: Result, truth: Mapping[str, Mapping[str, float]]) -> None:
+    """Print the true and estimated parameters of each joint, then how many intervals contain the truth."""
+    rows, identified, covered = [], 0, 0
+    for joint, found in result.joints.items():
+        true = truth.get(joint, {})
+        compared = {name: value for name, value in found.parameters.items() if name in true}
+        if not compared:
+            verdict = found.verdict if found.parameters else f"{found.verdict}: {found.reason}"
+            rows.append([joint, "", "" if true else "none", "", "", verdict])
+        for name, value in compared.items():
+            low, high = value.interval_95
+            identified += value.verdict == "identified"
+            covered += low <= true[name] <= high
+            numbers = [number(true[name]), number(value.value), span(value.interval_95)]
+            rows.append([joint, f"{name} [{value.unit}]", *numbers, value.verdict])
+    parameters = sum(bool(row[1]) for row in rows)
+    table = TextTable(
+        title=f"True and estimated friction of {result.robot} (law {result.law})",
+        left=["joint", "parameter"],
+        right=["truth", "estimate", "95 % interval"],
+        last=["verdict"],
+        rows=rows,
+        notes=[f"{parameters} parameters: {identified} identified; {covered} of the 95 % intervals contain the truth"],
+    )
+    print_table(table)
+
+
+def print_expectation(result: Result, truth: Mapping[str, Mapping[str, float]], notes: Iterable[str]) -> None:
+    """Print what an identification can be expected to find: a conclusion, then one line per joint."""
+    from stribeck.core.result.tables import advice, point_text
+
+    rows, covered, widths = [], 0, []
+    for name, joint in result.joints.items():
+        if name not in truth or not joint.curve:
+            rows.append([name, "", "", "", joint.verdict, advice(joint)])
+            continue
+        point = joint.curve[len(joint.curve) // 2]
+        known = truth[name]["coulomb"] + truth[name]["viscous"] * point.velocity
+        covered += point.interval_95[0] <= known <= point.interval_95[1]
+        widths += [point.half_width / known] * (joint.verdict == "identified")
+        error = f"{100 * (point.value / known - 1):+.1f} %"
+        found = f"{point_text(point)} {point.unit} at {point.velocity:.2g}"
+        rows.append([name, f"{number(known)} {point.unit}", found, error, joint.verdict, advice(joint)])
+    ends = [f"{100 * each:.2g}" for each in (min(widths), max(widths))] if widths else []
+    within = f" within ± {' to '.join(dict.fromkeys(ends))} %" if ends else ""
+    say([f"{len(widths)} of {len(rows)} joints would be identified{within} of their friction at middle speed"])
+    print_table(
+        TextTable(
+            title=f"Rehearsal of {result.robot}",
+            left=["joint"],
+            right=["assumed friction", "identified", "error"],
+            last=["verdict", "next step"],
+            rows=rows,
+            notes=[
+                f"{covered} of {sum(bool(row[1]) for row in rows)} intervals contain the assumed friction",
+                *notes,
+                "best case: the model is exact, and the sensors have only white noise",
+            ],
+        )
+    )

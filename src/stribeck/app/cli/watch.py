@@ -1,0 +1,142 @@
+"""Command on a robot in service: `watch`."""
+
+from __future__ import annotations
+
+import json as json_format
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack
+from dataclasses import asdict
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.live import Live
+from rich.text import Text
+
+from stribeck.app.cli import options
+from stribeck.app.cli.console import drawn, print_table, terminal
+from stribeck.app.cli.options import option
+from stribeck.core.base.text_table import TextTable, number, span
+from stribeck.core.errors import SettingsError, require_extra
+
+if TYPE_CHECKING:
+    from stribeck.core.log import RobotLog
+    from stribeck.service import Alarm, OnlineFriction
+
+
+def watch(
+    result: options.ResultFile,
+    robot: options.RobotFile,
+    log: Annotated[Path | None, option("LOG", "Log to replay.")] = None,
+    mcap: Annotated[Path | None, option("FILE", "MCAP to follow; - for standard input.")] = None,
+    speed: Annotated[float | None, option("N", "Speed of the replay; 1 is real time.")] = None,
+    state: Annotated[Path | None, option("FILE", "State to continue, saved each minute.")] = None,
+    hours: Annotated[float, option("H", "Mean time between false alarms.", "--hours-per-false-alarm")] = 100.0,
+    rerun: Annotated[bool, typer.Option("--rerun", help="Also stream to the Rerun viewer.")] = False,
+    json: options.Json = False,
+    quiet: options.Quiet = False,
+) -> None:
+    """Track friction of a robot in service, with alarms.
+
+    Shows a live table in a terminal, else alarms; with --json, one line per second and per alarm.
+    """
+    if (log is None) == (mcap is None):
+        raise SettingsError("watch: expected a source, either --log LOG or --mcap FILE")
+    if speed is not None and (log is None or not 0 < speed < float("inf")):
+        raise SettingsError(f"--speed: found {speed:g}; expected a positive number, and --log")
+    if rerun:
+        require_extra("rerun", "rerun")
+    from stribeck.core.result import read_result
+    from stribeck.core.robot import Robot
+    from stribeck.service import estimator_for, feed, stream_of
+
+    machine, found = Robot.from_file(robot), read_result(result)
+    online, saved = None, time.monotonic()
+    with ExitStack() as stack:
+        live = None if json or quiet else _live_table(stack)
+        for part, rate in stream_of(log, mcap, machine, found):
+            if online is None:
+                online = estimator_for(found, machine, rate, hours)
+                if state is not None and state.exists():
+                    online.load(state)
+                shown = online.checked
+            for batch in _paced(part, rate, speed):
+                for alarm in feed(online, batch):
+                    _print_alarm(alarm, live, json=json, quiet=quiet)
+                if online.checked != shown:
+                    shown = online.checked
+                    _show(online, live, json=json, rerun=rerun)
+                if state is not None and time.monotonic() - saved > 60.0:  # [s] between two writes
+                    saved = time.monotonic()
+                    online.save(state)
+        if online is None:
+            raise SettingsError(f"{log or mcap}: contains no segment that is long enough")
+        if state is not None:
+            online.save(state)
+    if live is None and not (json or quiet):
+        print_table(_table_of_state(online))
+
+
+def _paced(part: RobotLog, rate: float, speed: float | None) -> Iterator[RobotLog]:
+    """Cut samples into batches of 10 ms, at a speed."""
+    begin, length = time.monotonic(), max(1, round(0.01 * rate))
+    for start in range(0, len(part.time), length):
+        if speed is not None:
+            time.sleep(max(0.0, begin + float(part.time[start] - part.time[0]) / speed - time.monotonic()))
+        yield part.take(slice(start, start + length))
+
+
+def _show(online: OnlineFriction, live: Live | None, *, json: bool, rerun: bool) -> None:
+    """Print the state as JSON, draw it, or send it to the Rerun viewer."""
+    joints = online.state()
+    if json:
+        own = {name: asdict(each) for name, each in joints.items()}
+        typer.echo(json_format.dumps({"time": online.time, "joints": own}))
+    elif live is not None:
+        live.update(drawn(_table_of_state(online)), refresh=True)
+    if rerun:
+        viewer = import_module("rerun")
+        viewer.init("stribeck watch", spawn=True)
+        viewer.set_time("stream", duration=online.time)
+        for name, each in joints.items():
+            viewer.log(f"friction/{name}", viewer.Scalars([each.friction, *each.interval_95, each.baseline]))
+
+
+def _live_table(stack: ExitStack) -> Live | None:
+    """Start a table that is drawn anew on a terminal; None for other outputs."""
+    out = terminal()
+    return stack.enter_context(Live(console=out, auto_refresh=False)) if out.is_terminal else None
+
+
+def _print_alarm(alarm: Alarm, live: Live | None, *, json: bool, quiet: bool) -> None:
+    """Print an alarm as JSON, or as a line, above a live table if there is one."""
+    if json:
+        typer.echo(json_format.dumps({"alarm": asdict(alarm)}))
+    elif not quiet:
+        line = Text(f"{alarm.time:.1f} s  {alarm.line}", style="red" if alarm.raised else "green")
+        (live.console if live else terminal()).print(line, soft_wrap=True)
+
+
+def _table_of_state(online: OnlineFriction) -> TextTable:
+    """Make a table of the current friction of each joint, and of the raised alarms."""
+    rows = [
+        [
+            name,
+            number(own.baseline),
+            number(own.friction),
+            span(own.interval_95),
+            f"{100 * (own.friction / own.baseline - 1):+.0f}",
+            "ALARM" if own.alarm else "",
+        ]
+        for name, own in online.state().items()
+    ]
+    return TextTable(
+        title=f"Friction at middle speed [N m], [N] after {online.time:.0f} s",
+        left=["joint"],
+        right=["identified", "now", "95 % interval", "change [%]"],
+        last=["alarm"],
+        rows=rows,
+        notes=[alarm.line for alarm in online.alarms.values()],
+    )

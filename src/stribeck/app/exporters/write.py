@@ -1,0 +1,281 @@
+"""Export of a result to a simulator or a controller: a robot model or another file."""
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from stribeck.app.exporters.joints import joint_terms
+from stribeck.app.exporters.links import corrected_links
+from stribeck.app.exporters.model_files import MODELS
+from stribeck.app.exporters.projection import inertias_pay, projected
+from stribeck.app.exporters.samples import drawn, joint_ranges
+from stribeck.app.exporters.targets import TARGETS, Request, summary
+from stribeck.app.exporters.text_files import file_text, rendered
+from stribeck.app.exporters.written import table_of_joints
+from stribeck.core.base.outputs import staged_folder, whole_or_not_at_all
+from stribeck.core.errors import NothingIdentifiedError, SettingsError, did_you_mean
+from stribeck.core.result import Result, read_result
+from stribeck.core.robot import Robot
+from stribeck.core.robot.model_file import kind_of
+
+
+def export(
+    result: Result | str | Path,
+    robot: Robot | str | Path,
+    path: str | Path,
+    target: str,
+    *,
+    joints: Collection[str] | None = None,
+    include_weak: bool = False,
+    strict: bool = False,
+    friction: str | None = None,
+    inertia: bool | None = None,
+) -> list[str]:
+    """Write the identified friction in the format of a simulator or a controller.
+
+    Friction that the target cannot represent is approximated, and the error is reported. A robot model also gets the
+    estimated inertias where they lower the torque error of held-out parts of the logs; everything else is unchanged,
+    including the friction of joints that were not identified. The head of the file lists the changes.
+
+    Parameters
+    ----------
+    result
+        The result, or the path of its result.json.
+    robot
+        The robot of the identification, or the path of its robot file.
+    path
+        File to write; it is written completely or not at all.
+    target
+        One of `TARGETS`. "urdf", "drake" and "mjcf" write the robot's model, which must be a URDF, or also an MJCF for
+        "mjcf".
+    joints
+        Joints to export; all if None.
+    include_weak
+        Whether to export weak friction, too.
+    strict
+        Whether to fail if the target cannot represent all of the friction.
+    friction
+        Friction model, for targets with several: "plain" or "lugre" for MJCF, "all" or "plain" for YAML; the first of
+        them if None.
+    inertia
+        Whether robot models also get the estimated inertias; if None, `projection.inertias_pay` decides.
+
+    Returns
+    -------
+    summary
+        Lines on changes, a table of the friction in the model, identified and written, approximations and omissions.
+
+    Raises
+    ------
+    SettingsError
+        If target, joint or friction model are unknown, the result belongs to another robot or model, `path` is the
+        model itself, or, if `strict`, the target cannot represent all of the friction.
+    NothingIdentifiedError
+        If the result contains nothing for the target to store.
+    RobotFileError
+        If the robot file cannot be used.
+
+    Examples
+    --------
+    >>> lines = export("out/result.json", "robot.toml", "found.urdf", "urdf")
+    >>> for line in lines[6:]:
+    ...     print(line.partition(":")[0])
+    Kept the model's inertias of the links driven by
+    Joint shoulder
+    Joint elbow
+    Joint slide
+    """
+    result, robot = _read(result, robot)
+    choice = FileContent(joints=joints, include_weak=include_weak, friction=friction, inertia=inertia)
+    request = _request(result, robot, Path(path), target, choice)
+    for name, own in request.joints.items():
+        if strict and (lost := [*own.projected, *own.left_out]):
+            raise SettingsError(
+                f"export: {target} cannot store {', '.join(lost)} of joint '{name}'; allow the loss (no `strict`), or "
+                "choose another target"
+            )
+    with whole_or_not_at_all(path) as temporary:
+        temporary.write_text(_text(target, request), encoding="utf-8")
+    first, *others = request.lines
+    return [first, *table_of_joints(result, robot, request.joints), *others]
+
+
+def export_samples(
+    result: Result | str | Path,
+    robot: Robot | str | Path,
+    folder: str | Path,
+    target: str,
+    count: int,
+    *,
+    joints: Collection[str] | None = None,
+    include_weak: bool = False,
+    friction: str | None = None,
+    inertia: bool | None = None,
+    seed: int = 0,
+) -> list[Path]:
+    """Write several files as `export` does, with parameters drawn from the uncertainty of the result.
+
+    Use them for domain randomization: the draws of `samples.drawn` are all consistent with the log.
+
+    Parameters
+    ----------
+    folder
+        Output folder for files 000, 001, ... with the target's suffix; all are written, or none.
+    count, seed
+        Number of files, and seed of the draws.
+    result, robot, target, joints, include_weak, friction, inertia
+        See `export`.
+
+    Returns
+    -------
+    paths
+        Paths of the files.
+
+    Raises
+    ------
+    SettingsError, NothingIdentifiedError, RobotFileError
+        See `export`.
+
+    Examples
+    --------
+    >>> [path.name for path in export_samples("out/result.json", "robot.toml", "draws", "urdf", 2)]
+    ['000.urdf', '001.urdf']
+    """
+    result, robot = _read(result, robot)
+    if not 1 <= count <= 100_000:  # in one folder
+        raise SettingsError(f"export: {count} samples were requested; expected 1 to 100,000")
+    choice = FileContent(joints=joints, include_weak=include_weak, friction=friction, inertia=inertia)
+    _request(result, robot, Path(folder), target, choice)  # refuses before anything is drawn
+    paths = [Path(folder) / f"{k:03d}{TARGETS[target].suffix}" for k in range(count)]
+    with staged_folder(folder) as staging:
+        for path, each in zip(paths, drawn(result, count, seed), strict=True):
+            text = _text(target, _request(each, robot, path, target, choice))
+            (staging / path.name).write_text(text, encoding="utf-8")
+    return paths
+
+
+def export_ranges(
+    result: Result | str | Path,
+    robot: Robot | str | Path,
+    path: str | Path,
+    target: str,
+    *,
+    joints: Collection[str] | None = None,
+    include_weak: bool = False,
+) -> list[str]:
+    """Write ranges of friction and rotor inertias for domain randomization, in a target's format.
+
+    Each range contains 95 % of the draws of `stribeck.app.exporters.samples.drawn`.
+
+    Parameters
+    ----------
+    path
+        File to write, completely or not at all: a Python module for "mjcf" and "isaaclab", or YAML.
+    result, robot, target, joints, include_weak
+        See `export`; the target must support ranges.
+
+    Returns
+    -------
+    summary
+        Lines with the ranges of each joint and the omissions.
+
+    Raises
+    ------
+    SettingsError, NothingIdentifiedError, RobotFileError
+        See `export`.
+
+    Examples
+    --------
+    >>> for line in export_ranges("out/result.json", "robot.toml", "ranges.py", "mjcf")[2:]:
+    ...     print(line.partition(":")[0])
+    Joint shoulder
+    Joint elbow
+    Joint slide
+    """
+    result, robot = _read(result, robot)
+    own = TARGETS.get(target)
+    if own is None or not own.ranges:
+        ranged = [name for name, each in TARGETS.items() if each.ranges]
+        raise SettingsError(f"export: target '{target}' has no ranges; expected {_either(ranged)}")
+    _check(result, robot, Path(path))
+    form = own.forms["plain"]
+    assert form is not None
+    found = joint_ranges(result, form, joints, include_weak)
+    if not found:
+        raise NothingIdentifiedError(f"export: the result has no friction that {target.upper()} can store")
+    first, *rest = summary(result, robot, replace(own, models=()), found, [])
+    lines = [first, "Each range contains 95 % of the models that are consistent with the log.", *rest]
+    with whole_or_not_at_all(path) as temporary:
+        temporary.write_text(rendered(own.ranges, lines=lines, joints=found), encoding="utf-8")
+    return lines
+
+
+@dataclass(frozen=True, kw_only=True)
+class FileContent:
+    """Arguments of `export` that select the content of a file."""
+
+    joints: Collection[str] | None
+    include_weak: bool
+    friction: str | None
+    inertia: bool | None
+
+
+def _read(result: Result | str | Path, robot: Robot | str | Path) -> tuple[Result, Robot]:
+    result = result if isinstance(result, Result) else read_result(result)
+    return result, robot if isinstance(robot, Robot) else Robot.from_file(robot)
+
+
+def _request(result: Result, robot: Robot, path: Path, target: str, choice: FileContent) -> Request:
+    """Collect the content of a file."""
+    if target not in TARGETS:
+        near = did_you_mean(target, TARGETS)
+        raise SettingsError(f"export: the target is '{target}'; expected {_either(TARGETS)}{near}")
+    own = TARGETS[target]
+    pays, reason = inertias_pay(result)
+    inertia = bool(own.models) and (pays if choice.inertia is None else choice.inertia)
+    result = projected(result, robot) if inertia else result
+    _check(result, robot, path, own.models, target)
+    if choice.friction is not None and choice.friction not in own.forms:
+        raise SettingsError(f"export: the friction model is '{choice.friction}'; expected {_either(own.forms)}")
+    form = choice.friction or next(iter(own.forms))
+    found = joint_terms(result, own.forms[form], choice.joints, choice.include_weak, any_unit=own.any_unit)
+    corrections = result.corrections
+    links, impossible = corrected_links(robot, corrections) if own.models and corrections else ({}, [])
+    if not inertia:  # read to check that the model is the one of the result
+        links, impossible = {}, []
+    if not links and not found:
+        raise NothingIdentifiedError(
+            f"export: the result has no identified friction that {target.upper()} can store"
+            + " and no corrected inertias" * inertia
+        )
+    lines = summary(result, robot, own, found, impossible, inertia=inertia, reason=reason)
+    return Request(result=result, robot=robot, joints=found, form=form, links=links, lines=lines, folder=path.parent)
+
+
+def _text(target: str, request: Request) -> str:
+    """Format the file of a target: a robot's model, or a template."""
+    of_package = TARGETS[target].text
+    if of_package:
+        return of_package(request)
+    return MODELS[target](request) if target in MODELS else file_text(f"{target}{TARGETS[target].suffix}", request)
+
+
+def _check(result: Result, robot: Robot, path: Path, models: Collection[str] = (), target: str = "") -> None:
+    """Check that the target can write the model, the result belongs to the robot, and the model is not overwritten."""
+    kind = kind_of(robot.model_file) if models else ""
+    if models and kind not in models:
+        others = [name for name, own in TARGETS.items() if not own.models or kind in own.models]
+        raise SettingsError(
+            f"{robot.model_path}: is {kind.upper()}, which '{target}' cannot write; use a robot whose model is "
+            f"{_either([own.upper() for own in models])}, or export to {_either(others)}"
+        )
+    if unknown := [joint for joint in result.joints if joint not in robot.joint_names]:
+        raise SettingsError(
+            f"{robot.path}: the robot has no joint '{unknown[0]}' of the result; it has {', '.join(robot.joint_names)}"
+        )
+    if robot.model_path and path.exists() and path.samefile(robot.model_path):
+        raise SettingsError(f"{path}: is the robot's own model; choose another output")
+
+
+def _either(names: Collection[str]) -> str:
+    return " or ".join(", ".join(names).rsplit(", ", 1))

@@ -1,0 +1,62 @@
+"""Page of `stribeck compare`: friction curves and the change of every parameter."""
+
+from collections.abc import Set as AbstractSet
+from pathlib import Path
+
+from stribeck.app.comparison import Comparison, compare_sides
+from stribeck.app.report.charts import Chart, line, velocity_axes
+from stribeck.app.report.curves import FrictionCurve, friction_curve
+from stribeck.app.report.page import Section, render, section, write_page
+from stribeck.core.result import Result
+from stribeck.core.result.mirror import mirrored_pairs
+
+
+def write_comparison(found: Comparison, path: str | Path) -> None:
+    """Write the comparison as one self-contained HTML file, completely or not at all.
+
+    Examples
+    --------
+    >>> write_comparison(compare("out/result.json", result), "compare.html")
+    """
+    lead = render("comparison_heading.html.j2", found=found)
+    prismatic = {name for name, pair in found.joints.items() if any(joint.slides for joint in pair)}
+    sections = [comparison_section(found, prismatic)]
+    write_page(path, f"{found.robot}: {found.a} and {found.b}", sections, lead=lead)
+
+
+def sides(result: Result, prismatic: AbstractSet[str]) -> Section | None:
+    """Render the comparison of left and right joints; None without a pair that has parameters."""
+    joints = {name: joint for name, joint in result.joints.items() if joint.parameters}
+    pairs = mirrored_pairs(joints)
+    if not pairs:
+        return None
+    labels = {f"{left} | {right}" for left, right in pairs if left in prismatic}
+    return comparison_section(compare_sides(result), labels)
+
+
+def comparison_section(found: Comparison, prismatic: AbstractSet[str]) -> Section:
+    """Render a chart and table rows per joint or pair of joints."""
+    figures = {}
+    for index, (name, pair) in enumerate(found.joints.items()):
+        curves = [friction_curve(joint, prismatic=name in prismatic) for joint in pair]
+        if any(curves):
+            figures[f"s{index}"] = _overlaid(curves, (found.a, found.b)), name
+    units: dict[str, set[str]] = {}
+    rows: dict[str, dict[str, object]] = {}
+    for row in found.rows:
+        units.setdefault(row.parameter, set()).add(row.unit)
+        rows.setdefault(row.joint, {})[row.parameter] = row
+    columns = {name: min(own) if len(own) == 1 else "" for name, own in units.items()}  # cells contain mixed units
+    title = "Left against right" if found.a == "left" else f"{found.a} against {found.b}"
+    return section("sides", title, "comparison", figures, found=found, columns=columns, rows=rows)
+
+
+def _overlaid(curves: list[FrictionCurve | None], names: tuple[str, str]) -> Chart:
+    drawn = [
+        (curve, line(curve.velocity, curve.torque, colour, name, band=curve.band))
+        for curve, colour, name in zip(curves, ("data", "right"), names, strict=True)
+        if curve
+    ]
+    speed, torque = (1.06 * max(curve.size[axis] for curve, _ in drawn) for axis in (0, 1))
+    axes = velocity_axes(drawn[0][0].units, (-speed, speed), (-torque, torque))
+    return {**axes, "lines": [each for _, each in drawn]}

@@ -1,0 +1,214 @@
+"""Panels per joint: parameters, and charts of friction, residual and coverage."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stribeck.app.report.charts import Chart, axis, density, line, robust_limits, velocity_axes
+from stribeck.app.report.page import Section, render
+from stribeck.app.report.text import number, symbols
+from stribeck.core.base.typing import Array, BoolArray, IntArray
+from stribeck.core.friction.law import FrictionLaw
+from stribeck.core.friction.terms.motion import drift
+from stribeck.core.result import Evidence, JointResult, Result, velocity_grid
+from stribeck.core.result.reference import Reference
+from stribeck.core.result.samples import FrictionSamples
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class JointSamples:
+    """Evenly thinned samples of a joint that the fit may use, without its offset.
+
+    `time` [s], `velocity` [rad/s], friction `torque` [N m] (for prismatic joints m/s and N) and whether the velocity
+    `rises` have the shape (N,); each sample represents `period` seconds of the log. Samples of the contact modes
+    `omitted` are left out, because they are much noisier than the fit.
+    """
+
+    time: Array
+    velocity: Array
+    torque: Array
+    rises: BoolArray
+    period: float
+    omitted: tuple[str, ...] = ()
+
+
+def joint_samples(samples: FrictionSamples, name: str, joint: JointResult | None = None) -> JointSamples:
+    """Select the samples of a joint; empty without a torque.
+
+    With a result, the offset is subtracted, and noisy contact modes are omitted.
+    """
+    every = max(1, -(-len(samples.time) // 30_000))  # more samples are not visible
+    rows, column = np.empty(0, dtype=np.int64), 0
+    if name in samples.joint_names:
+        column = samples.joint_names.index(name)
+        values = samples.velocity[::every, column] + samples.friction_torque[::every, column]
+        rows = every * np.flatnonzero(samples.usable[::every, column] & np.isfinite(values))
+    noisy = [] if joint is None else _noisy_modes(samples, rows, column, joint)
+    offset = 0.0 if joint is None else joint.values.get("offset", 0.0)
+    rows = rows[~np.isin(samples.support[rows], noisy)]
+    return JointSamples(
+        time=samples.time[rows],
+        velocity=samples.velocity[rows, column],
+        torque=samples.friction_torque[rows, column] - offset,
+        rises=samples.acceleration[rows, column] > 0,
+        period=samples.period * samples.stride * every,
+        omitted=tuple(samples.support_names[mode] for mode in noisy),
+    )
+
+
+def _noisy_modes(samples: FrictionSamples, rows: IntArray, column: int, joint: JointResult) -> list[int]:
+    """Find the contact modes with large residuals of a fitted joint, as indices; never the quietest one.
+
+    Their samples, for example of a standing leg, hardly contribute to the fit.
+    """
+    if not joint.residual_rms or (joint.verdict != "no friction" and joint.band(np.zeros(1)) is None):
+        return []
+    law = joint.friction(samples.velocity[rows, column], offset=True)
+    residual = np.abs(samples.friction_torque[rows, column] - law)
+    modes = np.unique(samples.support[rows]).tolist()
+    medians = {mode: float(np.median(residual[samples.support[rows] == mode])) for mode in modes}
+    usual = max(joint.residual_rms, min(medians.values(), default=0.0))
+    return [mode for mode, median in medians.items() if median > 3.0 * usual]
+
+
+def joint_panels(result: Result, evidence: Evidence, law: FrictionLaw, reference: Reference) -> Section:
+    """Render every joint's panel, in the order of the result."""
+    figures: dict[str, list[tuple[str, str]]] = {}
+    charts: dict[str, Chart] = {}
+    for index, (name, joint) in enumerate(result.joints.items()):
+        own = joint_charts(name, joint, evidence, reference)
+        charts |= {f"j{index}{k}": chart | {"sync": f"j{index}"} for k, (chart, _) in enumerate(own)}
+        figures[name] = [(f"j{index}{k}", caption) for k, (_, caption) in enumerate(own)]
+    shown = {"joints": result.joints, "prismatic": evidence.prismatic, "panels": figures}
+    body = render("joint_panels.html.j2", symbols=symbols(law), known=reference, **shown)
+    return Section(anchor="joints", title="Joints", body=body, charts=charts)
+
+
+def joint_charts(name: str, joint: JointResult, evidence: Evidence, reference: Reference) -> list[tuple[Chart, str]]:
+    """Draw the charts of a joint with captions; without a fitted law, only the samples."""
+    shown, units = joint_samples(evidence.samples, name, joint), joint.units(name in evidence.prismatic)
+    if not len(shown.velocity):
+        return []
+    over_velocity = friction_over_velocity(shown, joint, reference.without_offset(name), units)
+    caption = "Friction torque versus velocity"
+    if shown.omitted:
+        caption += f"; without the much noisier samples of {', '.join(shown.omitted)}"
+    if joint.band(shown.velocity[:1]) is None:
+        why = "no friction is detected" if joint.verdict == "no friction" else "no law is fitted"
+        return [(over_velocity, f"{caption}: only samples, because {why}.")]
+    figures = [(over_velocity, caption)]
+    near = None if evidence.close_up is None else joint_samples(evidence.close_up, name, joint)
+    if near is not None and len(near.time) > 1:
+        span = f"{near.time[0]:.2f} to {near.time[-1]:.2f} s of the log"
+        figures.append((friction_over_time(near, joint, units[1]), f"Over time, {span}"))
+    if any(drift(joint.values, np.ones(1))):
+        figures.append((friction_level(shown, joint), "Friction over the log relative to its mean, and its drift"))
+    stribeck = joint.parameters.get("stribeck_velocity")
+    coverage = velocity_coverage(shown, stribeck.value if stribeck else None, over_velocity["x"])
+    dashed = f"; dashed: Stribeck velocity ±{number(stribeck.value, 2)} {units[0]}" if stribeck else ""
+    return [
+        *figures,
+        (
+            residual_over_velocity(shown, joint.friction(shown.velocity), over_velocity),
+            "Residual of the law, and its mean",
+        ),
+        (coverage, f"Velocity coverage{dashed}"),
+    ]
+
+
+def friction_over_velocity(
+    shown: JointSamples, joint: JointResult, reference: tuple[Array, Array] | None, units: tuple[str, str]
+) -> Chart:
+    """Draw the samples' density, the fitted law with its 95 % band, and the reference if given."""
+    limits = robust_limits(shown.velocity, share=0.0, margin=0.03)
+    grid = velocity_grid(*limits)
+    fitted = joint.band(grid)
+    lines = [] if fitted is None else [line(grid, fitted[0], "law", "law", band=fitted[1])]
+    lines += [line(*reference, "ink", "reference", width=1.2, dash=[4, 3])] if reference else []
+    low, high = robust_limits(shown.torque, share=0.02)
+    for curve in (fitted[0] if fitted else None, reference[1] if reference else None):
+        if curve is not None and np.isfinite(curve).all():
+            low, high = min(low, 1.08 * float(curve.min())), max(high, 1.08 * float(curve.max()))
+    samples = density(shown.velocity, shown.torque, limits, (low, high))
+    return {**velocity_axes(units, limits, (low, high)), "lines": lines, "images": [samples]}
+
+
+def friction_over_time(near: JointSamples, joint: JointResult, unit: str) -> Chart:
+    """Draw a few seconds of the friction torque and the law; lines break at missing samples."""
+    one_pixel = (near.time[-1] - near.time[0]) / 700
+    step = max(float(np.median(np.diff(near.time))), one_pixel, 1e-9)
+    rows = np.searchsorted(near.time, np.arange(near.time[0], near.time[-1] + step / 2, step))
+    rows = rows.clip(max=len(near.time) - 1)
+    here = np.abs(near.time[rows] - (near.time[0] + step * np.arange(len(rows)))) < 3 * step
+    velocity, torque = near.velocity[rows], np.where(here, near.torque[rows], np.nan)
+    law = np.where(here, joint.friction(velocity), np.nan)
+    limits = robust_limits(near.torque, share=0.0)
+    return {
+        "x": axis("time [s]", (0.0, step * len(rows))),
+        "y": axis(f"friction [{unit}]", limits),
+        "lines": [
+            line([0.0], torque, "data", "measured", width=1.1, step=step),
+            line([0.0], law, "law", "law", width=1.2, step=step),
+        ],
+    }
+
+
+def friction_level(shown: JointSamples, joint: JointResult, bins: int = 30) -> Chart:
+    """Draw the least-squares factor between measured friction and the law in parts of the log, and the fitted drift."""
+    law, since = joint.friction(shown.velocity), shown.time - shown.time[0]
+    share = since / max(float(since[-1]), 1e-9)
+    drifting = law + (share - 0.5) * drift(joint.values, shown.velocity)
+    parts = np.minimum((bins * share).astype(int), bins - 1)
+    size = np.bincount(parts, law**2, bins)
+    known = size > 0.1 * size.mean()  # not in parts at rest
+    levels = [np.bincount(parts, law * each, bins)[known] / size[known] for each in (shown.torque, drifting)]
+    middles = ((np.arange(bins) + 0.5) / bins * since[-1])[known]
+    low, high = np.min(levels), np.max(levels)
+    return {
+        "x": axis("time [s]", (0.0, float(since[-1]))),
+        "y": axis("friction / mean [1]", (min(0.9, 1.05 * low), max(1.1, 1.05 * high))),
+        "lines": [line(middles, levels[0], "data", "measured"), line(middles, levels[1], "law", "drift")],
+    }
+
+
+def residual_over_velocity(shown: JointSamples, law: Array, over_velocity: Chart) -> Chart:
+    """Draw the residual as a density with its mean; structure indicates friction beyond the law."""
+    finite = np.isfinite(law)  # a law at a bound, such as a Stribeck velocity of zero, can be undefined
+    velocity, residual = shown.velocity[finite], (shown.torque - law)[finite]
+    limits = robust_limits(shown.velocity, share=0.0, margin=0.03)
+    reach = max(map(abs, robust_limits(residual, share=0.01)))
+    centre, mean = running_mean(velocity, residual, limits)
+    label = over_velocity["y"]["label"].replace("friction", "measured − law")
+    return {
+        "x": over_velocity["x"],
+        "y": axis(label, (-reach, reach)),
+        "lines": [line(centre, mean, "law", "mean residual", width=1.5)],
+        "images": [density(velocity, residual, limits, (-reach, reach))],
+    }
+
+
+def velocity_coverage(shown: JointSamples, stribeck_velocity: float | None, velocity: dict[str, Any]) -> Chart:
+    """Draw the time at each velocity on a logarithmic scale, with the Stribeck velocity."""
+    limits = robust_limits(shown.velocity, share=0.0, margin=0.03)
+    counts, edges = np.histogram(shown.velocity, bins=80, range=limits)
+    floor = 0.5 * shown.period
+    seconds = np.maximum(counts * shown.period, floor)
+    style = {"step": edges[1] - edges[0], "steps": True, "base": floor, "opacity": 0.75}
+    steps = line(edges[:1], [*seconds, floor], "data", "time", **style)
+    marks = [] if stribeck_velocity is None else [-stribeck_velocity, stribeck_velocity]
+    return {
+        "x": velocity,
+        "y": axis("time at velocity [s]", (floor, 2 * float(seconds.max())), log=True),
+        "lines": [steps],
+        "marks": [mark for mark in marks if limits[0] < mark < limits[1]],
+    }
+
+
+def running_mean(x: Array, y: Array, limits: tuple[float, float], bins: int = 40) -> tuple[Array, Array]:
+    """Compute centers and means of y over bins of x; NaN for bins with less than 0.05 % of the samples."""
+    counts, edges = np.histogram(x, bins=bins, range=limits)
+    sums, _ = np.histogram(x, bins=bins, range=limits, weights=y)
+    enough = counts >= max(3, 5e-4 * len(x))
+    mean = np.divide(sums, counts, out=np.full(bins, np.nan), where=enough)
+    return (edges[:-1] + edges[1:]) / 2, mean

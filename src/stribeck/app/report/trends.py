@@ -1,0 +1,56 @@
+"""Page of `stribeck trends`: alarms, friction of each joint over time, and the friction of the type."""
+
+from pathlib import Path
+
+import numpy as np
+
+from stribeck.app.report.charts import Chart, axis, density, line, robust_limits
+from stribeck.app.report.page import render, section, write_page
+from stribeck.service import Trends
+
+
+def write_trends(found: Trends, path: str | Path) -> None:
+    """Write the trends as one self-contained HTML file, completely or not at all."""
+    figures: dict[str, tuple[Chart, str]] = {}
+    changed = {(each.robot, each.joint): "law" for each in found.alarms}
+    shown = changed | {(each.robot, each.joint): "ink" for each in found.odd} | changed  # changes are drawn first
+    for joint in dict.fromkeys(each.joint for each in found.fleet.channels):
+        own = {robot: colour for (robot, of), colour in shown.items() if of == joint}
+        figures[f"t{len(figures)}"] = _chart(found, joint, own)
+    sections = [
+        section("alarms", "Changes", "trends_tables", found=found),
+        section("joints", "Joints over time", "trends", figures),
+        section("type", "Friction of the type", "trends_type", found=found),
+    ]
+    write_page(path, found.title, sections, lead=render("trends_heading.html.j2", found=found))
+
+
+def _chart(found: Trends, joint: str, shown: dict[str, str]) -> tuple[Chart, str]:
+    """Draw the friction of a joint over the days since the first log, at the speed of its largest change."""
+    fleet = found.fleet
+    own = [channel for channel, each in enumerate(fleet.channels) if each.joint == joint]
+    alarms = [each for each in found.alarms if each.joint == joint]
+    wanted = [channel for channel in own if alarms and fleet.channels[channel].velocity == alarms[0].velocity]
+    channel = wanted[0] if wanted else own[len(own) // 2]
+    at = fleet.channels[channel]
+    first_start, one_day = fleet.start.min(), np.timedelta64(1, "D")
+    day = (fleet.start - first_start) / one_day
+    friction = fleet.friction[:, channel]
+    known = np.flatnonzero(np.isfinite(friction))
+    lines, drawn = [], dict(list(shown.items())[:4])  # more lines hide each other
+    spread = next(each.log_spread for each in found.friction if (each.joint, each.velocity) == (joint, at.velocity))
+    for robot, colour in drawn.items():
+        logs = np.flatnonzero((fleet.robots == robot) & np.isfinite(friction))
+        half = 1.96 * spread * np.array([[-1.0], [1.0]])
+        lines.append(line(day[logs], friction[logs], colour, robot, band=friction[logs] + half, width=1.5))
+    first, last = float(day.min()), float(day.max())
+    days = first - 0.02 * (last - first), last + 0.02 * (last - first) + 1e-6
+    limits = robust_limits(friction[known], share=0.0, margin=0.15)
+    chart = {
+        "x": axis("days since the first log [d]", days),
+        "y": axis(f"friction [{at.unit}]", limits),
+        "images": [density(day[known], friction[known], days, limits)],
+        "lines": lines,
+        "marks": [float((np.datetime64(each.start.replace(tzinfo=None)) - first_start) / one_day) for each in alarms],
+    }
+    return chart, ": ".join(filter(None, (f"{joint} at {at.speed}", ", ".join(drawn))))

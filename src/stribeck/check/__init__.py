@@ -1,0 +1,5 @@
+"""Checks of logs before a fit, torques of drives, and drafts of robot files."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

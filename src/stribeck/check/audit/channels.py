@@ -1,0 +1,231 @@
+"""Checks of single channels: dead, frozen, clipped, or held for several samples."""
+
+from collections import defaultdict
+from collections.abc import Iterable
+
+import numpy as np
+
+from stribeck.check.audit.evidence import AuditData
+from stribeck.core.base.finding import Finding, Setting
+from stribeck.core.base.spans import Span, listed_spans
+from stribeck.core.base.typing import Array
+from stribeck.core.robot import Robot
+
+FROZEN_SAMPLES = 20
+"""Fewest samples of a frozen part [1]."""
+ROUNDING = 1e-6
+"""Relative change of a constant by interpolation onto an even clock [1]; encoders resolve more."""
+HELD_ROWS = 20_000
+"""Samples that are searched for held values [1]."""
+
+
+def check_channels(evidence: AuditData) -> list[Finding]:
+    """Report faults of positions and torques that are visible without a model."""
+    log, robot, sampling = evidence.prepared.log, evidence.robot, evidence.prepared.sampling
+    found: dict[tuple[str, str], dict[str, str]] = defaultdict(dict)
+    frozen: dict[str, list[Span]] = defaultdict(list)
+    least, most = log.torque.min(axis=0), log.torque.max(axis=0)
+    moving = [column for number, column in enumerate(robot.torque_controlled.tolist()) if evidence.moves(number)]
+    steps = {column: step for column in moving if (step := coarse_step(log.torque[:HELD_ROWS, column]))}
+    for column in robot.torque_controlled.tolist():
+        joint, position, torque = robot.joint_names[column], log.position[:, column], log.torque[:, column]
+        parts, moves = {}, column in moving
+        if moves:
+            parts["position"] = _frozen_positions(position, torque, sampling.segments, sampling.period)
+        if step := steps.get(column) or (moves and _shared_step(torque[:HELD_ROWS], steps.values())):
+            found["channel-coarse", "torque"][joint] = f" ({step:.2g} N m)"
+        elif moves and least[column] == most[column]:
+            found["channel-dead", "torque"][joint] = ""
+        else:
+            share = clipped(torque, position, float(least[column]), float(most[column])) if moves else 0.0
+            if share:
+                found["channel-clipped", "torque"][joint] = f" ({100 * share:.2g} % of the samples)"
+            else:
+                parts["torque"] = _frozen_torques(torque, position, sampling.segments, sampling.period)
+            for channel, values in (("torque", torque), ("position", position)):
+                if held := held_for(values[:HELD_ROWS]):
+                    found["channel-held", channel][joint] = f" ({held} samples)"
+        for channel, own in parts.items():
+            spans = [Span(log.time[part.start] - log.start, log.time[part.stop - 1] - log.start) for part in own]
+            if spans:
+                frozen[channel] = list({*frozen[channel], *spans})
+                found["channel-frozen", channel][joint] = f" ({listed_spans(spans)})"
+    return [
+        Finding.of(
+            check,
+            joints,
+            channel=channel,
+            settings=[unmeasured(robot, joints)],
+            exclude=frozen[channel] if check == "channel-frozen" else (),
+        )
+        for (check, channel), joints in found.items()
+    ]
+
+
+def unmeasured(robot: Robot, joints: Iterable[str]) -> Setting:
+    """Make the setting that leaves joints out in addition to the present ones."""
+    return Setting("robot", "position_controlled", [*robot.position_controlled, *joints])
+
+
+def coarse_step(torque: Array) -> float:
+    """Find the step of a torque that stays on multiples of it, if it is larger than 3 % of the variation; otherwise 0.
+
+    More than half of the samples repeat the value before them: the step hides what friction changes between two values.
+    """
+    changes = np.abs(np.diff(torque))
+    changes = changes[changes > ROUNDING * float(np.abs(torque).max())]
+    if len(changes) < 20 or len(changes) > 0.5 * len(torque):
+        return 0.0
+    step = float(changes.min())
+    multiples = np.abs(changes / step - np.round(changes / step)) < 1e-3 * changes / step + 1e-6
+    return step if step > 0.03 * float(torque.std()) and multiples.mean() > 0.99 else 0.0
+
+
+def _shared_step(torque: Array, steps: Iterable[float]) -> float:
+    """Find the step of other joints on whose multiples a torque stays as well; 0 without one."""
+    return next((step for step in steps if np.all(np.abs(torque / step - np.round(torque / step)) < 1e-3)), 0.0)
+
+
+def constant_parts(values: Array, segments: tuple[slice, ...], shortest: int) -> list[slice]:
+    """Find parts of segments, at least `shortest` samples long, in which a channel is exactly constant."""
+    found: list[slice] = []
+    thin = values[:: max(1, shortest // 2)]
+    rounding = ROUNDING * float(np.abs(thin).max())
+    if not np.any(np.abs(np.diff(thin)) <= rounding):
+        return found
+    for segment in segments:
+        same = np.concatenate([[False], np.abs(np.diff(values[segment])) <= rounding, [False]])
+        edges = np.flatnonzero(same[1:] != same[:-1])
+        for start, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+            if stop - start + 1 >= shortest:
+                found.append(slice(segment.start + start, segment.start + stop + 1))
+    return found
+
+
+def _shortest(period: float) -> int:
+    return max(FROZEN_SAMPLES, round(0.2 / period))  # 0.2 s
+
+
+def _frozen_positions(position: Array, torque: Array, segments: tuple[slice, ...], period: float) -> list[slice]:
+    """Find parts in which a moving joint's position stops abruptly, without braking.
+
+    A robot at rest brakes before and accelerates after it: entry and exit must be faster than 30 % of the top speed, or
+    the position jumps afterward. At an end of the log 5 % is sufficient if the torque varies. If the encoder's
+    resolution exceeds 2 % of the steps at top speed, one of them is sufficient, but the part must be 2 s long: a joint
+    that sticks looks frozen to a coarse encoder.
+    """
+    parts = constant_parts(position, segments, _shortest(period))
+    if not parts:
+        return []
+    steps = np.abs(np.diff(position))
+    changes = steps[steps > ROUNDING * float(np.abs(position).max())]
+    top = float(np.percentile(changes, 99)) if len(changes) else 0.0
+    quantum = float(np.percentile(changes, 1)) if len(changes) else 0.0
+    coarse = quantum > 0.02 * top
+
+    def fast(rows: slice, share: float) -> bool:
+        whole = slice(rows.start, min(rows.stop + 1, len(position)))
+        count = whole.stop - whole.start - 1
+        return bool(
+            count >= 4
+            and abs(position[whole.stop - 1] - position[whole.start]) > count * max(share * top, 5 * quantum * coarse)
+        )
+
+    if _flickers(position, parts):
+        return parts
+    found = []
+    for part in parts:
+        if coarse and (part.stop - part.start) * period < 2.0:
+            continue
+        before, after = slice(max(part.start - 6, 0), max(part.start - 1, 0)), slice(part.stop, part.stop + 5)
+        jumps = part.stop <= len(steps) and steps[part.stop - 1] > (10 if coarse else 3) * top
+        at_end = part.start == 0 or part.stop >= len(position) - 1
+        share = 0.05 if at_end and torque[part].std() > 0.3 * torque.std() and not coarse else 0.3
+        abrupt = (fast(before, share), fast(after, share))
+        if all(abrupt) or (any(abrupt) and (coarse or share < 0.3)) or jumps:
+            found.append(part)
+    return found
+
+
+def _flickers(position: Array, parts: list[slice]) -> bool:
+    """Whether a position has noise at almost every sample outside some parts, which are then no periods of rest.
+
+    A last digit that changes occasionally at rest is not such noise.
+    """
+    steps = np.diff(position)
+    rest = np.ones(len(steps), dtype=bool)
+    for part in parts:
+        rest[part.start : part.stop] = False
+    steps = steps[rest]
+    if len(steps) < FROZEN_SAMPLES:
+        return False
+    unchanged = np.abs(steps) <= ROUNDING * float(np.abs(position).max())
+    turns = np.append(steps[1:] * steps[:-1] < 0, False)
+    near_turns = np.convolve(turns, np.ones(9), "same") > 0.5
+    return bool(turns.mean() > 0.1 and unchanged.mean() < 0.05 and unchanged[near_turns].mean() < 0.05)
+
+
+def _frozen_torques(torque: Array, position: Array, segments: tuple[slice, ...], period: float) -> list[slice]:
+    """Find parts in which a torque that otherwise changes at almost every sample is constant while the joint moves."""
+    parts = constant_parts(torque, segments, _shortest(period))
+    if not parts:
+        return []
+    frozen = np.zeros(len(torque), dtype=bool)
+    for part in parts:
+        frozen[part] = True
+    changes = np.diff(torque) != 0
+    rest = changes[~frozen[1:]]
+    if len(rest) == 0 or rest.mean() < 0.5:
+        return []
+    reach = float(np.ptp(position))
+    least, most = float(torque.min()), float(torque.max())
+    at_extremes = sum(float(torque[part.start]) in (least, most) for part in parts)
+    return [
+        part
+        for part in parts
+        if np.ptp(position[part]) > 0.02 * reach and (at_extremes < 2 or float(torque[part.start]) not in (least, most))
+    ]
+
+
+def clipped(torque: Array, position: Array, least: float, most: float) -> float:
+    """Compute the share of the samples at an extreme, if far more are exactly there than close to it; otherwise 0.
+
+    The extreme must be reached twice for at least four samples while the joint moves; at rest a torque may be constant.
+    """
+    least_share = 5e-3  # smallest share of the samples that lie exactly at an extreme [1]
+    share = 0.0
+    for sign, top in ((1.0, most), (-1.0, -least)):
+        if np.mean(torque[:: max(1, len(torque) // HELD_ROWS)] == sign * top) < least_share / 2:
+            continue
+        there = torque == sign * top
+        count = int(np.count_nonzero(there))
+        if count < max(10, least_share * len(torque)):
+            continue
+        steps, values = np.abs(np.gradient(position)), sign * torque
+        moving = steps > 0.01 * np.percentile(steps, 99)
+        levels = np.unique(values[values > top - 0.1 * (top - float(values.min()))])
+        near = int(np.count_nonzero(values >= levels[-min(4, len(levels))])) - count
+        edges = np.flatnonzero(np.diff(there.astype(np.int8), prepend=0, append=0))
+        long = np.count_nonzero(edges[1::2] - edges[::2] >= 4)
+        if len(levels) > 4 and long >= 2 and count > 5 * near and moving[there].mean() > 0.5:
+            share += count / len(values)
+    return share
+
+
+def held_for(values: Array) -> int:
+    """Count the samples for which each value of a channel is held; 0 if the counts differ or are one."""
+    steps = np.diff(values)
+    changes = np.flatnonzero(np.abs(steps) > ROUNDING * float(np.abs(values).max()))
+    changes = changes[np.diff(changes, prepend=-2) > 1]  # an even clock smears a change over two samples
+    if len(changes) < 20:
+        return 0
+    lengths = np.diff(changes)
+    most = 0.95  # share of the values that must be held for the same number of samples [1]
+    typical = int(np.median(lengths))
+    if typical < 2 or np.mean(np.abs(lengths - typical) <= max(1, typical // 10)) < most:
+        return 0
+    # Steps of a coarse encoder have one size; steps between held values have any size.
+    sizes = np.abs(steps[changes])
+    if len(np.unique(np.round(sizes / sizes.max(), 6))) < 0.3 * len(sizes) or np.mean(lengths >= 2) < most:
+        return 0
+    return typical

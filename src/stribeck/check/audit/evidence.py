@@ -1,0 +1,181 @@
+"""Measured torque and the model's torque of a log, computed once for all checks; a long log is sampled in parts."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from stribeck.core.base.typing import Array, IntArray
+from stribeck.core.equations.friction_torque.inverse_dynamics import torque_chunks
+from stribeck.core.equations.friction_torque.preparation import PreparedLog
+from stribeck.core.filters import make_filter
+from stribeck.core.robot import Robot
+from stribeck.core.settings import FilterSettings, Settings
+
+MOST_SAMPLES = 30_000
+"""Number of examined samples [1]; a longer log is sampled in evenly spaced parts."""
+LEAST_BINS = 24
+"""Minimum number of bins, or of pairs of bins, for any comparison with the model [1]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """Uninterrupted samples in one contact mode: model's torque and velocity, shape (t, k), and the measured torque.
+
+    The measured torque has all rows of the log, shape (t stride, k); the others every `Evidence.stride`-th row.
+    """
+
+    torque: Array
+    model: Array
+    velocity: Array
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class AuditData:
+    """A prepared log and the model's torque, for the k torque-controlled joints.
+
+    Attributes
+    ----------
+    prepared, robot
+        The log and its robot.
+    runs, stride
+        Samples, and the number of rows of the log between two samples of the model's torque [1].
+    rows
+        Row of the log in the middle of each of the B bins, shape (B,).
+    run
+        Number of the run of each bin, shape (B,).
+    support, support_names
+        Support of each bin, see `FrictionSamples`.
+    torque, model, velocity, acceleration
+        Means over the bins, shape (B, k); the model's torque is inverse dynamics minus the external torque, NaN where
+        it is unknown.
+    external
+        Mean external torque, shape (B, k); zero without the channel.
+    """
+
+    prepared: PreparedLog
+    robot: Robot
+    runs: list[Run]
+    stride: int
+    rows: IntArray
+    run: IntArray
+    support: IntArray
+    support_names: tuple[str, ...]
+    torque: Array
+    model: Array
+    velocity: Array
+    acceleration: Array
+    external: Array
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the k joints."""
+        return tuple(self.robot.joint_names[column] for column in self.robot.torque_controlled)
+
+    @cached_property
+    def top_speed(self) -> Array:
+        """99th percentile of each joint's speed, shape (k,)."""
+        if len(self.rows) == 0:
+            return np.zeros(len(self.joints))
+        return np.asarray(np.percentile(np.abs(self.velocity), 99, axis=0))
+
+    @cached_property
+    def position_range(self) -> tuple[Array, Array]:
+        """Lowest and highest position of all joints of the robot in the whole log, shape (n,) each."""
+        position = self.prepared.log.position
+        return position.min(axis=0), position.max(axis=0)
+
+    def moves(self, k: int) -> bool:
+        """Whether a joint moves faster than 0.01 rad/s or m/s."""
+        return bool(self.top_speed[k] > 0.01)
+
+    @cached_property
+    def standing(self) -> set[str]:
+        """Names of joints that stand still while others move: a brake or stiction may carry any part of their load."""
+        span = np.subtract(*self.position_range[::-1])[self.robot.torque_controlled]
+        creeps = 0.01  # range of positions [rad], [m] within which a joint only creeps: most gears preslide further
+        standing = {name for k, name in enumerate(self.joints) if not self.moves(k) or span[k] < creeps}
+        return standing if len(standing) < len(self.joints) else set()
+
+
+def gather(prepared: PreparedLog, robot: Robot, settings: Settings, most: int = MOST_SAMPLES) -> AuditData:
+    """Compute the evidence for all checks from at most `most` samples.
+
+    The checks compare means over bins of 40 ms, because encoder noise, which large inertias multiply, averages out. The
+    model's torque needs only 8 samples per bin, after a filter over 50 ms.
+
+    Raises
+    ------
+    LogError, SettingsError
+        If the log lacks a channel that the settings require, or the settings do not suit it.
+    """
+    period, log = prepared.sampling.period, prepared.log
+    settings, differentiated = _plain(settings, period)
+    size = max(1, round(0.04 / period))
+    stride = max(step for step in range(1, max(1, size // 8) + 1) if size % step == 0) if differentiated else 1
+    known, points = robot.torque_controlled, size // stride
+    runs: list[Run] = []
+    channels = ("torque", "model", "velocity", "acceleration", "external")
+    empty = dict.fromkeys(channels, np.empty((0, len(known))))
+    parts: list[dict[str, Any]] = [empty | dict.fromkeys(("rows", "support", "run"), np.empty(0, dtype=np.int64))]
+    names: tuple[str, ...] = ()
+    examined = _parts(prepared, make_filter(settings.filter, period).half_width, most)
+    for chunk in torque_chunks(examined, robot, settings, stride=stride):
+        samples, names = chunk.samples, chunk.samples.support_names
+        for part in chunk.runs():
+            rows, velocity = chunk.rows[part], samples.velocity[part]
+            count = len(rows) // points
+            if count == 0:
+                continue
+            torque = log.torque[rows[0] : rows[-1] + stride, known]
+            measured = torque[::stride]
+            model = np.where(samples.usable[part], measured - samples.friction_torque[part], np.nan)
+            external = np.zeros_like(measured) if log.external_torque is None else log.external_torque[rows][:, known]
+            thinned = model, velocity, samples.acceleration[part], external
+            means = _means(torque, count, size), *(_means(values, count, points) for values in thinned)
+            middles = rows[0] + size // 2 + size * np.arange(count)
+            here = {"rows": middles, "support": samples.support[part][:count], "run": np.full(count, len(runs))}
+            parts.append(here | dict(zip(channels, means, strict=True)))
+            runs.append(Run(torque, model, velocity))
+    return AuditData(
+        prepared=prepared,
+        robot=robot,
+        runs=runs,
+        stride=stride,
+        support_names=names,
+        **{name: np.concatenate([part[name] for part in parts]) for name in parts[0]},
+    )
+
+
+def _plain(settings: Settings, period: float) -> tuple[Settings, bool]:
+    """Choose settings that filter only motion, and return whether they differentiate positions over 50 ms."""
+    kind = settings.filter.kind
+    differentiated = kind == "auto" or (kind == "log" and settings.observer_bandwidth is not None)
+    plain = {"averaged_law": False, "filter_torque": False, "standing_legs": True, "observer_bandwidth": None}
+    settings = settings.model_copy(update=plain)
+    if differentiated:  # an observer's log may have only velocities
+        window = 2 * max(3, round(0.05 / period / 2)) + 1
+        settings = settings.model_copy(update={"filter": FilterSettings(kind="savitzky-golay", window=window)})
+    return settings, differentiated
+
+
+def _means(values: Array, count: int, size: int) -> Array:
+    return np.asarray(values[: count * size].reshape(count, size, -1).mean(axis=1))
+
+
+def _parts(prepared: PreparedLog, margin: int, most: int) -> PreparedLog:
+    """Cut the segments of a long log to the examined parts."""
+    rows = len(prepared.log.time)
+    if rows <= most:
+        return prepared
+    parts = 8  # evenly spaced
+    length = most // parts + 2 * margin
+    starts = np.linspace(0, rows - length, parts).astype(int)
+    segments = tuple(
+        slice(max(segment.start, start), min(segment.stop, start + length))
+        for start in starts.tolist()
+        for segment in prepared.sampling.segments
+        if max(segment.start, start) < min(segment.stop, start + length)
+    )
+    return replace(prepared, sampling=replace(prepared.sampling, segments=segments))

@@ -1,0 +1,245 @@
+"""Scale of torques and external torques, by the model, its effort limits and the robot's weight."""
+
+from collections.abc import Collection, Mapping, Sequence
+from math import ceil
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from stribeck.check.audit.bounds import out_of_bounds
+from stribeck.check.audit.evidence import AuditData
+from stribeck.check.audit.hypotheses import Hypothesis, compete, rivals
+from stribeck.check.audit.motion import angle_between, gravity_torques, tilted
+from stribeck.check.audit.regression import GainFit, fit
+from stribeck.check.audit.units import FAR, MOST, UNITS, concerns_most, possible_causes, unit_of
+from stribeck.core.base.finding import Finding, Setting
+from stribeck.core.base.spans import Span
+from stribeck.core.base.typing import Array
+from stribeck.core.equations.friction_torque.payload import payload_entry
+from stribeck.core.robot.kinematics import link_of
+from stribeck.core.robot.scale_setting import scale_setting
+
+BINS_FOR_GAIN = 75
+"""Fewest bins for a gain [1]; errors of the model dominate shorter motions."""
+SURE = 4.0
+"""Deviation of a gain from one that counts as significant [standard errors]."""
+NEAR = 1.6
+"""Factor [1] up to which gains can be explained by wrong inertias."""
+SOME = 0.08
+"""Smallest logarithm of a gain that is reported, if no other cause explains the torques as well [1]."""
+
+
+def judged(found: GainFit, largest: float) -> bool:
+    """Whether the model's variation is large relative to friction and noise, and not tiny relative to other joints'."""
+    if found.share < 0.8 or found.leverage < 0.2 or found.swing < 2e-3 * largest:
+        return False
+    return abs(found.gain) * found.swing > found.friction_and_error
+
+
+def _off(found: GainFit) -> bool:
+    return not 1 / NEAR < abs(found.gain) < NEAR and abs(abs(found.gain) - 1) > SURE * found.error
+
+
+def check_scales(evidence: AuditData, fits: dict[int, GainFit], joints: list[int]) -> list[Finding]:
+    """Report torques of implausible size: gains that differ from one, exceeded bounds, levels.
+
+    Friction adds to the model's torque, up to ten times the load with large gears: an RMS below 1/8 or above 100 times
+    the model's has another cause.
+    """
+    off = {k: found for k, found in fits.items() if _off(found) and _surely(found)}
+    competing = compete(evidence, joints) if all(found.gain > 0 for found in fits.values()) else []
+    if causes := _causes(evidence, rivals(competing), bool(off)):
+        return causes
+    if concerns_most(len(off), len(fits), evidence.joints):
+        return [_scale_of_all(evidence, {k: abs(found.gain) for k, found in off.items()})]
+    bounded = out_of_bounds(evidence, [k for k in joints if k not in off])
+    if any(finding.stops for finding in bounded):
+        return bounded
+    levels = _levels(evidence, joints)
+    if len(fits) < 2 and len(levels) >= 2 and not any(0.125 < level < 100.0 for level in levels.values()):
+        return [_scale_of_all(evidence, levels)]
+    if competing:
+        return bounded
+    off = {k: found for k, found in off.items() if evidence.moves(k)}  # a gear at rest can carry any torque
+    if off:
+        other = _of_rotors_and_tilts(evidence)
+        off = {k: found for k, found in off.items() if (own := fit(evidence, k, beside=other[:, k])) and _off(own)}
+    if not off or len(evidence.rows) < BINS_FOR_GAIN:
+        return bounded
+    gains = {k: (found.gain, found.error) for k, found in off.items()}
+    return [_gain_finding(evidence, gains), *bounded]
+
+
+def _gain_finding(evidence: AuditData, gains: Mapping[int, tuple[float, float]]) -> Finding:
+    own = gains.items()
+    gear = all(not 1 / 12 < abs(gain) < 12 for gain, _ in gains.values())
+    return Finding.of(
+        "torque-gain",
+        {
+            evidence.joints[k]: f" ({gain:.3g} ± {2 * error:.1g} times the model's)"
+            for k, (gain, error) in gains.items()
+        },
+        gear=", as if a gear ratio were missing" if gear else "",
+        settings=[scale_setting(evidence.robot, {evidence.joints[k]: 1 / abs(gain) for k, (gain, _) in own})],
+    )
+
+
+def _causes(evidence: AuditData, found: Sequence[Hypothesis], off: bool) -> list[Finding]:
+    """Report the only cause that explains the torques, or a list of causes; empty if its effect is small."""
+    if not any(large := [_large(evidence, each, off) for each in found]):
+        return []
+    found = [each for each, own in zip(found, large, strict=True) if own or each.kind == "body"]
+    if {each.kind for each in found} == {"gain", "common gain"}:
+        found = [each for each in found if each.kind == "common gain"]
+    if len(found) > 1:
+        return [Finding.of("several-causes.audit", causes="; ".join(_words(evidence, each) for each in found))]
+    cause, names = found[0], evidence.joints
+    if cause.kind == "gravity":
+        return [tilted(evidence, evidence.robot.gravity + cause.values)]
+    if cause.kind == "body":
+        return [_body_finding(evidence, cause)]
+    values = np.resize(1 + cause.values, len(cause.places))
+    gains = {k: float(gain) for k, gain in zip(cause.places, values, strict=True) if abs(np.log(gain)) > SOME}
+    if cause.kind == "common gain" or len(gains) == len(names) > 1:
+        return [_scale_of_all(evidence, gains)]
+    errors = {k: own.error if (own := fit(evidence, k)) else 0.0 for k in gains}
+    return [_gain_finding(evidence, {k: (gain, errors[k]) for k, gain in gains.items()})]
+
+
+def _large(evidence: AuditData, cause: Hypothesis, off: bool) -> bool:
+    """Whether a cause changes friction noticeably; bodies are corrected by the fit unless they look like a gain."""
+    if cause.kind == "gravity":
+        tilted_by = float(np.deg2rad(2.0))  # smallest tilt of the base that is reported [rad]
+        return angle_between(evidence.robot.gravity, evidence.robot.gravity + cause.values) > tilted_by
+    if cause.kind == "body":
+        return off
+    for k, change in zip(cause.places, np.resize(cause.values, len(cause.places)), strict=True):
+        # errors of all bodies can imitate a gain; a real one also shows in the fit of its torque
+        own = fit(evidence, k)
+        if abs(np.log1p(change)) > SOME and (own is None or abs(np.log(abs(own.gain))) > SOME / 2):
+            return True
+    return False
+
+
+def _words(evidence: AuditData, cause: Hypothesis) -> str:
+    if cause.kind == "gravity":
+        turned = angle_between(evidence.robot.gravity, evidence.robot.gravity + cause.values)
+        return f"a base that is tilted by {np.rad2deg(turned):.2g}°"
+    if cause.kind == "body":
+        return f"a body: {_body_words(evidence, cause)}"
+    if cause.kind == "common gain":
+        factor = float(1 + cause.values[0])
+        return f"one gain of all torques ({factor:.3g}): {possible_causes(factor)}"
+    each = zip(cause.places, cause.values.tolist(), strict=True)
+    return f"gains of torques ({', '.join(f'{evidence.joints[k]} {1 + value:.3g}' for k, value in each)})"
+
+
+def _body_words(evidence: AuditData, cause: Hypothesis) -> str:
+    tree, joint = evidence.robot.tree, cause.places[0] + 1
+    own, more = tree.model.inertias[joint], float(cause.values[0])
+    if abs(more) < 0.05 * own.mass:  # gravity does not show the mass of a body that only turns
+        away = 1e3 * float(np.linalg.norm(cause.values[1:4])) / own.mass
+        return f"{link_of(tree, joint).name} appears to have its center of mass {away:.0f} mm elsewhere"
+    return f"{link_of(tree, joint).name} appears {abs(more):.2g} kg {'heavier' if more > 0 else 'lighter'}"
+
+
+def _body_finding(evidence: AuditData, cause: Hypothesis) -> Finding:
+    """Report a body that is heavier or lighter than in the model; what is heavier can be stated as a payload."""
+    robot, (mass, *moment), joint = evidence.robot, cause.values[:4].tolist(), cause.places[0] + 1
+    if mass < 0.05 * robot.tree.model.inertias[joint].mass:
+        return Finding.of("bodies-differ.audit", evidence=_body_words(evidence, cause))
+    link = link_of(robot.tree, joint)
+    com = link.placement.actInv(np.array(moment) / mass).tolist()
+    whole = Span(0.0, ceil(float(np.ptp(evidence.prepared.log.time))))
+    setting = Setting("robot", "payload", [payload_entry(str(link.name), mass, com, [whole])])
+    return Finding.of("payload.audit", evidence=_body_words(evidence, cause), settings=[setting])
+
+
+def _of_rotors_and_tilts(evidence: AuditData) -> Array:
+    """Compute the torques of other errors: of a missing rotor per kg m^2, and of an IMU's tilt per rad.
+
+    Shape (B, k, 0 to 4): rotors in the torques of link-side sensors, where friction's shapes have none, and three axes.
+    """
+    log, gravity = evidence.prepared.log, evidence.robot.gravity
+    other = evidence.acceleration[:, :, None]
+    if evidence.robot.torque_source != "link_side_sensor":
+        other = other[..., :0]
+    if evidence.robot.base != "floating" or log.base_orientation is None:
+        return other
+    axes = Rotation.from_quat(log.base_orientation[evidence.rows]).as_matrix()
+    turned = np.cross(axes.transpose(0, 2, 1), gravity)  # gravity's change in the world for each axis
+    tilted = np.einsum("bkw,baw->bka", gravity_torques(evidence, evidence.robot, np.eye(3)), turned)
+    return np.dstack([other, tilted])
+
+
+def _surely(found: GainFit) -> bool:
+    """Whether the gain is wrong even if all of the error is in the model (reverse regression)."""
+    other = abs(found.gain) / found.share
+    return not 1 / NEAR < other < NEAR and (other > 1) == (abs(found.gain) > 1)
+
+
+def _levels(evidence: AuditData, joints: list[int]) -> dict[int, float]:
+    """Divide the RMS of the torque by the model's, for the joints with the largest loads and nonzero torque."""
+    model = np.array([_rms(evidence.model[:, k]) for k in joints])
+    if len(model) == 0 or not model.max() > 0:
+        return {}
+    carrying = [(k, size) for k, size in zip(joints, model.tolist(), strict=True) if size > 0.2 * model.max()]
+    levels = {k: _rms(evidence.torque[np.isfinite(evidence.model[:, k]), k]) / size for k, size in carrying}
+    return {k: level for k, level in levels.items() if level > 0}
+
+
+def _rms(values: Array) -> float:
+    finite = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(finite**2))) if len(finite) else 0.0
+
+
+def _scale_of_all(evidence: AuditData, gains: dict[int, float]) -> Finding:
+    """Report torques in another unit, or factors that are no unit with all causes that they may have."""
+    middle = float(np.median(list(gains.values())))
+    common = all(abs(np.log(gain / middle)) < 0.3 for gain in gains.values())
+    unit = unit_of(middle) if common else None
+    guess = f"as if they were in {UNITS[unit]}" if unit else "by one factor" if common else "with a factor per joint"
+    return Finding.of(
+        "torque-scale" if unit else "torque-scale.unclear",
+        [evidence.joints[k] for k in gains],
+        stops=not 1 / FAR < middle < FAR,
+        factor=middle,
+        guess=guess,
+        evidence=", ".join(f"{evidence.joints[k]} {gain:.3g}" for k, gain in list(gains.items())[:6]),
+        settings=[scale_setting(evidence.robot, dict.fromkeys(evidence.joints, 1 / (unit or 1.0)))],
+        causes=possible_causes(middle if common else None),
+    )
+
+
+def check_external(evidence: AuditData, left_out: Collection[str] = ()) -> list[Finding]:
+    """Report external torques with a wrong sign or size; joints that are omitted have been reported.
+
+    The measured torque minus friction and inverse dynamics is the opposite of the external torque, if friction resists;
+    otherwise the measured torque is wrong.
+    """
+    off: dict[str, GainFit] = {}
+    for k, name in enumerate(evidence.joints):
+        external = evidence.external[:, k]
+        if name in left_out or not external.any():
+            continue
+        dynamics = evidence.model[:, k] + external
+        found = fit(evidence, k, model=-external, torque=evidence.torque[:, k] - dynamics)
+        if found is None or not judged(found, found.swing) or found.dissipation < 0:
+            continue
+        if not 1 / NEAR < found.gain < NEAR and abs(found.gain - 1) > SURE * found.error:
+            off[name] = found
+    if not off:
+        return []
+    return [
+        Finding.of(
+            "external-torque",
+            {
+                name: f" ({found.gain:.3g} ± {2 * found.error:.1g} times the expected torque)"
+                for name, found in off.items()
+            },
+            stops=len(off) >= MOST * len(evidence.joints),
+            settings=[
+                scale_setting(evidence.robot, {name: each.gain for name, each in off.items()}, "external_torque")
+            ],
+        )
+    ]

@@ -1,0 +1,232 @@
+"""Comparison of torques with the model: swapped joints, unsigned torques, signs, and unexplained torques."""
+
+from collections.abc import Collection
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from stribeck.check.audit.channels import unmeasured
+from stribeck.check.audit.evidence import LEAST_BINS, AuditData
+from stribeck.check.audit.regression import FEWEST, GainFit, fit, friction_shapes, regress, unexplained, without
+from stribeck.check.audit.scale import BINS_FOR_GAIN, NEAR, SURE, check_scales, judged
+from stribeck.check.audit.units import MOST, concerns_most
+from stribeck.core.base.finding import Finding, listed
+from stribeck.core.base.typing import Array
+from stribeck.core.judgement.excitation import MIN_SPEED
+from stribeck.core.robot.scale_setting import scale_setting
+
+
+def check_torques(evidence: AuditData, left_out: Collection[str] = ()) -> list[Finding]:
+    """Report swapped joints, wrong signs and wrong scales; joints that are omitted have been reported."""
+    if len(evidence.rows) < LEAST_BINS:
+        return []
+    joints = [k for k, name in enumerate(evidence.joints) if name not in left_out]
+    swapped = _swapped(evidence, joints)
+    names = {name for finding in swapped for name in finding.joints}
+    joints = [k for k in joints if evidence.joints[k] not in names]
+    every = {k: found for k in joints if (found := fit(evidence, k)) is not None}
+    largest = max((found.swing for found in every.values()), default=0.0)
+    dead = [evidence.joints[k] for k, found in every.items() if _only_noise(evidence, k, found, largest)]
+    if dead:
+        setting = unmeasured(evidence.robot, dead)
+        return [
+            Finding.of("channel-dead.noise", dead, channel="torque", settings=[setting]),
+            *check_torques(evidence, [*left_out, *dead]),
+        ]
+    fits = {k: found for k, found in every.items() if judged(found, largest)}
+    signed = {k: found for k, found in fits.items() if found.gain > 0 or _opposite(found)}
+    return [*swapped, *_signs(evidence, fits, joints), *check_scales(evidence, signed, joints)]
+
+
+def _only_noise(evidence: AuditData, k: int, found: GainFit, largest: float) -> bool:
+    """Whether a torque hardly varies, and not with the model's large variation: with a wrong unit it does."""
+    small = evidence.torque[:, k].std() < 0.05 * found.swing
+    return bool(small and found.share < 0.5 and found.swing > 0.1 * largest)
+
+
+def check_unexplained(evidence: AuditData, left_out: Collection[str] = ()) -> list[Finding]:
+    """Report torques that the model fails to explain, for example because whole joints are exchanged.
+
+    A joint carries a load if the model's torque varies by half of the measured one, in standard deviations.
+    """
+    joints = [k for k, name in enumerate(evidence.joints) if name not in left_out]
+    known = {k: np.isfinite(evidence.model[:, k]) for k in joints}
+    carrying = {
+        k: unexplained(evidence, k, 1.0)
+        for k, rows in known.items()
+        if rows.sum() >= BINS_FOR_GAIN and evidence.model[rows, k].std() > 0.5 * evidence.torque[rows, k].std() > 0
+    }
+    alien = {k: left for k, left in carrying.items() if left > 0.5}
+    if len(alien) < max(2, MOST * len(carrying)):
+        return []
+    left = _percent(float(np.median(list(alien.values()))))
+    names = [evidence.joints[k] for k in alien]
+    return [Finding.of("torque-unexplained", names, count=len(carrying), left=left)]
+
+
+def _opposite(found: GainFit) -> bool:
+    """Whether both model and friction indicate the other sign, or the model overwhelmingly."""
+    return found.gain < -SURE * found.error and (
+        found.dissipation < -0.5
+        or found.friction < found.residual
+        or abs(found.gain) * found.swing > 3 * found.friction
+    )
+
+
+def _signs(evidence: AuditData, fits: dict[int, GainFit], joints: list[int]) -> list[Finding]:
+    """Report torques that model and friction explain far better with the other sign.
+
+    The better sign must leave less than 40 % of the variance, and less than 20 % of the variance left by the other
+    sign.
+    """
+    left = {k: (unexplained(evidence, k, 1.0), unexplained(evidence, k, -1.0)) for k in joints}
+    agreeing = {k for k, (same, other) in left.items() if same < min(0.4, 0.2 * other)}
+    opposite = {k for k, (same, other) in left.items() if other < min(0.4, 0.2 * same)}
+    if len(evidence.rows) < BINS_FOR_GAIN:
+        opposite = {k for k in opposite if k in fits}  # friction may look like its opposite for a short time
+    opposite |= {k for k, found in fits.items() if _opposite(found)} - agreeing
+    if not opposite:
+        return []
+    names = [evidence.joints[k] for k in sorted(opposite)]
+    most = concerns_most(len(opposite), len(opposite | agreeing | set(fits)), joints)
+    same, other = (_percent(float(np.median([left[k][side] for k in opposite]))) for side in (0, 1))
+    inverted = evidence.joints if most and len(joints) > 1 and not agreeing else names
+    setting = scale_setting(evidence.robot, dict.fromkeys(inverted, -1.0))
+    return [Finding.of("torque-sign", names, stops=most, same=same, other=other, settings=[setting])]
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2g}" if share < 1 else f"{100 * share:.0f}"
+
+
+def check_unsigned(evidence: AuditData, left_out: Collection[str] = ()) -> list[Finding]:
+    """Report torques that never change their sign although the motion requires it."""
+    joints = [k for k, name in enumerate(evidence.joints) if name not in left_out]
+    negated = [evidence.joints[k] for k in joints if _negated_one_way(evidence, k)]
+    agreeing = sum(unexplained(evidence, k, 1.0) < 0.2 for k in joints) if negated else 0
+    if negated and agreeing >= min(len(negated), len(joints) - 1):  # otherwise joints may be exchanged
+        most = concerns_most(len(negated), len(joints), evidence.joints)
+        finding = Finding.of("torque-unsigned.direction", negated, stops=most)
+        return [finding, *check_unsigned(evidence, [*left_out, *negated])]
+    torque = evidence.prepared.log.torque[:, evidence.robot.torque_controlled[joints]]
+    if len(joints) > 2 and (torque.min() >= 0 or torque.max() <= 0) and np.all(torque.std(axis=0) > 0):
+        return [Finding.of("torque-unsigned", [evidence.joints[k] for k in joints], stops=True)]
+    one_sided = [k for k in joints if _touches_zero(evidence, k)]
+    sure = [k for k in one_sided if _folded(evidence, k)]
+    active = [k for k in joints if evidence.moves(k)]
+    if len(one_sided) >= max(3, 0.8 * len(active)):
+        sure = one_sided
+    if not sure:
+        return []
+    most = len(sure) >= max(2, MOST * len(active))
+    return [Finding.of("torque-unsigned", [evidence.joints[k] for k in sure], stops=most)]
+
+
+def _touches_zero(evidence: AuditData, k: int) -> bool:
+    """Whether a moving joint's torque approaches zero from one side three times, and exceeds 2 % only on that side."""
+    if not evidence.moves(k) or not evidence.runs:
+        return False
+    torque = np.concatenate([run.torque[:, k] for run in evidence.runs])
+    size = np.abs(torque)
+    most = float(np.percentile(size, 99))
+    if most == 0 or (torque.min() < -0.02 * most and torque.max() > 0.02 * most):
+        return False
+    near = size < 0.1 * most
+    return int(np.count_nonzero(near[1:] & ~near[:-1])) >= 3
+
+
+def _folded(evidence: AuditData, k: int) -> bool:
+    """Whether the absolute value of the model's torque explains a torque better than the signed value."""
+    model = evidence.model[:, k]
+    torque = np.abs(evidence.torque[:, k])
+    plain, folded = fit(evidence, k), fit(evidence, k, model=np.abs(model), torque=torque)
+    if plain is None or folded is None:
+        return False
+    return folded.share > 0.6 and 0.5 < folded.gain < 2 and folded.residual < 0.7 * plain.residual
+
+
+def _negated_one_way(evidence: AuditData, k: int) -> bool:
+    """Whether model and friction explain a torque far better if it is inverted in one direction of motion."""
+    rows = np.isfinite(evidence.model[:, k])
+    if rows.sum() < LEAST_BINS or not evidence.moves(k):
+        return False
+    load = evidence.model[rows, k].std()
+    if not load / 3 < evidence.torque[rows, k].std() < 3 * load:
+        return False  # friction or a wrong unit dominates
+    slow = np.abs(evidence.velocity[:, k]) < 0.1 * evidence.top_speed[k]  # bins may contain a reversal
+    signs = np.where(slow, 0.0, np.sign(evidence.velocity[:, k]))
+    signed = min(unexplained(evidence, k, signs), unexplained(evidence, k, -signs))
+    plain = min(unexplained(evidence, k, np.abs(signs)), unexplained(evidence, k, -np.abs(signs)))
+    return plain > 0.2 and signed < 0.05  # plain is up to 0.15 for sound torques
+
+
+def check_slow(evidence: AuditData) -> list[Finding]:
+    """Report the friction of joints that are too slow for a fit: half of the torque's step between both directions."""
+    found = {}
+    for k, name in enumerate(evidence.joints):
+        speed, prismatic = evidence.velocity[:, k], evidence.robot.prismatic[evidence.robot.torque_controlled[k]]
+        rows = np.isfinite(evidence.model[:, k])
+        if not rows.any() or not evidence.moves(k) or evidence.top_speed[k] >= MIN_SPEED[prismatic]:
+            continue
+        for side in (-1, 1):  # each direction has its own typical speed
+            rows &= (side * speed <= 0) | (side * speed > 0.5 * np.percentile(np.maximum(side * speed, 0), 99))
+        sides = np.sign(speed[rows])
+        if min(np.sum(sides > 0), np.sum(sides < 0)) < FEWEST:
+            continue
+        others = np.column_stack([np.ones(len(sides)), evidence.model[rows, k]])
+        step, error, *_ = regress(others, sides, evidence.torque[rows, k], evidence.run[rows])
+        if step > 4 * error:
+            units = ("N", "m/s") if prismatic else ("N m", "rad/s")
+            typical = float(np.median(np.abs(speed[rows])))
+            found[name] = f" (about {step:.2g} {units[0]} near {typical:.2g} {units[1]})"
+    return [Finding.of("slow-motion", found)] if found else []
+
+
+def _swapped(evidence: AuditData, joints: list[int]) -> list[Finding]:
+    """Report torques that other joints' models explain far better than their own."""
+    joints = [k for k in joints if np.isfinite(evidence.model[:, k]).sum() >= LEAST_BINS]
+    if len(joints) < 2:
+        return []
+    left, gain, share = _cross_fits(evidence, joints)
+    rows, columns = linear_sum_assignment(np.log(left))
+    found: list[tuple[int, ...]] = []
+    seen: set[int] = set()
+    for start in rows.tolist():
+        cycle = []
+        while start not in seen:
+            seen.add(start)
+            cycle.append(start)
+            start = int(columns[start])
+        to = columns[cycle]
+        if len(cycle) > 1:
+            factors = left[cycle, cycle] / left[cycle, to]
+            fits = (gain[cycle, to] > 1 / NEAR) & (gain[cycle, to] < NEAR) & (share[cycle, to] > 0.8)
+            if fits.all() and factors.min() > 1.2 and np.prod(factors) > 30.0 ** (len(cycle) / 2):
+                found.append(tuple(joints[i] for i in cycle))
+    if not found:
+        return []
+    parts = []
+    for group in found:
+        own = ", ".join(f"{gain[i, i]:.2f}" for i in map(joints.index, group))
+        parts.append(" and ".join(evidence.joints[k] for k in group) + f" (gains on their own models: {own})")
+    names = [evidence.joints[k] for group in found for k in group]
+    most = len(names) >= MOST * len(evidence.joints)
+    return [Finding.of("joints-swapped", names, stops=most, groups=listed(parts))]
+
+
+def _cross_fits(evidence: AuditData, joints: list[int]) -> tuple[Array, Array, Array]:
+    """Compute relative residual variance, gain and share of each torque (row) on each model (column)."""
+    left, gain, share = np.ones((3, len(joints), len(joints)))
+    for column, k in enumerate(joints):
+        rows = np.isfinite(evidence.model[:, k])
+        if rows.sum() < FEWEST:
+            continue
+        torques = evidence.torque[rows][:, joints]
+        spread = np.maximum(np.sum((torques - torques.mean(axis=0)) ** 2, axis=0), 1e-30)
+        model, torques = without(friction_shapes(evidence, k, rows), evidence.model[rows, k], torques)
+        power = float(model @ model)
+        before = np.maximum(np.sum(torques**2, axis=0), 1e-30)
+        along = model @ torques / max(power, 1e-30)
+        after = np.maximum(before - along**2 * power, 1e-9 * before)
+        left[:, column], gain[:, column], share[:, column] = after / spread, along, 1 - after / before
+    return np.maximum(left, 1e-9), gain, share

@@ -1,0 +1,112 @@
+"""Simulation of single joints from their commands, along the measured motion of all others (`command_delay`)."""
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from stribeck.core.base.typing import Array, BoolArray, IntArray
+
+STEP = 5e-4
+"""Longest time step of the simulation [s]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """B pieces of a log in which a joint moves, with up to T samples each.
+
+    Attributes
+    ----------
+    joint
+        Column of the joint in the log, shape (B,).
+    known
+        Samples that belong to the piece, shape (T, B).
+    command, lead, stride
+        All commands in the log [N m], shape (any, B); the piece starts at row `lead` and has a sample every `stride`
+        rows, shape (B,). A held command that is thinned would act earlier or later.
+    position, velocity, inertia, others
+        Measured position [rad], its derivative [rad/s], inertia M [kg m^2] and torques c [N m], shape (T, B).
+    period
+        Sampling period [s], shape (B,).
+    kp, kd, limit
+        Gains [N m/rad], [N m s/rad] and largest torque [N m] of the joint's drive, shape (B,).
+    """
+
+    joint: IntArray
+    known: BoolArray
+    command: Array
+    lead: int
+    stride: IntArray
+    position: Array
+    velocity: Array
+    inertia: Array
+    others: Array
+    period: Array
+    kp: Array
+    kd: Array
+    limit: Array
+
+    def take(self, own: IntArray) -> "Pieces":
+        """Select some pieces by their numbers."""
+        arrays = {field.name: getattr(self, field.name) for field in fields(self)}
+        return replace(self, **{name: array[..., own] for name, array in arrays.items() if np.ndim(array)})
+
+
+def linearize(pieces: Pieces, values: Array, scale: Array, correlation: Array, step: float) -> tuple[Array, Array]:
+    """Compute residuals [rad], shape (T, B), and slopes by each parameter over its scale, shape (5, T, B).
+
+    Both are whitened, e(t) - rho e(t - 1), with the correlation rho of successive residuals of each joint [1], shape
+    (n,). The initial state of each piece is fitted, too: residuals and slopes are orthogonal to its effect.
+    """
+    small = 1e-3
+    changes = np.concatenate([np.zeros((1, 7)), small * np.eye(7)])  # of five parameters, position and velocity
+    parameters = (values + changes[:, :5, None] * scale)[:, :, pieces.joint]
+    fast = np.abs(pieces.velocity).max(axis=0)
+    starts = np.stack([pieces.position[0] + 0 * fast, pieces.velocity[0]]) + changes[:, 5:, None] * np.stack(
+        [0.03 * fast, fast]
+    )
+    motion = simulate(pieces, parameters, starts, step)
+    both = np.concatenate([(pieces.position - motion[0])[None], (motion[1:] - motion[0]) / small])
+    rho = correlation[pieces.joint]
+    first = np.sqrt(1 - rho**2) * both[:, :1]
+    both = pieces.known * np.concatenate([first, both[:, 1:] - rho * both[:, :-1]], axis=1)
+    state, _ = np.linalg.qr(both[6:].transpose(2, 1, 0))  # (B, T, 2)
+    both = both[:6].transpose(2, 1, 0)
+    both = (both - state @ (state.transpose(0, 2, 1) @ both)).transpose(2, 1, 0)
+    return both[0], both[1:]
+
+
+def simulate(pieces: Pieces, parameters: Array, starts: Array, longest: float = STEP) -> Array:
+    """Simulate all pieces with P sets of parameters, shape (P, 5, B), and initial states, shape (P, 2, B).
+
+    The implicit Euler method, with steps of at most `longest` [s], is stable for any friction. The positions [rad] have
+    shape (P, T, B); beyond a piece's samples they are its initial position.
+    """
+    order = np.argsort(-pieces.known.sum(axis=0), kind="stable")  # pieces that end are the last columns
+    pieces, parameters, starts = pieces.take(order), parameters[:, :, order], starts[:, :, order]
+    kp, kd, limit = pieces.kp, pieces.kd, pieces.limit
+    delay, rotor, viscous, coulomb, offset = parameters.transpose(1, 0, 2)
+    position, velocity = starts.transpose(1, 0, 2)
+    parts = max(1, int(np.ceil(pieces.period.max() / longest)))
+    step, share = pieces.period / parts, (np.arange(1, parts + 1) / parts)[:, None, None]
+    delays, same = np.unique(delay, axis=0, return_inverse=True)
+    late, most = pieces.lead - delays * pieces.stride / pieces.period, len(pieces.command) - 2
+    slow = (1e-3 * np.abs(pieces.velocity).max(axis=0)) ** 2
+    column, braked = np.arange(len(order)), kd + kp * step
+    found = np.repeat(position[:, None], len(pieces.position), axis=1)
+    for k, b in enumerate(pieces.known[1:].sum(axis=1).tolist()):
+        place = np.clip((k + share) * pieces.stride[:b] + late[:, :b], 0, most)
+        before = place.astype(np.int64)
+        after = place - before
+        command = (1 - after) * pieces.command[before, column[:b]] + after * pieces.command[before + 1, column[:b]]
+        others = (1 - share) * pieces.others[k, :b] + share * pieces.others[k + 1, :b] + offset[:, :b]
+        inertia = ((1 - share) * pieces.inertia[k, :b] + share * pieces.inertia[k + 1, :b] + rotor[:, :b]) / step[:b]
+        position, velocity = position[:, :b], velocity[:, :b]
+        for part in range(parts):
+            force = command[part, same] - kp[:b] * position
+            free = np.abs(force - kd[:b] * velocity) < limit[:b]  # else the drive is at its limit
+            drag = viscous[:, :b] + coulomb[:, :b] / np.sqrt(velocity**2 + slow[:b]) + free * braked[:b]
+            force = np.where(free, force, np.copysign(limit[:b], force))
+            velocity = (inertia[part] * velocity + force - others[part]) / (inertia[part] + drag)
+            position = position + step[:b] * velocity
+        found[:, k + 1, :b] = position
+    return found[:, :, np.argsort(order)]

@@ -1,0 +1,262 @@
+"""Draft of a first robot file: one function per question that a model or a log answers."""
+
+import os
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+
+from stribeck.check.audit.positions import in_millimeters
+from stribeck.check.init import columns
+from stribeck.check.init.by_dynamics import answer_by_dynamics, by_logged_name, multiply_scale
+from stribeck.check.init.draft import Draft, ask_for_torque_source, write_contacts
+from stribeck.check.init.joints import match_joints
+from stribeck.check.init.model import read_model
+from stribeck.core.base.threads import one_blas_thread
+from stribeck.core.base.typing import TorqueSource
+from stribeck.core.equations.friction_torque.preparation import prepare
+from stribeck.core.errors import LogError, listed
+from stribeck.core.log import RobotLog
+from stribeck.core.log.channels import WRENCH
+from stribeck.core.log.clock import TIME, mean_step
+from stribeck.core.log.plausibility import position_slopes
+from stribeck.core.robot import model_path
+from stribeck.core.robot.packages import PREFIX
+from stribeck.core.settings import LogTable
+from stribeck.io import Recording, name_motors, open_log, read_log, word_size
+
+
+def draft_robot_file(model: str, log: Path | None, output: Path) -> Draft:
+    """Draft the robot file of a model and, if given, its log.
+
+    Parameters
+    ----------
+    model
+        Path of a model file, or `package:NAME`.
+    log
+        Path of a log of the robot.
+    output
+        Path of the robot file; the path of the model is relative to it.
+
+    Raises
+    ------
+    RobotFileError
+        If the model cannot be read.
+    LogError
+        If the log cannot be opened.
+    """
+    path = model_path(model, Path())
+    facts = read_model(path)
+    relative = Path(os.path.relpath(path.resolve(), output.resolve().parent)).as_posix()
+    name = model if model.startswith(PREFIX) else relative
+    draft = Draft(facts, output, {"robot": {"model": name, "base": facts.base}})
+    draft.note("robot.base", f"{facts.evidence}.")
+    if loose := [joint for joint in facts.range if joint not in facts.joints]:
+        draft.document["robot"]["locked"] = dict.fromkeys(loose, 0.0)
+        draft.note("robot.locked", f"free and planar joints are locked: {', '.join(loose)}.")
+    with one_blas_thread():
+        if log is None:
+            write_contacts(draft, ())
+            ask_for_torque_source(draft)
+            draft.ask("robot", "no log was given; `stribeck init MODEL LOG` finds names, units, signs and delays.")
+        else:
+            _answer_from_log(draft, log)
+        draft.document = {key: value for key, value in draft.document.items() if value or key in draft.notes}
+        draft.warnings += draft.robot().warnings  # refuse now what `identify` would refuse
+    return draft
+
+
+def _answer_from_log(draft: Draft, log: Path) -> None:
+    """Answer questions from a log: names, units, roles, contacts, and order and signs by dynamics."""
+    source, torque_source = _find_channels(draft, log)
+    placeholder = _find_time_unit(draft, source)
+    found = _ask_for_channels(draft, source, torque_source)
+    unsure = match_joints(draft, source) if found else None
+    _decide_base(draft, source)
+    _write_torque_source(draft, source, torque_source)
+    if unsure is None or placeholder:
+        return
+    robot = draft.robot()
+    try:
+        read = read_log(log, robot)
+        if not np.isfinite(read.position).any(axis=0).all():
+            prepare(read, robot, robot.settings)  # raises an error that describes the problem
+    except LogError as error:
+        draft.ask("log", f"the log cannot be used with these settings: {error}.")
+        return
+    _write_idle_joints(draft, read)
+    if order := columns.orientation_order(read):
+        draft.set("log.base_orientation", "order", order, "with this order the base is upright.")
+    if turn := columns.servo_ticks(read):
+        _write_ticks(draft, read, turn)
+    lengths = in_millimeters(robot, np.nanmin(read.position, axis=0), np.nanmax(read.position, axis=0))
+    for channel in ("position", "velocity"):
+        if lengths.any() and getattr(read, channel) is not None:
+            factors = np.where(lengths, 1e-3, 1.0).tolist()
+            why = "these positions are within the model's limits only as millimeters."
+            draft.set(f"log.{channel}", "scale", multiply_scale(robot, draft.table("log"), channel, factors), why)
+    timed = "time" in source.channels
+    for channel, unit, why in columns.position_and_velocity_units(read, robot) if timed and not turn else []:
+        draft.set(f"log.{channel}", "unit", unit, why)
+        if channel == "position" and read.command is not None:
+            draft.set("log.desired_position", "unit", unit, "as the positions.")
+        if channel == "position" and unit == "deg" and (ranges := columns.normalized_ranges(read, robot)):
+            _ask_for_normalized(draft, ranges)
+    if not timed:
+        draft.ask("log.rate", "without a rate, nothing else was checked; `stribeck inspect` checks signs and units.")
+    elif read.command is None:  # order and signs of commands are those of the positions
+        answer_by_dynamics(draft, log, unsure)
+
+
+def _find_channels(draft: Draft, log: Path) -> tuple[Recording, TorqueSource | None]:
+    """Find the arrays or columns of each channel."""
+    table = draft.table("log")
+    named, torque_source = columns.find_columns(open_log(log, LogTable()))
+    for channel, found in named.items():
+        draft.note(f"log.{channel}", f"the log has {channel.replace('_', ' ')} under this name.")
+        table[channel] = dict(found)
+    source, _ = name_motors(open_log(log, LogTable.model_validate(table)), LogTable(), draft.facts.joints)
+    if not {"torque", "desired_position"} & set(source.channels) and (name := columns.find_command(source)):
+        draft.set("log.desired_position", "name", name, "the log has desired positions under this name.")
+        source = open_log(log, LogTable.model_validate(table))
+    if "torque" not in source.channels and "desired_position" in source.channels:
+        torque_source = "command"
+    for channel in ("torque", "velocity"):
+        if {channel, "position"} <= source.channels.keys():
+            with suppress(LogError):  # text
+                loaded, _ = source.load({"position": [0], channel: range(source.channels[channel].columns)})
+                if word_size(np.asarray(loaded[channel], dtype=float)):
+                    draft.set(f"log.{channel}", "unwrap", True, "negative integers were stored as unsigned ones.")
+    return source, torque_source
+
+
+def _ask_for_channels(draft: Draft, source: Recording, torque_source: TorqueSource | None) -> bool:
+    """Ask for positions and torques that no name suggests; return whether both were found."""
+    missing = [name for name in ("position", "torque") if name not in source.channels]
+    if torque_source == "command" and "torque" in missing:
+        missing.remove("torque")
+    for channel in missing:
+        commands = ", or [log.desired_position] name for commands" if channel == "torque" else ""
+        draft.ask(
+            "log",
+            f"no name suggests joint {channel}s; which of {listed(source.others, 40)} are they? Set "
+            f"[log.{channel}] name to the array, prefix, topic or list of columns{commands}.",
+        )
+    return not missing
+
+
+def _find_time_unit(draft: Draft, source: Recording) -> bool:
+    """Find the unit of time, and the rate of rows whose stamps come from a coarse clock.
+
+    Returns
+    -------
+    placeholder
+        Whether the rate is a placeholder.
+    """
+    stamps = np.zeros(0)
+    if "time" in source.channels:
+        with suppress(LogError):  # text
+            loaded, _ = source.load({name: [0] for name in ("time", "position") if name in source.channels})
+            stamps = np.asarray(loaded["time"], dtype=float).reshape(-1)
+            stamps = (stamps - stamps[0])[np.isfinite(stamps)]
+    if not stamps.any():
+        draft.table("log")["rate"] = 1000.0  # [Hz], nothing is derived from it
+        draft.ask(
+            "log.rate",
+            "the log has no usable time; what is its sampling rate [Hz]? Units, signs and order are not checked until "
+            "`stribeck inspect` runs with this rate.",
+        )
+        return True
+    coarse = np.mean(np.diff(stamps) == 0) > 0.5
+    mean = mean_step(stamps, (slice(0, len(stamps)),))
+    unit = source.time_unit or columns.time_unit(np.array([0.0, mean]) if coarse else stamps)
+    if unit != "s" and source.time_unit is None:
+        draft.set("log.time", "unit", unit, "found from the length of its steps.")
+    if coarse:
+        draft.table("log")["rate"] = float(f"{1 / (mean * TIME[unit]):.4g}")
+        draft.ask("log.rate", "most stamps repeat, as from a coarse clock; is this the rate of the rows [Hz]?")
+    return False
+
+
+def _decide_base(draft: Draft, source: Recording) -> None:
+    """Decide whether the base moves, and on which feet it stands."""
+    facts, robot = draft.facts, draft.document["robot"]
+    seen = [name for name in ("base_orientation", "contact", "foot_wrench") if name in source.channels]
+    if facts.base == "floating" and not seen:
+        robot["base"] = "fixed"
+        draft.ask("robot.base", "is the base clamped? The log has neither its orientation nor contacts.")
+    if facts.base == "fixed" and seen and facts.feet:
+        draft.set("robot", "base", "floating", f"the log has {', '.join(seen)}.")
+    if robot["base"] == "fixed":
+        given = robot.get("position_controlled", [])
+        if wheels := [name for name in facts.wheels if name not in {*given, *robot.get("locked", {})}]:
+            why = "wheels on the ground, with unknown forces; remove them from this list if the robot is jacked up."
+            draft.set("robot", "position_controlled", [*given, *wheels], why)
+        return
+    labels: tuple[str, ...] = ()
+    for name in ("contact", "foot_wrench"):
+        if name in source.channels:
+            given = source.channels[name].labels
+            width = len(WRENCH) if name == "foot_wrench" else 1
+            feet = tuple(dict.fromkeys(label.rsplit(".", 1)[0] if width > 1 else label for label in given or ()))
+            labels = labels or feet
+            if given is None and source.channels[name].columns == width * len(facts.feet):
+                draft.table("log")["foot_order"] = [foot.name for foot in facts.feet]
+                draft.ask("log.foot_order", "the log has no foot names; is this their order?")
+    write_contacts(draft, labels)
+    if "base_orientation" in seen:
+        draft.note("robot.base", "the log's base orientation should refer to the root link; if not, set base_frame.")
+
+
+def _write_torque_source(draft: Draft, source: Recording, by_name: TorqueSource | None) -> None:
+    """Write the source of the torques."""
+    if by_name == "motor_current":
+        draft.ask("log.torque", f"are the motors' currents in {draft.document['log']['torque']['unit']}?")
+    if by_name == "command" and "torque" not in source.channels:
+        draft.set("robot", "torque_source", by_name, "the log has desired positions and no torques.")
+        draft.ask(
+            "robot.torque_source",
+            "what is the position gain of each drive? Add kp [N m/rad], and kd [N m s/rad] if known; otherwise "
+            "kp of joints that gravity loads is estimated.",
+        )
+    elif source.torque_source:
+        draft.set("robot", "torque_source", source.torque_source, "stated in the log.")
+    elif by_name:
+        draft.set("robot", "torque_source", by_name, "found from the name of the log's torques.")
+    else:
+        ask_for_torque_source(draft)
+
+
+def _write_ticks(draft: Draft, log: RobotLog, turn: int) -> None:
+    """Write the scale and the zero of positions that are a servo's ticks, and the scale of its velocity."""
+    scale = 2 * np.pi / turn
+    draft.set("log.position", "scale", float(f"{scale:.9g}"), f"the positions are integers, as {turn} ticks per turn.")
+    draft.set("log.position", "offset", -round(float(np.pi), 9), "half a turn.")
+    draft.ask("log.position", f"does a turn have {turn} ticks, and is zero at {turn // 2}? Check one posture.")
+    if log.velocity is not None and np.isfinite(slopes := position_slopes(log)).any():
+        why = "with this scale the velocities agree with the positions."
+        draft.set("log.velocity", "scale", float(f"{scale * np.nanmedian(slopes):.4g}"), why)
+
+
+def _ask_for_normalized(draft: Draft, ranges: dict[str, tuple[float, float]]) -> None:
+    """Ask whether positions are degrees or shares of each joint's range, and offer the keys for the latter."""
+
+    def inline(values: dict[str, float]) -> str:
+        found = by_logged_name(draft.table("log"), "position", values)
+        return "{ " + ", ".join(f'"{name}" = {value:.6g}' for name, value in found.items()) + " }"
+
+    scales = inline({joint: (high - low) / 200 for joint, (low, high) in ranges.items()})
+    offsets = inline({joint: (high + low) / 2 for joint, (low, high) in ranges.items()})
+    draft.ask(
+        "log.position.unit",
+        "are these degrees, or -100 to 100 of each joint's calibrated range (LeRobot; grippers 0 to 100)? For the "
+        f"latter delete `unit` and set, for the model's limits, scale = {scales} and offset = {offsets}.",
+    )
+
+
+def _write_idle_joints(draft: Draft, log: RobotLog) -> None:
+    """Write the joints whose torque is always zero."""
+    given = draft.document["robot"].get("position_controlled", [])
+    zero = ~np.any(np.nan_to_num(log.torque), axis=0)
+    if idle := [name for name, none in zip(log.joint_names, zero.tolist(), strict=True) if none and name not in given]:
+        draft.set("robot", "position_controlled", [*given, *idle], "their torque is always zero in the log.")

@@ -1,0 +1,135 @@
+"""Settings found with the model's dynamics: the audit's findings, and order and signs of a log's columns."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stribeck.check.audit import delays, findings, gather
+from stribeck.check.drives import find_torques
+from stribeck.check.init.draft import Draft
+from stribeck.check.init.search import ColumnMatch, as_given, find_columns_by_dynamics, unit_by_dynamics
+from stribeck.core.base.finding import Finding
+from stribeck.core.equations.friction_torque.preparation import prepare
+from stribeck.core.errors import LogError, SettingsError, errors_about
+from stribeck.core.log import RobotLog
+from stribeck.core.robot import Robot
+from stribeck.io import read_log
+
+QUESTIONS = ("torque-scale", "torque-gain", "several-causes", "bodies-differ", "payload", "gravity")
+"""Checks whose remedies depend on what the user knows about the robot."""
+UNEXPLAINED = (*QUESTIONS, "torque-unexplained")
+"""Checks whose findings may be due to positions in another unit."""
+
+
+def answer_by_dynamics(draft: Draft, log: Path, unsure: Sequence[str]) -> None:
+    """Apply the settings suggested by the audit, and the order and signs that fit the model best."""
+    searched = False
+    left: list[Finding] = []
+    for _ in range(4):  # rounds; a correction may reveal further problems
+        robot = draft.robot()
+        if not len(robot.torque_controlled):
+            draft.ask("robot.position_controlled", "the log has no torque; is it in another file?")
+            return
+        try:
+            read = read_log(log, robot)
+            base_unknown = read.base_orientation is None and read.contact is None and read.foot_wrench is None
+            if robot.base == "floating" and (not robot.contacts or base_unknown):
+                draft.ask("log", "units, order and signs could not be checked without contacts; are they right?")
+                return
+            (prepared,), of_gains, *_ = find_torques([prepare(read, robot, robot.settings)], robot, robot.settings)
+            with errors_about(str(log)):
+                evidence = gather(prepared, robot, robot.settings)
+        except (LogError, SettingsError) as error:
+            draft.ask("robot", f"the log cannot be used with these settings: {error}.")
+            return
+        left = findings(evidence, delays(evidence), robot.settings)
+        unit = robot.log_table.position.unit or any(finding.check in UNEXPLAINED for finding in left)
+        if unit is True and (unit := unit_by_dynamics(read, robot)):
+            _write_unit(draft, unit, read)
+            continue
+        if sum(_apply_settings(draft, finding) for finding in left):
+            continue
+        if searched or any(finding.check in ("torque-unsigned", "legs-exchanged") for finding in left):
+            break  # a torque without a sign does not show signs, and whole legs are exchanged first
+        searched = True
+        columns = [robot.joint_names.index(joint) for joint in unsure]
+        if not _write_columns(draft, robot, find_columns_by_dynamics(read, robot, columns), read):
+            break
+    if robot.torque_source == "link_side_sensor" and any(finding.check in QUESTIONS for finding in left):
+        # The source is a guess, and rotors, whose inertia a torque before the gear contains, look like a gain.
+        evidence = gather(prepared, replace(robot, torque_source="motor_side_sensor"), robot.settings)
+        left = findings(evidence, delays(evidence), robot.settings)
+    unknown = prepared.log.unscaled.keys()
+    for finding in (*left, *(each for each in of_gains if unknown & set(each.joints))):
+        asked = finding.stops or finding not in left or finding.check in QUESTIONS
+        (draft.ask if asked else draft.warn)("robot", f"{finding}.")
+
+
+def _write_unit(draft: Draft, unit: str, log: RobotLog) -> None:
+    why = "with this unit the torques agree with the model, and in radians they do not."
+    draft.set("log.position", "unit", unit, why)
+    if log.velocity is not None:
+        draft.set("log.velocity", "unit", f"{unit}/s", "as the positions.")
+
+
+def _apply_settings(draft: Draft, finding: Finding) -> bool:
+    """Apply the settings of a finding; return whether one is new."""
+    changed = False
+    for each in finding.settings:
+        if finding.check == "torque-scale" and isinstance(each.value, dict):
+            continue  # different factors per joint may be gears or a wrong order: ask
+        before = draft.table(each.table).get(each.key, {})
+        new = {**before, **each.value} if isinstance(each.value, dict) else each.value
+        if before != new:
+            draft.set(each.table, each.key, new, f"{finding.text}.")
+            changed = True
+    return changed
+
+
+def _write_columns(draft: Draft, robot: Robot, columns: ColumnMatch, log: RobotLog) -> bool:
+    """Write the order and signs found; return whether they changed."""
+    table = draft.table("log")
+    changed = columns.order != as_given(len(robot.joint_names)).order
+    if changed:
+        moved = {robot.joint_names[column]: name for column, name in zip(columns.order, robot.joint_names, strict=True)}
+        why = "in this order the model explains the torques far better than in the log's order."
+        if "joint_order" in table:
+            draft.set("log", "joint_order", [moved.get(name, name) for name in table["joint_order"]], why)
+        else:
+            names = {label: moved.get(joint, joint) for label, joint in table.get("joint_names", {}).items()}
+            draft.set("log", "joint_names", names, why)
+    channels = {"position": columns.position, "torque": columns.torque}
+    if log.velocity is not None:
+        channels["velocity"] = columns.position
+    for channel, signs in channels.items():
+        if np.any(signs != 1):
+            changed = True
+            why = "only these signs agree with the model."
+            draft.set(f"log.{channel}", "scale", multiply_scale(robot, table, channel, signs.tolist()), why)
+    return changed
+
+
+def multiply_scale(robot: Robot, table: dict[str, Any], channel: str, signs: list[float]) -> float | dict[str, float]:
+    """Multiply the scale of a channel by signs: one number, or by the log's names."""
+    present = table.get(channel, {}).get("scale", 1.0)
+    if not isinstance(present, dict) and set(signs) == {-1.0}:
+        return -float(present)
+    scales = {
+        joint: sign * (present.get(joint, 1.0) if isinstance(present, dict) else float(present))
+        for joint, sign in zip(robot.joint_names, signs, strict=True)
+    }
+    return {name: scale for name, scale in by_logged_name(table, channel, scales).items() if scale != 1}
+
+
+def by_logged_name(table: dict[str, Any], channel: str, values: dict[str, float]) -> dict[str, float]:
+    """Give values of joints by the names that the log has in a channel."""
+    asked = table.get(channel, {}).get("name")
+    logged = {
+        joint: label
+        for label, joint in table.get("joint_names", {}).items()
+        if not isinstance(asked, list) or label in asked  # columns of this channel
+    }
+    return {logged.get(joint, joint): value for joint, value in values.items()}

@@ -1,0 +1,102 @@
+"""Matching of a log's joints with the joints of a model, by name or order."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from stribeck.check.init.draft import Draft
+from stribeck.check.init.names import match, words
+from stribeck.core.errors import listed
+from stribeck.core.log.channels import JOINT_CHANNELS
+from stribeck.io import Recording
+
+
+def match_joints(draft: Draft, source: Recording) -> list[str] | None:
+    """Match columns with joints, and lock the other joints.
+
+    Returns
+    -------
+    unsure
+        Joints that were not matched by name; None if the log has no joint of the model.
+    """
+    facts, robot = draft.facts, draft.document["robot"]
+    position = source.channels["position"]
+    torque = source.channels["torque" if "torque" in source.channels else "desired_position"]
+    numbers = [label for each in (position, torque) for label in each.labels or ()]
+    counted_apart = position.labels != torque.labels and all(label.isdecimal() for label in numbers)  # q0, but tau1
+    nameless = position.labels is None or counted_apart
+    names, unsure, extra = _assign_in_order(draft, position.columns) if nameless else _match(draft, source)
+    if not names:
+        draft.ask(
+            "log",
+            f"none of the joints {listed(position.labels or ())} of the log is in the model, which has "
+            f"{listed(facts.joints)}; which are they? Set [log] joint_names.",
+        )
+        return None
+    if missing := [joint for joint in facts.joints if joint not in names]:
+        ranges = {joint: facts.range[joint] for joint in missing}
+        robot["locked"] = robot.get("locked", {}) | {
+            joint: float(np.clip(0.0, low, high)) if low <= high else 0.0 for joint, (low, high) in ranges.items()
+        }
+        draft.ask("robot.locked", f"the log lacks {', '.join(missing)}; at which positions are they locked [rad or m]?")
+    if extra:
+        same = f" which of them are {', '.join(missing)}?" if missing else " do they move parts with a mass?"
+        draft.ask("log", f"these joints of the log are not in the model and are ignored: {', '.join(extra)};{same}")
+    if torque.labels is not None and not nameless:
+        table = draft.table("log").get("joint_names", {})
+        measured = {table.get(label, label) for label in torque.labels}
+        if idle := [joint for joint in names if joint not in measured]:
+            draft.set("robot", "position_controlled", idle, "the log has no torque for these joints.")
+    return unsure
+
+
+def _match(draft: Draft, source: Recording) -> tuple[list[str], list[str], list[str]]:
+    """Match the log's joint names; return the model's joints in the log, the unsure ones, and the log's others."""
+    joints = draft.facts.joints
+    renamed: dict[str, str] = {}
+    names, unsure, extra = list[str](), list[str](), list[str]()
+    for channel in JOINT_CHANNELS:
+        if channel not in source.channels or (labels := source.channels[channel].labels) is None:
+            continue
+        pairs = match(labels, joints)
+        counted = [words(label) for label in labels] == [[str(k)] for k in range(len(labels))]
+        if counted and labels[0] not in pairs and _as_many(joints, labels):
+            pairs = {}  # the model counts from one, the log from zero
+        left = [label for label in labels if label not in pairs]
+        rest = _as_many([joint for joint in joints if joint not in pairs.values()], left)
+        by_order = dict(zip(left, rest, strict=True)) if rest else {}
+        pairs |= by_order
+        renamed |= {label: joint for label, joint in pairs.items() if label != joint}
+        if channel != "position":
+            continue
+        unsure = list(by_order.values())
+        names = [joint for joint in joints if joint in pairs.values()]
+        extra = [] if rest else left
+    if renamed:
+        draft.table("log")["joint_names"] = renamed
+    if set(renamed.values()) - set(unsure):
+        draft.note("log.joint_names", "matched by similar names; check them.")
+    if unsure:
+        draft.ask("log.joint_names", f"not matched by name; is this the order of {', '.join(unsure)}?")
+    return names, unsure, extra
+
+
+def _as_many(joints: Sequence[str], labels: Sequence[str]) -> Sequence[str]:
+    """Return the joints without hands, or all of them, if their number equals the number of labels."""
+    return next((some for some in (_without_hands(joints), joints) if len(some) == len(labels)), ())
+
+
+def _without_hands(joints: Sequence[str]) -> Sequence[str]:
+    """Remove the joints of parts that logs often omit."""
+    hands = {"finger", "gripper", "hand", "thumb", "jaw", "claw", "wheel", "mimic"}
+    return [joint for joint in joints if not hands & set(words(joint))]
+
+
+def _assign_in_order(draft: Draft, columns: int) -> tuple[list[str], list[str], list[str]]:
+    """Assign unnamed columns in the model's order, first without hands."""
+    every, arms = draft.facts.joints, _without_hands(draft.facts.joints)
+    joints = list(arms if columns <= len(arms) and columns < len(every) else every)[:columns]
+    order = joints + [f"unknown_{k}" for k in range(columns - len(joints))]
+    draft.table("log")["joint_order"] = order
+    draft.ask("log.joint_order", "the log has no column names; is this their order?")
+    return joints, joints, []

@@ -1,0 +1,1 @@
+"""Arrays and a model in, a result out."""

@@ -1,0 +1,1 @@
+"""Equations of motion of a robot and a log."""

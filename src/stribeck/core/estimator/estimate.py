@@ -1,0 +1,148 @@
+"""The spine of the whole-log fit: pilot, accumulation, fits of the laws, terms, empirical Bayes, covariance.
+
+The steps follow docs/estimator.md in the same order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stribeck.core.base.typing import Array
+from stribeck.core.equations.whole_log.equation_sequence import EquationSequence
+from stribeck.core.estimator.fit_checks.misfits import Misfit, find_misfits
+from stribeck.core.estimator.fit_checks.validation import friction_residual_rms, validate
+from stribeck.core.estimator.model.unexplained import unsupported
+from stribeck.core.estimator.reading import Reading, read_with_pilot, remaining_delay
+from stribeck.core.estimator.solver.empirical_bayes import group_mean_covariance, solve_with_empirical_bayes
+from stribeck.core.estimator.solver.fit import Fit
+from stribeck.core.estimator.terms.term_selection import Choice, make_trials, select_terms
+from stribeck.core.estimator.uncertainty.covariance_budget import CovarianceBudget, covariance_budget
+from stribeck.core.estimator.uncertainty.heterogeneity import solve_overdispersed
+from stribeck.core.estimator.uncertainty.reml import random_effect_covariance
+from stribeck.core.friction import AUTO, FrictionLaw
+from stribeck.core.result import TermVerdict, Validation
+from stribeck.core.robot.inertial_parameters import SIZE
+from stribeck.core.settings import Priors
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class WholeLogFit:
+    """The fit to whole logs.
+
+    Attributes
+    ----------
+    read
+        The logs as they were read.
+    fit, trained
+        Fit of all laws and corrections to all segments, and the same without the held-out segments.
+    budget
+        Parts of the fit's covariance.
+    residual_rms
+        Root mean square residual of each joint's friction torque in the segments of the pilot [N m], shape (n,).
+    validation
+        Validation of each joint on the held-out segments by a fit to all others; None with too few segments.
+    delay
+        Delay of the torques [s].
+    terms
+        Terms of each joint with the law "auto".
+    misfits
+        Effects that the law of each joint does not describe.
+    heterogeneity
+        D of equation (26) for the model [1].
+    """
+
+    read: Reading
+    fit: Fit
+    trained: Fit
+    budget: CovarianceBudget
+    residual_rms: Array
+    validation: tuple[Validation | None, ...]
+    delay: float
+    terms: tuple[dict[str, TermVerdict], ...]
+    misfits: tuple[tuple[Misfit, ...], ...]
+    heterogeneity: float
+
+    @property
+    def values(self) -> Array:
+        """Parameters of the laws, shape (n, w)."""
+        return self.fit.laws.external(self.fit.internal)
+
+    @property
+    def corrections(self) -> Array:
+        """Corrections in the order of `Layout`, shape (c,)."""
+        return self.fit.model.values(self.fit.corrections)
+
+    @property
+    def bodies(self) -> Array:
+        """Coordinates of the bodies' corrections, shape (L, 10)."""
+        return self.fit.corrections[self.fit.model.layout.part("bodies")].reshape(-1, SIZE)
+
+    @property
+    def wrenches_off(self) -> Array:
+        """Corrections of wrench sensors in units of their prior standard deviation [1]."""
+        return np.abs(self.fit.corrections[self.fit.model.layout.part("wrenches")])
+
+    @property
+    def chi_square(self) -> float:
+        """Chi^2 per degree of freedom [1]: one if the errors match their covariance."""
+        return self.fit.chi_square / max(self.read.whole.count - int(self.fit.laws.free.sum()), 1)
+
+
+def fit_whole_log(
+    equations: EquationSequence,
+    law: FrictionLaw,
+    rest: Array,
+    priors: Priors,
+    progress: Callable[[float], None] = lambda _: None,
+) -> WholeLogFit:
+    """Fit a law to all joints at once, and the model's corrections with it.
+
+    Parameters
+    ----------
+    equations
+        Equations of all segments; computed on access, so that they are never all in memory.
+    law
+        Friction law.
+    rest
+        Speed [rad/s] below which a joint is at rest, for laws that jump there, shape (n,).
+    priors
+        Priors of friction, model and sensors.
+    progress
+        Callback `progress(fraction)`.
+    """
+    read = read_with_pilot(equations, law, rest * law.jumps, priors, progress)
+    known, whole, root_turns = read.known, read.whole, read.pilot.components.root_turns
+
+    def effects(fit: Fit) -> Array:
+        return random_effect_covariance(read.sample, known.count, fit, root_turns)[1]
+
+    trials = make_trials(known, read.folds, read.fit)
+    if law.name == AUTO:
+        refused = unsupported(read.pilot.parts, read.terms, known.mean_load, known.load_deviation)
+        choice = select_terms(trials, known, read.fit, refused, effects)
+    else:
+        choice = Choice([{} for _ in rest], trials, read.fit)
+    trained, before, differing = solve_overdispersed(known, read.folds, choice.start)
+    fit = solve_with_empirical_bayes(whole, trained) if read.held else trained
+    (residual_rms,) = friction_residual_rms(read, read.pilot.parts, fit.values, fit.values[None, : whole.friction])
+    effect_std, effect_covariance = random_effect_covariance(read.sample, whole.count, fit, root_turns, residual_rms)
+    budget = covariance_budget(
+        fit, effect_covariance, group_mean_covariance(fit), differing, known.count / max(whole.count, 1)
+    )
+    wider = replace(fit, covariance=budget.total - budget.heterogeneity)
+    of_known = fit.covariance * (whole.count / known.count)  # without the held-out segments
+    return WholeLogFit(
+        read=read,
+        fit=replace(fit, covariance=budget.total),
+        trained=trained,
+        budget=budget,
+        residual_rms=residual_rms,
+        validation=validate(read, trained.values),
+        delay=read.pilot.delay + remaining_delay(fit),
+        terms=tuple(choice.verdicts) if law.name == AUTO else (),
+        misfits=find_misfits(choice, wider, of_known, read, effect_std, before.model),
+        heterogeneity=before.model,
+    )

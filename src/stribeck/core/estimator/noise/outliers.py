@@ -1,0 +1,125 @@
+"""Windows with outliers: pushes, impacts, bumps (docs/estimator-fit.md, "Outliers").
+
+Residuals standardized by a robust scale: Rousseeuw and Leroy 1987.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.core.base.typing import Array
+from stribeck.core.equations.constants import OUTLIER, PILOT_OUTLIER, PILOT_OUTLIER_OF_MEANS, SHOULDER
+from stribeck.core.equations.weak_equations import WeakEquations
+from stribeck.core.estimator.noise.likelihood import Groups
+from stribeck.core.estimator.noise.variance_components import VarianceComponents, means
+
+INCONSISTENT = 20.0
+"""Chi^2 per equation relative to consistent segments, from which a segment is rejected [1]; undisturbed ones reach
+17."""
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """Prediction of all segments by the pilot, with its uncertainty.
+
+    Attributes
+    ----------
+    values, covariance
+        Coefficients, then corrections, shape (D,), with their covariance, shape (D, D).
+    components
+        Variance components of the errors.
+    """
+
+    values: Array
+    covariance: Array
+    components: VarianceComponents
+
+    def set_aside(self, part: WeakEquations, rows: Array) -> WeakEquations:
+        """Reject windows that are too far from their prediction.
+
+        `rows` are the derivatives of the equations by all values in the first columns, left sides in the last.
+        """
+        shape = part.residual.shape
+        own = rows[:, : len(self.values)].reshape(*shape, -1)
+        left = rows[:, -1].reshape(shape) - own @ self.values
+        sizes = self._standardized(part, own, left, 1)
+        of_means = self._standardized(part, own, left, part.lags + 1)  # show pushes, which encoder noise hides
+        for k in range(part.lags + 1):
+            those = sizes[k : k + len(of_means)]
+            np.maximum(those, of_means, out=those)
+        outlying = outlying_windows(sizes, OUTLIER)
+        if not outlying.any():
+            return part
+        reach = np.ones(2 * part.lags + 1)  # windows that share errors with it go too
+        return replace(part, set_aside=np.convolve(outlying, reach)[part.lags : -part.lags] > 0)
+
+    def _standardized(self, part: WeakEquations, own: Array, left: Array, windows: int) -> Array:
+        """Standardize means of the residuals of consecutive windows."""
+        size, variance = np.abs(means(left, windows)), self.components.marginal(part, windows)
+        far = size > SHOULDER * np.sqrt(variance)  # the others are not, with a larger variance
+        if (size > OUTLIER * np.sqrt(variance)).any():
+            near = means(own, windows)[far]
+            variance[far] += np.sum((near @ self.covariance) * near, axis=1)
+        return np.asarray(size / np.sqrt(variance))
+
+    def explains(self, product: Array, count: int) -> bool:
+        """Check whether the prediction explains a segment, from the product of its whitened rows and their number.
+
+        The rows come from `set_aside`. A disturbance of all windows, each below an outlier, shows in their sum.
+        """
+        information, right = product[: len(self.values), : len(self.values)], product[: len(self.values), -1]
+        square = float(product[-1, -1] + self.values @ (information @ self.values - 2 * right))
+        return square < INCONSISTENT * (count + float(np.sum(information * self.covariance)))
+
+
+def without_outliers(parts: Sequence[tuple[Groups, Array]], components: VarianceComponents) -> list[Groups]:
+    """Remove windows whose residuals are far larger than most residuals of the same equation.
+
+    `residuals` of a fit to the groups have shape (g, b). The scale of an equation is its median over valid windows on
+    the same feet, divided by the median of a normal distribution, but at least the components' expectation.
+    """
+    scaled = [_scaled(parts, components, mean=False), _scaled(parts, components, mean=True)]
+    found = []
+    for (groups, _), of_windows, of_means in zip(parts, *scaled, strict=True):
+        if not groups.part.used.any():  # a disturbed whole segment must not come back and spoil the scale
+            found.append(groups)
+            continue
+        outlying = outlying_windows(of_windows, PILOT_OUTLIER) | outlying_windows(of_means, PILOT_OUTLIER_OF_MEANS)
+        aside = np.zeros(len(groups.part.time), dtype=bool)
+        places = groups.of_windows(np.arange(len(aside))).ravel()
+        aside[places] = outlying
+        found.append(replace(groups, part=replace(groups.part, set_aside=aside if outlying.any() else None)))
+    return found
+
+
+def _scaled(parts: Sequence[tuple[Groups, Array]], components: VarianceComponents, *, mean: bool) -> list[Array]:
+    """Standardize the residuals of windows, or their means over each group, by a robust scale, shape (g lags, m)."""
+    sizes, modes, used = [], [], []
+    for groups, left in parts:
+        part, lags = groups.part, groups.part.lags
+        size = np.abs(left.reshape(groups.of_windows(part.residual).shape))
+        deviation = np.sqrt(groups.of_windows(components.marginal(part)))
+        if mean:
+            size = np.abs(left.reshape(size.shape).mean(axis=1, keepdims=True)).repeat(lags, axis=1)
+            deviation = np.sqrt(components.marginal(part, lags)[::lags][groups.places])[:, None]
+        sizes.append((size / deviation).reshape(-1, size.shape[2]))
+        modes.append((part.standing.tobytes(), size.shape[2]))
+        used.append(sizes[-1][groups.of_windows(part.used).ravel()])
+    scaled = []
+    for size, mode in zip(sizes, modes, strict=True):
+        same_mode = np.concatenate([other for other, own in zip(used, modes, strict=True) if own == mode])
+        scale = np.median(same_mode, axis=0) / 0.6745 if len(same_mode) else np.ones(size.shape[1])
+        scaled.append(size / np.maximum(scale, 1.0))
+    return scaled
+
+
+def outlying_windows(sizes: Array, outlier: float) -> NDArray[np.bool_]:
+    """Find windows whose standardized residual, shape (K, m), is above `outlier`, shape (K,).
+
+    An outlier lasts as long as residuals stay above `SHOULDER`.
+    """
+    largest = sizes.max(axis=1, initial=0.0)
+    numbers = np.cumsum(np.diff(largest > SHOULDER, prepend=False))  # of runs above it, and below
+    return np.asarray(np.isin(numbers, numbers[largest > outlier]))

@@ -1,0 +1,93 @@
+"""Covariance of a segment's equations, and its inverse Cholesky factor (docs/estimator.md, equations 6, 9 and 10).
+
+Block-tridiagonal factorization: Golub and Van Loan 2013, 4.5.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg.lapack import dtrtri
+
+from stribeck.core.base.typing import Array
+from stribeck.core.equations.weak_equations import WeakEquations
+from stribeck.core.estimator.noise.variance_components import Errors, VarianceComponents
+
+
+@dataclass(frozen=True, eq=False)
+class Whitener:
+    """The inverse Cholesky factor of a block-tridiagonal covariance, block by block.
+
+    A block contains as many windows as errors reach over, so that only neighboring blocks are correlated. A window is
+    correlated with windows of the previous block that have a higher index in their block.
+
+    Attributes
+    ----------
+    inverse
+        Inverse of the factor's diagonal blocks, shape (B, b, b): lower triangular.
+    coupling
+        Blocks of the factor below the diagonal, shape (B, b, b): upper triangular, window by window; the first is zero.
+    rows
+        Number of rows of a window.
+    """
+
+    inverse: Array
+    coupling: Array
+    rows: int
+
+    def whiten(self, rows: Array) -> None:
+        """Whiten rows in place, shape (K m, c), block by block in two halves, which skips most zeros."""
+        size = self.inverse.shape[1]
+        half = -(-size // self.rows // 2) * self.rows  # whole windows
+        product = np.empty((size, rows.shape[1]))
+        for k, (inverse, coupling) in enumerate(zip(self.inverse, self.coupling, strict=True)):
+            before, here = rows[max(k - 1, 0) * size : k * size], rows[k * size : (k + 1) * size]
+            halves = [slice(first, min(first + half, len(here))) for first in range(0, len(here), half)]
+            for part in halves if k else ():
+                here[part] -= np.matmul(coupling[part, part.start :], before[part.start :], out=product[part])
+            for part in halves[::-1]:  # the later half needs the unchanged earlier half
+                here[part] = np.matmul(inverse[part, : part.stop], here[: part.stop], out=product[part])
+
+    def whiten_back(self, rows: Array) -> None:
+        """Multiply whitened rows, shape (K m, c), by the transposed whitener in place: Sigma^-1 times the rows."""
+        size = self.inverse.shape[1]
+        half = -(-size // self.rows // 2) * self.rows  # whole windows
+        product = np.empty((size, rows.shape[1]))
+        after = rows[:0]
+        for k in reversed(range(len(self.inverse))):
+            here = rows[k * size : (k + 1) * size]
+            halves = [slice(first, min(first + half, len(here))) for first in range(0, len(here), half)]
+            for part in halves if len(after) else ():  # block k + 1 is missing for the last one
+                late = slice(0, min(part.stop, len(after)))
+                here[part] -= np.matmul(self.coupling[k + 1][late, part].T, after[late], out=product[part])
+            inverse = self.inverse[k, : len(here), : len(here)].T
+            for part in halves:  # the earlier half needs the unchanged later half
+                here[part] = np.matmul(inverse[part, part.start :], here[part.start :], out=product[part])
+            after = here
+
+
+def make_whitener(equations: WeakEquations, components: VarianceComponents) -> Whitener:
+    """Compute the whitener of a segment from the variance components."""
+    windows, rows = equations.residual.shape
+    lags = equations.lags
+    count, size = -(-windows // lags), lags * rows
+    errors, every, first, last = components.errors(equations), slice(None), slice(-1), slice(1, None)
+    within, between = covariance_of_groups(errors, 0, every, every), covariance_of_groups(errors, 1, last, first)
+    filled = windows * rows - (count - 1) * size
+    within[-1, range(filled, size), range(filled, size)] = 1.0  # rows that fill the last block up
+    inverse, coupling = np.zeros((2, count, size, size))
+    for k, diagonal in enumerate(within):
+        if k:
+            np.matmul(between[k - 1], inverse[k - 1].T, out=coupling[k])
+            diagonal -= coupling[k] @ coupling[k].T
+        inverse[k] = dtrtri(np.linalg.cholesky(diagonal), lower=1)[0]
+    return Whitener(inverse, coupling, rows)
+
+
+def covariance_of_groups(errors: list[Errors], apart: int, late: slice, early: slice) -> Array:
+    """Compute the covariances of late groups with early groups at a distance of `apart` groups, shape (B, b, b)."""
+    parts = [each.response[late] @ each.response[early].transpose(0, 2, 1) for each in errors]
+    for part, each in zip(parts, errors, strict=True):
+        part *= each.correlation[apart]
+    for part in parts[1:]:
+        parts[0] += part
+    return parts[0]

@@ -1,0 +1,244 @@
+"""Reading of a whole log: pilot, accumulation and the first fit of the laws (docs/estimator-fit.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from stribeck.core.base.typing import Array, BoolArray, IntArray
+from stribeck.core.equations import constants
+from stribeck.core.equations.weak_equations import WeakEquations
+from stribeck.core.equations.whole_log.equation_sequence import EquationSequence
+from stribeck.core.equations.whole_log.filters import WINDOW_LENGTH
+from stribeck.core.equations.whole_log.segments import Segment
+from stribeck.core.errors import NothingIdentifiedError
+from stribeck.core.estimator.model.basis import Basis, make_basis
+from stribeck.core.estimator.model.laws import Laws
+from stribeck.core.estimator.model.terms import NO_TERM, Columns, Terms
+from stribeck.core.estimator.model.unexplained import Unexplained, find_terms
+from stribeck.core.estimator.solver.elimination import best_of_linear, blocks, eliminate, solve, with_other_starts
+from stribeck.core.estimator.solver.fit import Fit
+from stribeck.core.estimator.solver.pilot import (
+    LINEAR,
+    Pilot,
+    fit_pilot,
+    secant_step,
+    with_terms,
+)
+from stribeck.core.estimator.solver.positive_definite import inverse_of
+from stribeck.core.estimator.solver.statistics import Statistics, accumulate, total
+from stribeck.core.estimator.terms.term_selection import overdispersion
+from stribeck.core.friction import AUTO, FrictionLaw
+from stribeck.core.friction.presliding import SMOOTH_SIGN
+from stribeck.core.settings import Priors
+
+REST = 1.0
+"""Longest pause of a disturbance [s]: joints that rest between two moves hide a hand or a payload."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Reading:
+    """Whole logs after they have been read.
+
+    Attributes
+    ----------
+    equations, pilot
+        Equations of all segments, and the pilot.
+    columns, terms
+        Columns of friction, and the terms among them.
+    fit
+        First fit of the laws to the segments that are not held out.
+    folds, sampled
+        Statistics of these segments by folds, and the number of folds with random effects.
+    held_out, unseen, held
+        Log and number of each held-out segment, their equations, and their statistics, if there are any.
+    windows
+        Log, centers [s] and flags of the used windows of each segment read.
+    """
+
+    equations: EquationSequence
+    pilot: Pilot
+    columns: Columns
+    terms: Terms
+    fit: Fit
+    folds: list[Statistics]
+    sampled: int
+    held_out: tuple[tuple[int, Segment], ...]
+    unseen: list[WeakEquations]
+    held: list[Statistics]
+    windows: tuple[tuple[int, Array, BoolArray], ...]
+
+    @cached_property
+    def known(self) -> Statistics:
+        """Statistics of the segments that are not held out."""
+        return total(self.folds)
+
+    @cached_property
+    def sample(self) -> Statistics:
+        """Statistics of the folds with random effects."""
+        return total(self.folds[: self.sampled])
+
+    @cached_property
+    def whole(self) -> Statistics:
+        """Statistics of all segments."""
+        return total([self.known, *self.held])
+
+    @property
+    def set_aside(self) -> float:
+        """Share of the windows that are set aside [1]."""
+        return 1 - float(np.mean(np.concatenate([used for _, _, used in self.windows])))
+
+    def spans(self, log: int, *, used: bool) -> list[tuple[float, float]]:
+        """Find the spans of a log whose windows are used, or set aside: first and last stamp [s].
+
+        Used windows count as set aside if a joint rests there between two disturbances, so that none is visible.
+        """
+        own = [(time, kept) for number, time, kept in self.windows if number == log]
+        if not own:
+            return []
+        time, kept = (np.concatenate(each) for each in zip(*own, strict=True))
+        for first, last in _runs(kept):
+            if first > 0 and last < len(kept) and time[last] - time[first] < REST:
+                kept[first:last] = False
+        half = WINDOW_LENGTH / 2
+        return [(float(time[a]) - half, float(time[b - 1]) + half) for a, b in _runs(kept == used)]
+
+
+def _runs(flags: BoolArray) -> IntArray:
+    """Find the runs of true flags: first place, and the place after the last, shape (runs, 2)."""
+    return np.flatnonzero(np.diff(flags, prepend=False, append=False)).reshape(-1, 2)
+
+
+def read_with_pilot(
+    equations: EquationSequence, law: FrictionLaw, rest: Array, priors: Priors, progress: Callable[[float], None]
+) -> Reading:
+    """Fit the pilot and read the log; repeat both if the whole log contradicts the pilot's variances or delay."""
+    speed = equations.top_speed
+    basis = make_basis(law, speed)
+
+    def start(delay: float = 0.0) -> tuple[Laws, Terms, Pilot]:
+        return _with_terms(fit_pilot(equations, basis, rest, priors, delay), law, basis, speed, priors)
+
+    tried: list[tuple[float, float]] = []
+    laws, terms, pilot = start()
+    while True:
+        read = _read(equations, pilot, basis, terms, laws, progress)
+        late = remaining_delay(read.fit)
+        own = read.fit.layout.places("torque_delay")
+        error = (
+            np.sqrt(read.fit.covariance[own, own].sum() * overdispersion(read.known, read.fit)) * priors.torque_delay
+        )
+        tried.append((pilot.delay, late))
+        if not pilot.delay and len(tried) == 1 and abs(late) > 3 * priors.torque_delay:  # less may be presliding
+            laws, terms, pilot = start(late)
+        elif not pilot.delay or len(tried) > constants.ROUNDS or abs(late) < max(LINEAR, 3 * error):
+            return read
+        else:
+            pilot = pilot.later(secant_step(tried))
+
+
+def _read(
+    equations: EquationSequence, pilot: Pilot, basis: Basis, terms: Terms, laws: Laws, progress: Callable[[float], None]
+) -> Reading:
+    """Compute the statistics of a log, of some segments in folds and of others that are held out, and fit the laws."""
+    columns = Columns(basis, terms)
+    late = equations.delayed(pilot.delay)
+    size = np.mean([part.residual.size for part in pilot.parts])  # equations of a segment
+    needed = (_friction_error(pilot, columns) / constants.ENOUGH) ** 2 * sum(each.count for each in pilot.groups) / size
+    enough = max(constants.LEAST_SEGMENTS, int(min(constants.MOST_SEGMENTS, float(needed))))
+    most = min(constants.MOST_SEGMENTS, enough, max(constants.FOLDS, int(constants.MOST_EQUATIONS / size)))
+    folds, held_out = late.folds(most)
+    count = len(folds)
+    sampled = min(count, 2 * max(1, round(15 * count / sum(map(len, folds)))))  # about 30; left and right alternate
+    found, unseen, windows = accumulate(
+        late, [*folds, held_out], sampled, columns, pilot.prediction, lambda share: progress(0.2 + 0.6 * share)
+    )
+    if not sum(each.count for each in found[:count]):
+        raise NothingIdentifiedError(
+            "no joint can be identified from this log: its torques differ too much from every model; check units, "
+            "signs, joint names and gears (stribeck inspect)"
+        )
+    return Reading(
+        equations=equations,
+        pilot=pilot,
+        columns=columns,
+        terms=terms,
+        fit=_first_fit(total(found[:count]), laws, pilot),
+        folds=found[:count],
+        sampled=sampled,
+        held_out=tuple(late.parts[place][:2] for place in held_out),
+        unseen=[unseen[place] for place in held_out],
+        held=found[count:],
+        windows=tuple((late.parts[place][0], *windows[place]) for place in sorted(windows)),
+    )
+
+
+def _friction_error(pilot: Pilot, columns: Columns) -> float:
+    """Compute the standard error of the friction torque relative to the joint's torque [1], median over joints."""
+    own = np.concatenate([columns.by_joint(part) for part in pilot.parts])
+    joints, q = own.shape[1:]
+    covariance = pilot.prediction.covariance[: joints * q, : joints * q].reshape(joints, q, joints, q)
+    each = covariance[range(joints), :, range(joints)]
+    variance = np.einsum("kja,jab,kjb->j", own, each, own, optimize=True)
+    torque = (np.concatenate([part.torque for part in pilot.parts]) ** 2).sum(axis=0)
+    return float(np.sqrt(np.median(variance / np.maximum(torque, 1e-300))))
+
+
+def remaining_delay(fit: Fit) -> float:
+    """Find the torques' delay in addition to the one that the equations assume [s]."""
+    return float(fit.model.values(fit.corrections)[fit.model.layout.part("torque_delay")].sum())
+
+
+def _with_terms(
+    pilot: Pilot, law: FrictionLaw, basis: Basis, speed: Array, priors: Priors
+) -> tuple[Laws, Terms, Pilot]:
+    """Build the laws with all terms, the scales of the terms, and the pilot with their columns."""
+    joints, functions = basis.velocity.shape[0], basis.functions.shape[1]
+    parts = pilot.parts
+    size = len(pilot.prediction.values) - pilot.model.layout.size
+    friction = pilot.prediction.values[:size].reshape(joints, -1)[:, :functions]
+    left = []
+    for part in parts:
+        windows = basis.windows(part.velocity, part.taps, part.step, len(part.residual))
+        fitted = np.einsum("kmj,kjr,jr->km", part.weights, windows, friction, optimize=True)
+        if part.regressors is not None:
+            fitted += part.regressors @ pilot.prediction.values[size:]
+        left.append((part, part.residual - fitted, pilot.components.marginal(part)))
+    offsets = np.array([parameter.name != "offset" for parameter in law.parameters])
+    free = offsets | (np.arange(joints) < parts[0].joints)[:, None]  # couplings have none: the joints have
+    laws = Laws(law, basis, (), speed, np.full(joints, pilot.torque), priors, free)
+    slope = 1 / (SMOOTH_SIGN * speed)
+    if law.name == AUTO:  # choose the shape of the pilot's curves
+        own = blocks(pilot.prediction.covariance[:size, :size], joints)[:, :functions, :functions]
+        internal = best_of_linear(laws, friction, own)
+        slope = laws.external(internal)[:, [parameter.name for parameter in law.parameters].index("slope")]
+    nothing, delay = np.zeros(joints), priors.torque_delay
+    terms = find_terms(parts, slope=slope, friction=friction, top_speed=speed, unexplained=nothing, delay=delay)
+    unexplained = Unexplained.of(left, basis, terms)
+    terms = replace(terms, unexplained=unexplained.rms, settings=unexplained.settings)
+    own_terms = [parameter.name not in NO_TERM and law.name == AUTO for parameter in terms.parameters]
+    free = np.hstack([free, np.tile(own_terms, (joints, 1))])
+    return replace(laws, terms=terms.parameters, free=free), terms, with_terms(pilot, Columns(basis, terms))
+
+
+def _first_fit(known: Statistics, laws: Laws, pilot: Pilot) -> Fit:
+    """Fit laws with all terms, starting from a linear fit of friction and corrections."""
+    joints, size = len(laws.top_speed), pilot.model.layout.size
+    left = eliminate(known, pilot.model, np.zeros(size))
+    covariance = inverse_of(left.information + np.diag(pilot.precision))
+    theta = (covariance @ left.right).reshape(joints, -1)
+    internal = best_of_linear(laws, theta, blocks(covariance, joints))
+    start = Fit(
+        laws=laws,
+        model=pilot.model,
+        internal=internal,
+        corrections=np.zeros(size),
+        covariance=np.zeros((internal.size + size,) * 2),
+        at_bound=np.zeros(internal.shape, dtype=bool),
+        chi_square=0.0,
+        converged=False,
+    )
+    return with_other_starts(known, solve(known, start))

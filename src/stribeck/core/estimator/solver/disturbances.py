@@ -1,0 +1,138 @@
+"""Segments and windows of the pilot that disagree with the rest of the log (docs/estimator-fit.md, "Outliers")."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.core.base.typing import Array
+from stribeck.core.equations.constants import MOST_ROUNDS, ROUNDS
+from stribeck.core.estimator.model.corrections import ModelCorrections
+from stribeck.core.estimator.noise.likelihood import Groups
+from stribeck.core.estimator.noise.outliers import INCONSISTENT, without_outliers
+from stribeck.core.estimator.noise.variance_components import VarianceComponents
+from stribeck.core.estimator.solver.linear_fit import LinearModel, held_out, product_of, products_of, residuals
+
+WORSE = 10.0
+"""Chi^2 per equation of undisturbed segments, predicted from all others, from which disturbances are sought, and its
+ratio to the prediction without the disturbed ones [1]. Undisturbed logs reach a ratio of 6, payloads start at 60."""
+
+
+ENOUGH_FOR_QUARTERS = 24
+"""Fewest segments of a pilot that is searched for a consistent quarter [1]: six, more than their own fit explains."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Trimmed:
+    """Least trimmed squares over G segments, from their products in coordinates, (G, D + 1, D + 1), and counts.
+
+    `modes` are the contact modes of the segments, shape (G,).
+    """
+
+    products: Array
+    counts: NDArray[np.int64]
+    modes: NDArray[np.int64]
+    linear: LinearModel
+
+    def sizes(self, own: NDArray[np.bool_]) -> Array:
+        """Compute all segments' chi^2 per equation for fits to some of them, shape (s, G)."""
+        sums = np.tensordot(own.astype(float), self.products, axes=1)
+        values = np.stack([self.linear.fitted(each) for each in sums], axis=1)
+        return np.asarray(np.sum((self.products @ values) * values, axis=1).T / np.maximum(self.counts, 1))
+
+    def share(self, size: Array, parts: int) -> NDArray[np.bool_]:
+        """Select the fraction 1 / `parts` of each contact mode's segments that each fit explains best."""
+        found = np.zeros(size.shape, dtype=bool)
+        for mode in np.unique(self.modes):
+            own = np.flatnonzero(self.modes == mode)
+            best = np.argsort(size[:, own], axis=1, kind="stable")[:, : -(-len(own) // parts)]
+            np.put_along_axis(found, own[best], True, axis=1)
+        return found
+
+    def best_explained(
+        self, first: Array, parts: int, random: np.random.Generator
+    ) -> tuple[float, NDArray[np.bool_], Array]:
+        """Find the part that one model explains best: its mean chi^2, its segments, and the chi^2 of all segments.
+
+        Disturbances rarely reach all of the six contiguous parts. `first` is chi^2 for a fit to all segments, (1, G).
+        """
+        everything, few = np.arange(len(self.counts)), max(3, len(self.counts) // 6)
+        starts = [*(random.permutation(everything)[:few] for _ in range(11)), *np.array_split(everything, 6)]
+        own = np.vstack([self.share(first, parts), [np.isin(everything, start) for start in starts]])
+        size, active = np.empty(own.shape), np.arange(len(own))
+        for _ in range(MOST_ROUNDS):
+            size[active] = self.sizes(own[active])
+            before = own[active]
+            own[active] = self.share(size[active], parts)
+            active = active[np.any(own[active] != before, axis=1)]
+            if not len(active):
+                break
+        means = [float(each[part].mean()) for each, part in zip(size, own, strict=True)]
+        best = int(np.argmin(means))
+        return means[best], own[best], size[best]
+
+
+def consistent(
+    groups: list[Groups], model: ModelCorrections, components: VarianceComponents, precision: Array, half_alone: bool
+) -> list[Groups]:
+    """Remove segments that disagree with the model of the largest consistent part.
+
+    Least trimmed squares (Rousseeuw and Van Driessen 1999): from several starts, fits are repeated on the half of each
+    contact mode's segments that the previous fit explained best, until this half is constant. The best of these fits
+    may explain far more than half. If a quarter is explained four times better, most of the log is disturbed, and the
+    quarter is used instead. Segments are candidates if their chi^2 per equation exceeds `INCONSISTENT` times the median
+    of this part, for example due to a payload, a moving base or a guiding hand. They are rejected only if the others
+    are predicted far better without them: the segments of a poor model differ as much, but teach about each other.
+    Only the consistent part is used for the delay, because a delay partly explains any disturbance.
+    """
+    linear, counts = LinearModel.of(model.widest, precision), np.array([each.count for each in groups])
+    modes = np.unique([each.part.standing for each in groups], axis=0, return_inverse=True)[1]
+    products = products_of(groups, components, linear)
+    trimmed, random = _Trimmed(products, counts, modes, linear), np.random.default_rng(0)
+    everything = np.arange(len(groups))
+    first = trimmed.sizes(np.ones((1, len(groups)), dtype=bool))
+    if first.max() < 3.0:  # relative to the errors of a good model
+        return groups
+    least, chosen, size = trimmed.best_explained(first, 2, random)
+    if least > 1.5 and len(groups) >= ENOUGH_FOR_QUARTERS:
+        quarter = trimmed.best_explained(first, 4, random)
+        least, chosen, size = quarter if 4 * quarter[0] < least else (least, chosen, size)
+    far = size > INCONSISTENT * np.median(size[chosen])
+    if not far.any():
+        return groups
+    of_all, of_rest = (held_out(products, counts, own, linear) for own in (everything, everything[~far]))
+    of_all = of_all[~far]
+    if np.median(of_all) < WORSE or np.median(of_all / np.maximum(of_rest, 1e-300)) < WORSE:
+        return groups
+    if half_alone:
+        far = ~chosen
+    return [
+        replace(each, part=replace(each.part, set_aside=np.ones(len(each.part.time), dtype=bool))) if aside else each
+        for each, aside in zip(groups, far, strict=True)
+    ]
+
+
+def undisturbed(
+    groups: list[Groups], model: ModelCorrections, components: VarianceComponents, precision: Array
+) -> list[Groups]:
+    """Remove windows that a robust fit does not explain, because most segments may contain pushes.
+
+    The weight of a group with a chi^2 above the median is reduced by their ratio (Holland and Welsch 1977).
+    """
+    whitened = [each.whitened(components) for each in groups]
+    weighted = whitened
+    used = np.concatenate([each.of_windows(each.part.used).any(axis=1) for each in groups])
+    if not used.any():
+        return groups
+    linear = LinearModel.of(model, precision)
+    for number in range(2 * ROUNDS):
+        values = linear.values(linear.fitted(linear.in_coordinates(product_of(weighted))))
+        sizes = [np.mean((each @ values) ** 2, axis=1) for each in whitened]
+        usual = np.median(np.concatenate(sizes)[used])
+        if not number and max(size.max(initial=0.0) for size in sizes) < INCONSISTENT * usual:
+            return groups
+        weighted = [
+            each / np.sqrt(np.maximum(size / usual, 1.0))[:, None, None]
+            for each, size in zip(whitened, sizes, strict=True)
+        ]
+    return without_outliers(residuals(groups, values), components)

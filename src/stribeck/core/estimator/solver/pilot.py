@@ -1,0 +1,318 @@
+"""The pilot: a linear fit to some windows before the whole log is read.
+
+It estimates the delay of the torques, variance components and outliers (docs/estimator-fit.md, equations 14 to 16), the
+first stage of two-stage generalized least squares.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from typing import ClassVar
+
+import numpy as np
+
+from stribeck.core.base.typing import Array
+from stribeck.core.equations.constants import MOST_ROUNDS, PILOT_SEGMENTS, ROUNDS
+from stribeck.core.equations.weak_equations import WeakEquations
+from stribeck.core.equations.whole_log.corrections.correction import Layout
+from stribeck.core.equations.whole_log.equation_sequence import EquationSequence
+from stribeck.core.estimator.model.basis import Basis
+from stribeck.core.estimator.model.corrections import ModelCorrections, model_corrections
+from stribeck.core.estimator.model.terms import Columns
+from stribeck.core.estimator.noise.likelihood import Groups, make_groups, more_likely
+from stribeck.core.estimator.noise.outliers import Prediction, without_outliers
+from stribeck.core.estimator.noise.variance_components import VarianceComponents, first_components
+from stribeck.core.estimator.solver.disturbances import consistent, undisturbed
+from stribeck.core.estimator.solver.linear_fit import LinearModel, held_out, predict, products_of, residuals
+from stribeck.core.settings import Priors
+
+LONGEST_DELAY, OPERATIONS = 0.1, 3e9
+"""Limits that save time: largest delay in the search [s], and operations for a sum of products [1]."""
+
+LINEAR = 0.5e-3
+"""Largest delay in which torques are treated as linear [s]."""
+
+LAGS = (0.5e-3, 2e-3, 8e-3)
+"""Travels of the pilot's presliding, divided by the top speed [s]; presliding resembles a delay."""
+
+SLOW = 0.25
+"""Share of the top speed [1] up to which friction counts as friction near standstill, chosen by judgment."""
+
+DIFFER = 2.0
+"""Factor by which chi^2 must fall for logs to have their own friction [1]: it is 600 for simulated days whose friction
+differs by 15 %, and at most 1.11 for logs of seven real robots, where errors of the model dominate."""
+
+
+@dataclass(frozen=True, eq=False)
+class Lags:
+    """Columns of presliding for these travels, and joints with a top speed [rad/s], shape (n,)."""
+
+    top_speed: Array
+    size: int = len(LAGS)
+    held: ClassVar[list[bool]] = [False] * len(LAGS)
+
+    def columns(self, part: WeakEquations, windows: Array) -> Array:  # noqa: ARG002 - other terms need them
+        """Return the columns, shape (K, n, 3)."""
+        return np.moveaxis(part.presliding(self.top_speed, np.outer(LAGS, self.top_speed)), 0, 2)
+
+    def load(self, part: WeakEquations, windows: Array) -> Array:  # noqa: ARG002 - not used yet
+        """Return zeros, shape (K, n)."""
+        return np.zeros_like(part.torque)
+
+
+@dataclass(frozen=True, eq=False)
+class Pilot:
+    """Result of the pilot.
+
+    Attributes
+    ----------
+    groups
+        Groups of windows of the pilot's segments.
+    model, components
+        Corrections for torques shifted by `delay`, and standard deviations of the errors.
+    prediction
+        Predicted values and their covariance.
+    delay
+        Delay of the torques [s].
+    torque
+        Torque that moves the joints, root mean square [N m].
+    precision
+        Prior precision of the friction coefficients, shape (n q,).
+    """
+
+    groups: list[Groups]
+    model: ModelCorrections
+    components: VarianceComponents
+    prediction: Prediction
+    delay: float
+    torque: float
+    precision: Array
+
+    @property
+    def parts(self) -> list[WeakEquations]:
+        """Equations of the pilot's segments."""
+        return [each.part for each in self.groups]
+
+    @property
+    def late(self) -> tuple[float, float]:
+        """Remaining delay of the torques, and its standard error [s]; zeros if the delay is not corrected."""
+        own = len(self.precision) + self.model.layout.places("torque_delay")
+        variance = self.prediction.covariance[own, own]
+        return float(self.prediction.values[own].sum()), float(np.sqrt(variance).sum())
+
+    def later(self, delay: float) -> Pilot:
+        """Adapt the pilot to torques that are shifted by an additional delay [s]."""
+        delay = float(np.clip(self.delay + delay, -LONGEST_DELAY, LONGEST_DELAY))
+        own, values = len(self.precision) + self.model.layout.places("torque_delay"), self.prediction.values.copy()
+        values[own] = 0.0
+        return replace(
+            self, delay=delay, model=self.model.late(delay), prediction=replace(self.prediction, values=values)
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _PilotFits:
+    """Linear fits to the segments of the pilot with shifted torques; see `fit_pilot`."""
+
+    equations: EquationSequence
+    basis: Basis
+    rest: Array
+    priors: Priors
+
+    @cached_property
+    def columns(self) -> Columns:
+        """Columns of the curves, and of presliding."""
+        return Columns(self.basis, Lags(self.equations.top_speed))
+
+    @cached_property
+    def _delayed(self) -> Callable[[float], tuple[list[WeakEquations], list[Array]]]:
+        """Function that computes the segments with torques shifted by a delay [s], and their columns by joint."""
+        size = max(PILOT_SEGMENTS, 240 // len(self.rest))  # few joints need more segments, and take less time
+
+        @lru_cache(maxsize=3)  # delays return: zero, and the last one of the search
+        def delayed(delay: float) -> tuple[list[WeakEquations], list[Array]]:
+            late = self.equations.delayed(delay)
+            parts = [late[place] for place in late.spread(size)]
+            return parts, [self.columns.by_joint(part) for part in parts]
+
+        return delayed
+
+    def fit(self, delay: float | None, operations: float, rounds: int, half_alone: bool, equal: bool = True) -> Pilot:
+        """Fit the pilot for a delay [s], None to hold it at zero; `equal` logs have the same friction."""
+        parts, own = self._delayed(delay or 0.0)
+        layout, rest = self.equations.corrections, self.rest
+        torque = max(float(np.sqrt(np.mean(np.concatenate([_torques(part) for part in parts]) ** 2))), 1e-9)
+        model = model_corrections(layout, _loads(parts, layout), self.priors, torque).late(delay or 0.0)
+        model = model.held(layout.places("torque_delay"), 0.0) if delay is None else model
+        model = model.with_equal_logs if equal else model
+        components = first_components(parts[0], rest, np.where(rest > 0, torque, 0.0), layout.sizes["wrenches"] > 0)
+        groups, precision = _groups(parts, own, self.columns, torque, operations)
+        groups = consistent(groups, model, components, precision, half_alone)
+        groups = undisturbed(groups, model, components, precision)
+        components, groups = _alternate(groups, model, components, precision, rounds, self.basis)
+        prediction, _ = predict(groups, components, model, precision)
+        return Pilot(groups, model, components, prediction, delay or 0.0, torque, precision)
+
+
+def fit_pilot(equations: EquationSequence, basis: Basis, rest: Array, priors: Priors, delay: float = 0.0) -> Pilot:
+    """Fit the pilot, with torques shifted until they are linear in their remaining delay.
+
+    Parameters
+    ----------
+    equations
+        Equations of all segments.
+    basis
+        Basis of the friction curves.
+    rest
+        Speed [rad/s] below which a joint is at rest, for laws that jump there, shape (n,).
+    priors
+        Priors of model and sensors.
+    delay
+        Initial delay of the torques in the search [s].
+    """
+    layout, fit = equations.corrections, _PilotFits(equations, basis, rest, priors).fit
+    rounds, tried = ROUNDS, list[tuple[float, float]]()
+    for _ in range(MOST_ROUNDS if layout.sizes["torque_delay"] else 0):  # on few windows, to save time
+        late, error = fit(delay, OPERATIONS / 4, rounds, True).late
+        if abs(late) < max(LINEAR, 3 * error):
+            break
+        rounds, tried = 1, [*tried, (delay, late)]
+        delay = float(np.clip(delay + secant_step(tried), -LONGEST_DELAY, LONGEST_DELAY))
+    equal = not layout.log_effects[0]
+    found = fit(delay, OPERATIONS, MOST_ROUNDS, False, equal)
+    if not equal:
+        own, without_logs = _log_errors(found, found.components, found.model, found.model.with_equal_logs)
+        if np.median(without_logs - own) < np.log(DIFFER):
+            equal, found = True, fit(delay, OPERATIONS, MOST_ROUNDS, False)
+    if abs(delay + found.late[0]) >= LINEAR:
+        without = fit(None, OPERATIONS, MOST_ROUNDS, False, equal)
+        found = found if abs(delay) < LONGEST_DELAY and _delay_pays(found, without) else without
+    wide, narrow = _log_errors(found, found.components, found.model.widest, found.model)
+    largest = found.model.widest.largest if _clearly_positive(narrow - wide) else found.model.largest
+    return replace(found, model=replace(found.model, largest=largest))
+
+
+def _delay_pays(found: Pilot, without: Pilot) -> bool:
+    """Check that a pilot with a delay predicts held-out segments better than one without."""
+    shifted, held = (_log_errors(each, found.components, each.model)[0] for each in (found, without))
+    places = (np.linspace(0, 1, len(each)) for each in (shifted, held))  # a long delay may lose a segment at an end
+    return _clearly_positive(np.interp(next(places), next(places), held) - shifted)
+
+
+def _log_errors(pilot: Pilot, components: VarianceComponents, *models: ModelCorrections) -> list[Array]:
+    """Compute the logarithm of chi^2 of held-out segments with each of some models, shape (S,) each."""
+    counts, linear = np.array([each.count for each in pilot.groups]), LinearModel.of(pilot.model, pilot.precision)
+    products = products_of(pilot.groups, components, linear)  # models with other priors have the same coordinates
+    own = (LinearModel.of(model, pilot.precision) for model in models)
+    return [np.log(held_out(products, counts, np.flatnonzero(counts), linear)) for linear in own]
+
+
+def _clearly_positive(gain: Array) -> bool:
+    """Check that the mean of a gain is larger than two standard errors."""
+    return len(gain) > 1 and bool(gain.mean() > 2 * gain.std(ddof=1) / np.sqrt(len(gain)))
+
+
+def secant_step(tried: list[tuple[float, float]]) -> float:
+    """Find the additional torque delay [s] from the delays that were tried and their residuals.
+
+    Friction that builds up after a reversal explains about the same share of the residual at every delay.
+    """
+    delay, late = tried[-1]
+    if len(tried) == 1:
+        return late
+    if delay == tried[-2][0]:  # the longest one
+        return 0.0
+    slope = (late - tried[-2][1]) / (delay - tried[-2][0])
+    return late / min(max(-slope, 0.2), 1.0)
+
+
+def with_terms(pilot: Pilot, columns: Columns) -> Pilot:
+    """Extend the pilot by the columns of all terms, and keep the variance components of the first fit."""
+    own = [columns.by_joint(part) for part in pilot.parts]
+    groups, precision = _groups(pilot.parts, own, columns, pilot.torque, OPERATIONS)
+    prediction, _ = predict(groups, pilot.components, pilot.model, precision)
+    return replace(pilot, groups=groups, prediction=prediction, precision=precision)
+
+
+def _alternate(
+    groups: list[Groups],
+    model: ModelCorrections,
+    components: VarianceComponents,
+    precision: Array,
+    rounds: int,
+    basis: Basis,
+) -> tuple[VarianceComponents, list[Groups]]:
+    """Alternate fits and estimates of the variance components until none grows, or for some rounds.
+
+    The initial components describe a good model, so that disturbances of the motion stay visible. If outliers exist
+    after `ROUNDS`, the fit starts again without them and searches again in every round.
+    """
+    first = components
+    outliers = any(each.part.set_aside is not None for each in groups)
+    for number in range(1, rounds + 1):
+        prediction, freedom = predict(groups, components, model, precision)
+        left = residuals(groups, np.append(prediction.values, -1.0))
+        if number == ROUNDS or outliers:
+            groups = without_outliers(left, components)
+            left = [(each, residual) for each, (_, residual) in zip(groups, left, strict=True)]
+            found = any(each.part.set_aside is not None for each in groups)
+            components = first if found and not outliers else components
+            outliers = found
+        components = replace(components, reversal=_near_standstill(prediction.values[: len(precision)], basis))
+        before, components = components, more_likely(components, left, freedom)
+        grown = float(np.max(components.model / np.maximum(before.model, 1e-12)))
+        if number >= (2 if outliers else 1) * ROUNDS and grown < 1.2:
+            break
+    return components, groups
+
+
+def _near_standstill(friction: Array, basis: Basis) -> Array:
+    """Compute the error of friction where a joint sticks or reverses unseen [N m], shape (n,).
+
+    Friction is anywhere between minus and plus the largest resisting torque up to `SLOW` of the top speed; the
+    standard deviation of a uniform distribution is this torque divided by the square root of three. `friction` are the
+    coefficients of all joints, of the curves and of further columns, shape (n q,).
+    """
+    joints, functions = len(basis.velocity), basis.functions.shape[1]
+    curves = friction.reshape(joints, -1)[:, :functions] @ basis.functions.T
+    middle = basis.velocity.shape[1] // 2
+    slow = basis.velocity[0, middle:] < SLOW * basis.velocity[0, -1]
+    resisting = (curves[:, middle:] - curves[:, middle::-1]) / 2
+    return np.asarray(np.abs(resisting[:, slow]).max(axis=1) / np.sqrt(3))
+
+
+def _groups(
+    parts: list[WeakEquations], own: list[Array], columns: Columns, torque: float, operations: float
+) -> tuple[list[Groups], Array]:
+    """Select every other group of windows, or fewer, and compute the prior precision of their coefficients.
+
+    `own` are the columns of each part by joint.
+
+    The prior of curves is as large as the joint's torque, the prior of terms a third of it.
+    """
+    designs = [columns.design(part, each, part.residual.reshape(-1, 1)) for part, each in zip(parts, own, strict=True)]
+    step = max(2, round(sum(map(len, designs)) * designs[0].shape[1] ** 2 / operations))
+    groups = [
+        make_groups(part, k % (step - 1), step, design)  # all places between contact changes are among them
+        for k, (part, design) in enumerate(zip(parts, designs, strict=True))
+    ]
+    functions = len(columns.basis.variance)
+    largest = np.sqrt(np.mean(np.concatenate([each[:, :, functions:] for each in own]) ** 2, axis=0))
+    load = np.maximum(np.sqrt(np.mean(np.concatenate([part.torque for part in parts]) ** 2, axis=0)), 0.05 * torque)
+    of_terms = 0.3 * load[:, None] / np.maximum(largest, 1e-9) * np.where(columns.terms.held, 1e-6, 1.0)
+    deviation = np.hstack([load[:, None] * np.sqrt(columns.basis.variance), of_terms])
+    return groups, deviation.ravel() ** -2.0
+
+
+def _torques(part: WeakEquations) -> Array:
+    """Collect the left sides of all windows in rows with friction [N m]."""
+    return part.residual[:, len(part.wrench_noise) :].ravel()
+
+
+def _loads(parts: list[WeakEquations], layout: Layout) -> Array:
+    """Compute the torque of each sensor with a corrected gain, root mean square [N m]."""
+    own = layout.part("gains")
+    squares = [(part.regressors[:, :, own] ** 2).sum(axis=1) for part in parts if part.regressors is not None]
+    return np.sqrt(np.concatenate(squares).mean(axis=0)) if own.stop > own.start else np.zeros(0)

@@ -1,0 +1,36 @@
+"""Inverses of positive definite matrices."""
+
+import numpy as np
+from scipy.linalg.lapack import dpotrf, dpotri, dpotrs
+
+from stribeck.core.base.typing import Array
+
+
+def inverse_of(matrix: Array) -> Array:
+    """Invert a positive definite matrix whose rows may have very different units.
+
+    Eigenvalues below the rounding error are raised to it, because rounding can cancel the prior's share.
+    """
+    if not len(matrix):
+        return np.zeros((0, 0))
+    scale, scaled, factor, failed = _factor(matrix)
+    if not failed:
+        inverse = np.tril(dpotri(factor, lower=1)[0])
+        inverse += np.tril(inverse, -1).T
+    else:
+        values, vectors = np.linalg.eigh(scaled)
+        inverse = (vectors / np.maximum(values, np.finfo(float).eps * values[-1])) @ vectors.T
+    return np.asarray(inverse * np.outer(scale, scale))
+
+
+def solution_of(matrix: Array, right: Array) -> Array:
+    """Solve positive definite equations with one right side, as by `inverse_of`."""
+    scale, _, factor, failed = _factor(matrix)
+    return inverse_of(matrix) @ right if failed else scale * dpotrs(factor, scale * right, lower=1)[0]
+
+
+def _factor(matrix: Array) -> tuple[Array, Array, Array, int]:
+    """Scale the rows and columns of a matrix, and factor it; return the scale and the scaled matrix, too."""
+    scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), np.finfo(float).tiny))
+    scaled = matrix * np.outer(scale, scale)
+    return scale, scaled, *dpotrf(scaled, lower=1)

@@ -1,0 +1,107 @@
+"""Heterogeneity: differences between folds relative to their errors (docs/estimator-fit.md, equations 26 and 27).
+
+Errors of real robots last longer than a window: friction outside the law, cables, belts. For a set of coordinates with
+curvature S (all others refitted), gradient h_f of fold f of F at the common fit, and K = S^-1 (S - prior),
+
+    D = sum h_f^T S^-1 h_f / tr(K - K^2 / F)
+
+is one on average if the errors of different windows match their covariance. The sets are the model's coordinates with
+rotors, and each joint's friction. A joint's D has few degrees of freedom, so that it is averaged with the mean of all
+joints. With the Newton steps s_f = C h_f, the cluster-robust covariance (Liang and Zeger 1986)
+
+    V = F / (F - 1) sum s_f s_f^T
+
+shows which coordinates differ between folds. It has even fewer degrees of freedom, so that intervals use its mean with
+the inverse curvature C times D (Ledoit and Wolf 2004).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+
+from stribeck.core.base.typing import Array
+from stribeck.core.estimator.solver.empirical_bayes import solve_with_empirical_bayes
+from stribeck.core.estimator.solver.fit import Fit
+from stribeck.core.estimator.solver.positive_definite import inverse_of
+from stribeck.core.estimator.solver.statistics import Statistics
+
+
+@dataclass(frozen=True, eq=False)
+class Heterogeneity:
+    """D of the model and of each joint's friction, shape (n,) [1], at least one, and V of all coordinates, (m, m)."""
+
+    model: float
+    joints: Array
+    covariance: Array | None = None
+
+
+def heterogeneity(whole: Statistics, parts: Sequence[Statistics], fit: Fit) -> Heterogeneity:
+    """Compute the heterogeneity of a fit to a log over its folds, given the statistics of both."""
+    layout, joints = fit.layout, len(fit.internal)
+    if len(parts) < 2:
+        return Heterogeneity(1.0, np.ones(joints))
+    places, steps = np.arange(layout.size), _fold_steps(whole, parts, fit)
+    model = layout.places("bodies", "rotors") if len(layout.places("bodies", "base_delay")) else places[:0]
+    of_model = steps.ratio(np.intersect1d(steps.free, model))[0]
+    own = [np.intersect1d(steps.free, places[layout.joint(k)][free]) for k, free in enumerate(fit.laws.free)]
+    found, squares = np.array([steps.ratio(each) for each in own]).T
+    mean = float(found @ squares / max(squares.sum(), 1.0))
+    covariance = len(parts) / (len(parts) - 1) * steps.steps @ steps.steps.T
+    return Heterogeneity(max(1.0, of_model), np.maximum(1.0, (found + mean) / 2), covariance)
+
+
+@dataclass(frozen=True, eq=False)
+class _FoldSteps:
+    """Newton steps of each fold from the common fit, shape (m, F); zero for coordinates at a bound."""
+
+    free: NDArray[np.int64]
+    covariance: Array
+    steps: Array
+    prior: Array
+
+    def ratio(self, own: NDArray[np.int64]) -> tuple[float, float]:
+        """Compute D of some coordinates, and the number of squares in this mean."""
+        block, folds = np.ix_(own, own), self.steps.shape[1]
+        known = np.eye(len(own)) - self.covariance[block] @ self.prior[block]
+        expected = float(np.trace(known) - np.sum(known * known.T) / folds)
+        squares = float(np.sum(self.steps[own] * (inverse_of(self.covariance[block]) @ self.steps[own])))
+        return (squares / expected, expected * folds) if expected > 0.5 else (1.0, 0.0)
+
+
+def _fold_steps(whole: Statistics, parts: Sequence[Statistics], fit: Fit) -> _FoldSteps:
+    """Compute the steps of the folds; see `heterogeneity` for the parameters."""
+    values, size, friction = fit.values, fit.layout.size, fit.internal.size
+    slopes = fit.pulled(np.stack([part.information @ values - part.right for part in parts], axis=1))
+    free = np.append(~fit.at_bound.ravel() & fit.laws.free.ravel(), np.ones(size - friction, dtype=bool))
+    own = np.flatnonzero(free)
+    covariance, steps = np.zeros((size, size)), np.zeros((size, len(parts)))
+    covariance[np.ix_(own, own)] = inverse_of(fit.curvature(whole)[np.ix_(own, own)])
+    steps[own] = covariance[np.ix_(own, own)] @ slopes[own]
+    prior = block_diag(np.diag(fit.laws.prior[1].ravel() ** -2.0), fit.model.precision)
+    return _FoldSteps(own, covariance, steps, prior)
+
+
+def solve_overdispersed(
+    whole: Statistics, parts: Sequence[Statistics], start: Fit
+) -> tuple[Fit, Heterogeneity, Heterogeneity]:
+    """Fit with empirical Bayes and the overdispersion of the model; return the heterogeneity without and with it."""
+    fit = solve_with_empirical_bayes(whole, start)
+    before = heterogeneity(whole, parts, fit)
+    if before.model <= 1:
+        return fit, before, before
+    model = replace(fit.model, overdispersion=overdispersion_of(before.model, len(parts)))
+    fit = solve_with_empirical_bayes(whole, replace(fit, model=model))
+    return fit, before, heterogeneity(whole, parts, fit)
+
+
+def overdispersion_of(heterogeneity: float, parts: int) -> float:
+    """Compute the overdispersion [1] of the model's coordinates, 1 + (D - 1)(1 + F) for F folds: equation (27).
+
+    Errors that all folds share do not affect D. They are assumed to be as large as the errors that differ between
+    folds. Over F folds of equal size, the sum of differing errors has the variance D - 1 in units of the errors, and
+    the sum of shared errors F times as much.
+    """
+    return 1 + (heterogeneity - 1) * (1 + parts)

@@ -1,0 +1,33 @@
+"""Findings of checks before a fit: what they change, and how they go together with those of the fit."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from stribeck.core.base.finding import Finding
+from stribeck.core.result import Result
+from stribeck.core.robot import Robot
+
+
+def without_dead_joints(robot: Robot, audited: Sequence[Finding]) -> Robot:
+    """Leave out the joints whose torque is dead or has no sign: their torque counts as unknown."""
+    dead = [joint for f in audited if f.check in ("channel-dead", "torque-unsigned") for joint in f.joints]
+    return replace(robot, position_controlled=(*robot.position_controlled, *dead)) if dead else robot
+
+
+def reconciled(audited: Sequence[Finding], result: Result, logs: int) -> list[Finding]:
+    """Combine the findings of the audit and of the fit.
+
+    Causes that the fit finds beside a fault that distorts all corrections follow from it. The fit finds the spans that
+    are set aside and the torque delay of one log more precisely than the audit.
+    """
+    refined = {"set-aside"} if {"set-aside", "payload"} & {each.check for each in result.findings} else set()
+    if logs == 1 and result.corrections and result.corrections.torque_delay:
+        refined.add("torque-delay")
+    distorted = any(each.has("distorts") for each in audited)
+    fitted = [each for each in result.findings if not distorted or each.has("symptom")]
+    return [*(each for each in audited if each.check not in refined), *fitted]
+
+
+def model_findings(robot: Robot) -> list[Finding]:
+    """Report unusual properties of the robot's model, independent of the log."""
+    return [Finding.of("robot-model", text=text) for text in robot.warnings]

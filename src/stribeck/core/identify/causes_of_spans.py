@@ -1,0 +1,109 @@
+"""Causes of spans that the whole-log fit set aside: payloads for `[[robot.payload]]`, forces and rubbing joints."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stribeck.core.base.spans import MOST, Span, listed_spans
+from stribeck.core.base.typing import Array
+from stribeck.core.equations.friction_torque.payload import payload_entry
+from stribeck.core.estimator.estimate import WholeLogFit
+from stribeck.core.estimator.fit_checks.payloads import Payload, find_payloads, residual_in
+from stribeck.core.identify.forces import Force, find_force
+from stribeck.core.robot import Robot
+from stribeck.core.robot.kinematics import link_of
+
+
+@dataclass(frozen=True, eq=False)
+class Carried:
+    """Payload: link, mass [kg], center of mass in the link's frame [m], shape (3,), and spans."""
+
+    link: str
+    mass: float
+    com: Array
+    spans: Sequence[Span]
+
+    def __str__(self) -> str:
+        return f"{self.mass:.3g} kg at {self.link} from {listed_spans(self.spans)}"
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """Entry of `[[robot.payload]]`."""
+        return payload_entry(self.link, self.mass, self.com.tolist(), sorted(self.spans))
+
+
+@dataclass(frozen=True, eq=False)
+class Rub:
+    """Place where a joint rubs, e.g. "near 0.65 rad", and the spans in which it does."""
+
+    where: str
+    spans: frozenset[Span]
+
+
+def find_causes_of_spans(
+    robot: Robot, fit: WholeLogFit, aside: Sequence[Sequence[Span]]
+) -> tuple[list[Carried], dict[Span, str], dict[str, Rub]]:
+    """Find the payloads of a tree on a fixed base, words on the cause of other spans, and joints that rub.
+
+    `aside` are each log's spans that are set aside.
+    """
+    if robot.base != "fixed" or robot.loops:
+        return [], {}, {}
+    starts = [form.log.start for form in fit.read.equations.forms]
+    spans = {(k, starts[k] + each.start, starts[k] + each.end): each for k, own in enumerate(aside) for each in own}
+    delayed = fit.read.equations.delayed(fit.delay)
+    residuals = {place: residual_in(delayed, place, fit.read, fit.fit.values) for place in spans}
+    carried = _carried(robot, find_payloads(residuals), spans)
+    explained = {span for payload in carried for span in payload.spans}
+    others = {place: span for place, span in spans.items() if span not in explained}
+    causes: dict[Span, str] = {}
+    alone: dict[int, dict[Span, Array]] = {}
+    for place in sorted(others, key=lambda each: each[1] - each[2])[:MOST]:
+        form, residual = delayed.forms[place[0]], residuals[place]
+        position = np.column_stack([np.interp(residual.time, form.log.time, own) for own in form.log.position.T])
+        if force := find_force(robot.tree, form.joints, position, residual):
+            rows = (form.log.time > residual.time[0]) & (form.log.time < residual.time[-1])
+            column = int(form.joints[force.joint])
+            causes[spans[place]], only = _words(robot, column, force, form.log.torque[rows, column])
+            if only:
+                alone.setdefault(column, {})[spans[place]] = np.percentile(position[:, column], [10, 90])
+    rubbing: dict[str, Rub] = {}
+    for column, ranges in alone.items():
+        travel = max(float(np.ptp(form.log.position[:, column])) for form in delayed.forms)
+        low, high = max(own[0] for own in ranges.values()), min(own[1] for own in ranges.values())
+        if len(ranges) > 2 and low < high < low + 0.5 * travel:
+            unit = "m" if robot.prismatic[column] else "rad"
+            rub = Rub(f"near {(low + high) / 2:.2g} {unit}", frozenset(ranges))
+            rubbing[robot.joint_names[column]] = rub
+            causes |= dict.fromkeys(ranges, f"{robot.joint_names[column]} rubs {rub.where}")
+    return carried, causes, rubbing
+
+
+def _words(robot: Robot, column: int, force: Force, torque: Array) -> tuple[str, bool]:
+    """Name a force and its link, or the joint whose torque is wrong, given the joint's torques in the span [N m].
+
+    The second value states whether only this torque disagrees although it is not clipped.
+    """
+    if force.size is None:
+        name, own = robot.joint_names[column], np.abs(torque)
+        clipped = np.mean(own == own.max()) > 0.02  # share of samples exactly at the largest torque
+        return f"the torque of {name} is clipped" if clipped else f"only the torque of {name} disagrees", not clipped
+    joint = 1 + int(np.argsort(robot.tree.columns)[column])
+    return f"a force of about {float(f'{force.size:.2g}'):g} N on {link_of(robot.tree, joint).name}", False
+
+
+def _carried(
+    robot: Robot, payloads: Sequence[Payload], spans: Mapping[tuple[int, float, float], Span]
+) -> list[Carried]:
+    """Place payloads in the frames of links; what no robot carries, too heavy or too far away, has another cause."""
+    found = []
+    model = robot.tree.model
+    farthest = max([0.5, *(float(np.linalg.norm(place.translation)) for place in model.jointPlacements)])  # [m]
+    for payload in payloads:
+        link = link_of(robot.tree, payload.body + 1)
+        own, center = [spans[place] for place in payload.spans], link.placement.actInv(payload.centre)
+        if payload.mass < sum(body.mass for body in model.inertias) and np.linalg.norm(center) < farthest:
+            found.append(Carried(str(link.name), payload.mass, center, own))
+    return found

@@ -1,0 +1,167 @@
+"""Least squares problem of one joint: samples and parameters; `fit` solves it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, cast
+
+import numpy as np
+
+from stribeck.core.base.typing import Array, BoolArray, IntArray
+from stribeck.core.friction import FrictionLaw, LawWithState, Parameter
+from stribeck.core.judgement.curve_fit.along import Along, along, state_known
+from stribeck.core.judgement.excitation import Excitation, excitation
+from stribeck.core.judgement.speed import top_speed
+from stribeck.core.result.samples import FrictionSamples
+from stribeck.core.settings import Settings
+
+ARMATURE = Parameter(name="armature", symbol="Ia", unit="kg m^2")
+"""Rotor inertia missing in the model; its torque is armature times acceleration."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FitProblem:
+    """N samples of one joint and the p parameters to fit (Equation 6.4 of the term paper).
+
+    Attributes
+    ----------
+    law
+        The friction law.
+    parameters
+        Parameters of the law, and the armature if it is fitted.
+    velocity, friction_torque
+        Velocity [rad/s] and friction torque [N m], shape (N,).
+    acceleration
+        Acceleration [rad/s²], shape (N,); None if no armature is fitted.
+    block
+        Step or second of each sample, ascending, shape (N,).
+    around, weights
+        Velocity [rad/s] at the K instants over which the filter averages the torque, shape (N, K), and their weights,
+        shape (K,); None without averaging.
+    along
+        Motion along which a law with state is evaluated; None for other laws.
+    """
+
+    law: FrictionLaw
+    parameters: tuple[Parameter, ...]
+    velocity: Array
+    friction_torque: Array
+    acceleration: Array | None
+    block: IntArray
+    around: Array | None = None
+    weights: Array | None = None
+    along: Along | None = None
+
+    @property
+    def logarithmic(self) -> BoolArray:
+        """Mask of the parameters that are fitted in their logarithm, shape (p,)."""
+        return np.array([parameter.logarithmic for parameter in self.parameters])
+
+    @property
+    def bounds(self) -> Array:
+        """Lower and upper bound of each parameter, shape (p, 2)."""
+        return np.array([(parameter.lower, parameter.upper) for parameter in self.parameters])
+
+    @cached_property
+    def turning(self) -> IntArray:
+        """Samples with a relevant change of velocity within the filter's window."""
+        if self.around is None:
+            return np.empty(0, dtype=np.int64)
+        change = np.abs(self.around - self.velocity[:, None]).max(axis=1)
+        return np.flatnonzero(change > 0.2 * np.abs(self.velocity))  # the law is nearly linear over smaller changes
+
+    def average(self, function: Callable[[Array], Array]) -> Array:
+        """Average a function of the velocity, shape (M,) -> (M, ...), with the filter's weights, shape (N, ...)."""
+        result = function(self.velocity)
+        if len(self.turning) and self.around is not None and self.weights is not None:
+            around = self.around[self.turning]
+            values = function(around.ravel()).reshape(*around.shape, -1)
+            result[self.turning] = np.einsum("nkp,k->np", values, self.weights).reshape(-1, *result.shape[1:])
+        return result
+
+    def _of_law(self, kind: str, values: Any) -> Array:
+        """Compute the `torque` or `jacobian` of the law at values, or its `basis` for a shape, filtered."""
+        if self.along is not None and isinstance(self.law, LawWithState):
+            return self.along.average(getattr(self.law, f"{kind}_along")(self.along.motion, values))
+        return self.average(lambda velocity: cast(Array, getattr(self.law, kind)(velocity, values)))
+
+    def basis(self, shape: Mapping[str, float]) -> Array:
+        """Compute the filtered basis of the law for given nonlinear parameters, shape (N, k)."""
+        return self._of_law("basis", shape)
+
+    def predict(self, values: Array) -> Array:
+        """Compute the torque [N m] for parameter values, shape (p,) -> (N,)."""
+        if self.acceleration is None:
+            return self._of_law("torque", values)
+        return np.asarray(self._of_law("torque", values[:-1]) + values[-1] * self.acceleration)
+
+    def jacobian(self, values: Array) -> Array:
+        """Compute the derivatives of `predict`, shape (N, p)."""
+        if self.acceleration is None:
+            return self._of_law("jacobian", values)
+        return np.column_stack([self._of_law("jacobian", values[:-1]), self.acceleration])
+
+    def internal_jacobian(self, values: Array) -> Array:
+        """Compute the derivatives in internal coordinates, dR/d(ln p) = p dR/dp for scales, shape (N, p)."""
+        return self.jacobian(values) * np.where(self.logarithmic, values, 1.0)
+
+    def excitation(self, prismatic: bool) -> Excitation:
+        """Judge the motion of the joint."""
+        return excitation(self.velocity, self.block, len(self.parameters), prismatic)
+
+    def take(self, rows: slice | BoolArray | IntArray) -> FitProblem:
+        """Select samples of the problem."""
+        return replace(
+            self,
+            velocity=self.velocity[rows],
+            friction_torque=self.friction_torque[rows],
+            acceleration=None if self.acceleration is None else self.acceleration[rows],
+            block=self.block[rows],
+            around=None if self.around is None else self.around[rows],
+            along=None if self.along is None else self.along.take(rows),
+        )
+
+
+def to_internal(values: Array, logarithmic: BoolArray) -> Array:
+    """Convert parameter values, shape (..., p), to internal coordinates, with logarithms of scales."""
+    return np.where(logarithmic, np.log(np.where(logarithmic, values, 1.0)), values)
+
+
+def to_external(internal: Array, logarithmic: BoolArray) -> Array:
+    """Convert internal coordinates, shape (..., p), to parameter values."""
+    return np.where(logarithmic, np.exp(np.where(logarithmic, internal, 0.0)), internal)
+
+
+def joint_problem(samples: FrictionSamples, joint: str, law: FrictionLaw, settings: Settings) -> FitProblem:
+    """Build the problem of all usable, finite samples of a joint, ordered by block.
+
+    For laws that jump at standstill, samples slower than `settings.rest` times the top speed are excluded: a joint at
+    rest balances any torque up to the Coulomb friction, and the sign of its velocity is noise. For laws with state, the
+    start of each piece of motion is excluded, because the state is unknown.
+    """
+    column = samples.joint_names.index(joint)
+    asked = settings.fit_armature
+    fits_armature = joint in asked if isinstance(asked, list) else asked is True
+    velocity, torque = samples.velocity[:, column], samples.friction_torque[:, column]
+    keep = samples.usable[:, column] & np.isfinite(velocity) & np.isfinite(torque)
+    if fits_armature:
+        keep &= np.isfinite(samples.acceleration[:, column])
+    if law.jumps and keep.any():
+        keep &= np.abs(velocity) >= settings.rest * top_speed(velocity[keep])
+    if isinstance(law, LawWithState):
+        keep &= state_known(samples, column, settings.rest)
+    rows = np.flatnonzero(keep)
+    rows = rows[np.argsort(samples.block[rows], kind="stable")]
+    return FitProblem(
+        law=law,
+        parameters=(*law.parameters, ARMATURE) if fits_armature else law.parameters,
+        velocity=np.ascontiguousarray(velocity[rows], dtype=np.float64),
+        friction_torque=np.ascontiguousarray(torque[rows], dtype=np.float64),
+        acceleration=np.ascontiguousarray(samples.acceleration[rows, column]) if fits_armature else None,
+        block=samples.block[rows],
+        around=samples.velocity_around(column, rows),
+        weights=None if samples.nodes is None else samples.nodes.weights,
+        along=along(samples, column, rows) if isinstance(law, LawWithState) else None,
+    )

@@ -1,0 +1,142 @@
+"""XML model files: read with line numbers, and checked for size before any native reader opens them."""
+
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NoReturn
+from xml.etree.ElementTree import Element, TreeBuilder, tostring
+from xml.parsers import expat
+
+from stribeck.core.base.files import read_bytes
+from stribeck.core.errors import RobotFileError
+
+MOST_ELEMENTS, DEEPEST = 200_000, 200
+"""Largest number and depth of a file's elements [1]; native readers recurse into elements."""
+MOST_BODIES, MOST_JOINTS = 1000, 150
+"""Largest number of links and of moving joints [1]. Pinocchio's memory is cubic in the joints: 0.4 GB for 150."""
+NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+"""Numbers that all readers parse alike."""
+
+
+@dataclass(frozen=True, eq=False)
+class XmlFile:
+    """Elements of a file, the line of each, and lists of places by the repair that was made there."""
+
+    path: Path
+    root: Element
+    lines: Mapping[Element, int]
+    repairs: dict[str, list[str]] = field(default_factory=dict)
+
+    @property
+    def text(self) -> str:
+        """The document as a string, independent of the file's encoding."""
+        return tostring(self.root, encoding="unicode")
+
+    def refuse(self, element: Element, message: str) -> NoReturn:
+        """Raise a RobotFileError about an element."""
+        raise RobotFileError(f"{self.path}: line {self.lines[element]}: {message}")
+
+    def named(self, tag: str) -> dict[str, Element]:
+        """Map the names of the root's children of a tag to them; names must exist and be unique."""
+        found: dict[str, Element] = {}
+        for element in self.root.findall(tag):
+            name = element.get("name")
+            if not name:
+                self.refuse(element, f'a <{tag}> has no name; write <{tag} name="...">')
+            if name in found:
+                self.refuse(element, f"{tag} '{name}' is already defined in line {self.lines[found[name]]}")
+            found[name] = element
+        return found
+
+    def only(self, parent: Element, tag: str, of: str) -> Element | None:
+        """Return the only child of a tag; None if the element has no such child."""
+        found = parent.findall(tag)
+        if len(found) > 1:
+            self.refuse(found[1], f"{of} has {len(found)} <{tag}>; expected one")
+        return found[0] if found else None
+
+    def first(self, parent: Element, tag: str, of: str) -> Element | None:
+        """Return the first child of a tag, which other readers use, too, and remove the others."""
+        found = parent.findall(tag)
+        for other in found[1:]:
+            self.repair("the first of repeated elements is used", f"<{tag}> of {of}", other)
+            parent.remove(other)
+        return found[0] if found else None
+
+    def repair(self, repair: str, place: str, element: Element) -> None:
+        """Note a repair of an element for a warning."""
+        self.repairs.setdefault(repair, []).append(f"{place} in line {self.lines[element]}")
+
+    def numbers(self, element: Element, text: str | None, count: int, what: str) -> list[float]:
+        """Parse plain, finite numbers."""
+        words = (text or "").split()
+        values = [float(word) for word in words if NUMBER.fullmatch(word)]
+        if len(values) != len(words) or len(words) != count or not all(map(math.isfinite, values)):
+            found = "nothing" if text is None else f"'{text[:60]}'"
+            expected = "a finite number" if count == 1 else f"{count} finite numbers"
+            self.refuse(element, f"{what} is {found}; expected {expected}")
+        return values
+
+
+def read_xml(path: Path) -> XmlFile:
+    """Read an XML file.
+
+    Raises
+    ------
+    RobotFileError
+        If it cannot be read, is not well-formed, defines entities, or is larger or deeper than any robot's model.
+    """
+    expected = "a URDF or MJCF model, whose path is relative to the robot file"
+    content = read_bytes(path, expected, RobotFileError)
+    builder, lines, depth = TreeBuilder(), dict[Element, int](), 0
+    parser = expat.ParserCreate()
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal depth
+        depth += 1
+        element = builder.start(tag, attributes)
+        lines[element] = parser.CurrentLineNumber
+        if depth > DEEPEST or len(lines) > MOST_ELEMENTS:
+            raise RobotFileError(
+                f"{path}: line {parser.CurrentLineNumber}: <{tag[:60]}> is element {len(lines):,} at depth "
+                f"{depth}; expected at most {MOST_ELEMENTS:,} elements and a depth of at most {DEEPEST}"
+            )
+
+    def end(tag: str) -> None:
+        nonlocal depth
+        depth -= 1
+        builder.end(tag)
+
+    def entity(name: str, *_: object) -> None:
+        raise RobotFileError(
+            f"{path}: line {parser.CurrentLineNumber}: defines the entity '{name}'; expected a model without entities"
+        )
+
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.CharacterDataHandler, parser.EntityDeclHandler = builder.data, entity
+    parser.buffer_text = True
+    try:
+        parser.Parse(content, True)
+    except (expat.ExpatError, ValueError, LookupError) as error:  # LookupError: an unknown encoding
+        raise RobotFileError(f"{path}: is not well-formed XML ({error}); expected a URDF or MJCF model") from error
+    return XmlFile(path, builder.close(), lines)
+
+
+def require_few(files: Sequence[XmlFile]) -> None:
+    """Refuse a model with more links or moving joints than robots have."""
+    for tag, most in (("link", MOST_BODIES), ("body", MOST_BODIES), ("joint", MOST_JOINTS)):
+        found = [(file, element) for file in files for element in _elements(file, tag)]
+        if len(found) > most:
+            file, element = found[most]
+            file.refuse(element, f"the model has {len(found)} <{tag}>; expected at most {most}")
+
+
+def _elements(file: XmlFile, tag: str) -> Iterator[Element]:
+    """Yield links, bodies or movable joints."""
+    if tag != "joint":
+        yield from file.root.iter(tag)
+        return
+    for parent in (file.root, *file.root.iter("body")):
+        yield from (joint for joint in parent.findall("joint") if joint.get("type") != "fixed")

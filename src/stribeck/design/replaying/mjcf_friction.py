@@ -1,0 +1,73 @@
+"""Joint friction stated in an MJCF, read by MuJoCo; a separate file, because MuJoCo is slow to import."""
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from stribeck.core.robot.mjcf import compile_mjcf
+from stribeck.design.replaying.model_friction import Coupling, JointFriction, StatedFriction
+
+
+def read_mjcf_friction(path: Path) -> StatedFriction:
+    """Read the friction of each joint: `frictionloss`, `damping` and the steady friction of LuGre motors.
+
+    The friction of a fixed tendon, which acts on a sum of joint speeds, becomes a coupling. A motor with gear ratio g
+    has g times the speed of its joint, and its torque counts g times on the joint.
+    """
+    model = compile_mjcf(path)
+    found, notes = {}, []
+    for joint in range(model.njnt):
+        if int(model.jnt_type[joint]) not in (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)):
+            continue
+        dof, name = int(model.jnt_dofadr[joint]), model.joint(joint).name
+        coulomb, viscous = float(model.dof_frictionloss[dof]), float(model.dof_damping[dof])
+        motors = [motor for motor in range(len(model.actuator_trntype)) if _drives(model, motor, joint)]
+        viscous += sum(float(model.actuator_damping[k] * model.actuator_gear[k, 0] ** 2) for k in motors)
+        lugre = [k for k in motors if int(model.actuator_biastype[k]) == int(mujoco.mjtBias.mjBIAS_DCMOTOR)]
+        lugre = [k for k in lugre if model.actuator_biasprm[k, 4] > 0]  # static friction
+        rise, velocity = 0.0, 1.0
+        for k in lugre[:1]:
+            gear = abs(float(model.actuator_gear[k, 0]))
+            slow, static, own = (float(value) for value in model.actuator_biasprm[k, 3:6])
+            coulomb, rise, velocity = coulomb + gear * slow, gear * (static - slow), own / gear
+        found[name] = JointFriction(coulomb=coulomb, viscous=viscous, rise=rise, stribeck_velocity=velocity)
+        notes += [f"joint '{name}': {what}, which is left out" for what in _others(model, joint, dof, len(lugre))]
+    couplings, more = _of_tendons(model)
+    return found, couplings, notes + more
+
+
+def _drives(model: mujoco.MjModel, motor: int, joint: int) -> bool:
+    return bool(
+        int(model.actuator_trntype[motor]) == int(mujoco.mjtTrn.mjTRN_JOINT)
+        and model.actuator_trnid[motor, 0] == joint
+        and model.actuator_gear[motor, 0]
+    )
+
+
+def _others(model: mujoco.MjModel, joint: int, dof: int, motors: int) -> list[str]:
+    """List other passive effects that act on a joint."""
+    others = []
+    if np.any(model.jnt_stiffness[joint]):
+        others.append("a spring (stiffness)")
+    if np.any(model.dof_dampingpoly[dof]):
+        others.append("damping that is not linear")
+    if motors > 1:
+        others.append(f"the friction of {motors - 1} more LuGre motor(s)")
+    return others
+
+
+def _of_tendons(model: mujoco.MjModel) -> tuple[dict[str, Coupling], list[str]]:
+    """Read the friction and coefficients of fixed tendons, with notes on omitted parts of tendons."""
+    found, left_out = {}, 0
+    for tendon in range(model.ntendon):
+        first = int(model.tendon_adr[tendon])
+        wraps = range(first, first + int(model.tendon_num[tendon]))
+        coulomb, viscous = float(model.tendon_frictionloss[tendon]), float(model.tendon_damping[tendon])
+        fixed = all(int(model.wrap_type[k]) == int(mujoco.mjtWrap.mjWRAP_JOINT) for k in wraps)
+        left_out += bool(np.any(model.tendon_stiffness[tendon]) or (not fixed and (coulomb or viscous)))
+        if fixed and (coulomb or viscous):
+            own = {model.joint(int(model.wrap_objid[k])).name: float(model.wrap_prm[k]) for k in wraps}
+            name = model.tendon(tendon).name or f"tendon {tendon}"
+            found[name] = own, JointFriction(coulomb=coulomb, viscous=viscous)
+    return found, [f"{left_out} tendon(s) with stiffness, or spatial ones with friction, are left out"] * bool(left_out)

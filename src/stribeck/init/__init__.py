@@ -1,4 +1,0 @@
-"""First robot file from a model and a log; remaining questions are left to the user."""
-
-from stribeck.init.answers import draft_robot_file as draft_robot_file
-from stribeck.init.draft import Draft as Draft

@@ -1,0 +1,278 @@
+"""rosbag2 folders (SQLite or MCAP inside), ROS 1 `.bag` and single `.mcap` files, read without ROS."""
+
+from __future__ import annotations
+
+import json
+import re
+import sqlite3
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing, nullcontext, suppress
+from dataclasses import replace
+from functools import cache, partial
+from pathlib import Path, PurePath
+from tempfile import TemporaryDirectory
+from types import SimpleNamespace
+from typing import Any
+
+import lz4.frame
+import numpy as np
+import zstandard
+from mcap.records import Channel, Chunk, McapRecord, Message, Schema
+from mcap.stream_reader import StreamReader, breakup_chunk
+from rosbags.highlevel import AnyReader
+from rosbags.interfaces import Connection
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
+
+from stribeck.core.errors import LogError
+from stribeck.core.log.storage import IN_MEMORY_LIMIT, check_size
+from stribeck.core.settings import LogTable
+from stribeck.io.readers.fields import asked_fields
+from stribeck.io.readers.join import NANO, join
+from stribeck.io.readers.messages import DEFINITIONS, JOINT_TYPES, READ
+from stribeck.io.readers.recording import Loaded, Recording, foreign
+from stribeck.io.readers.topics import Messages, Topics, collect
+
+ENCODINGS = ("cdr", "ros1", "json")
+"""Encodings of MCAP messages that are read."""
+
+
+def bags_in(path: Path) -> list[Path]:
+    """List the files of a rosbag2 folder without metadata."""
+    return sorted(file for file in path.iterdir() if file.suffix.lower() in (".db3", ".mcap") and file.is_file())
+
+
+def open_bag(path: Path, table: LogTable) -> Recording:
+    """Open a bag with joint states, and with IMU, foot wrench and contact messages if present.
+
+    Raises
+    ------
+    LogError
+        If it is damaged, or has no joint states.
+    """
+    topics = Topics(asked_fields(table))
+    formats = {
+        "": ("a rosbag2 folder", _read_folder),
+        ".db3": ("a rosbag2", _read_rosbag),
+        ".mcap": ("MCAP", _read_mcap),
+        ".bag": ("a ROS 1 bag", _read_rosbag),
+    }
+    what, read = formats["" if path.is_dir() else path.suffix.lower()]
+    with foreign(str(path), what):
+        streams = collect(read(path, topics), str(path), topics)
+    return join(str(path), streams, tuple(topics.others), table, JOINT_TYPES)
+
+
+def open_parts(path: Path, table: LogTable, seconds: float) -> Iterator[Recording]:
+    """Open parts of some seconds of an MCAP file, or of standard input for "-"; stamps count from the first one.
+
+    Raises
+    ------
+    LogError
+        If it is damaged, or has no joint states.
+    """
+    topics, part, first = Topics(asked_fields(table)), list[tuple[str, str, int, Any]](), list[int]()
+    name, source = ("standard input", Path("/dev/stdin")) if str(path) == "-" else (str(path), path)
+
+    def recording() -> Recording:
+        streams = collect(iter(part), name, topics)
+        found = join(name, streams, tuple(topics.others), table, JOINT_TYPES)
+        return replace(found, load=lambda wanted: _count_from(first, found.load(wanted)))
+
+    with foreign(name, "MCAP"):
+        for message in _read_mcap(source, topics):
+            if part and message[2] - part[0][2] >= seconds * NANO:
+                yield recording()
+                part.clear()
+            part.append(message)
+        if part:
+            yield recording()
+
+
+def _count_from(first: list[int], loaded: Loaded) -> Loaded:
+    """Subtract the first stamp of a stream, which the first part adds to the list, from loaded stamps."""
+    columns, notes = loaded
+    if "time" in columns:
+        stamps = columns["time"].astype(np.int64)
+        first += [] if first else [int(stamps.flat[0])]
+        columns = {**columns, "time": stamps - first[0]}
+    return columns, notes
+
+
+def _read_folder(path: Path, topics: Topics) -> Messages:
+    """Read the messages of a rosbag2; compressed files or messages are unpacked within bounds."""
+    metadata = path / "metadata.yaml"
+    text = metadata.read_text(encoding="utf-8", errors="replace") if metadata.is_file() else None
+    pattern = r"""^\s*-\s+(?:path:\s+)?["']?(.+?\.(?:db3|mcap)(?:\.zstd)?)["']?\s*$"""
+    names = dict.fromkeys(re.findall(pattern, text or "", re.MULTILINE))
+    named = bags_in(path) if text is None else [path / PurePath(name).name for name in names]
+    files = [file for file in named if file.exists() or ".mcap" not in file.suffixes] or named  # a part of a recording
+    if not files:
+        raise ValueError("metadata.yaml names no files")
+    if missing := [str(file) for file in files if not file.exists()]:
+        raise ValueError(f"Some database files are missing: {missing}")
+    mode = re.search(r"compression_mode:\s*[\"']?(\w+)", text or "")
+    packed = mode[1].lower() if mode else ""
+    with TemporaryDirectory(prefix="stribeck-") as folder:
+        for file in files:
+            plain = _unpack_file(file, Path(folder, file.stem)) if packed == "file" else file
+            read = _read_mcap if plain.suffix == ".mcap" else _read_rosbag
+            yield from read(plain, topics, _unpack if packed == "message" else bytes)
+
+
+def _unpack_file(packed: Path, target: Path) -> Path:
+    """Unpack a file to a target, and return the target; refuse it as soon as it is far too large."""
+    size = 0
+    with packed.open("rb") as file, target.open("wb") as out:
+        unpacker = zstandard.ZstdDecompressor(max_window_size=IN_MEMORY_LIMIT)
+        stream = unpacker.stream_reader(file, read_across_frames=True)
+        while block := stream.read(1 << 20):
+            size += len(block)
+            check_size(str(packed), size)
+            out.write(block)
+    return target
+
+
+def _unpack(data: bytes, most: int = IN_MEMORY_LIMIT) -> bytes:
+    """Unpack Zstandard data, at most `most` bytes."""
+    with zstandard.ZstdDecompressor(max_window_size=IN_MEMORY_LIMIT).stream_reader(data) as stream:
+        return bytes(stream.read(most))
+
+
+def _check_database(path: Path) -> None:
+    """Check that an SQLite file has the declared length, passes its integrity check, and was closed.
+
+    Raises
+    ------
+    ValueError, sqlite3.Error, LogError
+        If not.
+    """
+    for suffix in ("-wal", "-journal"):
+        beside = path.with_name(path.name + suffix)
+        if beside.exists() and beside.stat().st_size:
+            raise LogError(
+                f"{beside}: contains messages that were not merged, because the bag was not closed; expected a "
+                f"closed bag (with a copy of the folder, sqlite3 {path.name} 'PRAGMA wal_checkpoint' merges them)"
+            )
+    with closing(sqlite3.connect(f"{path.resolve().as_uri()}?immutable=1&mode=ro", uri=True)) as database:
+        pages, page, found = (
+            database.execute(f"PRAGMA {name}").fetchone()[0]
+            for name in ("page_count", "page_size", "integrity_check(1)")
+        )
+    size = path.stat().st_size
+    if pages * page > size:
+        raise ValueError(f"{path.name} ends after {size} of {pages * page} bytes")
+    if found != "ok":
+        raise ValueError(f"{path.name}: {found}")
+
+
+def _read_rosbag(path: Path, topics: Topics, unpack: Callable[[bytes], bytes] = bytes) -> Messages:
+    """Read the messages of a ROS 1 bag, or of a rosbag2's SQLite file."""
+    with ExitStack() as stack:
+        if path.suffix != ".bag":
+            _check_database(path)
+        if {*"#?%"} & {*str(path)}:  # rosbags makes a URI of the path
+            link = Path(stack.enter_context(TemporaryDirectory(prefix="stribeck-")), f"bag{path.suffix}")
+            link.symlink_to(path.resolve())
+            path = link
+        reader = stack.enter_context(AnyReader([path], default_typestore=_types()))
+        connections = [one for one in reader.connections if topics.uses(one.topic, one.msgtype)]
+        for one in sorted(reader.connections, key=lambda one: one.topic):
+            if one not in connections:
+                topics.add(one.topic, partial(_first_message, reader, one, unpack))
+        if not connections:  # AnyReader reads all messages if the choice is empty
+            return
+        there = reader.typestore.fielddefs
+        if not {one.msgtype for one in connections} <= there.keys():  # some bags define only some types
+            reader.typestore.register({name: kind for name, kind in _types().fielddefs.items() if name not in there})
+        for connection, recorded, data in reader.messages(connections=connections):
+            message = reader.deserialize(unpack(data), connection.msgtype)
+            yield connection.topic, connection.msgtype, recorded, message
+
+
+def _first_message(reader: AnyReader, connection: Connection, unpack: Callable[[bytes], bytes]) -> object:
+    return reader.deserialize(unpack(next(reader.messages(connections=[connection]))[2]), connection.msgtype)
+
+
+def _read_mcap(path: Path, topics: Topics, unpack: Callable[[bytes], bytes] = bytes) -> Messages:
+    schemas: dict[int, Schema] = {}
+    channels: dict[int, tuple[str, str, Callable[[bytes, str], object] | None]] = {}
+    for record in _read_records(path):
+        if isinstance(record, Schema):
+            schemas[record.id] = record
+        elif isinstance(record, Channel):
+            schema = schemas.get(record.schema_id)
+            name = schema.name if schema else ""
+            name = name.replace("/", "/msg/") if name.count("/") == 1 else name  # ROS 1 omits the middle part
+            if record.id not in channels:
+                channels[record.id] = (record.topic, name, _find_decoder(schema, name, record.message_encoding))
+                if topics.uses(record.topic, name) and record.message_encoding not in ENCODINGS:
+                    topics.others[f"{record.topic} in {record.message_encoding}, which is not read"] = None
+        elif isinstance(record, Message):
+            topic, name, decode = channels[record.channel_id]
+            if decode is None:
+                topics.others[topic] = None
+            elif topics.uses(topic, name):
+                yield topic, name, record.log_time, decode(unpack(record.data), name)
+            elif topic not in topics.listed:
+                topics.add(topic, partial(decode, unpack(record.data), name))
+
+
+def _find_decoder(schema: Schema | None, name: str, encoding: str) -> Callable[[bytes, str], object] | None:
+    """Find the function that decodes messages; None if their encoding or type is unknown."""
+    if encoding == "json":
+        return lambda data, _: json.loads(data, object_hook=lambda values: SimpleNamespace(**values))
+    if schema is None or encoding not in ENCODINGS:
+        return None
+    with suppress(Exception) if name not in READ else nullcontext():  # definitions that are not used may be wrong
+        store = _find_store(schema, name, encoding)
+        return store.deserialize_cdr if encoding == "cdr" else store.deserialize_ros1
+    return None
+
+
+def _read_records(path: Path) -> Iterator[McapRecord]:
+    """Read the records of an MCAP file in order, checking all checksums; the index is not needed."""
+    with path.open("rb") as file:
+        size = path.stat().st_size if path.is_file() else IN_MEMORY_LIMIT
+        reader = StreamReader(file, emit_chunks=True, validate_crcs=True, record_size_limit=size)
+        for record in reader.records:
+            if isinstance(record, Chunk):
+                yield from breakup_chunk(_unpack_chunk(record, path), validate_crc=True)
+            else:
+                yield record
+
+
+def _unpack_chunk(chunk: Chunk, path: Path) -> Chunk:
+    """Unpack a chunk, at most to the size that it declares."""
+    if chunk.uncompressed_size > IN_MEMORY_LIMIT:
+        raise LogError(
+            f"{path}: has a chunk of {chunk.uncompressed_size:.2g} bytes; expected at most {IN_MEMORY_LIMIT:.2g}"
+        )
+    unpack: dict[str, Callable[[bytes, int], bytes]] = {
+        "zstd": _unpack,
+        "lz4": lambda data, most: lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=most),
+        "": lambda data, _: data,
+    }
+    if chunk.compression not in unpack:
+        raise ValueError(f"compression '{chunk.compression}' is not supported; expected zstd or lz4")
+    data = unpack[chunk.compression](chunk.data, chunk.uncompressed_size + 1)
+    if len(data) != chunk.uncompressed_size:
+        raise ValueError(f"a chunk does not have the declared {chunk.uncompressed_size} bytes")
+    return replace(chunk, compression="", data=data)
+
+
+@cache
+def _types() -> Typestore:
+    """Build a store with the types of ROS 2 and the published definitions of others."""
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    for name, definition in DEFINITIONS.items():
+        store.register(get_types_from_msg(definition, name))
+    return store
+
+
+def _find_store(schema: Schema, name: str, encoding: str) -> Typestore:
+    """Build a store with the type of an MCAP channel: from ROS, the file itself, or the published definitions."""
+    own = get_typestore(Stores.ROS2_HUMBLE if encoding == "cdr" else Stores.ROS1_NOETIC)
+    if name not in own.types and schema.encoding in ("ros1msg", "ros2msg") and schema.data:
+        own.register(get_types_from_msg(schema.data.decode(), name))
+    return own if name in own.types else _types()

@@ -1,0 +1,167 @@
+"""Application of the `[log]` tables: units, signs, orders and delays."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stribeck.core.base.typing import Array
+from stribeck.core.errors import LogError, SettingsError, listed
+from stribeck.core.log.channels import ANGLE, CHANNELS, SPEED, TURN
+from stribeck.core.log.clock import TIME, longest_step, refuse_wrong_time
+from stribeck.core.log.interpolation import bridges, linear, previous, slerp
+from stribeck.core.settings import ChannelTable, LogTable, PerJoint
+
+EFFORT = {"Nm": 1.0, "N m": 1.0, "mNm": 1e-3, "kNm": 1e3, "N": 1.0, "mN": 1e-3, "kN": 1e3}
+CURRENT = {"A": 1.0, "mA": 1e-3}
+UNITS: dict[str, dict[str, float]] = {
+    "time": TIME,
+    **dict.fromkeys(("position", "desired_position"), ANGLE),
+    **dict.fromkeys(("velocity", "desired_velocity"), SPEED),
+    "acceleration": {"rad/s^2": 1.0, "deg/s^2": TURN / 360, "m/s^2": 1.0, "mm/s^2": 1e-3},
+    "torque": EFFORT | CURRENT,
+    **dict.fromkeys(("desired_torque", "external_torque", "foot_wrench"), EFFORT),
+    "temperature": {"degC": 1.0},
+    "base_orientation": {},
+    "contact": {},
+    "angular_velocity": {unit: SPEED[unit] for unit in ("rad/s", "deg/s", "rpm")},
+    "linear_acceleration": {"m/s^2": 1.0, "g": 9.80665},  # standard gravity
+    "foot_force": {unit: EFFORT[unit] for unit in ("N", "mN", "kN")},
+}
+"""Units of each channel in a log, with factors to SI."""
+
+
+def check_table(table: LogTable, where: str) -> None:
+    """Refuse settings of `[log]` that are not valid for their channel.
+
+    Raises
+    ------
+    SettingsError
+        Names the file, the key, and the valid choices.
+    """
+    # Channels whose jumps can be removed: by whole turns, or by the range of unsigned integers.
+    unwrapped = ("position", "velocity", "torque")
+    for name in CHANNELS:
+        settings: ChannelTable = getattr(table, name)
+        if settings.unit is not None and settings.unit not in UNITS[name]:
+            raise SettingsError(
+                f"{where}: [log.{name}] unit is '{settings.unit}'; expected {listed(list(UNITS[name]), 10)}"
+            )
+        if settings.unwrap and name not in unwrapped:
+            raise SettingsError(f"{where}: [log.{name}] unwrap is set; only {listed(unwrapped)} can be unwrapped")
+        if settings.order is not None and name != "base_orientation":
+            raise SettingsError(f"{where}: [log.{name}] order is set; only base_orientation has an order")
+        by_joint = any(isinstance(value, list | dict) for value in (settings.scale, settings.offset))
+        if name == "time" and (settings.delay or by_joint):
+            what = "a delay, or a scale or offset by joint"
+            raise SettingsError(f"{where}: [log.time] has {what}; give one number, and each channel its own delay")
+
+
+def seconds(stamps: NDArray[np.generic], settings: ChannelTable, unit: str | None) -> tuple[Array, list[str]]:
+    """Convert stamps in the log's unit to time [s], shape (T,); large stamps are counted from the first one."""
+    factor = TIME[unit or settings.unit or "s"] * float(np.asarray(settings.scale))
+    offset = float(np.asarray(settings.offset))
+    values = stamps.reshape(-1)
+    if not values.size:
+        return np.zeros(0), []
+    first = values[0] if values.dtype.kind in "iu" else np.float64(next(iter(values[np.isfinite(values)]), 0.0))
+    if abs(float(first) * factor) < 1e8:  # [s]; stamps since 1970 would lose microseconds in float64
+        time = values.astype(np.float64, copy=False)
+        return (time if factor == 1 and offset == 0 else time * factor + offset), []
+    exact = np.int64 if values.dtype.kind in "iu" else np.float64
+    since = values.astype(exact) - exact(first)
+    note = f"Time counts from the log's first stamp, {float(first) * factor:.6f} s."
+    return since.astype(np.float64) * factor + offset, [note]
+
+
+def convert(
+    channel: str, values: Array, labels: Sequence[str], columns: Sequence[int], settings: ChannelTable, where: str
+) -> None:
+    """Convert a loaded channel to SI units, signs and orders, in place.
+
+    Parameters
+    ----------
+    values
+        Loaded values, shape (T, k).
+    labels
+        The log's names of all columns of this channel, used by settings.
+    columns
+        Column numbers of `values`, shape (k,).
+    """
+    if settings.unwrap and channel != "position":
+        size = 2.0**16 if np.nanmax(values, initial=0.0) < 2**16 else 2.0**32
+        values -= size * (values >= size / 2)
+    unit = UNITS[channel][settings.unit] if settings.unit else 1.0
+    factor = unit * _expand(settings.scale, 1.0, channel, "scale", labels, where)[list(columns)]
+    offset = _expand(settings.offset, 0.0, channel, "offset", labels, where)[list(columns)]
+    if np.any(factor != 1):
+        values *= factor
+    if np.any(offset != 0):
+        values += offset
+    if settings.order == "wxyz":
+        values[:] = values[:, [1, 2, 3, 0]]
+    if settings.unwrap and channel == "position":
+        for column in values.T:
+            known = np.isfinite(column)
+            column[known] = np.unwrap(column[known])
+
+
+def word_size(values: Array) -> float:
+    """Find the number that was added to negative values by storing signed integers as unsigned: 2^16, 2^32, or 0."""
+    finite = values[np.isfinite(values)]
+    if not finite.size or finite.min() < 0 or np.any(finite != np.round(finite)):
+        return 0.0
+    size = 2.0**16 if finite.max() < 2**16 else 2.0**32
+    middle = (finite > size / 4) & (finite < 3 * size / 4)  # no signal uses all of the range, back and forth
+    return size * (3 * size / 4 <= finite.max() < size and finite.min() < size / 4 and not middle.any())
+
+
+def _expand(setting: PerJoint, default: float, channel: str, key: str, labels: Sequence[str], where: str) -> Array:
+    """Expand a setting to one value per column; one more at the end is for column -1, which the log lacks."""
+    place = f"{where}: [log.{channel}] {key}"
+    if isinstance(setting, dict):
+        unknown = [name for name in setting if name not in labels]
+        if unknown:
+            raise SettingsError(f"{place} names {listed(unknown)}; the log's columns are {listed(labels, 40)}")
+        return np.array([setting.get(name, default) for name in labels] + [default])
+    if isinstance(setting, list):
+        if len(setting) != len(labels):
+            raise SettingsError(f"{place} lists {len(setting)} values; expected {len(labels)}, one per column")
+        return np.array([*setting, default])
+    return np.array([setting] * len(labels) + [default])
+
+
+def advance(channels: dict[str, Array], time: Array, table: LogTable, path: str) -> tuple[slice, list[str]]:
+    """Remove delays in place: the value of a delayed channel at t is the log's value at t + delay.
+
+    Values between samples farther apart than `longest_step` become NaN, because they are unknown.
+
+    Returns
+    -------
+    slice, notes
+        Rows in which all delayed channels are known, and notes.
+    """
+    delays = {name: getattr(table, name).delay for name in channels}
+    delays = {name: delay for name, delay in delays.items() if delay != 0}
+    if not delays:
+        return slice(None), []
+    refuse_wrong_time(time, path)
+    known = np.isfinite(time)
+    clock = time[known]
+    if len(clock) < 2:
+        raise LogError(f"{path}: has {len(clock)} samples; a delay needs at least two")
+    longest = longest_step(float(np.median(np.diff(clock))), table.max_gap)
+    for name, delay in delays.items():
+        query, source = time + delay, channels[name][known]
+        if name == "contact":
+            channels[name] = np.asarray(previous(query, clock, source), dtype=np.float64)
+            continue
+        moved = slerp(query, clock, source) if name == "base_orientation" else linear(query, clock, source)
+        moved[bridges(query, clock, longest)] = np.nan
+        channels[name] = moved
+    start, stop = clock[0] - min(0.0, *delays.values()), clock[-1] - max(0.0, *delays.values())
+    rows = np.flatnonzero(known & (time >= start) & (time <= stop))
+    if not rows.size:
+        raise LogError(f"{path}: is {clock[-1] - clock[0]:.6g} s long, shorter than the delays {delays} of [log]")
+    text = ", ".join(f"{name} by {1e3 * delay:g} ms" for name, delay in delays.items())
+    return slice(int(rows[0]), int(rows[-1]) + 1), [f"Delays removed by interpolation: {text}."]

@@ -1,0 +1,157 @@
+"""MATLAB files: `.mat` of version 7.3 (HDF5) and of earlier versions."""
+
+import math
+import zlib
+from collections import Counter
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import scipy  # its io is slow to import: loaded at its first use
+from numpy.typing import NDArray
+
+from stribeck.core.base.typing import Array
+from stribeck.core.errors import LogError
+from stribeck.core.log.storage import check_size
+from stribeck.core.settings import LogTable
+from stribeck.io.readers.aliases import ALIASES
+from stribeck.io.readers.arrays import WORDS, StoredArray, datasets, source_of_arrays
+from stribeck.io.readers.recording import Recording, foreign
+from stribeck.io.readers.yarp import is_telemetry, open_telemetry
+
+UNREAD = {"MATLAB_empty", "MATLAB_object_decode"}
+"""Attributes that mark empty variables of version 7.3, or objects of a class, such as strings or tables."""
+
+
+Contents = tuple[dict[str, StoredArray], dict[str, tuple[str, ...]]]
+"""Numbers and texts of a file by name, with dots for structs; shapes are MATLAB's without axes of length one."""
+
+
+def open_matlab(path: Path, table: LogTable) -> Recording:
+    """Open a `.mat` file with variables named as the channels of RobotLog, or a log of YARP's robot logger.
+
+    `[log] <channel>.name` can refer to variables in structs, such as `robot.joints.q`. Samples are along the axis that
+    has the length of `time`. Files of version 7 or earlier are read into memory completely.
+
+    Raises
+    ------
+    LogError
+        If it is damaged, contains other values than numbers in a used variable, or lacks a variable that `[log]` names.
+    """
+    with foreign(str(path), "MATLAB"):
+        variables, texts = (_read_hdf5 if h5py.is_hdf5(path) else _read_before_7_3)(path)
+    if not variables:
+        raise LogError(f"{path}: contains no arrays; expected at least 'position' and 'torque'")
+    if is_telemetry(variables):
+        whole = {name: partial(_read_whole, str(path), variable) for name, variable in variables.items()}
+        with foreign(str(path), "a log of YARP"):
+            return open_telemetry(str(path), whole, texts, table)
+    asked = table.time.name or ("time", *ALIASES["time"])
+    time = next((name for name in ([asked] if isinstance(asked, str) else asked) if name in variables), None)
+    lengths = Counter(max(variable.shape) for variable in variables.values())
+    common = (length for length, count in lengths.items() if count > 1)  # shared by variables
+    samples = max(variables[time].shape) if time else max(common, default=max(lengths))
+    arrays = {name: _move_samples(variable, samples) for name, variable in variables.items()}
+    return source_of_arrays(str(path), "MATLAB", arrays, {name: texts[name] for name in WORDS if name in texts}, table)
+
+
+def _move_samples(variable: StoredArray, samples: int) -> StoredArray:
+    """Move the samples of a variable to the first axis, from the axis with their number."""
+    shape = variable.shape
+    axis = shape.index(samples) if samples in shape else 0
+    moved = (shape[axis], *shape[:axis], *shape[axis + 1 :])
+    return StoredArray(moved, variable.dtype, lambda: np.moveaxis(variable.read(), axis, 0))
+
+
+def _read_whole(path: str, variable: StoredArray) -> Array:
+    if variable.dtype.kind not in "fiub":
+        raise LogError(f"{path}: contains values of type {variable.dtype}; expected numbers")
+    check_size(path, 8 * math.prod(variable.shape))
+    return np.asarray(variable.read(), dtype=np.float64)
+
+
+def _read_before_7_3(path: Path) -> Contents:
+    """Read a file of version 4 to 7 completely; refuse files that would unpack to fill the memory."""
+    check_size(str(path), _measure(path))
+    found: Mapping[str, Any] = scipy.io.loadmat(path, simplify_cells=True)
+    variables: dict[str, StoredArray] = {}
+    texts: dict[str, tuple[str, ...]] = {}
+
+    def visit(name: str, value: object) -> None:
+        flat = np.ravel(value if isinstance(value, np.ndarray) else np.asarray(value, dtype=object))
+        if isinstance(value, Mapping):
+            for key, part in value.items():
+                visit(f"{name}.{key}", part)
+        elif flat.size and all(isinstance(one, str) for one in flat):
+            texts[name] = tuple(str(one).rstrip() for one in flat)
+        elif isinstance(value, (int, float, complex, np.generic, np.ndarray)):
+            array = np.atleast_1d(np.squeeze(np.asarray(value)))
+            if array.dtype.kind in "fiubc":
+                variables[name] = StoredArray(array.shape, array.dtype, array.view)
+
+    for name, value in found.items():
+        if not name.startswith("__"):
+            visit(name, value)
+    return variables, texts
+
+
+def _measure(path: Path) -> int:
+    """Compute the unpacked size [bytes] of the variables of a file of version 5 to 7."""
+    size, total = path.stat().st_size, 0
+    with path.open("rb") as file:
+        order = "<" if file.read(128)[126:] == b"IM" else ">"
+        while len(tag := file.read(8)) == 8:
+            kind, length = (int(word) for word in np.frombuffer(tag, dtype=f"{order}u4"))
+            following = file.tell() + length
+            if kind == 15:  # compressed
+                unpacker, left = zlib.decompressobj(), length
+                while left > 0 and not unpacker.eof:
+                    data = file.read(min(left, 1 << 20))
+                    left -= len(data)
+                    while data and not unpacker.eof:
+                        total += len(unpacker.decompress(data, 1 << 20))
+                        data = unpacker.unconsumed_tail
+                    if not data and file.tell() >= size:
+                        break
+                    check_size(str(path), total)
+            file.seek(following)
+    return total
+
+
+def _read_hdf5(path: Path) -> Contents:
+    variables: dict[str, StoredArray] = {}
+    texts: dict[str, tuple[str, ...]] = {}
+    with h5py.File(path, "r") as file:
+        for name, node in datasets(file, path).items():
+            if name.startswith("#") or not UNREAD.isdisjoint(node.attrs):
+                continue
+            dotted = name.replace("/", ".")
+            kind = bytes(node.attrs.get("MATLAB_class", b"")).decode(errors="replace")
+            if kind == "char" or (kind == "cell" and h5py.check_ref_dtype(node.dtype)):
+                check_size(str(path), node.size * node.dtype.itemsize)
+                lines = [_read_text(node)] if kind == "char" else [_read_text(file[one]) for one in np.ravel(node[()])]
+                if all(line is not None for line in lines):
+                    texts[dotted] = tuple(line or "" for line in lines)
+            elif node.shape is not None and node.dtype.kind != "O":
+                shape = tuple(length for length in node.shape[::-1] if length != 1) or (1,)
+                variables[dotted] = StoredArray(shape, node.dtype, partial(_read_dataset, path, name, shape))
+    return variables, texts
+
+
+def _read_dataset(path: Path, name: str, shape: tuple[int, ...]) -> NDArray[Any]:
+    """Read a dataset, whose axes are in the opposite order of MATLAB's."""
+    with h5py.File(path, "r") as file:
+        return np.asarray(file[name]).T.reshape(shape)
+
+
+def _read_text(node: h5py.Dataset | h5py.Group) -> str | None:
+    """Read a row of characters; None if the node contains other data."""
+    if not isinstance(node, h5py.Dataset) or node.dtype.kind not in "u" or node.dtype.itemsize > 2:
+        return None
+    if not UNREAD.isdisjoint(node.attrs):
+        return ""
+    check_size(str(node.file.filename), node.size * node.dtype.itemsize)
+    return "".join(chr(letter) for letter in np.ravel(node[()])).rstrip()

@@ -1,0 +1,2 @@
+from .lugre import LuGre as LuGre
+from .observer import MomentumObserver as MomentumObserver

@@ -1,0 +1,1 @@
+"""Fit of a law to the samples of friction torque."""

@@ -1,0 +1,1 @@
+"""Filters of chapter 7, and the choice of their cutoff."""

@@ -1,7 +1,0 @@
-"""Robot file, robot model, and its kinematic tree rooted at a standing foot."""
-
-from stribeck.robot.packages import model_path as model_path
-from stribeck.robot.robot import Robot as Robot
-from stribeck.robot.robot_file import Contact as Contact
-from stribeck.robot.robot_file import read_robot_file as read_robot_file
-from stribeck.robot.robot_file import robot_fields as robot_fields

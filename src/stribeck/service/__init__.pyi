@@ -1,0 +1,13 @@
+from .fleet.jobs import jobs_of_logs as jobs_of_logs
+from .fleet.jobs import jobs_of_manifest as jobs_of_manifest
+from .fleet.run import run_fleet as run_fleet
+from .fleet.store import compact as compact
+from .fleet.store import connect as connect
+from .fleet.trends import Trends as Trends
+from .fleet.trends import find_trends as find_trends
+from .fleet.worker import Limits as Limits
+from .online.alarms import Alarm as Alarm
+from .online.estimator import OnlineFriction as OnlineFriction
+from .online.samples import estimator_for as estimator_for
+from .online.samples import feed as feed
+from .online.samples import stream_of as stream_of

@@ -1,0 +1,247 @@
+"""Friction of a robot type over logs: spreads, robots that stand out, and changes of joints (docs/fleet.md).
+
+The logarithm y of a joint's friction at one speed, in log j of robot i, is mu + b_i + e_ij. The robot's part b_i has
+the variance tau^2, and e_ij has omega^2 + phi s_ij^2, with s_ij the log's relative standard error. The share phi of it
+differs from log to log; the rest, such as errors of the model, is the same in all logs.
+"""
+
+import json
+from dataclasses import asdict, dataclass, field
+from datetime import datetime
+from itertools import groupby
+from pathlib import Path
+
+import numpy as np
+
+from stribeck.core.base.typing import Array, BoolArray
+from stribeck.core.errors import SettingsError
+from stribeck.core.result.log_spread import smallest_text
+from stribeck.service.fleet.changes import Change, find_changes, visible_change
+from stribeck.service.fleet.friction import Fleet, JointSpeed, TypeParameter, read_fleet, read_parameters
+from stribeck.service.fleet.spreads import log_variance, outliers, reml
+
+
+@dataclass(frozen=True, kw_only=True)
+class TypeFriction(JointSpeed):
+    """Friction of a joint of this robot type at one speed.
+
+    `friction` has the standard error `standard_error`; `robot_spread` and `log_spread` are standard deviations from
+    robot to robot and from log to log of one robot [N m], [N]; `smallest` is the smallest change that three logs show,
+    once many logs are known [%].
+    """
+
+    friction: float
+    standard_error: float
+    robot_spread: float
+    log_spread: float
+    smallest: float
+    robots: int
+    logs: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class OddRobot(JointSpeed):
+    """Robot whose joint differs from the type: its friction at `velocity`, that of the others, and their spread."""
+
+    robot: str
+    friction: float
+    usual: float
+    spread: float
+
+    @property
+    def line(self) -> str:
+        """One line, e.g. "R7 elbow: 2.41 N m at 0.5 rad/s, where the others have 1.20 ± 0.06 N m"."""
+        own = f"{self.friction:.3g} {self.unit} at {self.speed}"
+        others = f"where the others have {self.usual:.3g} ± {self.spread:.2g} {self.unit}"
+        return f"{self.robot} {self.joint}: {own}, {others}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionChange(JointSpeed):
+    """Change of a joint's friction: first log with it and its start, and the log in which it was seen.
+
+    `before` and `after` are the friction at `velocity`; `standard_error` is that of their difference.
+    """
+
+    robot: str
+    start: datetime
+    log: str
+    seen: str
+    before: float
+    after: float
+    standard_error: float
+
+    @property
+    def line(self) -> str:
+        """One line, e.g. "R3 elbow: 1.20 -> 1.61 ± 0.04 N m at 0.5 rad/s since 2026-03-01 (log_17.npz)"."""
+        change = f"{self.before:.3g} -> {self.after:.3g} ± {1.96 * self.standard_error:.2g} {self.unit}"
+        when = f"since {self.start:%Y-%m-%d} ({Path(self.log).name})"
+        return f"{self.robot} {self.joint}: {change} at {self.speed} {when}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trends:
+    """Friction of a robot type at some speeds and its parameters, robots that stand out, and alarms sorted by severity.
+
+    `fleet` has the numbers behind them.
+    """
+
+    friction: list[TypeFriction]
+    parameters: list[TypeParameter]
+    odd: list[OddRobot]
+    alarms: list[FrictionChange]
+    logs_per_false_alarm: float
+    fleet: Fleet = field(repr=False)
+
+    @property
+    def title(self) -> str:
+        """Numbers of logs and robots, and the first and the last day."""
+        fleet = self.fleet
+        days = f"{fleet.start.min().astype('M8[D]')} to {fleet.start.max().astype('M8[D]')}"
+        return f"{len(fleet.log)} logs of {len(np.unique(fleet.robots))} robots, {days}"
+
+    @property
+    def conclusion(self) -> str:
+        """State how many joints changed and how many robots stand out, with the clearest of each."""
+        joints, robots = ({(each.robot, each.joint) for each in self.alarms}, {each.robot for each in self.odd})
+        changed = f"{len(joints)} joint{'s' * (len(joints) != 1)} changed" if joints else "No joint changed"
+        odd = f"{len(robots)} robot{'s' * (len(robots) != 1)} stand{'s' * (len(robots) == 1)} out" if robots else ""
+        clearest = [f" ({own[0].line})" if own else "" for own in (self.alarms, self.odd)]
+        least: dict[str, float] = {}
+        for each in self.friction:
+            least[each.joint] = min(each.smallest, least.get(each.joint, each.smallest))
+        seen = f" The smallest change that three logs show is {smallest_text(least)}."
+        return f"{changed}{clearest[0]}, and {odd or 'no robot stands out'}{clearest[1]}.{seen}"
+
+    def to_json(self) -> str:
+        """Format all but the numbers behind as JSON."""
+        plain: dict[str, object] = {
+            name: [asdict(each) for each in getattr(self, name)] for name in ("friction", "parameters", "odd", "alarms")
+        }
+        plain = {"conclusion": self.conclusion, **plain}
+        return json.dumps(plain, indent=2, default=str) + "\n"
+
+    def summary(self) -> str:
+        """Format the conclusion, and tables of the type's friction, robots that stand out, and alarms."""
+        lines = [self.conclusion, self.title]
+        for each in self.friction:
+            friction = f"{each.friction:.3g} {each.unit} at {each.speed}"
+            spreads = f"robots {each.robot_spread:.2g}, logs {each.log_spread:.2g}"
+            lines.append(
+                f"  {each.joint}  {friction}; standard deviations: {spreads}; changes from {each.smallest:.2g} %"
+            )
+        for joint, group in groupby(self.parameters, key=lambda each: each.joint):
+            lines.append(f"  {joint}  {', '.join(map(str, group))} in 90 % of the logs")
+        lines += [f"stands out: {each.line}" for each in self.odd]
+        lines += [f"changed: {each.line}" for each in self.alarms]
+        return "\n".join(lines)
+
+
+def find_trends(store: str | Path, *, logs_per_false_alarm: float = 1000.0) -> Trends:
+    """Find the friction of a robot type, robots that stand out, and changes.
+
+    Parameters
+    ----------
+    store
+        Folder that `stribeck fleet` wrote.
+    logs_per_false_alarm
+        Mean number of logs between false alarms, over all joints.
+
+    Raises
+    ------
+    SettingsError
+        If the folder is not a store, a file of it is damaged, or `logs_per_false_alarm` is not within 10 to 1e9.
+    NothingIdentifiedError
+        If no joint has friction in the store.
+    """
+    if not 10 <= logs_per_false_alarm <= 1e9:
+        raise SettingsError(f"logs_per_false_alarm: found {logs_per_false_alarm:g}, expected 10 to 1e9 logs")
+    fleet = read_fleet(store)
+    variance, freedom = log_variance(fleet)
+    visible = visible_change(logs_per_false_alarm, len(freedom), freedom)
+    changes = find_changes(fleet.robots, fleet.logarithm, variance, logs_per_false_alarm, freedom)
+    first = np.isfinite(fleet.logarithm)  # logs before the first change of their robot
+    for change in changes:
+        first[change.first : change.stop, change.channel] = False
+    friction, odd = [], list[OddRobot]()
+    for channel in range(len(fleet.channels)):
+        found, own = _type_friction(fleet, channel, variance[:, channel], first[:, channel], float(visible[channel]))
+        friction.append(found)
+        odd += own
+    return Trends(
+        friction=friction,
+        parameters=read_parameters(store),
+        odd=_clearest(odd),
+        alarms=_alarms(fleet, changes),
+        logs_per_false_alarm=logs_per_false_alarm,
+        fleet=fleet,
+    )
+
+
+def _type_friction(
+    fleet: Fleet, channel: int, variance: Array, used: BoolArray, visible: float
+) -> tuple[TypeFriction, list[OddRobot]]:
+    """Fit the mixed model of one channel by REML, without robots that stand out."""
+    place = asdict(fleet.channels[channel])
+    robots, which = np.unique(fleet.robots[used], return_inverse=True)
+    weight = 1 / variance[used]
+    total = np.bincount(which, weight)
+    mean = np.bincount(which, weight * fleet.logarithm[used, channel]) / total
+    odd = outliers(mean, 0.05 / len(fleet.channels))  # 5 % of fleets without such a robot seem to have one
+    kept = np.setdiff1d(np.arange(len(robots)), odd)
+    usual, error, spread = reml(mean[kept], 1 / total[kept])
+    friction, between_logs = float(np.exp(usual)), float(np.sqrt(np.median(variance[used])))
+    found = TypeFriction(
+        **place,
+        friction=friction,
+        standard_error=friction * error,
+        robot_spread=friction * spread,
+        log_spread=friction * between_logs,
+        smallest=100 * float(np.expm1(min(visible * between_logs, 10.0))),
+        robots=len(robots),
+        logs=int(used.sum()),
+    )
+    return found, [
+        OddRobot(
+            **place, robot=str(robots[k]), friction=float(np.exp(mean[k])), usual=friction, spread=friction * spread
+        )
+        for k in odd
+    ]
+
+
+def _clearest(odd: list[OddRobot]) -> list[OddRobot]:
+    """Keep the speed of each robot's joint at which it stands out most, the largest first."""
+    found: dict[tuple[str, str], OddRobot] = {}
+    ordered = sorted(odd, key=lambda each: -abs(np.log(each.friction / each.usual)))
+    for each in ordered:
+        found.setdefault((each.robot, each.joint), each)
+    return list(found.values())
+
+
+def _alarms(fleet: Fleet, changes: list[Change]) -> list[FrictionChange]:
+    """Make one alarm of the changes of a joint at its speeds; the most significant speed is shown."""
+    groups: dict[tuple[str, str], list[list[Change]]] = {}
+    for change in sorted(changes, key=lambda each: each.first):
+        own = groups.setdefault((str(fleet.robots[change.first]), fleet.channels[change.channel].joint), [])
+        if own and change.first <= max(each.seen for each in own[-1]):
+            own[-1].append(change)
+        else:
+            own.append([change])
+    found = []
+    for (robot, _), joined in groups.items():
+        for group in joined:
+            change = max(group, key=lambda each: abs(each.after - each.before) / each.error)
+            seen = min(each.seen for each in group)
+            found.append(
+                FrictionChange(
+                    **asdict(fleet.channels[change.channel]),
+                    robot=robot,
+                    start=fleet.start[change.first].astype(datetime),
+                    log=str(fleet.log[change.first]),
+                    seen=str(fleet.log[seen]),
+                    before=float(np.exp(change.before)),
+                    after=float(np.exp(change.after)),
+                    standard_error=float(np.exp(change.after)) * change.error,
+                )
+            )
+    return sorted(found, key=lambda each: -abs(np.log(each.after / each.before)))

@@ -1,1 +1,0 @@
-"""Simulated robots: logs and their ground truth."""
