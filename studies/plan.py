@@ -184,7 +184,7 @@ def walked(name: str, seed: int) -> Row:
     for joint in _with_friction(found):
         now = found.joints[joint]
         nowhere, flags = Reach(middle=0.0, amplitude=0.0, speed=0.0), {"guessed": False, "prismatic": False}
-        share = PlannedJoint(column=0, found=now, settings=known.settings, reach=nowhere, **flags).shrinking_share
+        share = PlannedJoint(column=0, result=now, settings=known.settings, reach=nowhere, **flags).shrinking_share
         half = np.array([point.half_width for point in now.curve]) * np.sqrt(share / TIMES + 1 - share)
         promised = next(each for each in planned.joints[joint].candidates if each.motion == FASTER).curve
         widths = np.array([point.half_width for point in promised])

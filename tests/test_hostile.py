@@ -335,19 +335,3 @@ def test_a_hostile_result_is_reported_and_printed_or_refused(seeds: Path, data: 
             print_truth(result, {name: dict.fromkeys(own.parameters, 1.0) for name, own in result.joints.items()})
             write_report(folder / "result.json", folder / "out.html")
             assert "</html>" in (folder / "out.html").read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize(
-    ("code", "said", "left", "expected"),
-    [
-        (0, "", ["out"], False),
-        (2, "stribeck: wrong\n", [], False),
-        (3, "stribeck: note: odd\nstribeck: none\n", [], False),
-        (2, "stribeck: wrong\n", ["out"], True),
-        (2, "stribeck: a\nb\n", [], True),
-        (2, "", [], True),
-        (1, "stribeck: wrong\n", [], True),
-    ],
-)
-def test_untidy_endings_are_detected(code: int, said: str, left: list[str], expected: bool) -> None:
-    assert untidy(code, said, left) == expected

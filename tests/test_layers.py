@@ -15,7 +15,7 @@ from stribeck.simulation.demo import SCENARIO
 
 SOURCE = Path(__file__).parents[1] / "src" / "stribeck"
 ROOMS: dict[str, tuple[set[str], int]] = {
-    "core": (set(), 12_700),
+    "core": (set(), 12_653),
     "io": ({"core"}, 2_550),
     "check": ({"core", "io"}, 3_350),
     "paper": ({"core"}, 1_950),
@@ -100,7 +100,7 @@ def test_a_room_keeps_to_its_doors_and_its_size(room: str) -> None:
 
 
 def test_every_room_has_its_place() -> None:
-    assert {room_of(module) for module in MODULES} - {"", "__main__"} == set(ROOMS)
+    assert {room_of(module) for module in MODULES} - {"", "__main__", "moved"} == set(ROOMS)
     assert {floor_of(module) for module in MODULES if room_of(module) == "core"} == set().union(*FLOORS)
 
 

@@ -2,6 +2,7 @@
 
 import doctest
 import inspect
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -31,6 +32,13 @@ def test_the_public_names_are_these() -> None:
     assert all(getattr(stribeck, name) for name in PUBLIC)
     with pytest.raises(AttributeError, match="attribute indentify"):
         getattr(stribeck, "indentify")  # noqa: B009
+
+
+def test_modules_are_found_by_their_old_names_too() -> None:
+    for name in ("online.estimator", "log.readers.read", "result.compare", "friction.register", "pipeline"):
+        module = import_module(f"stribeck.{name}")
+        assert module.__name__ != f"stribeck.{name}"
+        assert module is import_module(module.__name__)
 
 
 @pytest.fixture(scope="module")

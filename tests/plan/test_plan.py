@@ -45,7 +45,7 @@ def result(out: Path) -> Result:
 def planned(joint: JointResult, noise: float = 1e-3) -> PlannedJoint:
     return PlannedJoint(
         column=0,
-        found=joint,
+        result=joint,
         guessed=False,
         prismatic=False,
         settings=Settings(),
@@ -115,8 +115,8 @@ def test_the_present_motion_at_its_own_pace_brings_what_it_has_brought(result: R
 def test_the_noise_explains_the_intervals(result: Result) -> None:
     motion, joint = random_motion(1), planned(result.joints["shoulder"])
     covariance = np.linalg.inv(joint.information(motion) / 1e-3 + np.diag(joint.precision))
-    curve = expected_curve(joint, covariance, joint.found.curve[-1].velocity, 25.0)
-    assert read_noise(motion, planned(replace(joint.found, curve=curve))) == pytest.approx(1e-3)
+    curve = expected_curve(joint, covariance, joint.result.curve[-1].velocity, 25.0)
+    assert read_noise(motion, planned(replace(joint.result, curve=curve))) == pytest.approx(1e-3)
 
 
 def test_covariances_equal_least_squares_with_bodies_known_and_are_larger_otherwise(out: Path, result: Result) -> None:
@@ -134,7 +134,7 @@ def test_covariances_equal_least_squares_with_bodies_known_and_are_larger_otherw
     assert np.all(np.diag(open_) >= np.diag(sure))
     assert open_[2, 2] > 10 * sure[2, 2]  # gravity makes up for an offset
     # without noise friction becomes known, however far the information about bodies outweighs their priors
-    quiet = [planned(joint.found, noise) for noise in (1e-6, 1e-20, 1e-40)]
+    quiet = [planned(joint.result, noise) for noise in (1e-6, 1e-20, 1e-40)]
     errors = np.array([np.sqrt(np.diag(covariances(dynamics, state, [each], PERIOD)[0])) for each in quiet])
     assert np.all(errors > 0)
     np.testing.assert_allclose(errors[1], errors[2])

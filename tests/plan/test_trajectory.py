@@ -45,7 +45,7 @@ def task_of(robot: Robot, moving: tuple[int, ...], posture: np.ndarray, reach: f
     joints = [
         PlannedJoint(
             column=k,
-            found=replace(joint, parameters=known),
+            result=replace(joint, parameters=known),
             guessed=False,
             prismatic=False,
             settings=Settings(),
@@ -92,7 +92,7 @@ def test_a_trajectory_stays_within_all_limits(task: Task, trajectory: Trajectory
     model, data = robot.tree.model, robot.tree.model.createData()
     rows = zip(state.position, state.velocity, state.acceleration, strict=True)
     torque = np.array([pin.rnea(model, data, *row) for row in rows])
-    torque[:, 0] += task.joints[0].found.friction(state.velocity[:, 0], offset=True)
+    torque[:, 0] += task.joints[0].result.friction(state.velocity[:, 0], offset=True)
     used = np.abs(torque / (TORQUE_SHARE * robot.effort_limits)).max()
     assert used <= 1.001
     assert used == pytest.approx(trajectory.used["torque"], rel=0.02)

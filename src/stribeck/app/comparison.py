@@ -165,10 +165,10 @@ def compare(a: Result | str | Path, b: Result | str | Path, names: tuple[str, st
     >>> row.joint, row.parameter, row.difference, row.agrees
     ('shoulder', 'friction_slow', 0.0, True)
     """
-    a, b = (one if isinstance(one, Result) else read_result(one) for one in (a, b))
+    a, b = (result if isinstance(result, Result) else read_result(result) for result in (a, b))
     if a.law != b.law:
         raise SettingsError(f"compare: the results have the laws '{a.law}' and '{b.law}', expected one and the same")
-    joints = {joint: (found, b.joints[joint]) for joint, found in a.joints.items() if joint in b.joints}
+    joints = {name: (joint, b.joints[name]) for name, joint in a.joints.items() if name in b.joints}
     if not joints:
         raise SettingsError(
             f"compare: no joint is in both results, the first has {_listed(a)}, the second {_listed(b)}, "
@@ -178,7 +178,7 @@ def compare(a: Result | str | Path, b: Result | str | Path, names: tuple[str, st
     missing |= {joint: "only in the second result" for joint in b.joints if joint not in a.joints}
     for which, place in (("second", 1), ("first", 0)):
         missing |= {joint: reason for joint, pair in joints.items() if (reason := _unknown(pair[place], which))}
-    first, second = (", ".join(PurePath(path).name for path in one.log.paths) for one in (a, b))
+    first, second = (", ".join(PurePath(path).name for path in result.log.paths) for result in (a, b))
     labels = names or ((first, second) if first != second else (", ".join(a.log.paths), ", ".join(b.log.paths)))
     logs = 0.0 if a.log.paths == b.log.paths else 1 / len(a.log.paths) + 1 / len(b.log.paths)
     return _comparison(a, joints, missing, labels, logs)
@@ -216,17 +216,17 @@ def _comparison(
     """
     for joint, (first, second) in list(joints.items()):
         if first.torque_unit != second.torque_unit:
-            units = " and ".join(one.units()[1] for one in (first, second))
+            units = " and ".join(side.units()[1] for side in (first, second))
             missing[joint] = f"friction in {units}; set the missing torque constant or kp"
     joints = {joint: pair for joint, pair in joints.items() if pair[0].torque_unit == pair[1].torque_unit}
-    pairs = [pair for joint, own in joints.items() for pair in _pairs(joint, *own, sides=names == ("left", "right"))]
+    pairs = [pair for name, fits in joints.items() for pair in _pairs(name, *fits, sides=names == ("left", "right"))]
     tested = {pair.joint for pair in pairs if not pair.is_weak}
     rows = [
         difference_of(pair, *spread, logs, len(tested))
         for pair, spread in zip(pairs, _spreads(pairs, logs), strict=True)
     ]
     p_values = {joint: [row.p_value for row in rows if row.joint == joint and not row.weak] for joint in tested}
-    levels = holm({joint: simes(own) for joint, own in p_values.items()})
+    levels = holm({joint: simes(values) for joint, values in p_values.items()})
     rows = [replace(row, significant=not row.weak and row.p_value <= levels.get(row.joint, 0.0)) for row in rows]
     a, b = names
     return Comparison(a=a, b=b, rows=rows, missing=missing, robot=result.robot, law=result.law, joints=joints)
@@ -264,7 +264,7 @@ def _pairs(joint: str, a: JointResult, b: JointResult, *, sides: bool) -> list[P
             load = ((a.mean_load or 0.0) + (b.mean_load or 0.0)) / 2
             names = ("friction_slow", "friction_middle", "friction_top")
             curves = _curve_at(a, speeds, load), _curve_at(b, speeds, load)
-            pairs += [Pair(joint, *each) for each in zip(names, speeds.tolist(), *curves, strict=True)]
+            pairs += [Pair(joint, *fields) for fields in zip(names, speeds.tolist(), *curves, strict=True)]
     ways = ("",) if sides else ("", "_positive", "_negative")
     for name in (name + way for name in ("coulomb", "viscous", "armature") for way in ways):
         if name in a.parameters and name in b.parameters:
@@ -293,13 +293,13 @@ def _spreads(pairs: Sequence[Pair], logs: float) -> list[tuple[LogSpread, int]]:
     spreads: dict[int, tuple[LogSpread, int]] = {}
     kinds = [pair.parameter.partition("_")[0] for pair in pairs]
     for kind in set(kinds):
-        places = [k for k, own in enumerate(kinds) if own == kind]
-        own = [pairs[k] for k in places]
-        level = np.array([pair.level if pair.a.value * pair.b.value else np.nan for pair in own])
+        places = [k for k, label in enumerate(kinds) if label == kind]
+        group = [pairs[k] for k in places]
+        level = np.array([pair.level if pair.a.value * pair.b.value else np.nan for pair in group])
         with np.errstate(over="ignore", invalid="ignore"):
-            difference = np.array([pair.b.value - pair.a.value for pair in own]) / level
-            error = np.hypot(*np.array([(pair.a.half_width, pair.b.half_width) for pair in own]).T) / 1.96 / level
-        joint = np.unique([pair.joint for pair in own], return_inverse=True)[1]
+            difference = np.array([pair.b.value - pair.a.value for pair in group]) / level
+            error = np.hypot(*np.array([(pair.a.half_width, pair.b.half_width) for pair in group]).T) / 1.96 / level
+        joint = np.unique([pair.joint for pair in group], return_inverse=True)[1]
         learned = learn_spread(difference[None], error[None], joint, logs, others=True)
         spreads |= {k: (learned, channel) for channel, k in enumerate(places)}
     return [spreads[k] for k in range(len(pairs))]

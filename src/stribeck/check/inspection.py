@@ -59,15 +59,15 @@ class JointInspection:
     @property
     def units(self) -> tuple[str, str, str]:
         """Units of position, velocity and torque."""
-        own = ("m", "m/s", "N") if self.prismatic else UNITS
-        return own[0], own[1], self.torque_unit or own[2]
+        units = ("m", "m/s", "N") if self.prismatic else UNITS
+        return units[0], units[1], self.torque_unit or units[2]
 
     @property
     def spans(self) -> list[tuple[tuple[float, float], str]]:
         """Ranges of position, velocity and torque, each with its unit where it differs from `UNITS`."""
         ranges = self.position_range, self.velocity_range, self.torque_range
         return [
-            (own, "" if unit == usual else unit) for own, unit, usual in zip(ranges, self.units, UNITS, strict=True)
+            (ends, "" if unit == usual else unit) for ends, unit, usual in zip(ranges, self.units, UNITS, strict=True)
         ]
 
 
@@ -112,18 +112,18 @@ class Inspection:
 
     def __repr__(self) -> str:
         size = f"{self.samples} samples in {self.duration:.4g} s, {len(self.joints)} joints"
-        found = f"{len(self.findings)} finding{'s' * (len(self.findings) != 1)}"
-        return f"Inspection({self.robot!r}, {self.path or 'log'}: {size}, {found})"
+        count = f"{len(self.findings)} finding{'s' * (len(self.findings) != 1)}"
+        return f"Inspection({self.robot!r}, {self.path or 'log'}: {size}, {count})"
 
     def table(self) -> TextTable:
         """Build a table with one row per joint, and one sentence per finding and note."""
-        late = any(finding.check == "torque-delay" for finding in self.audit)
+        delayed = any(finding.check == "torque-delay" for finding in self.audit)
         rows = [
             [
                 name,
-                *(f"{span(own)} {unit}".rstrip() for own, unit in joint.spans),
+                *(f"{span(ends)} {unit}".rstrip() for ends, unit in joint.spans),
                 "" if joint.correlation is None else f"{joint.correlation:.2f}",
-                *["" if joint.delay is None else f"{1e3 * joint.delay:+.2f}"] * late,
+                *["" if joint.delay is None else f"{1e3 * joint.delay:+.2f}"] * delayed,
                 "unclear: the model's torque is too small" if joint.sign == "unclear" else joint.sign,
             ]
             for name, joint in self.joints.items()
@@ -132,7 +132,7 @@ class Inspection:
             title=f"Joints of {self.robot}",
             left=["joint"],
             right=[*map("{} [{}]".format, ("position", "velocity", "torque"), UNITS), "correlation with model"]
-            + ["torque delay [ms]"] * late,
+            + ["torque delay [ms]"] * delayed,
             last=["sign"],
             rows=rows,
             notes=[f"finding: {finding.line}" for finding in self.audit] + [f"note: {text}" for text in self.notes],
@@ -175,8 +175,8 @@ def inspect_log(log: LogLike, robot: Robot | str | Path, settings: Settings | No
     robot = robot if isinstance(robot, Robot) else Robot.from_file(robot)
     with one_blas_thread(), findings_kept(robot.warnings), errors_about(log_path(log)):
         settings = settings or robot.settings
-        (prepared,), found, _, robot = find_torques([prepare(log, robot, settings)], robot, settings)
-        return _inspect(prepared, robot, settings, with_filter(prepared, robot, settings), found)
+        (prepared,), of_currents, _, robot = find_torques([prepare(log, robot, settings)], robot, settings)
+        return _inspect(prepared, robot, settings, with_filter(prepared, robot, settings), of_currents)
 
 
 def _inspect(
@@ -189,12 +189,12 @@ def _inspect(
     log, sampling = prepared.log, prepared.sampling
     with_its_filter, choices = chosen
     evidence = gather(prepared, robot, settings)
-    late = delays(evidence)
-    found = [*findings(evidence, late, settings), *of_currents, *model_findings(robot)]
-    opposite = {joint for each in found if each.check == "torque-sign" for joint in each.joints}
+    lags = delays(evidence)
+    problems = [*findings(evidence, lags, settings), *of_currents, *model_findings(robot)]
+    opposite = {joint for finding in problems if finding.check == "torque-sign" for joint in finding.joints}
     joints = {
         name: _inspect_joint(
-            evidence, k, late[name].delay if name in late else None, "opposite" if name in opposite else None
+            evidence, k, lags[name].delay if name in lags else None, "opposite" if name in opposite else None
         )
         for k, name in enumerate(evidence.joints)
     }
@@ -216,9 +216,9 @@ def _inspect(
         ],
         filter=make_filter(with_its_filter.filter, sampling.period).name,
         joints=joints,
-        findings=[str(each) for each in found],
+        findings=[str(finding) for finding in problems],
         notes=[*prepared.notes, *choices],
-        audit=found,
+        audit=problems,
         torque_source=log.torque_source,
     )
 

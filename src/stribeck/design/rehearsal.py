@@ -73,7 +73,7 @@ def rehearse(
         name: {"viscous": viscous, "coulomb": coulomb, "offset": 0.0}
         for name, (coulomb, viscous) in {**usual, **friction}.items()
     }
-    values = np.array([[parameters[name][each.name] for each in law.parameters] for name in names]).T
-    resisting = np.column_stack([law.torque(own, values[:, k]) for k, own in enumerate(bare.velocity.T)])
+    values = np.array([[parameters[name][parameter.name] for parameter in law.parameters] for name in names]).T
+    resisting = np.column_stack([law.torque(velocity, values[:, k]) for k, velocity in enumerate(bare.velocity.T)])
     exact = replace(bare, torque=bare.torque + resisting)
     return Rehearsal(with_noise(exact, position=noise[0], torque=noise[1], seed=seed), law, parameters)

@@ -89,15 +89,15 @@ def _swings(
 ) -> dict[str, tuple[str, bool]]:
     """Compare the friction of each leg joint while swinging and while standing; see `_compared`."""
     feet = [tuple(name.split("+")) for name in samples.support_names]
-    swings = np.array([ContactMode(robot, each).swinging[robot.torque_controlled] for each in feet])[samples.support]
+    swings = np.array([ContactMode(robot, names).swinging[robot.torque_controlled] for names in feet])[samples.support]
     parts = [replace(samples, usable=samples.usable & rows) for rows in (swings, ~swings)]
-    found = {}
+    comparisons = {}
     for joint, fit in fits.items():
         swung, stood = (joint_problem(part, joint, law, settings) for part in parts)
         moves = all(len(part.velocity) and _rms(part.friction_torque) > ROUNDING for part in (swung, stood))
         if moves and len(np.unique(swung.block)) > 3:  # fewer give no useful standard error
-            found[joint] = _compared(fit, swung, stood)
-    return found
+            comparisons[joint] = _compared(fit, swung, stood)
+    return comparisons
 
 
 def _compared(fit: JointFit, swung: FitProblem, stood: FitProblem) -> tuple[str, bool]:
@@ -117,9 +117,9 @@ def _compared(fit: JointFit, swung: FitProblem, stood: FitProblem) -> tuple[str,
     predicted = np.column_stack([swinging @ learnt, np.ones(len(swinging))])
     inverse = np.linalg.pinv(predicted.T @ predicted)
     factor, shift = inverse @ predicted.T @ swung.friction_torque
-    left = predicted * (swung.friction_torque - predicted @ [factor, shift])[:, None]
+    scores = predicted * (swung.friction_torque - predicted @ [factor, shift])[:, None]
     starts = np.flatnonzero(np.diff(swung.block, prepend=-1))
-    errors = np.sqrt(np.sum((np.add.reduceat(left, starts) @ inverse) ** 2, axis=0))
+    errors = np.sqrt(np.sum((np.add.reduceat(scores, starts) @ inverse) ** 2, axis=0))
     off = (np.abs([factor - 1, shift]) - 2.0 * errors) / [1.0, _rms(swung.friction_torque)]
     return f"{factor:.2f} times and {shift:+.2g} N m", bool((off > 0.5).any())
 

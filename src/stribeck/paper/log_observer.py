@@ -68,13 +68,13 @@ class LogObserver:
         signals = np.empty((4, *torque.shape))
         for k in np.unique(mode):
             rows = np.flatnonzero(mode == k)
-            part, own = state.take(rows), modes[k]
-            motion = part.position, part.velocity, own.root(part)
-            momentum, change = loop_momentum_balance(own.robot, own.rooted, *motion)
-            if own.leaves_open:
-                momentum[:, own.standing] = np.nan
+            part, contact = state.take(rows), modes[k]
+            motion = part.position, part.velocity, contact.root(part)
+            momentum, change = loop_momentum_balance(contact.robot, contact.rooted, *motion)
+            if contact.leaves_open:
+                momentum[:, contact.standing] = np.nan
             signals[:, rows] = momentum, torque[rows] + change, part.velocity, torque[rows]
-            usable[rows] = own.seen(settings)
+            usable[rows] = contact.seen(settings)
         passed, past = self._low_pass(mode, time, signals)
         friction, velocity, acceleration, effort = passed
         jerk, snap = self._differentiate(velocity, acceleration, past)
@@ -137,7 +137,7 @@ def _average_periods(signals: Array, period: float) -> Array:
     The inputs are momentum, tau + b, velocity and torque, shape (4, T, n).
     """
     momentum, drive, velocity, torque = signals
-    mean = [(each[1:] + each[:-1]) / 2 for each in (drive, velocity, torque)]
+    mean = [(signal[1:] + signal[:-1]) / 2 for signal in (drive, velocity, torque)]
     return np.stack(
         [mean[0] - np.diff(momentum, axis=0) / period, mean[1], np.diff(velocity, axis=0) / period, mean[2]]
     )

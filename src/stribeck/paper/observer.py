@@ -190,10 +190,10 @@ class MomentumObserver:
 
 def _check(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
     """Check the shape of an argument of `update`, and that it is finite."""
-    found = np.asarray(values, dtype=np.float64)
-    if found.shape != shape:
-        raise LogError(f"{name}: found shape {found.shape}, expected {shape}")
-    if not np.isfinite(found).all():
-        place = int(np.argmin(np.isfinite(found)))
-        raise LogError(f"{name}: found {found[place]} at place {place}, expected finite numbers")
-    return found
+    array = np.asarray(values, dtype=np.float64)
+    if array.shape != shape:
+        raise LogError(f"{name}: found shape {array.shape}, expected {shape}")
+    if not np.isfinite(array).all():
+        place = int(np.argmin(np.isfinite(array)))
+        raise LogError(f"{name}: found {array[place]} at place {place}, expected finite numbers")
+    return array

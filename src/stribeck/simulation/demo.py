@@ -85,14 +85,14 @@ def make_demo(folder: Path, progress: Callable[[float], None] = lambda _: None, 
     for source, name in ((scenario, "scenario.toml"), (ROBOT_FILE, "robot.toml"), (MODEL_FILE, MODEL_FILE.name)):
         shutil.copyfile(source, folder / name)
     chosen = read_scenario(folder / "scenario.toml")
-    found = run_scenario(chosen, folder, progress)
-    write_simulated(found.log, found.truth, folder / "log.npz")
+    result = run_scenario(chosen, folder, progress)
+    write_simulated(result.log, result.truth, folder / "log.npz")
     robot = Robot.from_file(folder / "robot.toml")
-    assert found.truth.base_position is not None  # the base floats
+    assert result.truth.base_position is not None  # the base floats
     return Demo(
         robot_file=folder / "robot.toml",
         log=folder / "log.npz",
         law=get_law(chosen.friction.law),
-        parameters=found.truth.parameters,
-        walk=walk_picture(robot, found.log, found.truth.base_position, compile_body(robot).soles),
+        parameters=result.truth.parameters,
+        walk=walk_picture(robot, result.log, result.truth.base_position, compile_body(robot).soles),
     )

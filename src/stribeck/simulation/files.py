@@ -22,11 +22,11 @@ def write_simulated(log: RobotLog, truth: Truth, path: Path) -> Path:
 
     The truth's arrays have the names of `Truth`; `parameters` is JSON text, by joint and name.
     """
-    beside = truth_file(path)
+    sidecar = truth_file(path)
     arrays = {
         field.name: value for field in fields(truth) if isinstance(value := getattr(truth, field.name), np.ndarray)
     }
-    with whole_or_not_at_all(beside) as temporary:
+    with whole_or_not_at_all(sidecar) as temporary:
         with temporary.open("wb") as file:
             np.savez(
                 file,
@@ -37,7 +37,7 @@ def write_simulated(log: RobotLog, truth: Truth, path: Path) -> Path:
                 **arrays,
             )
         write_log(log, path)
-    return beside
+    return sidecar
 
 
 def read_truth(log: Path) -> Truth:

@@ -86,15 +86,15 @@ def run_scenario(
             soles=soles,
             physics_step=scenario.physics_step,
         )
-        found = simulate_walk(robot, walk, posture, conditions, progress)
-        return Simulated(robot, found.log, found.truth)
+        result = simulate_walk(robot, walk, posture, conditions, progress)
+        return Simulated(robot, result.log, result.truth)
     if scenario.push or scenario.model_error:
         raise SettingsError(
             f"scenario: the simulator '{scenario.simulator}' is ideal; pushes and model_error are for 'mujoco'"
         )
     literal = scenario.simulator == "constrained-paper"
-    found = simulate_ideal_walk(robot, walk, posture, friction, soles=soles, paper_literal=literal, progress=progress)
-    return _measured(robot, found.log, found.truth, scenario)
+    result = simulate_ideal_walk(robot, walk, posture, friction, soles=soles, paper_literal=literal, progress=progress)
+    return _measured(robot, result.log, result.truth, scenario)
 
 
 def robot_file(scenario: Scenario, folder: Path) -> Path:

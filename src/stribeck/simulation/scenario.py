@@ -91,11 +91,11 @@ def by_joint(patterns: dict[str, Named], common: Named, joints: tuple[str, ...],
     SettingsError
         If a pattern names no joint.
     """
-    found: dict[str, Named] = {}
+    parameters: dict[str, Named] = {}
     for pattern, values in patterns.items():
         named = [joint for joint in joints if fnmatch(joint, pattern)]
         if not named:
             raise SettingsError(f"{where} '{pattern}' names no joint; the robot has {', '.join(joints)}")
         for joint in named:
-            found[joint] = {**common, **found.get(joint, {}), **values}
-    return found
+            parameters[joint] = {**common, **parameters.get(joint, {}), **values}
+    return parameters

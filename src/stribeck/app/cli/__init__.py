@@ -13,6 +13,6 @@ def main() -> None:
 
         run()
     except Interrupted as error:
-        left = str(error) or f"{'everything' if anything_written() else 'nothing'} was written"
-        print(f"stribeck: interrupted; {left}", file=sys.stderr)
+        text = str(error) or f"{'everything' if anything_written() else 'nothing'} was written"
+        print(f"stribeck: interrupted; {text}", file=sys.stderr)
         sys.exit(130)

@@ -63,11 +63,11 @@ def init(
     check_outputs([output], [model_path(model, Path()), *([log] if log else [])], overwrite)
     with console.progress_bar(quiet) as progress:
         progress("comparing model and log", 0.1)
-        found = draft_robot_file(model, log, output)
+        draft = draft_robot_file(model, log, output)
     with whole_or_not_at_all(output) as staging:
-        staging.write_text(found.text, encoding="utf-8")
+        staging.write_text(draft.text, encoding="utf-8")
     if not quiet:
-        for line in [*(f"Warning: {text}" for text in found.warnings), *(f"TODO: {text}" for text in found.questions)]:
+        for line in [*(f"Warning: {text}" for text in draft.warnings), *(f"TODO: {text}" for text in draft.questions)]:
             typer.echo(line)
         console.print_paths([output])
 
@@ -93,10 +93,10 @@ def inspect(
     with console.progress_bar(quiet) as progress:
         progress("inspecting", 0.1)
         chosen = options.with_settings(machine.settings, {}, settings)
-        found = inspect_log(options.part_of(log, machine, start, stop), machine, chosen)
+        inspection = inspect_log(options.part_of(log, machine, start, stop), machine, chosen)
     if output is not None:
-        write_inspection(found, output)
-    console.show(found, console.print_inspection, [output] if output else [], json=json, quiet=quiet)
+        write_inspection(inspection, output)
+    console.show(inspection, console.print_inspection, [output] if output else [], json=json, quiet=quiet)
 
 
 def identify(
@@ -155,12 +155,12 @@ def convert(
     check_outputs([output], [log, *(options.files_of(machine) if machine else [])], overwrite)
     with console.progress_bar(quiet) as progress:
         progress("reading", 0.1)
-        found = read_log(log, machine)
+        recording = read_log(log, machine)
         progress("writing", 0.6)
-        write_log(found, output)
+        write_log(recording, output)
     if quiet:
         return
-    for note in found.notes:
+    for note in recording.notes:
         typer.echo(note)
     console.print_paths([output])
 

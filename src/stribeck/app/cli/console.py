@@ -118,41 +118,41 @@ def print_result(result: Result) -> None:
         numbers = ["RMS\nwith friction", "RMS\nwithout friction", "R²"]
         print_table(TextTable(title="torque error [N m]", left=["joint"], right=numbers, rows=rows))
     say([result.log.usage])
-    for name, own in result.all_friction.items():
-        if own.verdict in ("weak", "not excited"):
-            step = advice(own)
-            step = f"{step[0].upper()}{step[1:]} ({verdict_place(own.verdict)})."
-            say([f"{name} {own.verdict}: {main_reason(own)}. {step}"])
+    for name, joint in result.all_friction.items():
+        if joint.verdict in ("weak", "not excited"):
+            step = advice(joint)
+            step = f"{step[0].upper()}{step[1:]} ({verdict_place(joint.verdict)})."
+            say([f"{name} {joint.verdict}: {main_reason(joint)}. {step}"])
     say(f"warning: {finding.line}" for finding in result.findings)
 
 
 def _lines_of_joints(result: Result, *, all_speeds: bool) -> TextTable:
     from stribeck.core.result.tables import MAIN, advice, main_parameters
 
-    numbers = {joint: main_parameters(found) for joint, found in result.all_friction.items()}
-    found_units = {title: sorted({own[k][1] for own in numbers.values()} - {""}) for k, title in enumerate(MAIN)}
-    if not found_units["rotor"]:
-        del found_units["rotor"]
+    numbers = {name: main_parameters(joint) for name, joint in result.all_friction.items()}
+    column_units = {title: sorted({row[k][1] for row in numbers.values()} - {""}) for k, title in enumerate(MAIN)}
+    if not column_units["rotor"]:
+        del column_units["rotor"]
     units = {joint.units() for joint in result.all_friction.values() if joint.curve} or {("rad/s", "N m")}
     speeds = {"slow": 0, "middle": 1, "fast": 2} if all_speeds else {"friction": 1}
     mixed = len(units) > 1
     unit = "" if mixed else "{1}, at {0}".format(*min(units))
-    headings = [f"{name}\n[{', '.join(own)}]" for name, own in found_units.items()]
+    headings = [f"{name}\n[{', '.join(symbols)}]" for name, symbols in column_units.items()]
     headings += [f"{speed}\n[{unit}]" if unit else speed for speed in speeds]
     rows = [
         [
-            joint,
-            *(f"{value} {unit}" if value and mixed else value for value, unit in numbers[joint][: len(found_units)]),
+            name,
+            *(f"{value} {unit}" if value and mixed else value for value, unit in numbers[name][: len(column_units)]),
             *(
-                _at_speed(found.curve[k], found.units() if mixed else ()) if len(found.curve) > k else ""
+                _at_speed(joint.curve[k], joint.units() if mixed else ()) if len(joint.curve) > k else ""
                 for k in speeds.values()
             ),
-            f"{found.torque_r2.best:.3f}" if found.torque_r2 else "",
-            found.verdict,
-            advice(found),
+            f"{joint.torque_r2.best:.3f}" if joint.torque_r2 else "",
+            joint.verdict,
+            advice(joint),
         ]
-        for joint, found in result.all_friction.items()
-        if found.verdict != "no friction"
+        for name, joint in result.all_friction.items()
+        if joint.verdict != "no friction"
     ]
     return TextTable(
         title=f"Friction of {result.robot} (95 % intervals, law {result.law})",
@@ -176,102 +176,102 @@ def _columns_of_parameters(result: Result) -> TextTable:
     for joint in result.all_friction.values():
         for parameter, estimate in joint.parameters.items():
             units.setdefault(parameter, set()).add(estimate.unit)
-    headings = [f"{parameter}\n[{', '.join(sorted(own))}]" for parameter, own in units.items()]
+    headings = [f"{parameter}\n[{', '.join(sorted(symbols))}]" for parameter, symbols in units.items()]
     rows = [
         [
             name,
-            *(_with_error(found.parameters[key]) if key in found.parameters else "" for key in units),
-            number(found.validation.rms) if found.validation else "",
+            *(_with_error(joint.parameters[key]) if key in joint.parameters else "" for key in units),
+            number(joint.validation.rms) if joint.validation else "",
         ]
-        for name, found in result.all_friction.items()
-        if found.parameters
+        for name, joint in result.all_friction.items()
+        if joint.parameters
     ]
     title = "Parameters (95 % intervals; ? marks weak ones)"
     return TextTable(title=title, left=["joint"], right=[*headings, "RMS held out\n[N m]"], rows=rows)
 
 
-def _with_error(found: ParameterEstimate) -> str:
-    return f"{number(found.value)} ± {found.half_width:.2g}" + "?" * (found.verdict == "weak")
+def _with_error(estimate: ParameterEstimate) -> str:
+    return f"{number(estimate.value)} ± {estimate.half_width:.2g}" + "?" * (estimate.verdict == "weak")
 
 
-def print_inspection(found: Inspection) -> None:
+def print_inspection(inspection: Inspection) -> None:
     """Print the sampling of a log, one line per joint, and the findings."""
     lines = [
-        f"{found.path}: {found.samples} samples, {found.duration:.2f} s at {found.rate:.6g} Hz, "
-        f"jitter {1e3 * found.jitter:.3g} ms",
-        f"channels: {', '.join(found.channels)}; torque source: {found.torque_source}",
-        f"gaps: {len(found.gaps)}, repeated stamps: {found.duplicates}, "
-        f"rows with missing values: {sum(found.missing.values())}",
-        *([] if found.support_source == "fixed" else [f"support: {_support_shares(found)}"]),
-        f"filter: {found.filter}",
+        f"{inspection.path}: {inspection.samples} samples, {inspection.duration:.2f} s at {inspection.rate:.6g} Hz, "
+        f"jitter {1e3 * inspection.jitter:.3g} ms",
+        f"channels: {', '.join(inspection.channels)}; torque source: {inspection.torque_source}",
+        f"gaps: {len(inspection.gaps)}, repeated stamps: {inspection.duplicates}, "
+        f"rows with missing values: {sum(inspection.missing.values())}",
+        *([] if inspection.support_source == "fixed" else [f"support: {_support_shares(inspection)}"]),
+        f"filter: {inspection.filter}",
     ]
     say(lines)
-    print_table(found.table())
+    print_table(inspection.table())
 
 
-def _support_shares(found: Inspection) -> str:
+def _support_shares(inspection: Inspection) -> str:
     """List the number and duration of each support, e.g. "left_foot 12 phases, 9.6 s (from contact flags)"."""
     modes: dict[str, list[float]] = {}
-    for start, end, name, _ in found.phases:
+    for start, end, name, _ in inspection.phases:
         modes.setdefault(name, []).append(end - start)
     listed = (f"{name} {len(spans)} phase{'s' * (len(spans) > 1)}, {sum(spans):.2f} s" for name, spans in modes.items())
-    return f"{', '.join(listed)} (from {found.support_source})"
+    return f"{', '.join(listed)} (from {inspection.support_source})"
 
 
-def print_comparison(found: Comparison) -> None:
+def print_comparison(comparison: Comparison) -> None:
     """Print the conclusion of a comparison, then one line per parameter."""
-    say([found.conclusion])
-    print_table(found.table())
+    say([comparison.conclusion])
+    print_table(comparison.table())
 
 
-def print_plan(found: Plan) -> None:
+def print_plan(plan: Plan) -> None:
     """Print the compared motions of each joint, best first, then one sentence per joint."""
     from stribeck.design import within
 
-    if found.joints:
-        print_table(found.table())
-    elif not found.trajectory:
+    if plan.joints:
+        print_table(plan.table())
+    elif not plan.trajectory:
         print("nothing to plan: no joint is weak or not excited")
-    if own := found.trajectory:
-        widths = ", ".join(f"{name} {within(one.relative_width)}" for name, one in own.promise.items())
-        used = ", ".join(f"{100 * share:.0f} % of the {name} limits" for name, share in own.used.items() if share)
-        duration = f"{own.duration:.0f} s"
+    if motion := plan.trajectory:
+        widths = ", ".join(f"{name} {within(promise.relative_width)}" for name, promise in motion.promise.items())
+        used = ", ".join(f"{100 * share:.0f} % of the {name} limits" for name, share in motion.used.items() if share)
+        duration = f"{motion.duration:.0f} s"
         expected = [f"expected intervals after the trajectory ({duration}): {widths}"]
-        say(expected if widths else [f"trajectory before the first log, {duration}:", *own.lines])
-        near = "" if own.clearance is None else f"; bodies keep {1000 * own.clearance:.0f} mm apart"
+        say(expected if widths else [f"trajectory before the first log, {duration}:", *motion.lines])
+        near = "" if motion.clearance is None else f"; bodies keep {1000 * motion.clearance:.0f} mm apart"
         say([f"the trajectory uses {used}{near}"])
-    say(f"note: {note}" for note in found.notes)
+    say(f"note: {note}" for note in plan.notes)
 
 
-def print_replay(found: Replay) -> None:
+def print_replay(replay: Replay) -> None:
     """Print the torque errors and the rollout errors of each model, and their medians over the joints."""
-    names = _model_names(found)
-    headings = [f"{name}\n{1e3 * horizon:.0f} ms" for name in names for horizon in found.horizons]
-    horizons = range(len(found.horizons))
+    names = _model_names(replay)
+    headings = [f"{name}\n{1e3 * horizon:.0f} ms" for name in names for horizon in replay.horizons]
+    horizons = range(len(replay.horizons))
     torque, rollouts = [], []
-    for joint in found.joints:
-        errors = [model.torque.get(joint) for model in found.models]
+    for joint in replay.joints:
+        errors = [model.torque.get(joint) for model in replay.models]
         torque.append([joint, *(f"{error.r2:.3f} ({number(error.rms)})" if error else "" for error in errors)])
-        runs = [each for model in found.models for each in model.rollouts.get(joint, [None] * len(horizons))]
-        rollouts.append([joint, *(_relative(each.relative if each else None) for each in runs)])
-    torque.append(["median", *("" if (r2 := model.median_r2()) is None else f"{r2:.3f}" for model in found.models)])
-    rollouts.append(["median", *(_relative(model.median_relative(k)) for model in found.models for k in horizons)])
-    own, *others = dict.fromkeys(model.model for model in found.models)
-    say([found.headline(), f"model: {own}", *(f"new model: {other}" for other in others)])
-    title = f"Torques of {found.robot}: R² (RMS error [N m])"
+        runs = [run for model in replay.models for run in model.rollouts.get(joint, [None] * len(horizons))]
+        rollouts.append([joint, *(_relative(run.relative if run else None) for run in runs)])
+    torque.append(["median", *("" if (r2 := model.median_r2()) is None else f"{r2:.3f}" for model in replay.models)])
+    rollouts.append(["median", *(_relative(model.median_relative(k)) for model in replay.models for k in horizons)])
+    file, *others = dict.fromkeys(model.model for model in replay.models)
+    say([replay.headline(), f"model: {file}", *(f"new model: {other}" for other in others)])
+    title = f"Torques of {replay.robot}: R² (RMS error [N m])"
     print_table(TextTable(title=title, left=["joint"], right=names, rows=torque))
     title = "Velocity error of simulations divided by the change of velocity (RMS)"
-    notes = ["Values above 1 are worse than a constant velocity.", *(f"note: {note}" for note in found.notes)]
+    notes = ["Values above 1 are worse than a constant velocity.", *(f"note: {note}" for note in replay.notes)]
     print_table(TextTable(title=title, left=["joint"], right=headings, rows=rollouts, notes=notes))
 
 
-def _model_names(found: Replay) -> list[str]:
+def _model_names(replay: Replay) -> list[str]:
     """Label the robot's own model "model" and the other "new model", without and with friction where both exist."""
-    files = [model.model for model in found.models]
+    files = [model.model for model in replay.models]
     return [
         ("model" if model.model == files[0] else "new model")
         + ("\n+ friction" if model.friction else "\nno friction" if files.count(model.model) > 1 else "")
-        for model in found.models
+        for model in replay.models
     ]
 
 
@@ -281,10 +281,10 @@ def _relative(value: float | None) -> str:
     return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"
 
 
-def show(found: Any, printer: Callable[[Any], None], paths: list[Path], *, json: bool, quiet: bool) -> None:
+def show(result: Any, printer: Callable[[Any], None], paths: list[Path], *, json: bool, quiet: bool) -> None:
     """Print a result as JSON, or as tables followed by the paths of the written files."""
     if json:
-        print(found.to_json(), end="")
+        print(result.to_json(), end="")
     elif not quiet:
-        printer(found)
+        printer(result)
         print_paths(paths)

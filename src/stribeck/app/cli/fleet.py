@@ -50,17 +50,17 @@ def fleet(
         raise SettingsError("fleet: expected LOGS and --robot FILE, or --manifest FILE")
     jobs = jobs_of_manifest(manifest) if manifest else jobs_of_logs(logs, robot or Path())
     limits = Limits(timeout=timeout, memory=memory)
-    left = f"{output} has the logs that are done; repeat the command to continue"
-    with resumable(left), console.progress_bar(quiet) as progress:
-        found = run_fleet(jobs, output, workers=workers, backend=backend, limits=limits, again=again, progress=progress)
+    remainder = f"{output} has the logs that are done; repeat the command to continue"
+    with resumable(remainder), console.progress_bar(quiet) as progress:
+        tally = run_fleet(jobs, output, workers=workers, backend=backend, limits=limits, again=again, progress=progress)
     if json:
-        typer.echo(json_format.dumps(asdict(found), indent=2))
+        typer.echo(json_format.dumps(asdict(tally), indent=2))
     elif not quiet:
-        _print_damaged(found.damaged)
-        for each in found.failed:
-            typer.echo(f"{each.status}: {each.error}")
-        typer.echo(f"{found.line}; {output}")
-    if found.failed:
+        _print_damaged(tally.damaged)
+        for outcome in tally.failed:
+            typer.echo(f"{outcome.status}: {outcome.error}")
+        typer.echo(f"{tally.line}; {output}")
+    if tally.failed:
         sys.exit(3)  # a log has no result
 
 
@@ -70,8 +70,8 @@ def _compact(store: Path, *, json: bool, quiet: bool) -> None:
 
     before, after, damaged = compact(store)
     if json:
-        found = {"before": before, "after": after, "damaged": list(map(str, damaged))}
-        typer.echo(json_format.dumps(found, indent=2))
+        counts = {"before": before, "after": after, "damaged": list(map(str, damaged))}
+        typer.echo(json_format.dumps(counts, indent=2))
     elif not quiet:
         _print_damaged(map(str, damaged))
         typer.echo(f"{store}: {before} files merged into {after}")
@@ -100,11 +100,11 @@ def trends(
 
     if output is not None:
         check_outputs([output / REPORT], [], overwrite)
-    found = find_trends(store, logs_per_false_alarm=logs_per_false_alarm)
+    fleet_trends = find_trends(store, logs_per_false_alarm=logs_per_false_alarm)
     if output is not None:
-        write_trends(found, output / REPORT)
+        write_trends(fleet_trends, output / REPORT)
     if json:
-        typer.echo(found.to_json(), nl=False)
+        typer.echo(fleet_trends.to_json(), nl=False)
     elif not quiet:
-        typer.echo(found.summary())
+        typer.echo(fleet_trends.summary())
         console.print_paths([output / REPORT] if output else [])

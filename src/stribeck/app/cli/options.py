@@ -171,18 +171,18 @@ def robot_of(path: Path, exclude: list[str], logs: list[Path]) -> Robot:
     from stribeck.core.settings import LogTable
 
     robot = Robot.from_file(path)
-    found: list[Any] = list(robot.log_table.exclude)
+    spans: list[Any] = list(robot.log_table.exclude)
     for text in exclude:
         try:
             *name, start, end = text.rsplit(":", 2)
-            found += LogTable.model_validate({"exclude": [(*name, float(start), float(end))]}).exclude
+            spans += LogTable.model_validate({"exclude": [(*name, float(start), float(end))]}).exclude
         except (ValueError, SettingsError) as error:
             expected = "expected START:END in seconds, e.g. 40:70, or LOG:START:END"
             raise SettingsError(f"--exclude {text}: {expected}") from error
         if name and not any(names_log(name[0], str(log)) for log in logs):
             given = ", ".join(map(str, logs))
             raise SettingsError(f"--exclude {text}: '{name[0]}' is none of the logs; expected a name of {given}")
-    return replace(robot, log_table=robot.log_table.model_copy(update={"exclude": found}))
+    return replace(robot, log_table=robot.log_table.model_copy(update={"exclude": spans}))
 
 
 def files_of(robot: Robot) -> list[Path]:
@@ -223,8 +223,8 @@ class Command(TyperCommand):
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write the tables of arguments and options."""
         for title, kind in (("Arguments", "argument"), ("Options", "option")):
-            parameters = [each for each in self.get_params(ctx) if each.param_type_name == kind]
-            records = [record for each in parameters if (record := each.get_help_record(ctx))]
+            parameters = [parameter for parameter in self.get_params(ctx) if parameter.param_type_name == kind]
+            records = [record for parameter in parameters if (record := parameter.get_help_record(ctx))]
             if records:
                 with formatter.section(title):
                     formatter.write_dl([(name.partition(" <")[0], text) for name, text in records])

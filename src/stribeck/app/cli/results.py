@@ -33,7 +33,7 @@ def export(
     from stribeck.core.result import read_result
     from stribeck.core.robot import Robot
 
-    found = read_result(result)
+    source = read_result(result)
     machine = Robot.from_file(robot)
     chosen: dict[str, Any] = {"joints": options.split_names(joints), "include_weak": include_weak}
     if more not in (None, "inertia"):
@@ -48,13 +48,13 @@ def export(
     elif output.is_dir() and any(output.iterdir()) and not overwrite:
         raise SettingsError(f"{output}: already exists", option="choose another -o, or pass --overwrite")
     lines, paths = list[str](), [output]
-    with findings_kept([*machine.warnings, *found.warnings]):
+    with findings_kept([*machine.warnings, *source.warnings]):
         if samples is not None:
-            paths = export_samples(found, machine, output, to, samples, friction=friction, inertia=write, **chosen)
+            paths = export_samples(source, machine, output, to, samples, friction=friction, inertia=write, **chosen)
         elif ranges:
-            lines = export_ranges(found, machine, output, to, **chosen)
+            lines = export_ranges(source, machine, output, to, **chosen)
         else:
-            lines = write_model(found, machine, output, to, strict=strict, friction=friction, inertia=write, **chosen)
+            lines = write_model(source, machine, output, to, strict=strict, friction=friction, inertia=write, **chosen)
     if not quiet:
         for line in lines:
             typer.echo(line)
@@ -85,12 +85,12 @@ def compare(
     if labels and len(set(labels)) != 2:
         raise SettingsError(f"--names: found {', '.join(labels)}; expected 2 different names")
     if len(files) == 1:
-        found = compare_sides(read_result(files[0]))
+        comparison = compare_sides(read_result(files[0]))
     else:
-        found = compare_two(files[0], files[1], names=(labels[0], labels[1]) if labels else None)
+        comparison = compare_two(files[0], files[1], names=(labels[0], labels[1]) if labels else None)
     if output is not None:
-        write_comparison(found, output)
-    console.show(found, console.print_comparison, [output] if output else [], json=json, quiet=quiet)
+        write_comparison(comparison, output)
+    console.show(comparison, console.print_comparison, [output] if output else [], json=json, quiet=quiet)
 
 
 def plan(
@@ -117,15 +117,15 @@ def plan(
     asked = options.split_names(joints)
     check_outputs(outputs, [*([file] if file else []), *options.files_of(machine)], overwrite)
     with console.progress_bar(quiet) as progress:
-        found = run(
+        proposal = run(
             file, machine, joints=asked, held=held, duration=duration if output or not file else None, progress=progress
         )
     if output is not None:
         with staged_folder(output) as staging:
-            (staging / "plan.json").write_text(found.to_json(), encoding="utf-8")
-            if found.trajectory:
-                found.trajectory.write_csv(staging / "trajectory.csv")
-    console.show(found, console.print_plan, outputs if found.trajectory else outputs[:1], json=json, quiet=quiet)
+            (staging / "plan.json").write_text(proposal.to_json(), encoding="utf-8")
+            if proposal.trajectory:
+                proposal.trajectory.write_csv(staging / "trajectory.csv")
+    console.show(proposal, console.print_plan, outputs if proposal.trajectory else outputs[:1], json=json, quiet=quiet)
 
 
 def replay(
@@ -160,13 +160,13 @@ def replay(
     check_outputs(outputs, [*logs, model, *options.files_of(machine)], overwrite)
     with console.progress_bar(quiet) as progress:
         part, *more = (options.part_of(log, machine, start, stop) for log in logs)
-        found = run(part, machine, model, chosen, more=more, horizon=horizon, force=force, progress=progress)
+        playback = run(part, machine, model, chosen, more=more, horizon=horizon, force=force, progress=progress)
     if output is not None:
         with staged_folder(output) as staging:
-            (staging / "replay.json").write_text(found.to_json(), encoding="utf-8")
-            write_replay(found, staging / "replay.html")
+            (staging / "replay.json").write_text(playback.to_json(), encoding="utf-8")
+            write_replay(playback, staging / "replay.html")
     if rerun:
         from stribeck.app.report.recording import write_recording
 
-        write_recording(curves_of_replay(found), rerun, found.robot)
-    console.show(found, console.print_replay, outputs, json=json, quiet=quiet)
+        write_recording(curves_of_replay(playback), rerun, playback.robot)
+    console.show(playback, console.print_replay, outputs, json=json, quiet=quiet)

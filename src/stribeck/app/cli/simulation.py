@@ -33,10 +33,10 @@ def simulate(
     chosen = read_scenario(scenario)
     check_outputs([output, truth_file(output)], [scenario, scenario.parent / chosen.robot], overwrite)
     with console.progress_bar(quiet) as progress:
-        found = run_scenario(chosen, scenario.parent, lambda share: progress(f"simulating {scenario.stem}", share))
-    truth = write_simulated(found.log, found.truth, output)
+        simulation = run_scenario(chosen, scenario.parent, lambda share: progress(f"simulating {scenario.stem}", share))
+    truth = write_simulated(simulation.log, simulation.truth, output)
     if not quiet:
-        console.print_paths([output, truth, Path(found.robot.path)])
+        console.print_paths([output, truth, Path(simulation.robot.path)])
 
 
 def demo(
@@ -99,13 +99,13 @@ def rehearse(
         motion = motion_of_log(machine, log, before) if log else first_motion(machine, duration)
         machine = measured_robot(machine)
         noise = motion.position_noise, motion.torque_noise
-        found = simulated(machine, motion.time, motion.position, noise, motion.friction)
-        write_log(found.log, staging / "log.npz")
-        result = run(found.log, machine, table=staging / TABLE, progress=progress)
+        rehearsal = simulated(machine, motion.time, motion.position, noise, motion.friction)
+        write_log(rehearsal.log, staging / "log.npz")
+        result = run(rehearsal.log, machine, table=staging / TABLE, progress=progress)
         progress("writing the report", 0.9)
-        options.write_result(result, staging, reference=truth_reference(result, found.law, found.parameters))
+        options.write_result(result, staging, reference=truth_reference(result, rehearsal.law, rehearsal.parameters))
     if not quiet:
-        print_expectation(result, found.parameters, motion.notes)
+        print_expectation(result, rehearsal.parameters, motion.notes)
         console.print_paths(outputs)
 
 
@@ -124,11 +124,11 @@ def _moved(result: Result, staging: str, output: str) -> Result:
 def print_truth(result: Result, truth: Mapping[str, Mapping[str, float]]) -> None:
     """Print the true and estimated parameters of each joint, then how many intervals contain the truth."""
     rows, identified, covered = [], 0, 0
-    for joint, found in result.joints.items():
+    for joint, friction in result.joints.items():
         true = truth.get(joint, {})
-        compared = {name: value for name, value in found.parameters.items() if name in true}
+        compared = {name: value for name, value in friction.parameters.items() if name in true}
         if not compared:
-            verdict = found.verdict if found.parameters else f"{found.verdict}: {found.reason}"
+            verdict = friction.verdict if friction.parameters else f"{friction.verdict}: {friction.reason}"
             rows.append([joint, "", "" if true else "none", "", "", verdict])
         for name, value in compared.items():
             low, high = value.interval_95
@@ -162,9 +162,9 @@ def print_expectation(result: Result, truth: Mapping[str, Mapping[str, float]], 
         covered += point.interval_95[0] <= known <= point.interval_95[1]
         widths += [point.half_width / known] * (joint.verdict == "identified")
         error = f"{100 * (point.value / known - 1):+.1f} %"
-        found = f"{point_text(point)} {point.unit} at {point.velocity:.2g}"
-        rows.append([name, f"{number(known)} {point.unit}", found, error, joint.verdict, advice(joint)])
-    ends = [f"{100 * each:.2g}" for each in (min(widths), max(widths))] if widths else []
+        estimate = f"{point_text(point)} {point.unit} at {point.velocity:.2g}"
+        rows.append([name, f"{number(known)} {point.unit}", estimate, error, joint.verdict, advice(joint)])
+    ends = [f"{100 * width:.2g}" for width in (min(widths), max(widths))] if widths else []
     within = f" within ± {' to '.join(dict.fromkeys(ends))} %" if ends else ""
     say([f"{len(widths)} of {len(rows)} joints would be identified{within} of their friction at middle speed"])
     print_table(

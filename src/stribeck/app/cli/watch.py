@@ -52,13 +52,13 @@ def watch(
     from stribeck.core.robot import Robot
     from stribeck.service import estimator_for, feed, stream_of
 
-    machine, found = Robot.from_file(robot), read_result(result)
+    machine, reference = Robot.from_file(robot), read_result(result)
     online, saved = None, time.monotonic()
     with ExitStack() as stack:
         live = None if json or quiet else _live_table(stack)
-        for part, rate in stream_of(log, mcap, machine, found):
+        for part, rate in stream_of(log, mcap, machine, reference):
             if online is None:
-                online = estimator_for(found, machine, rate, hours)
+                online = estimator_for(reference, machine, rate, hours)
                 if state is not None and state.exists():
                     online.load(state)
                 shown = online.checked
@@ -92,16 +92,16 @@ def _show(online: OnlineFriction, live: Live | None, *, json: bool, rerun: bool)
     """Print the state as JSON, draw it, or send it to the Rerun viewer."""
     joints = online.state()
     if json:
-        own = {name: asdict(each) for name, each in joints.items()}
-        typer.echo(json_format.dumps({"time": online.time, "joints": own}))
+        states = {name: asdict(state) for name, state in joints.items()}
+        typer.echo(json_format.dumps({"time": online.time, "joints": states}))
     elif live is not None:
         live.update(drawn(_table_of_state(online)), refresh=True)
     if rerun:
         viewer = import_module("rerun")
         viewer.init("stribeck watch", spawn=True)
         viewer.set_time("stream", duration=online.time)
-        for name, each in joints.items():
-            viewer.log(f"friction/{name}", viewer.Scalars([each.friction, *each.interval_95, each.baseline]))
+        for name, state in joints.items():
+            viewer.log(f"friction/{name}", viewer.Scalars([state.friction, *state.interval_95, state.baseline]))
 
 
 def _live_table(stack: ExitStack) -> Live | None:
@@ -124,13 +124,13 @@ def _table_of_state(online: OnlineFriction) -> TextTable:
     rows = [
         [
             name,
-            number(own.baseline),
-            number(own.friction),
-            span(own.interval_95),
-            f"{100 * (own.friction / own.baseline - 1):+.0f}",
-            "ALARM" if own.alarm else "",
+            number(state.baseline),
+            number(state.friction),
+            span(state.interval_95),
+            f"{100 * (state.friction / state.baseline - 1):+.0f}",
+            "ALARM" if state.alarm else "",
         ]
-        for name, own in online.state().items()
+        for name, state in online.state().items()
     ]
     return TextTable(
         title=f"Friction at middle speed [N m], [N] after {online.time:.0f} s",

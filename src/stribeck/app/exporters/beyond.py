@@ -61,12 +61,12 @@ def top_speed(joint: JointResult) -> float:
 
 def friction_beyond(joints: Mapping[str, JointResult]) -> dict[str, Beyond]:
     """Extrapolate the friction of joints slower than 20 % of `REACH`, given all joints of the robot with friction."""
-    found: dict[str, Beyond] = {}
+    friction: dict[str, Beyond] = {}
     for units, reach in REACH.items():
         group = {name: joint for name, joint in joints.items() if joint.units() == units}
         with np.errstate(all="ignore"):  # joints with infinite friction are skipped
-            found |= {name: own for name, own in _extrapolate(group, units, reach) if own.top < 0.2 * reach}
-    return found
+            friction |= {name: beyond for name, beyond in _extrapolate(group, units, reach) if beyond.top < 0.2 * reach}
+    return friction
 
 
 def _extrapolate(

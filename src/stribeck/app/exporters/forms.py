@@ -64,12 +64,12 @@ class Form:
         height = {"stribeck_gain", "stribeck_velocity"} if "stribeck" in self.numbers else set()
         return {*self.numbers, "load" if "gear_load" in self.numbers else ""} - {"stribeck"} | height
 
-    def columns(self, velocity: Array, load: Array, found: Mapping[str, float]) -> Array:
+    def columns(self, velocity: Array, load: Array, values: Mapping[str, float]) -> Array:
         """Compute the functions, shape (N, k), for velocities and loads, shape (N,), and the identified parameters."""
-        rise = np.exp(-((velocity / found.get("stribeck_velocity", 1.0)) ** 2)) * ("stribeck_velocity" in found)
+        rise = np.exp(-((velocity / values.get("stribeck_velocity", 1.0)) ** 2)) * ("stribeck_velocity" in values)
         sign = np.sign(velocity)
         columns = {"viscous": velocity, "coulomb": sign, "stribeck": sign * rise}
-        columns["gear_load"] = 2 * np.abs(load) * sign * ("load" in found)
+        columns["gear_load"] = 2 * np.abs(load) * sign * ("load" in values)
         return np.column_stack([columns[name] for name in self.numbers])
 
 
@@ -114,24 +114,24 @@ def nearest(joint: JointResult, form: Form, beyond: Beyond | None = None) -> Nea
         If the friction is not finite.
     """
     with np.errstate(all="ignore"):  # overflows are refused below
-        found = joint.values
-        velocity, load, friction = _resistance(joint, found, _speeds(joint, found))
-        columns = form.columns(velocity.ravel(), load.ravel(), found).reshape(*velocity.shape, -1)
+        values = joint.values
+        velocity, load, friction = _resistance(joint, values, _speeds(joint, values))
+        columns = form.columns(velocity.ravel(), load.ravel(), values).reshape(*velocity.shape, -1)
         if not np.isfinite([np.linalg.norm(columns), np.linalg.norm(friction)]).all():
             raise SettingsError(f"export: the friction of the result is {friction.max():g}; expected a finite value")
         room = _room(joint, velocity[:, 0], friction)
         weights = _weights(columns, friction, room)
         coefficients = _coefficients(columns, friction, weights)
         if beyond:
-            far = form.columns(np.array([beyond.speed]), np.array([joint.mean_load or 0.0]), found)
+            far = form.columns(np.array([beyond.speed]), np.array([joint.mean_load or 0.0]), values)
             free = room - abs(np.mean(friction - columns @ coefficients, axis=1)) if "coulomb" in form.numbers else None
             coefficients = _guided(columns, friction, weights, far, beyond.friction, free)
         residual = friction - columns @ coefficients
         off = abs(residual.mean(axis=1))
         numbers = dict(zip(form.numbers, coefficients.tolist(), strict=True))
-        numbers["static"] = numbers.get("coulomb", 0.0) + numbers.get("stribeck", _stiction(joint, found, numbers))
-        numbers["stribeck_velocity"] = found.get("stribeck_velocity", 1.0)
-        numbers |= _bristles(joint, found)
+        numbers["static"] = numbers.get("coulomb", 0.0) + numbers.get("stribeck", _stiction(joint, values, numbers))
+        numbers["stribeck_velocity"] = values.get("stribeck_velocity", 1.0)
+        numbers |= _bristles(joint, values)
         remains = float(np.sqrt(np.mean(residual**2)))
         if not np.isfinite([*numbers.values(), remains]).all():
             raise SettingsError(f"export: the friction at rest is {numbers['static']:g}; expected a finite value")
@@ -168,17 +168,17 @@ def _weights(columns: Array, friction: Array, room: Array) -> Array:
 
 def _guided(columns: Array, friction: Array, weights: Array, far: Array, guess: float, room: Array | None) -> Array:
     """Fit a form to friction of the log and a guess beyond it, which moves the form by at most the room within it."""
-    own = _coefficients(columns, friction, weights)
+    coefficients = _coefficients(columns, friction, weights)
     weight = float(np.linalg.norm(friction * weights[:, None])) / guess
     for _ in range(HALVINGS):
         guided = _coefficients(columns, friction, weights, (weight * far, weight * guess))
-        if room is None or np.all(abs(np.mean(columns @ (guided - own), axis=1)) <= room):
+        if room is None or np.all(abs(np.mean(columns @ (guided - coefficients), axis=1)) <= room):
             return guided
         weight /= 2
-    return own
+    return coefficients
 
 
-def _speeds(joint: JointResult, found: Mapping[str, float]) -> Array:
+def _speeds(joint: JointResult, values: Mapping[str, float]) -> Array:
     """Compute the speeds of the fit, shape (V,), without slow ones where the law's smooth sign is below 0.96.
 
     There, a log does not resolve friction: its curve starts at the slow speed, and the sign of simulators is sharp.
@@ -186,7 +186,7 @@ def _speeds(joint: JointResult, found: Mapping[str, float]) -> Array:
     top = top_speed(joint)
     speeds = top * np.arange(1, SPEEDS + 1) / SPEEDS
     slow = min(joint.curve[0].velocity, top) if joint.curve else 0.0
-    return np.asarray(speeds[(speeds >= (1 - 1e-9) * slow) | (found.get("slope", np.inf) * speeds >= 2)])
+    return np.asarray(speeds[(speeds >= (1 - 1e-9) * slow) | (values.get("slope", np.inf) * speeds >= 2)])
 
 
 def _room(joint: JointResult, velocity: Array, friction: Array) -> Array:
@@ -196,23 +196,23 @@ def _room(joint: JointResult, velocity: Array, friction: Array) -> Array:
     return np.asarray(np.maximum(np.interp(abs(velocity), speeds, halves) / 2, rounding))
 
 
-def _bristles(joint: JointResult, found: Mapping[str, float]) -> dict[str, float]:
+def _bristles(joint: JointResult, values: Mapping[str, float]) -> dict[str, float]:
     """Compute stiffness (Coulomb friction divided by travel) [N m/rad] and damping [N m s/rad] of bristles."""
-    known = [name for name in ("bristle_travel", "bristle_damping") if name in found]
-    numbers = {name: found[name] for name in known if joint.parameters[name].verdict == "identified"}
+    known = [name for name in ("bristle_travel", "bristle_damping") if name in values]
+    numbers = {name: values[name] for name in known if joint.parameters[name].verdict == "identified"}
     if "bristle_travel" in numbers:
-        numbers["bristle_stiffness"] = found["coulomb"] / numbers.pop("bristle_travel")
+        numbers["bristle_stiffness"] = values["coulomb"] / numbers.pop("bristle_travel")
     return numbers
 
 
-def _stiction(joint: JointResult, found: Mapping[str, float], numbers: Mapping[str, float]) -> float:
+def _stiction(joint: JointResult, values: Mapping[str, float], numbers: Mapping[str, float]) -> float:
     """Compute the excess of the torque that resists slow motion over Coulomb friction, mean of both directions."""
-    velocity, _, friction = _resistance(joint, found, top_speed(joint) * np.geomspace(1e-3, 1.0, 100))
+    velocity, _, friction = _resistance(joint, values, top_speed(joint) * np.geomspace(1e-3, 1.0, 100))
     levels = np.mean(np.sign(velocity) * (friction - numbers["viscous"] * velocity), axis=1)  # from -top to top
     return max(float((levels + levels[::-1]).max() / 2) - numbers.get("coulomb", 0.0), 0.0)
 
 
-def _resistance(joint: JointResult, found: Mapping[str, float], speeds: Array) -> tuple[Array, Array, Array]:
+def _resistance(joint: JointResult, values: Mapping[str, float], speeds: Array) -> tuple[Array, Array, Array]:
     """Compute velocities, at speeds in both directions, loads, and the friction, shape (V, k) each.
 
     The k columns are loads and positions of the log. Positions are fractional parts of multiples of the golden ratio,
@@ -220,14 +220,14 @@ def _resistance(joint: JointResult, found: Mapping[str, float], speeds: Array) -
     identified curve, the mean over the log's positions, because a joint is not at all positions for the same time.
     """
     mean, deviation = joint.mean_load or 0.0, joint.load_deviation or 0.0
-    deviation = min(deviation, mean) if found.keys() & parameters_over("load") else 0.0
+    deviation = min(deviation, mean) if values.keys() & parameters_over("load") else 0.0
     loads = np.unique([mean - deviation, mean + deviation])
     low, high = joint.position_range or (0.0, 2 * np.pi)
     positions = [low]
-    if found.keys() & parameters_over("position"):
+    if values.keys() & parameters_over("position"):
         positions = (low + (high - low) * (0.5 * (5**0.5 - 1) * np.arange(64) % 1)).tolist()
     grid = np.meshgrid(np.concatenate([-speeds[::-1], speeds]), loads, positions, indexing="ij")
     velocity, load, position = (axis.reshape(2 * len(speeds), -1) for axis in grid)
-    own = joint.friction(velocity, load, position=position)
+    friction = joint.friction(velocity, load, position=position)
     curve = joint.friction(velocity[:, 0])[:, None]
-    return velocity, load, own + curve - own.mean(axis=1, keepdims=True)
+    return velocity, load, friction + curve - friction.mean(axis=1, keepdims=True)

@@ -130,40 +130,40 @@ def joint_terms(
         for name, joint in result.joints.items()
         if (joints is None or name in joints) and (any_unit or joint.torque_unit is None)
     }
-    return {name: found for name, found in terms.items() if found.stated}
+    return {name: joint for name, joint in terms.items() if joint.stated}
 
 
 def _terms(joint: JointResult, form: Form | None, good: Collection[str], beyond: Beyond | None) -> WrittenJoint:
-    there = joint.parameters
-    quantities = {name: (found.value, found.unit) for name, found in there.items()}
+    estimates = joint.parameters
+    quantities = {name: (estimate.value, estimate.unit) for name, estimate in estimates.items()}
     if form is None:
-        left_out = {name: own for name, own in quantities.items() if name in UNSTEADY}
+        left_out = {name: pair for name, pair in quantities.items() if name in UNSTEADY}
         if joint.verdict == "no friction":
             return WrittenJoint(stated={"friction": (0.0, joint.units()[1])}, left_out=left_out, note=joint.reason)
-        steady = {name: own for name, own in quantities.items() if name not in UNSTEADY}
+        steady = {name: pair for name, pair in quantities.items() if name not in UNSTEADY}
         return WrittenJoint(stated=steady if _has_friction(joint, good) else {}, left_out=left_out, beyond=beyond)
     words, rotor, units = form.words, {}, _units(joint)
-    inertia = there.get("armature") if "armature" in words else None
+    inertia = estimates.get("armature") if "armature" in words else None
     if inertia and (inertia.verdict in good or (inertia.interval_95[0] > 0 and _has_friction(joint, good))):
         rotor[words["armature"]] = _rounded(inertia.value, inertia.standard_error), "kg m^2"
     formless = set(FORMLESS) - ({"armature"} & words.keys())
-    left_out = {name: own for name, own in quantities.items() if name in formless and own[0]}
+    left_out = {name: pair for name, pair in quantities.items() if name in formless and pair[0]}
     if joint.verdict == "no friction" and joint.curve:
         zero = {words[name]: (0.0, units[name]) for name in words if name in units and name != "stribeck_velocity"}
         return WrittenJoint(stated=zero | rotor, left_out=left_out, note=joint.reason, plain=(0.0, 0.0, False))
     if not _has_friction(joint, good):
         return WrittenJoint(stated=rotor, left_out=left_out)
-    found, errors = nearest(joint, form, beyond), _errors(joint)
-    rounded = {name: _rounded(value, errors.get(name, 0.0)) for name, value in found.numbers.items()}
+    fit, errors = nearest(joint, form, beyond), _errors(joint)
+    rounded = {name: _rounded(value, errors.get(name, 0.0)) for name, value in fit.numbers.items()}
     friction = {words[name]: (value, units[name]) for name, value in rounded.items() if name in words}
     return WrittenJoint(
         stated=friction | rotor,
-        projected={name: own for name, own in quantities.items() if name not in FORMLESS and name not in form.of_law},
-        fit=found,
+        projected={name: pair for name, pair in quantities.items() if name not in FORMLESS and name not in form.of_law},
+        fit=fit,
         units=joint.units(),
-        beyond=beyond and replace(beyond, friction=found.far),
+        beyond=beyond and replace(beyond, friction=fit.far),
         plain=(rounded.get("coulomb", 0.0), rounded["viscous"], any(map(rounded.get, ("stribeck", "gear_load")))),
-        left_out={name: own for name, own in left_out.items() if words.get(BRISTLES.get(name, name)) not in friction},
+        left_out={name: pair for name, pair in left_out.items() if words.get(BRISTLES.get(name, name)) not in friction},
     )
 
 
@@ -185,11 +185,11 @@ def _units(joint: JointResult) -> dict[str, str]:
 
 def _errors(joint: JointResult) -> dict[str, float]:
     """Estimate standard errors of a friction model's numbers, from the curve where available."""
-    own = {name: parameter.standard_error for name, parameter in joint.parameters.items()}
+    errors = {name: parameter.standard_error for name, parameter in joint.parameters.items()}
     if not joint.curve:
-        return own | {"static": own.get("coulomb", 0.0)}
+        return errors | {"static": errors.get("coulomb", 0.0)}
     slow, top = joint.curve[0].standard_error, joint.curve[-1].standard_error
-    return own | {"coulomb": slow, "static": slow, "viscous": top / max(top_speed(joint), 1e-9)}
+    return errors | {"coulomb": slow, "static": slow, "viscous": top / max(top_speed(joint), 1e-9)}
 
 
 def _rounded(value: float, error: float) -> float:

@@ -34,7 +34,7 @@ def corrected_links(robot: Robot, corrections: Corrections) -> tuple[dict[str, p
     for frame in tree.frames:
         if frame.type == pin.FrameType.BODY and str(frame.name) in inertias:
             poses[int(frame.parentJoint)][str(frame.name)] = frame.placement.homogeneous
-    found: dict[str, pin.Inertia] = {}
+    new_inertias: dict[str, pin.Inertia] = {}
     impossible = []
     for joint, body in corrections.bodies.items():
         require_same_body(tree, joint, body, robot.model_path)
@@ -47,8 +47,8 @@ def corrected_links(robot: Robot, corrections: Corrections) -> tuple[dict[str, p
         for (name, pose), old, new in zip(links.items(), before, after, strict=True):
             if not np.array_equal(old, new):
                 back = np.linalg.inv(pose)
-                found[name] = pin.Inertia.FromPseudoInertia(pin.PseudoInertia.FromMatrix(back @ new @ back.T))
-    return found, impossible
+                new_inertias[name] = pin.Inertia.FromPseudoInertia(pin.PseudoInertia.FromMatrix(back @ new @ back.T))
+    return new_inertias, impossible
 
 
 def within_reach(body: BodyCorrection, tree: pin.Model, joint: int) -> BodyCorrection:
@@ -74,7 +74,7 @@ def _inertias_of_links(file: pin.Model) -> dict[str, Array]:
     Pinocchio stores the inertias of fixed links; the joint's own link has the rest of the joint's body.
     """
     inertias: dict[str, Array] = {}
-    own: dict[int, tuple[str, Array]] = {}
+    links: dict[int, tuple[str, Array]] = {}
     rest = [pseudo_inertia_of(inertia) for inertia in file.inertias]
     for frame in file.frames:
         joint, pose = int(frame.parentJoint), frame.placement.homogeneous
@@ -87,30 +87,30 @@ def _inertias_of_links(file: pin.Model) -> dict[str, Array]:
             inertias[str(frame.name)] = pseudo_inertia_of(carrier.inertia)
             rest[joint] = rest[joint] - pose @ inertias[str(frame.name)] @ pose.T
         else:
-            own[joint] = str(frame.name), np.linalg.inv(pose)
-    return inertias | {name: back @ rest[joint] @ back.T for joint, (name, back) in own.items()}
+            links[joint] = str(frame.name), np.linalg.inv(pose)
+    return inertias | {name: back @ rest[joint] @ back.T for joint, (name, back) in links.items()}
 
 
-def share(links: Array, found: Array) -> Array:
+def share(links: Array, total: Array) -> Array:
     """Compute the links' new pseudo-inertias, shape (L, 4, 4).
 
-    Their sum is `found`, unless the rest for the heaviest link is physically impossible.
+    Their sum is `total`, unless the rest for the heaviest link is physically impossible.
 
     Parameters
     ----------
     links
         Pseudo-inertias in one frame, shape (L, 4, 4).
-    found
+    total
         Their new sum, shape (4, 4).
     """
-    carrier = _nearest_map(links.sum(axis=0), found)
+    carrier = _nearest_map(links.sum(axis=0), total)
     masses = links[:, 3, 3]
     heaviest = int(np.argmax(masses))
     for least in (1e-2, 1e-9):  # share of the sum below which links keep their inertia
         shared = links.copy()
         for k in np.flatnonzero(masses > least * masses.sum()):
             shared[k] = possible(carrier @ links[k] @ carrier.T)
-        rest = shared[heaviest] + found - shared.sum(axis=0)
+        rest = shared[heaviest] + total - shared.sum(axis=0)
         shared[heaviest] = possible(rest)
         if np.array_equal(shared[heaviest], rest):
             break

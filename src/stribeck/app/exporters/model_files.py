@@ -57,20 +57,20 @@ def mjcf_text(request: Request) -> str:
         root = _read(request.model)
         _include(root, request.model.parent)
         _move_mjcf_files(root, request.model.parent, request.folder)
-    stated = {name: own.numbers for name, own in request.joints.items()}
+    stated = {name: terms.numbers for name, terms in request.joints.items()}
     bristles = _bristles(request.robot, stated)
     for world in _children(root, "worldbody"):
         for name, body in _bodies(world, ""):
             if name in request.links:
                 _set_mjcf_inertia(_child(body, "inertial"), request.links[name])
             for joint in _children(body, "joint"):
-                if (own := joint.getAttribute("name")) in stated:
-                    _set_mjcf_friction(root, joint, stated[own], bristles.get(own))
+                if (joint_name := joint.getAttribute("name")) in stated:
+                    _set_mjcf_friction(root, joint, stated[joint_name], bristles.get(joint_name))
     for compiler in _children(root, "compiler") if request.links else []:
         if compiler.getAttribute("inertiafromgeom") == "true":
             compiler.setAttribute("inertiafromgeom", "auto")  # use stated inertias instead of the shapes'
     if bristles:
-        step = 1e3 * min(own[2] for own in bristles.values())
+        step = 1e3 * min(bristle[2] for bristle in bristles.values())
         notes.append(f"LuGre friction is stable at steps of {step:.2g} ms and less; `--friction plain` at all steps.")
     return _text(root, [*request.lines, *notes])
 
@@ -87,8 +87,8 @@ def _changed_urdf(request: Request, words: Collection[str]) -> Element:
             _set_urdf_inertia(_child(link, "inertial"), new)
     for joint in _children(root, "joint"):
         stated = request.numbers(joint.getAttribute("name"))
-        if own := {word: value for word, value in stated.items() if word in words}:
-            _set_numbers(_child(joint, "dynamics"), **own)
+        if numbers := {word: value for word, value in stated.items() if word in words}:
+            _set_numbers(_child(joint, "dynamics"), **numbers)
     _move_urdf_files(root, request.model.parent, request.folder)
     return root
 
@@ -105,7 +105,7 @@ def _move_urdf_files(root: Element, source: Path, folder: Path) -> None:
 
     A folder of meshes named by MuJoCo's URDF extension is adapted instead.
     """
-    compilers = [own for extension in _children(root, "mujoco") for own in _children(extension, "compiler")]
+    compilers = [compiler for extension in _children(root, "mujoco") for compiler in _children(extension, "compiler")]
     strips = any(compiler.getAttribute("strippath") == "true" for compiler in compilers)
     places = [compiler for compiler in compilers if compiler.hasAttribute("meshdir")] or compilers[-1:] * strips
     for compiler in places:
@@ -130,10 +130,10 @@ def _set_rotor(root: Element, joint: str, inertia: float) -> None:
 def _transmission(root: Element, joint: str) -> Element:
     """Find the joint's transmission of the type that Drake reads, or append one."""
     for transmission in _children(root, "transmission"):
-        nodes = [node for own in _children(transmission, "type") for node in own.childNodes]
+        nodes = [node for element in _children(transmission, "type") for node in element.childNodes]
         kinds = [node.data.strip() for node in nodes if isinstance(node, Text)]
         simple = any(kind.endswith("SimpleTransmission") for kind in kinds)
-        if simple and joint in [own.getAttribute("name") for own in _children(transmission, "joint")]:
+        if simple and joint in [element.getAttribute("name") for element in _children(transmission, "joint")]:
             return transmission
     transmission = _add(root, "transmission", name=f"rotor of {joint}")
     _child(transmission, "joint").setAttribute("name", joint)
@@ -147,14 +147,14 @@ def _bristles(robot: Robot, stated: Mapping[str, Mapping[str, float]]) -> dict[s
     With inertia I, stiffness s and damping d, MuJoCo's explicit step h is stable for h < d / s and h < 2 I / d. Unless
     they are identified, bristles have d / s = 2 `STEP`, d up to I / `STEP`, and travel at least 1 mrad or 1 mm.
     """
-    lugre = {name: own for name, own in stated.items() if own.get("tau_s", 0.0) > 0}
+    lugre = {name: numbers for name, numbers in stated.items() if numbers.get("tau_s", 0.0) > 0}
     inertia = _smallest_inertia(robot, stated) if lugre else {}
-    found = {}
-    for name, own in lugre.items():
-        stiffness = own.get("sigma_0", min(own["tau_s"] / 1e-3, inertia[name] / (2 * STEP**2)))
-        damping = own.get("sigma_1", 2 * STEP * stiffness)
-        found[name] = stiffness, damping, min(damping / (2 * stiffness), inertia[name] / damping)
-    return found
+    bristles = {}
+    for name, numbers in lugre.items():
+        stiffness = numbers.get("sigma_0", min(numbers["tau_s"] / 1e-3, inertia[name] / (2 * STEP**2)))
+        damping = numbers.get("sigma_1", 2 * STEP * stiffness)
+        bristles[name] = stiffness, damping, min(damping / (2 * stiffness), inertia[name] / damping)
+    return bristles
 
 
 def _smallest_inertia(robot: Robot, stated: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
@@ -180,17 +180,17 @@ def _set_mjcf_friction(
     until it has all of its Coulomb friction. The motor's steady torque is
     (tau_c + (tau_s - tau_c) exp(-(v / omega_s)^2)) sign(v), and it holds at rest.
     """
-    own = {name: value for name, value in numbers.items() if name in ("frictionloss", "damping", "armature")}
+    attributes = {name: value for name, value in numbers.items() if name in ("frictionloss", "damping", "armature")}
     if bristles:
         name = joint.getAttribute("name")
         motor = {"name": f"friction of {name}", "joint": name, "input": "none", "motorconst": "0 0"}
         lugre = np.array([*bristles[:2], *(numbers[word] for word in ("tau_c", "tau_s", "omega_s"))])
         _set_numbers(_add(_child(root, "actuator"), "dcmotor", **motor), resistance=1.0, lugre=lugre)
     if bristles or "tau_s" in numbers:
-        own["frictionloss"] = 0.0
-    if own.get("frictionloss"):
+        attributes["frictionloss"] = 0.0
+    if attributes.get("frictionloss"):
         _set_numbers(joint, solreffriction=np.array(SOLREFFRICTION))
-    _set_numbers(joint, **own)
+    _set_numbers(joint, **attributes)
 
 
 def _include(parent: Element, folder: Path) -> None:
@@ -209,9 +209,9 @@ def _include(parent: Element, folder: Path) -> None:
 def _bodies(parent: Element, name: str) -> Iterator[tuple[str, Element]]:
     """Yield the bodies below an element with Pinocchio's names: one without a name has its parent's and "Bis"."""
     for body in _children(parent, "body"):
-        own = body.getAttribute("name") or f"{name}Bis"
-        yield own, body
-        yield from _bodies(body, own)
+        body_name = body.getAttribute("name") or f"{name}Bis"
+        yield body_name, body
+        yield from _bodies(body, body_name)
 
 
 def _set_mjcf_inertia(inertial: Element, link: pin.Inertia) -> None:
@@ -272,8 +272,8 @@ def _children(parent: Element, tag: str) -> list[Element]:
 
 def _child(parent: Element, tag: str) -> Element:
     """Find the first direct child with a tag, or insert one before the others."""
-    if found := _children(parent, tag):
-        return found[0]
+    if children := _children(parent, tag):
+        return children[0]
     first = parent.firstChild
     new = parent.insertBefore(_document(parent).createElement(tag), first)
     if isinstance(first, Text) and not first.data.strip():

@@ -38,6 +38,6 @@ def projected(result: Result, robot: Robot) -> Result:
     }
     if not offsets:
         return result
-    found = moved(result, result.posterior.shifts(offsets))
-    exact = {name: joint.with_values({"offset": 0.0}) for name, joint in found.joints.items() if not joint.torque_unit}
-    return replace(found, joints={**found.joints, **exact})
+    mode = moved(result, result.posterior.shifts(offsets))
+    exact = {name: joint.with_values({"offset": 0.0}) for name, joint in mode.joints.items() if not joint.torque_unit}
+    return replace(mode, joints={**mode.joints, **exact})

@@ -70,7 +70,7 @@ def drawn(result: Result, count: int, seed: int = 0) -> Iterator[Result]:
 
 def _scaled(joint: JointResult, factor: float) -> JointResult:
     """Multiply the friction of a joint; offset, scales and rotor inertia stay."""
-    friction = (name for name, own in joint.parameters.items() if name != "offset" and own.unit.startswith("N"))
+    friction = (key for key, estimate in joint.parameters.items() if key != "offset" and estimate.unit.startswith("N"))
     return joint.with_values({name: factor * joint.values[name] for name in friction})
 
 
@@ -84,35 +84,35 @@ def joint_ranges(
     SettingsError
         If the result lacks one of `joints`.
     """
-    found = joint_terms(result, form, joints, include_weak)
-    draws = [joint_terms(each, form, found, include_weak) for each in drawn(result, 400)]
+    terms = joint_terms(result, form, joints, include_weak)
+    draws = [joint_terms(draw, form, terms, include_weak) for draw in drawn(result, 400)]
     return {
-        name: _ranges(result.joints[name], terms, [each[name] for each in draws], form) for name, terms in found.items()
+        name: _ranges(result.joints[name], joint, [draw[name] for draw in draws], form) for name, joint in terms.items()
     }
 
 
-def _ranges(joint: JointResult, found: WrittenJoint, draws: Sequence[WrittenJoint], form: Form) -> JointRanges:
-    values = {word: np.array([each.stated[word][0] for each in draws]) for word in found.stated}
-    numbers = {word: _range(own) for word, own in values.items()}
+def _ranges(joint: JointResult, terms: WrittenJoint, draws: Sequence[WrittenJoint], form: Form) -> JointRanges:
+    values = {word: np.array([draw.stated[word][0] for draw in draws]) for word in terms.stated}
+    numbers = {word: _range(sample) for word, sample in values.items()}
     if joint.verdict == "no friction" and form.words.get("coulomb") in numbers:  # up to the bound
         most = max((point.interval_95[1] for point in joint.curve), default=0.0)
         numbers |= {form.words[name]: (0.0, most) for name in ("coulomb", "static") if name in form.words}
     return JointRanges(
         numbers=numbers,
-        units={word: unit for word, (_, unit) in found.stated.items()},
-        friction=_of_friction(joint, found, values, form.words),
+        units={word: unit for word, (_, unit) in terms.stated.items()},
+        friction=_of_friction(joint, terms, values, form.words),
         weak=joint.verdict == "weak",
     )
 
 
 def _of_friction(
-    joint: JointResult, found: WrittenJoint, draws: Mapping[str, Array], words: Mapping[str, str]
+    joint: JointResult, terms: WrittenJoint, draws: Mapping[str, Array], words: Mapping[str, str]
 ) -> Range | None:
     """Compute the range of friction divided by its estimate: the widest of rest, slow motion and top speed."""
 
     def number(name: str) -> tuple[float, Array | float]:
         word = words.get(name, "")
-        return found.stated[word][0] if word in draws else 0.0, draws.get(word, 0.0)
+        return terms.stated[word][0] if word in draws else 0.0, draws.get(word, 0.0)
 
     viscous = number("viscous")
     shares = []

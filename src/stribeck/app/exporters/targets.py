@@ -122,8 +122,8 @@ def summary(
         Whether a robot model gets the estimated inertias, and a clause on their effect.
     """
     logs = ", ".join(Path(path).name for path in result.log.paths if path) or "a log"
-    own = result.corrections
-    bodies = ", ".join(own.bodies) if own else ""
+    corrections = result.corrections
+    bodies = ", ".join(corrections.bodies) if corrections else ""
     temperatures = {name: result.joints[name].mean_temperature for name in joints}
     warm = ", ".join(f"{name} {mean:.3g}" for name, mean in temperatures.items() if mean is not None)
     scaled = {name: joint for name, joint in result.joints.items() if joint.torque_unit and name not in joints}
@@ -147,8 +147,8 @@ def summary(
         f"Valid at the mean joint temperatures of the log [°C]: {warm}.": warm,
         f"{unchanged}: {kept}.": kept,
         f"Cannot store the friction of couplings: {', '.join(result.couplings)}.": result.couplings,
-        "Not part of a model: the estimated gains of torque sensors and zeros of encoders.": own
-        and (own.torque_gain or own.encoder_zero),
+        "Not part of a model: the estimated gains of torque sensors and zeros of encoders.": corrections
+        and (corrections.torque_gain or corrections.encoder_zero),
     }
     model = Path(robot.model_path).name or robot.name
     first = f"Written by stribeck from {model} and the result of {logs} (method {result.method}, law {result.law})."

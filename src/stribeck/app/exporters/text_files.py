@@ -58,18 +58,18 @@ def numbers_of(joint: JointResult, beyond: Beyond | None = None) -> dict[str, fl
     SettingsError
         If the law is not in `FORMULAS`.
     """
-    found = joint.values
+    values = joint.values
     numbers = NUMBERS | dict(zip(("lowest", "highest"), joint.position_range or (), strict=False))
     if joint.verdict == "no friction":
-        return numbers | {"offset": found.get("offset", 0.0)}
+        return numbers | {"offset": values.get("offset", 0.0)}
     if joint.law not in FORMULAS:
         raise SettingsError(f"export: no formula for law '{joint.law}'; expected one of {', '.join(FORMULAS)}")
-    numbers |= {name: value for name, value in found.items() if name in NUMBERS}
-    if "viscous_asymmetry" in found:
-        numbers["viscous_difference"] = found["viscous"] * found["viscous_asymmetry"]
-    if "viscous_positive" in found:
+    numbers |= {name: value for name, value in values.items() if name in NUMBERS}
+    if "viscous_asymmetry" in values:
+        numbers["viscous_difference"] = values["viscous"] * values["viscous_asymmetry"]
+    if "viscous_positive" in values:
         for name in ("viscous", "coulomb"):
-            forward, backward = found[f"{name}_positive"], found[f"{name}_negative"]
+            forward, backward = values[f"{name}_positive"], values[f"{name}_negative"]
             numbers |= {name: (forward + backward) / 2, f"{name}_difference": (forward - backward) / 2}
     if joint.mean_direction:
         numbers |= {"mean_cosine": joint.mean_direction[0], "mean_sine": joint.mean_direction[1]}
@@ -83,7 +83,7 @@ def _code_of(parameter: str, function: str, absolute: str) -> dict[str, str]:
 
     `parameter` and `function` are patterns of the language; `absolute` is its function for absolute values.
     """
-    found = {"steady": "", "over_position": ""}
+    sums = {"steady": "", "over_position": ""}
     for term in OF_TERMS:
         known = "|".join(("mean_cosine", "mean_sine", *term.settings))
         for name, column in zip(term.names, term.columns, strict=True):
@@ -91,10 +91,10 @@ def _code_of(parameter: str, function: str, absolute: str) -> dict[str, str]:
                 rf"\b({known})\b", lambda word: parameter.format(word[1]), column.replace("velocity", "within")
             )
             code = re.sub(r"\b(?!abs)([a-z]+)\(", lambda word: function.format(word[1]), code).replace("abs(", absolute)
-            found["over_position" if term.over == "position" else "steady"] += (
+            sums["over_position" if term.over == "position" else "steady"] += (
                 f"\n        + {parameter.format(name)} * {code}"
             )
-    return found
+    return sums
 
 
 def file_text(template: str, request: Request) -> str:
@@ -118,7 +118,7 @@ def file_text(template: str, request: Request) -> str:
         A joint has what the result states, the robot file's gains, and the model's limit, where known. Delays are those
         of interpolated commands; held ones, as in simulators, act half a period of the log earlier.
         """
-        robot, found = request.robot, {}
+        robot, motors = request.robot, {}
         empty = np.full(len(robot.joint_names), np.nan)
         kp, kd = robot.command_gains or (empty, empty)
         known_delays = empty if robot.command_delay is None else robot.command_delay
@@ -131,8 +131,8 @@ def file_text(template: str, request: Request) -> str:
             known = drive | {"delay": delay, effort: robot.effort_limits[k]}
             if name not in robot.passive:
                 numbers = {word: float(value) for word, value in known.items() if np.isfinite(value)}
-                found[name] = request.numbers(name) | numbers
-        return found
+                motors[name] = request.numbers(name) | numbers
+        return motors
 
     return rendered(template, **vars(request), compensated=compensated, actuators=actuators)
 
@@ -152,10 +152,10 @@ def _environment() -> Environment:
         keep_trailing_newline=True,
     )
     formats = (_docstring, _comments, _c_comment, _identifier, _yaml, _quoted, _cell)
-    environment.filters |= {own.__name__[1:]: own for own in formats}
+    environment.filters |= {function.__name__[1:]: function for function in formats}
     environment.filters |= {"repr": repr, "json": json.dumps, "pattern": re.escape}
     functions = (_code_of, _curve_of, _groups_of, _identifiers)
-    environment.globals |= {own.__name__[1:]: own for own in functions}
+    environment.globals |= {function.__name__[1:]: function for function in functions}
     environment.globals |= {"numbers_of": numbers_of, "NUMBERS": NUMBERS, "SOLREFFRICTION": SOLREFFRICTION}
     return environment
 
@@ -169,14 +169,14 @@ def _groups_of(actuators: Mapping[str, Mapping[str, float]]) -> list[dict[str, o
     groups: dict[tuple[object, ...], dict[str, Mapping[str, float]]] = defaultdict(dict)
     for name, values in actuators.items():
         groups[(*sorted(values), values.get("delay"))][re.escape(name)] = values
-    found: list[dict[str, object]] = []
+    entries: list[dict[str, object]] = []
     for joints in groups.values():
         first = next(iter(joints.values()))
-        words = {word: {name: own[word] for name, own in joints.items()} for word in sorted(first)}
-        found.append(
+        words = {word: {name: numbers[word] for name, numbers in joints.items()} for word in sorted(first)}
+        entries.append(
             {"joint_names_expr": [*joints], **words, **{word: first[word] for word in first.keys() & {"delay"}}}
         )
-    return found
+    return entries
 
 
 def _curve_of(joint: JointResult) -> Iterator[tuple[float, float]]:
@@ -189,12 +189,12 @@ def _curve_of(joint: JointResult) -> Iterator[tuple[float, float]]:
 
 def _identifiers(names: Iterable[str]) -> dict[str, str]:
     """List names by their identifiers in C."""
-    found: dict[str, str] = {}
+    identifiers: dict[str, str] = {}
     for name in names:
-        own = _identifier(name)
-        if (other := found.setdefault(own, name)) != name:
-            raise SettingsError(f"export: joints '{other}' and '{name}' have the same identifier {own}; rename one")
-    return found
+        word = _identifier(name)
+        if (other := identifiers.setdefault(word, name)) != name:
+            raise SettingsError(f"export: joints '{other}' and '{name}' have the same identifier {word}; rename one")
+    return identifiers
 
 
 def _identifier(name: str) -> str:

@@ -88,8 +88,8 @@ def export(
     result, robot = _read(result, robot)
     choice = FileContent(joints=joints, include_weak=include_weak, friction=friction, inertia=inertia)
     request = _request(result, robot, Path(path), target, choice)
-    for name, own in request.joints.items():
-        if strict and (lost := [*own.projected, *own.left_out]):
+    for name, terms in request.joints.items():
+        if strict and (lost := [*terms.projected, *terms.left_out]):
             raise SettingsError(
                 f"export: {target} cannot store {', '.join(lost)} of joint '{name}'; allow the loss (no `strict`), or "
                 "choose another target"
@@ -148,8 +148,8 @@ def export_samples(
     _request(result, robot, Path(folder), target, choice)  # refuses before anything is drawn
     paths = [Path(folder) / f"{k:03d}{TARGETS[target].suffix}" for k in range(count)]
     with staged_folder(folder) as staging:
-        for path, each in zip(paths, drawn(result, count, seed), strict=True):
-            text = _text(target, _request(each, robot, path, target, choice))
+        for path, draw in zip(paths, drawn(result, count, seed), strict=True):
+            text = _text(target, _request(draw, robot, path, target, choice))
             (staging / path.name).write_text(text, encoding="utf-8")
     return paths
 
@@ -193,20 +193,20 @@ def export_ranges(
     Joint slide
     """
     result, robot = _read(result, robot)
-    own = TARGETS.get(target)
-    if own is None or not own.ranges:
-        ranged = [name for name, each in TARGETS.items() if each.ranges]
+    entry = TARGETS.get(target)
+    if entry is None or not entry.ranges:
+        ranged = [name for name, other in TARGETS.items() if other.ranges]
         raise SettingsError(f"export: target '{target}' has no ranges; expected {_either(ranged)}")
     _check(result, robot, Path(path))
-    form = own.forms["plain"]
+    form = entry.forms["plain"]
     assert form is not None
-    found = joint_ranges(result, form, joints, include_weak)
-    if not found:
+    ranges = joint_ranges(result, form, joints, include_weak)
+    if not ranges:
         raise NothingIdentifiedError(f"export: the result has no friction that {target.upper()} can store")
-    first, *rest = summary(result, robot, replace(own, models=()), found, [])
+    first, *rest = summary(result, robot, replace(entry, models=()), ranges, [])
     lines = [first, "Each range contains 95 % of the models that are consistent with the log.", *rest]
     with whole_or_not_at_all(path) as temporary:
-        temporary.write_text(rendered(own.ranges, lines=lines, joints=found), encoding="utf-8")
+        temporary.write_text(rendered(entry.ranges, lines=lines, joints=ranges), encoding="utf-8")
     return lines
 
 
@@ -230,26 +230,26 @@ def _request(result: Result, robot: Robot, path: Path, target: str, choice: File
     if target not in TARGETS:
         near = did_you_mean(target, TARGETS)
         raise SettingsError(f"export: the target is '{target}'; expected {_either(TARGETS)}{near}")
-    own = TARGETS[target]
+    entry = TARGETS[target]
     pays, reason = inertias_pay(result)
-    inertia = bool(own.models) and (pays if choice.inertia is None else choice.inertia)
+    inertia = bool(entry.models) and (pays if choice.inertia is None else choice.inertia)
     result = projected(result, robot) if inertia else result
-    _check(result, robot, path, own.models, target)
-    if choice.friction is not None and choice.friction not in own.forms:
-        raise SettingsError(f"export: the friction model is '{choice.friction}'; expected {_either(own.forms)}")
-    form = choice.friction or next(iter(own.forms))
-    found = joint_terms(result, own.forms[form], choice.joints, choice.include_weak, any_unit=own.any_unit)
+    _check(result, robot, path, entry.models, target)
+    if choice.friction is not None and choice.friction not in entry.forms:
+        raise SettingsError(f"export: the friction model is '{choice.friction}'; expected {_either(entry.forms)}")
+    form = choice.friction or next(iter(entry.forms))
+    terms = joint_terms(result, entry.forms[form], choice.joints, choice.include_weak, any_unit=entry.any_unit)
     corrections = result.corrections
-    links, impossible = corrected_links(robot, corrections) if own.models and corrections else ({}, [])
+    links, impossible = corrected_links(robot, corrections) if entry.models and corrections else ({}, [])
     if not inertia:  # read to check that the model is the one of the result
         links, impossible = {}, []
-    if not links and not found:
+    if not links and not terms:
         raise NothingIdentifiedError(
             f"export: the result has no identified friction that {target.upper()} can store"
             + " and no corrected inertias" * inertia
         )
-    lines = summary(result, robot, own, found, impossible, inertia=inertia, reason=reason)
-    return Request(result=result, robot=robot, joints=found, form=form, links=links, lines=lines, folder=path.parent)
+    lines = summary(result, robot, entry, terms, impossible, inertia=inertia, reason=reason)
+    return Request(result=result, robot=robot, joints=terms, form=form, links=links, lines=lines, folder=path.parent)
 
 
 def _text(target: str, request: Request) -> str:
@@ -264,10 +264,10 @@ def _check(result: Result, robot: Robot, path: Path, models: Collection[str] = (
     """Check that the target can write the model, the result belongs to the robot, and the model is not overwritten."""
     kind = kind_of(robot.model_file) if models else ""
     if models and kind not in models:
-        others = [name for name, own in TARGETS.items() if not own.models or kind in own.models]
+        others = [name for name, entry in TARGETS.items() if not entry.models or kind in entry.models]
         raise SettingsError(
             f"{robot.model_path}: is {kind.upper()}, which '{target}' cannot write; use a robot whose model is "
-            f"{_either([own.upper() for own in models])}, or export to {_either(others)}"
+            f"{_either([name.upper() for name in models])}, or export to {_either(others)}"
         )
     if unknown := [joint for joint in result.joints if joint not in robot.joint_names]:
         raise SettingsError(

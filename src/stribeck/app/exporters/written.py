@@ -59,13 +59,13 @@ def _identified(joint: JointResult) -> str:
     """Format identified friction, mean of both directions; "..." stands for terms beyond Coulomb and viscous ones."""
     if joint.verdict == "no friction":
         return bound_text(joint) or "none"
-    found = {
+    coefficients = {
         key: [joint.values[key + way] for way in ("", "_positive", "_negative") if key + way in joint.values]
         for key in ("coulomb", "viscous")
     }
-    means = [sum(own) / len(own) if own else 0.0 for own in found.values()]
+    means = [sum(values) / len(values) if values else 0.0 for values in coefficients.values()]
     means[0] += joint.values.get("load", 0.0) * (joint.mean_load or 0.0)
-    ways = {f"{key}{way}" for key in found for way in ("", "_positive", "_negative")}
+    ways = {f"{key}{way}" for key in coefficients for way in ("", "_positive", "_negative")}
     others = joint.values.keys() - {"slope", *FORMLESS, *ways}
     return _sum((means[0], means[1], bool(others)))
 

@@ -37,10 +37,10 @@ def line(
         `width` [px], `dash` [px, px], `opacity`, `points` (diameter [px], instead of a line), `steps` (filled steps
         down to `base`), `closed` and `fill` (outline of a shape, x in any order).
     """
-    found = {"x": _short(x), "y": _short(y), "colour": colour, "name": name, **style}
+    series = {"x": _short(x), "y": _short(y), "colour": colour, "name": name, **style}
     if band is not None and np.isfinite(band).all():
-        found |= {"low": _short(band[0]), "high": _short(band[1])}
-    return found
+        series |= {"low": _short(band[0]), "high": _short(band[1])}
+    return series
 
 
 def velocity_axes(units: tuple[str, str], velocity: tuple[float, float], torque: tuple[float, float]) -> dict[str, Any]:

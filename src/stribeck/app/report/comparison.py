@@ -11,17 +11,17 @@ from stribeck.core.result import Result
 from stribeck.core.result.mirror import mirrored_pairs
 
 
-def write_comparison(found: Comparison, path: str | Path) -> None:
+def write_comparison(comparison: Comparison, path: str | Path) -> None:
     """Write the comparison as one self-contained HTML file, completely or not at all.
 
     Examples
     --------
     >>> write_comparison(compare("out/result.json", result), "compare.html")
     """
-    lead = render("comparison_heading.html.j2", found=found)
-    prismatic = {name for name, pair in found.joints.items() if any(joint.slides for joint in pair)}
-    sections = [comparison_section(found, prismatic)]
-    write_page(path, f"{found.robot}: {found.a} and {found.b}", sections, lead=lead)
+    lead = render("comparison_heading.html.j2", found=comparison)
+    prismatic = {name for name, pair in comparison.joints.items() if any(joint.slides for joint in pair)}
+    sections = [comparison_section(comparison, prismatic)]
+    write_page(path, f"{comparison.robot}: {comparison.a} and {comparison.b}", sections, lead=lead)
 
 
 def sides(result: Result, prismatic: AbstractSet[str]) -> Section | None:
@@ -34,21 +34,21 @@ def sides(result: Result, prismatic: AbstractSet[str]) -> Section | None:
     return comparison_section(compare_sides(result), labels)
 
 
-def comparison_section(found: Comparison, prismatic: AbstractSet[str]) -> Section:
+def comparison_section(comparison: Comparison, prismatic: AbstractSet[str]) -> Section:
     """Render a chart and table rows per joint or pair of joints."""
     figures = {}
-    for index, (name, pair) in enumerate(found.joints.items()):
+    for index, (name, pair) in enumerate(comparison.joints.items()):
         curves = [friction_curve(joint, prismatic=name in prismatic) for joint in pair]
         if any(curves):
-            figures[f"s{index}"] = _overlaid(curves, (found.a, found.b)), name
+            figures[f"s{index}"] = _overlaid(curves, (comparison.a, comparison.b)), name
     units: dict[str, set[str]] = {}
     rows: dict[str, dict[str, object]] = {}
-    for row in found.rows:
+    for row in comparison.rows:
         units.setdefault(row.parameter, set()).add(row.unit)
         rows.setdefault(row.joint, {})[row.parameter] = row
-    columns = {name: min(own) if len(own) == 1 else "" for name, own in units.items()}  # cells contain mixed units
-    title = "Left against right" if found.a == "left" else f"{found.a} against {found.b}"
-    return section("sides", title, "comparison", figures, found=found, columns=columns, rows=rows)
+    columns = {key: min(kinds) if len(kinds) == 1 else "" for key, kinds in units.items()}  # cells contain mixed units
+    title = "Left against right" if comparison.a == "left" else f"{comparison.a} against {comparison.b}"
+    return section("sides", title, "comparison", figures, found=comparison, columns=columns, rows=rows)
 
 
 def _overlaid(curves: list[FrictionCurve | None], names: tuple[str, str]) -> Chart:
@@ -59,4 +59,4 @@ def _overlaid(curves: list[FrictionCurve | None], names: tuple[str, str]) -> Cha
     ]
     speed, torque = (1.06 * max(curve.size[axis] for curve, _ in drawn) for axis in (0, 1))
     axes = velocity_axes(drawn[0][0].units, (-speed, speed), (-torque, torque))
-    return {**axes, "lines": [each for _, each in drawn]}
+    return {**axes, "lines": [trace for _, trace in drawn]}

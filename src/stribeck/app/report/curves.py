@@ -102,9 +102,9 @@ def curve_charts(curves: dict[str, FrictionCurve]) -> tuple[dict[str, Chart], se
     for units in dict.fromkeys(curve.units for curve in curves.values()):
         names = [name for name, curve in curves.items() if curve.units == units]
         sizes, worth = [curves[name].size for name in names], [curves[name].significant for name in names]
-        own = [common_scales([size[axis] for size in sizes], worth) for axis in (0, 1)]
-        scales |= dict(zip(names, zip(*own, strict=True), strict=True))
-        finer |= {name for name in names if scales[name] != (max(own[0]), max(own[1]))}
+        group_scales = [common_scales([size[axis] for size in sizes], worth) for axis in (0, 1)]
+        scales |= dict(zip(names, zip(*group_scales, strict=True), strict=True))
+        finer |= {name for name in names if scales[name] != (max(group_scales[0]), max(group_scales[1]))}
     charts = {}
     for name, curve in curves.items():
         (speed, torque), (own_speed, own_torque) = 1.06 * np.array([scales[name], curve.size])

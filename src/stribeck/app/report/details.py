@@ -41,8 +41,8 @@ def terms(result: Result) -> Section | None:
     if not chosen:
         return None
     common, shown = {}, []  # terms that no joint tried, for one reason; the others
-    for term in dict.fromkeys(term for own in chosen.values() for term in own):
-        verdicts = [own[term] for own in chosen.values() if term in own]  # files may lack some
+    for term in dict.fromkeys(term for trials in chosen.values() for term in trials):
+        verdicts = [trials[term] for trials in chosen.values() if term in trials]  # files may lack some
         reasons = {verdict.reason for verdict in verdicts}
         if len(reasons) == 1 and all(verdict.gain is None for verdict in verdicts):
             common[term] = reasons.pop()
@@ -101,7 +101,7 @@ def branch_charts(result: Result) -> list[tuple[Chart, str]]:
             for branch, how in zip(pair, ("rising", "falling"), strict=True)
         ]
         units = joint.units(name in evidence.prismatic)
-        torque = robust_limits(np.array([y for each in lines for y in each["y"] if y is not None]), share=0.0)
+        torque = robust_limits(np.array([y for trace in lines for y in trace["y"] if y is not None]), share=0.0)
         velocity = robust_limits(both[0][0], share=0.0, margin=0.03)
         splits = [f"{_split(up, down):.2g}" for _, up, down in both]
         caption = f"{name}: distance of the branches {splits[0]} {units[1]} before, {splits[1]} {units[1]} after (RMS)"

@@ -77,9 +77,9 @@ def joint_panels(result: Result, evidence: Evidence, law: FrictionLaw, reference
     figures: dict[str, list[tuple[str, str]]] = {}
     charts: dict[str, Chart] = {}
     for index, (name, joint) in enumerate(result.joints.items()):
-        own = joint_charts(name, joint, evidence, reference)
-        charts |= {f"j{index}{k}": chart | {"sync": f"j{index}"} for k, (chart, _) in enumerate(own)}
-        figures[name] = [(f"j{index}{k}", caption) for k, (_, caption) in enumerate(own)]
+        panel = joint_charts(name, joint, evidence, reference)
+        charts |= {f"j{index}{k}": chart | {"sync": f"j{index}"} for k, (chart, _) in enumerate(panel)}
+        figures[name] = [(f"j{index}{k}", caption) for k, (_, caption) in enumerate(panel)]
     shown = {"joints": result.joints, "prismatic": evidence.prismatic, "panels": figures}
     body = render("joint_panels.html.j2", symbols=symbols(law), known=reference, **shown)
     return Section(anchor="joints", title="Joints", body=body, charts=charts)
@@ -140,9 +140,9 @@ def friction_over_time(near: JointSamples, joint: JointResult, unit: str) -> Cha
     step = max(float(np.median(np.diff(near.time))), one_pixel, 1e-9)
     rows = np.searchsorted(near.time, np.arange(near.time[0], near.time[-1] + step / 2, step))
     rows = rows.clip(max=len(near.time) - 1)
-    here = np.abs(near.time[rows] - (near.time[0] + step * np.arange(len(rows)))) < 3 * step
-    velocity, torque = near.velocity[rows], np.where(here, near.torque[rows], np.nan)
-    law = np.where(here, joint.friction(velocity), np.nan)
+    mask = np.abs(near.time[rows] - (near.time[0] + step * np.arange(len(rows)))) < 3 * step
+    velocity, torque = near.velocity[rows], np.where(mask, near.torque[rows], np.nan)
+    law = np.where(mask, joint.friction(velocity), np.nan)
     limits = robust_limits(near.torque, share=0.0)
     return {
         "x": axis("time [s]", (0.0, step * len(rows))),
@@ -162,7 +162,7 @@ def friction_level(shown: JointSamples, joint: JointResult, bins: int = 30) -> C
     parts = np.minimum((bins * share).astype(int), bins - 1)
     size = np.bincount(parts, law**2, bins)
     known = size > 0.1 * size.mean()  # not in parts at rest
-    levels = [np.bincount(parts, law * each, bins)[known] / size[known] for each in (shown.torque, drifting)]
+    levels = [np.bincount(parts, law * torque, bins)[known] / size[known] for torque in (shown.torque, drifting)]
     middles = ((np.arange(bins) + 0.5) / bins * since[-1])[known]
     low, high = np.min(levels), np.max(levels)
     return {

@@ -50,14 +50,14 @@ def heading(result: Result, law: FrictionLaw, reference: Reference = NO_REFERENC
         known=reference,
         deviations=_deviations(result, reference),
         bound=_bound_text(max(without, default=None)),
-        r2=median(each.best for each in r2) if r2 else None,
-        r2_nominal=median(each.nominal for each in r2) if r2 else None,
+        r2=median(score.best for score in r2) if r2 else None,
+        r2_nominal=median(score.nominal for score in r2) if r2 else None,
         unseen=median(unseen) if unseen else None,
         another=1.96 * max((point.between_logs for joint in joints.values() for point in joint.curve), default=0.0),
         between=logs_text(result.corrections, result.log.paths),
         trusted=[name for name in identified if name not in flagged],
         distrusted=distrusted,
-        urgent=next((found for found in findings if found.cure), None),
+        urgent=next((finding for finding in findings if finding.cure), None),
         steps=steps,
         warnings=len(findings),
     )
@@ -68,10 +68,10 @@ def unseen_r2(joint: JointResult) -> float | None:
 
     None for joints without friction. Limited to a law that is 1000 times worse than zero friction.
     """
-    found = joint.validation
-    if found is None or found.rms_zero_friction <= 0 or joint.verdict == "no friction":
+    validation = joint.validation
+    if validation is None or validation.rms_zero_friction <= 0 or joint.verdict == "no friction":
         return None
-    return 1 - min(found.unexplained, 1e3) ** 2
+    return 1 - min(validation.unexplained, 1e3) ** 2
 
 
 def _friction_range(result: Result) -> list[tuple[str, CurvePoint]]:
@@ -92,11 +92,11 @@ def _deviations(result: Result, reference: Reference) -> list[float]:
         known = reference.without_offset(name)
         if known is None or joint.verdict != "identified" or not joint.curve:
             continue
-        speeds, found = np.array([(point.velocity, point.value) for point in joint.curve]).T
+        speeds, values = np.array([(point.velocity, point.value) for point in joint.curve]).T
         both = [np.interp(way * speeds, *known, left=np.nan, right=np.nan) for way in (1, -1)]
         truth = np.nanmean(np.abs(both), axis=0)
         if np.isfinite(truth).all() and truth.any():
-            deviations.append(float(np.linalg.norm(found - truth) / np.linalg.norm(truth)))
+            deviations.append(float(np.linalg.norm(values - truth) / np.linalg.norm(truth)))
     return deviations
 
 
@@ -130,7 +130,7 @@ def first_screen(result: Result, evidence: Evidence, reference: Reference = NO_R
         finer=finer,
         own_units={name: curve.units[1] for name, curve in curves.items()} if len(kinds) > 1 else {},
         verdicts=VERDICTS,
-        flagged={name for each in result.findings for name in each.joints},
+        flagged={name for finding in result.findings for name in finding.joints},
         warnings=warnings(result),
         known=reference,
         most=_bound_text(max(bounds.values(), default=None)),

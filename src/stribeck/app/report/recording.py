@@ -18,7 +18,7 @@ def curves_of_result(result: Result) -> Curves:
     """Collect torque, friction torque and velocity of each joint with friction, over all logs."""
     evidence = result.evidence
     assert evidence is not None  # of an identification
-    samples, found = evidence.samples, {}
+    samples, curves = evidence.samples, {}
     time = elapsed(samples)
     for column, name in enumerate(samples.joint_names):
         joint = result.joints.get(name)
@@ -26,13 +26,13 @@ def curves_of_result(result: Result) -> Curves:
             continue
         measured, without, predicted = predictions(joint, samples, column)
         offset = joint.values.get("offset", 0.0)
-        found[name, "torque", "measured"] = time, measured
-        found[name, "torque", "without friction"] = time, without
-        found[name, "torque", "with friction"] = time, predicted
-        found[name, "friction", "measured"] = time, measured - without + offset
-        found[name, "friction", "identified"] = time, predicted - without + offset
-        found[name, "velocity", "measured"] = time, samples.velocity[:, column]
-    return found
+        curves[name, "torque", "measured"] = time, measured
+        curves[name, "torque", "without friction"] = time, without
+        curves[name, "torque", "with friction"] = time, predicted
+        curves[name, "friction", "measured"] = time, measured - without + offset
+        curves[name, "friction", "identified"] = time, predicted - without + offset
+        curves[name, "velocity", "measured"] = time, samples.velocity[:, column]
+    return curves
 
 
 def write_recording(curves: Curves, path: Path, name: str) -> None:
@@ -45,12 +45,12 @@ def write_recording(curves: Curves, path: Path, name: str) -> None:
     """
     require_extra("rerun", "rerun")
     viewer, blueprint = import_module("rerun"), import_module("rerun.blueprint")
-    tabs = {joint: [kind for own, kind, _ in curves if own == joint] for joint, _, _ in curves}
+    tabs = {joint: [kind for tab, kind, _ in curves if tab == joint] for joint, _, _ in curves}
     views = [
         blueprint.Vertical(
-            *(blueprint.TimeSeriesView(name=k, origin=_path(joint, k)) for k in dict.fromkeys(own)), name=joint
+            *(blueprint.TimeSeriesView(name=k, origin=_path(joint, k)) for k in dict.fromkeys(kinds)), name=joint
         )
-        for joint, own in tabs.items()
+        for joint, kinds in tabs.items()
     ]
     with whole_or_not_at_all(path) as temporary, viewer.RecordingStream("stribeck") as recording:
         recording.send_recording_name(name)

@@ -35,7 +35,7 @@ def write_replay(replay: Replay, path: str | Path) -> None:
     times = [f"{1e3 * horizon:.0f}" for horizon in replay.horizons]
     errors: dict[str, Values] = {
         f"velocity error after {time} ms": [
-            [each.relative if (each := run[k]) else None for run in own] for own in runs
+            [rollout.relative if (rollout := run[k]) else None for run in row] for row in runs
         ]
         for k, time in enumerate(times)
     }
@@ -44,8 +44,8 @@ def write_replay(replay: Replay, path: str | Path) -> None:
             replay.joints,
             "Torque not explained by inverse dynamics",
             "R² of the measured torque (RMS error in N m, N); motion and torque pass the same filter.",
-            {"1 − R²": [[1 - error.r2 if error else None for error in own] for own in torque]},
-            [[f"{error.r2:.3f} ({error.rms:.3g})" if error else "–" for error in own] for own in torque],
+            {"1 − R²": [[1 - error.r2 if error else None for error in row] for row in torque]},
+            [[f"{error.r2:.3f} ({error.rms:.3g})" if error else "–" for error in row] for row in torque],
             legend,
         ),
         _errors(
@@ -54,11 +54,11 @@ def write_replay(replay: Replay, path: str | Path) -> None:
             "RMS error of the velocity divided by the RMS change of the measured velocity; above 1, a model is worse "
             f"than a constant velocity. After {', '.join(times)} ms.",
             errors,
-            [[", ".join(f"{e.relative:.3g}" if e else "–" for e in run) for run in own] for own in runs],
+            [[", ".join(f"{e.relative:.3g}" if e else "–" for e in run) for run in row] for row in runs],
             legend,
         ),
     ]
-    sections = [each for pair in zip_longest(tables, _motion_sections(replay, legend)) for each in pair]
+    sections = [part for pair in zip_longest(tables, _motion_sections(replay, legend)) for part in pair]
     lead = render("replay_heading.html.j2", replay=replay, log=PurePath(replay.log).name or "log in memory")
     write_page(path, f"{replay.robot}: a log replayed", sections, lead=lead)
 
@@ -68,7 +68,7 @@ def _errors(
 ) -> Section:
     """Render charts and a table of values by model and joint."""
     anchor = title.partition(" ")[0].lower()
-    figures = {f"{anchor}{k}": (_chart(joints, *own, legend), own[0]) for k, own in enumerate(shown.items())}
+    figures = {f"{anchor}{k}": (_chart(joints, *entry, legend), entry[0]) for k, entry in enumerate(shown.items())}
     rows = list(zip(joints, zip(*cells, strict=True), strict=True))
     return section(anchor, title, "replay", figures, caption=caption, legend=legend, rows=rows)
 
@@ -81,7 +81,7 @@ def _chart(joints: list[str], label: str, values: Values, legend: Legend) -> Cha
     return {
         "x": axis("", (-0.5, len(joints) - 0.5), names=joints),
         "y": axis(label, (0.7 * min(seen), 1.4 * max(seen)), log=True),
-        "lines": [line(range(len(joints)), own, *key, points=8) for own, key in zip(shown, legend, strict=True)],
+        "lines": [line(range(len(joints)), row, *key, points=8) for row, key in zip(shown, legend, strict=True)],
         "height": 320,
     }
 
@@ -133,15 +133,15 @@ def pieces(time: Array, start: Array, position: Array, replay: Replay) -> Array:
     replay
         Replay with the horizons.
     """
-    found, duration, free = np.full(len(time), np.nan), replay.horizons[-1], -np.inf
+    series, duration, free = np.full(len(time), np.nan), replay.horizons[-1], -np.inf
     offsets = np.linspace(0.0, duration, position.shape[1], endpoint=False)
     for row in np.argsort(start):
         if start[row] < free or np.isnan(position[row]).all():
             continue
         free = start[row] + 1.1 * duration  # with a pause between two simulations
         inside = slice(*np.searchsorted(time, [start[row], start[row] + offsets[-1]]))
-        found[inside] = np.interp(time[inside] - start[row], offsets, position[row])
-    return found
+        series[inside] = np.interp(time[inside] - start[row], offsets, position[row])
+    return series
 
 
 def _over_log(title: str, about: str, time: Array, drawn: Drawn, legend: Legend) -> Section | None:
@@ -156,17 +156,17 @@ def _over_log(title: str, about: str, time: Array, drawn: Drawn, legend: Legend)
 
 def curves_of_replay(replay: Replay) -> Curves:
     """Collect measured and predicted torque, and measured and simulated position of each joint."""
-    motion, found = replay.motion, {}
+    motion, curves = replay.motion, {}
     assert motion is not None  # of a replay
     torque_time, time = motion.torque_time - motion.position_time[0], motion.position_time - motion.position_time[0]
     for name in replay.joints:
         if name in motion.torque:
-            found[name, "torque", "measured"] = torque_time, motion.torque[name]
-        found[name, "position", "measured"] = time, motion.position[name]
+            curves[name, "torque", "measured"] = torque_time, motion.torque[name]
+        curves[name, "position", "measured"] = time, motion.position[name]
         for model in replay.models:
             if name in model.predicted:
-                found[name, "torque", model.name] = torque_time, model.predicted[name]
+                curves[name, "torque", model.name] = torque_time, model.predicted[name]
             if name in model.positions:
                 shown = pieces(motion.position_time, *model.positions[name], replay)
-                found[name, "position", model.name] = time, shown
-    return found
+                curves[name, "position", model.name] = time, shown
+    return curves

@@ -142,5 +142,5 @@ def share(value: float, decimals: int = 3) -> str:
 
 _OWN = (number, matched, brief, percent, count, gain, share, duration, words, unit, breakable, symbol, named)
 _FILTERS: tuple[Any, ...] = (*_OWN, advice, main_parameters, friction_text)
-FILTERS: dict[str, Any] = {"place": verdict_place, **{own.__name__: own for own in _FILTERS}}
+FILTERS: dict[str, Any] = {"place": verdict_place, **{function.__name__: function for function in _FILTERS}}
 """Filters of the templates, by name."""

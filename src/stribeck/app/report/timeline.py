@@ -32,7 +32,7 @@ def timeline(recorded: Phases, clear: float | None = None, usage: str = "") -> S
         near = min(max(start if clear is None else clear - 1.0, start), end - shown)
         figures["p1"] = _strips(phases, names, near, near + shown), f"Close-up of {shown:.0f} s"
     spans = {name: [(phase[1] - phase[0], phase[3]) for phase in phases if phase[2] == name] for name in names}
-    rows = {name: ([span for span, _ in own], [span for span, used in own if used]) for name, own in spans.items()}
+    rows = {key: ([span for span, _ in pairs], [span for span, used in pairs if used]) for key, pairs in spans.items()}
     about = {"several": phases != recorded, "usage": usage[:1].upper() + usage[1:]}
     return section("timeline", "Contact modes over time", "timeline", figures, rows=rows, **about)
 

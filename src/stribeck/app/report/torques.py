@@ -57,8 +57,8 @@ def over_time(
         "x": axis("time [s]", (0.0, float(time[-1]))),
         "y": axis(label, robust_limits(values[0][np.isfinite(values[0])], share=0.0)),
         "lines": [
-            line([0.0], np.where(near, own[rows], np.nan), *key, width=1.1 if k else 1.6, step=step)
-            for k, (own, key) in enumerate(zip(values, legend, strict=True))
+            line([0.0], np.where(near, series[rows], np.nan), *key, width=1.1 if k else 1.6, step=step)
+            for k, (series, key) in enumerate(zip(values, legend, strict=True))
         ],
         "sync": sync,
     }
@@ -67,8 +67,8 @@ def over_time(
 def _chart(name: str, joint: JointResult, samples: FrictionSamples, column: int, points: int) -> tuple[Chart, str]:
     """Draw the torques of a joint, with the RMS errors in the caption; lines break where the friction is unknown."""
     values = predictions(joint, samples, column)
-    measured, *predicted = (own[np.isfinite(own)] for own in values)
-    errors = " → ".join(number(_rms(measured - own), 2) for own in predicted)
+    measured, *predicted = (torque[np.isfinite(torque)] for torque in values)
+    errors = " → ".join(number(_rms(measured - torque), 2) for torque in predicted)
     unit = joint.units(bool(samples.prismatic) and samples.prismatic[column])[1]
     chart = over_time(elapsed(samples), f"torque [{unit}]", values, LEGEND, points, "torques")
     return chart, f"{name}: error {errors} {unit} (RMS)"

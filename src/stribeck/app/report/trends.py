@@ -9,36 +9,36 @@ from stribeck.app.report.page import render, section, write_page
 from stribeck.service import Trends
 
 
-def write_trends(found: Trends, path: str | Path) -> None:
+def write_trends(trends: Trends, path: str | Path) -> None:
     """Write the trends as one self-contained HTML file, completely or not at all."""
     figures: dict[str, tuple[Chart, str]] = {}
-    changed = {(each.robot, each.joint): "law" for each in found.alarms}
-    shown = changed | {(each.robot, each.joint): "ink" for each in found.odd} | changed  # changes are drawn first
-    for joint in dict.fromkeys(each.joint for each in found.fleet.channels):
-        own = {robot: colour for (robot, of), colour in shown.items() if of == joint}
-        figures[f"t{len(figures)}"] = _chart(found, joint, own)
+    changed = {(alarm.robot, alarm.joint): "law" for alarm in trends.alarms}
+    shown = changed | {(entry.robot, entry.joint): "ink" for entry in trends.odd} | changed  # changes are drawn first
+    for joint in dict.fromkeys(channel.joint for channel in trends.fleet.channels):
+        colours = {robot: colour for (robot, of), colour in shown.items() if of == joint}
+        figures[f"t{len(figures)}"] = _chart(trends, joint, colours)
     sections = [
-        section("alarms", "Changes", "trends_tables", found=found),
+        section("alarms", "Changes", "trends_tables", found=trends),
         section("joints", "Joints over time", "trends", figures),
-        section("type", "Friction of the type", "trends_type", found=found),
+        section("type", "Friction of the type", "trends_type", found=trends),
     ]
-    write_page(path, found.title, sections, lead=render("trends_heading.html.j2", found=found))
+    write_page(path, trends.title, sections, lead=render("trends_heading.html.j2", found=trends))
 
 
-def _chart(found: Trends, joint: str, shown: dict[str, str]) -> tuple[Chart, str]:
+def _chart(trends: Trends, joint: str, shown: dict[str, str]) -> tuple[Chart, str]:
     """Draw the friction of a joint over the days since the first log, at the speed of its largest change."""
-    fleet = found.fleet
-    own = [channel for channel, each in enumerate(fleet.channels) if each.joint == joint]
-    alarms = [each for each in found.alarms if each.joint == joint]
-    wanted = [channel for channel in own if alarms and fleet.channels[channel].velocity == alarms[0].velocity]
-    channel = wanted[0] if wanted else own[len(own) // 2]
+    fleet = trends.fleet
+    channels = [channel for channel, joint_speed in enumerate(fleet.channels) if joint_speed.joint == joint]
+    alarms = [alarm for alarm in trends.alarms if alarm.joint == joint]
+    wanted = [channel for channel in channels if alarms and fleet.channels[channel].velocity == alarms[0].velocity]
+    channel = wanted[0] if wanted else channels[len(channels) // 2]
     at = fleet.channels[channel]
     first_start, one_day = fleet.start.min(), np.timedelta64(1, "D")
     day = (fleet.start - first_start) / one_day
     friction = fleet.friction[:, channel]
     known = np.flatnonzero(np.isfinite(friction))
     lines, drawn = [], dict(list(shown.items())[:4])  # more lines hide each other
-    spread = next(each.log_spread for each in found.friction if (each.joint, each.velocity) == (joint, at.velocity))
+    spread = next(row.log_spread for row in trends.friction if (row.joint, row.velocity) == (joint, at.velocity))
     for robot, colour in drawn.items():
         logs = np.flatnonzero((fleet.robots == robot) & np.isfinite(friction))
         half = 1.96 * spread * np.array([[-1.0], [1.0]])
@@ -51,6 +51,6 @@ def _chart(found: Trends, joint: str, shown: dict[str, str]) -> tuple[Chart, str
         "y": axis(f"friction [{at.unit}]", limits),
         "images": [density(day[known], friction[known], days, limits)],
         "lines": lines,
-        "marks": [float((np.datetime64(each.start.replace(tzinfo=None)) - first_start) / one_day) for each in alarms],
+        "marks": [float((np.datetime64(alarm.start.replace(tzinfo=None)) - first_start) / one_day) for alarm in alarms],
     }
     return chart, ": ".join(filter(None, (f"{joint} at {at.speed}", ", ".join(drawn))))

@@ -41,11 +41,11 @@ def from_above(picture: WalkPicture, colours: Mapping[str, str]) -> Chart:
     """
     lines: list[dict[str, Any]] = []
     strengths = np.linspace(0.25, 1.0, max(len(picture.footprints), 2))
-    last_at = {(one.foot, *np.round(np.array(one.place) / 2e-3)): k for k, one in enumerate(picture.footprints)}
+    last_at = {(sole.foot, *np.round(np.array(sole.place) / 2e-3)): k for k, sole in enumerate(picture.footprints)}
     for k in sorted(last_at.values()):
-        one, strength = picture.footprints[k], float(strengths[k])
-        x, y = outline(one).T
-        lines.append(line(x, y, colours[one.foot], closed=True, fill=0.45 * strength, opacity=strength))
+        footprint, strength = picture.footprints[k], float(strengths[k])
+        x, y = outline(footprint).T
+        lines.append(line(x, y, colours[footprint.foot], closed=True, fill=0.45 * strength, opacity=strength))
     for rows, strength in zip(np.array_split(np.arange(len(picture.com)), 24), np.linspace(0.2, 0.8, 24), strict=True):
         if len(rows):  # up to the start of the next part
             x, y = picture.com[rows[0] : rows[-1] + 2].T
@@ -53,20 +53,20 @@ def from_above(picture: WalkPicture, colours: Mapping[str, str]) -> Chart:
     first, last = picture.poses[0].time, picture.poses[-1].time
     marked = picture.com[(picture.com_time >= first) & (picture.com_time <= last)]
     lines.append(line(marked[:, 0], marked[:, 1], "ink", closed=True, width=1.4))
-    points = np.vstack([picture.com, *(outline(one) for one in picture.footprints)])
+    points = np.vstack([picture.com, *(outline(footprint) for footprint in picture.footprints)])
     spans = np.column_stack([points.min(axis=0) - 0.01, points.max(axis=0) + 0.01]).tolist()
     x, y = (axis(f"{name} [m]", tuple(span)) for name, span in zip("xy", spans, strict=True))
     return {"x": x, "y": y, "lines": lines, "equal": True}
 
 
-def outline(one: Footprint) -> Array:
+def outline(footprint: Footprint) -> Array:
     """Compute the outline of a sole [m]: a rectangle with cut corners, more so at the toe; shape (9, 2)."""
-    long, wide = max(one.size[0] / 2, 0.01), max(one.size[1] / 2, 0.01)
+    long, wide = max(footprint.size[0] / 2, 0.01), max(footprint.size[1] / 2, 0.01)
     toe, heel = 0.6 * min(wide, long), 0.25 * min(wide, long)
     right = np.array([[long, toe - wide], [long - toe, -wide], [heel - long, -wide], [-long, heel - wide]])
     points = np.vstack([right, right[::-1] * [1, -1], right[:1]])
-    sine, cosine = np.sin(one.yaw), np.cos(one.yaw)
-    return np.asarray(points @ np.array([[cosine, sine], [-sine, cosine]]) + one.place)
+    sine, cosine = np.sin(footprint.yaw), np.cos(footprint.yaw)
+    return np.asarray(points @ np.array([[cosine, sine], [-sine, cosine]]) + footprint.place)
 
 
 def strip(picture: WalkPicture, colours: Mapping[str, str]) -> Chart:

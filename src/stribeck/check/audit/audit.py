@@ -39,20 +39,20 @@ def audit_or_stop(prepared: Logs, robot: Robot, settings: Settings, force: bool)
     LogError
         If a finding stops and `force` is not set; the other findings are its notes.
     """
-    found = []
+    reports = []
     for where, part in zip(log_names(prepared), prepared, strict=True):
         with errors_about(where):
-            each = audit(part, robot, settings)
-        stops = next((finding for finding in each if finding.stops), None)
+            report = audit(part, robot, settings)
+        stops = next((finding for finding in report if finding.stops), None)
         if stops and not force:
-            with findings_kept([str(finding) for finding in each if finding is not stops]):
+            with findings_kept([str(finding) for finding in report if finding is not stops]):
                 message = f"{where}: {stops}. Every number would be wrong ({stops.place})"
                 raise LogError(message, option="--force continues anyway")
-        found.append((where, each))
-    return merged(found)
+        reports.append((where, report))
+    return merged(reports)
 
 
-def findings(evidence: AuditData, late: dict[str, Lag], settings: Settings) -> list[Finding]:
+def findings(evidence: AuditData, lags: dict[str, Lag], settings: Settings) -> list[Finding]:
     """Run all checks on a log, given the lag of each joint's torque.
 
     A cause on which the model's torque depends suppresses the checks after it: with frozen positions, exchanged feet
@@ -72,48 +72,48 @@ def findings(evidence: AuditData, late: dict[str, Lag], settings: Settings) -> l
     by_trial = [] if lost else check_by_trial(evidence, settings)
     lost = lost or bool(by_trial) or any(f.check == "position-limits" for f in positions)
     base = [] if lost else check_base(evidence)
-    found = [*channels, *positions, *by_trial, *base, *samples, *unsigned]
-    if not lost and not any(f.stops for f in found):
-        found += [*_without_disturbances(evidence, late, left_out), *check_slow(evidence)]
-    return sorted(found, key=lambda finding: not finding.stops)
+    problems = [*channels, *positions, *by_trial, *base, *samples, *unsigned]
+    if not lost and not any(f.stops for f in problems):
+        problems += [*_without_disturbances(evidence, lags, left_out), *check_slow(evidence)]
+    return sorted(problems, key=lambda finding: not finding.stops)
 
 
-def _without_disturbances(evidence: AuditData, late: dict[str, Lag], left_out: set[str]) -> list[Finding]:
+def _without_disturbances(evidence: AuditData, lags: dict[str, Lag], left_out: set[str]) -> list[Finding]:
     """Compare torques with the model; what exists only in spans of the log is reported as a disturbance."""
-    found = _compare(evidence, late, left_out)
+    problems = _compare(evidence, lags, left_out)
     alien = unexplained_joints(evidence) - left_out
-    if not found and not alien:
+    if not problems and not alien:
         return []
     spans, disturbed = disturbed_spans(evidence)
     rest = rest_of(evidence, disturbed)
-    again = _compare(rest, late, left_out)
+    again = _compare(rest, lags, left_out)
     checks = {finding.check for finding in again}
-    only_there = {joint for each in found if each.check not in checks for joint in each.joints}
+    only_there = {joint for finding in problems if finding.check not in checks for joint in finding.joints}
     known = explained(evidence, rest)
-    if checks - {finding.check for finding in found} or only_there - known or not (only_there | alien) & known:
-        return found
+    if checks - {finding.check for finding in problems} or only_there - known or not (only_there | alien) & known:
+        return problems
     return [Finding.of("set-aside.audit", spans=listed_spans(spans), exclude=spans), *again]
 
 
-def _compare(evidence: AuditData, late: dict[str, Lag], left_out: set[str]) -> list[Finding]:
+def _compare(evidence: AuditData, lags: dict[str, Lag], left_out: set[str]) -> list[Finding]:
     """Compare torques with the model."""
     if causes := check_motion(evidence):
         return causes
     external = check_external(evidence, left_out)
     left_out = left_out | {name for finding in external for name in finding.joints}
     torques = check_torques(evidence, left_out)
-    delay = [] if any(f.stops for f in torques) else check_delay(evidence, late)
+    delay = [] if any(f.stops for f in torques) else check_delay(evidence, lags)
     return [*external, *torques, *delay] or check_unexplained(evidence, left_out)
 
 
 def check_samples(evidence: AuditData) -> list[Finding]:
     """Report unused parts of a log: lost samples, and samples after a fall."""
     sampling, time = evidence.prepared.sampling, evidence.prepared.log.time
-    found = []
+    problems = []
     if sampling.lost > 0.2:
-        found.append(Finding.of("samples-lost", lost=100 * sampling.lost, short=SHORT, gaps=len(sampling.gaps)))
+        problems.append(Finding.of("samples-lost", lost=100 * sampling.lost, short=SHORT, gaps=len(sampling.gaps)))
     phases = evidence.prepared.support.phases
     if evidence.robot.base == "floating" and phases and sampling.segments[-1].stop > phases[-1].stop:
         end = float(time[phases[-1].stop - 1])
-        found.append(Finding.of("base-falls", end=end, left=time[-1] - end))
-    return found
+        problems.append(Finding.of("base-falls", end=end, left=time[-1] - end))
+    return problems

@@ -88,8 +88,8 @@ def _heights(log: RobotLog, robot: Robot, standing: BoolArray) -> Array:
     along = np.einsum("tij,tfj->tfi", turned, place) @ (np.eye(3) - np.outer(robot.up, robot.up))
     count = np.maximum(standing.sum(axis=1), 1)[:, None]
     run, rise = (
-        (each - (each * standing[..., None]).sum(axis=1, keepdims=True) / count[..., None])[standing]
-        for each in (along, height[..., None])
+        (coordinates - (coordinates * standing[..., None]).sum(axis=1, keepdims=True) / count[..., None])[standing]
+        for coordinates in (along, height[..., None])
     )
     slope, weight = np.zeros((3, 1)), np.ones((len(run), 1))
     for _ in range(10):  # least absolute deviations: feet with wrong flags are far off the ground
@@ -141,8 +141,8 @@ class _Turns:
 
     def explained(self, axes: Array) -> float:
         """Compute the share of the measured rotation that the expected one explains with other axes."""
-        left = self.measured - self.expected @ axes.T
-        return 1 - float(np.sum(left**2) / np.sum((self.measured - self.measured.mean(axis=0)) ** 2))
+        residual = self.measured - self.expected @ axes.T
+        return 1 - float(np.sum(residual**2) / np.sum((self.measured - self.measured.mean(axis=0)) ** 2))
 
 
 AXES = [
@@ -181,9 +181,9 @@ def _orientation(evidence: AuditData) -> list[Finding]:
     known = np.flatnonzero(foot >= 0)
     poses = np.tile(np.eye(3), (len(evidence.rows), 1, 1))
     for k, name in enumerate(robot.contacts):
-        here = np.flatnonzero(foot == k)
-        if len(here):
-            poses[here] = robot.foot_pose(name, log.position[evidence.rows[here]])[0]
+        bins = np.flatnonzero(foot == k)
+        if len(bins):
+            poses[bins] = robot.foot_pose(name, log.position[evidence.rows[bins]])[0]
     in_foot = Rotation.from_matrix(poses).inv()
     first, last, step = _pairs(evidence, foot)
     expected = (in_foot[first].inv() * in_foot[last]).as_rotvec() / step
@@ -246,19 +246,19 @@ def _inertial(evidence: AuditData) -> list[Finding]:
     if len(first) < LEAST_BINS:
         return []
     base = Rotation.from_quat(log.base_orientation[rows])  # type: ignore[index]
-    found: list[Finding] = []
+    findings: list[Finding] = []
     if log.angular_velocity is not None:
         sums = np.concatenate([np.zeros((1, 3)), np.cumsum(log.angular_velocity, axis=0)])
         mean = (sums[rows[last]] - sums[rows[first]]) / (rows[last] - rows[first])[:, None]
         turns = _Turns(measured=mean, expected=(base[first].inv() * base[last]).as_rotvec() / step)
         axes = _axes_off(turns)
         if axes is not None:
-            found.append(_axes_finding(axes, "angular_velocity", turns, stops=False))
-    if log.linear_acceleration is not None and not found:
+            findings.append(_axes_finding(axes, "angular_velocity", turns, stops=False))
+    if log.linear_acceleration is not None and not findings:
         mean, up = log.linear_acceleration[rows].mean(axis=0), base.inv().apply([0.0, 0.0, 1.0]).mean(axis=0)
         size = float(np.linalg.norm(mean))
         agreement = float(mean @ up) / max(size, 1e-9)
         if 0.5 < size / 9.81 < 2 and agreement < 0.7:
             shown = np.round(mean, 1).tolist()
-            found.append(Finding.of("imu-axes.accelerometer", stops=False, mean=shown))
-    return found
+            findings.append(Finding.of("imu-axes.accelerometer", stops=False, mean=shown))
+    return findings

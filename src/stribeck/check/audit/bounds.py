@@ -86,8 +86,8 @@ def _weight_carried(evidence: AuditData) -> float | None:
         ]
         free = null_space(np.vstack([*jacobians, unknown]))
         torque[place] = evidence.torque[k]
-        own, asked = free.T @ torque, free.T @ weight
-        product, needed, carried = product + own @ asked, needed + asked @ asked, carried + own @ own
+        measured, asked = free.T @ torque, free.T @ weight
+        product, needed, carried = product + measured @ asked, needed + asked @ asked, carried + measured @ measured
     if needed == 0 or product < 0.7 * np.sqrt(needed * carried):
         return None
     return float(product / needed)

@@ -22,7 +22,7 @@ HELD_ROWS = 20_000
 def check_channels(evidence: AuditData) -> list[Finding]:
     """Report faults of positions and torques that are visible without a model."""
     log, robot, sampling = evidence.prepared.log, evidence.robot, evidence.prepared.sampling
-    found: dict[tuple[str, str], dict[str, str]] = defaultdict(dict)
+    faults: dict[tuple[str, str], dict[str, str]] = defaultdict(dict)
     frozen: dict[str, list[Span]] = defaultdict(list)
     least, most = log.torque.min(axis=0), log.torque.max(axis=0)
     moving = [column for number, column in enumerate(robot.torque_controlled.tolist()) if evidence.moves(number)]
@@ -33,23 +33,23 @@ def check_channels(evidence: AuditData) -> list[Finding]:
         if moves:
             parts["position"] = _frozen_positions(position, torque, sampling.segments, sampling.period)
         if step := steps.get(column) or (moves and _shared_step(torque[:HELD_ROWS], steps.values())):
-            found["channel-coarse", "torque"][joint] = f" ({step:.2g} N m)"
+            faults["channel-coarse", "torque"][joint] = f" ({step:.2g} N m)"
         elif moves and least[column] == most[column]:
-            found["channel-dead", "torque"][joint] = ""
+            faults["channel-dead", "torque"][joint] = ""
         else:
             share = clipped(torque, position, float(least[column]), float(most[column])) if moves else 0.0
             if share:
-                found["channel-clipped", "torque"][joint] = f" ({100 * share:.2g} % of the samples)"
+                faults["channel-clipped", "torque"][joint] = f" ({100 * share:.2g} % of the samples)"
             else:
                 parts["torque"] = _frozen_torques(torque, position, sampling.segments, sampling.period)
             for channel, values in (("torque", torque), ("position", position)):
                 if held := held_for(values[:HELD_ROWS]):
-                    found["channel-held", channel][joint] = f" ({held} samples)"
-        for channel, own in parts.items():
-            spans = [Span(log.time[part.start] - log.start, log.time[part.stop - 1] - log.start) for part in own]
+                    faults["channel-held", channel][joint] = f" ({held} samples)"
+        for channel, slices in parts.items():
+            spans = [Span(log.time[part.start] - log.start, log.time[part.stop - 1] - log.start) for part in slices]
             if spans:
                 frozen[channel] = list({*frozen[channel], *spans})
-                found["channel-frozen", channel][joint] = f" ({listed_spans(spans)})"
+                faults["channel-frozen", channel][joint] = f" ({listed_spans(spans)})"
     return [
         Finding.of(
             check,
@@ -58,7 +58,7 @@ def check_channels(evidence: AuditData) -> list[Finding]:
             settings=[unmeasured(robot, joints)],
             exclude=frozen[channel] if check == "channel-frozen" else (),
         )
-        for (check, channel), joints in found.items()
+        for (check, channel), joints in faults.items()
     ]
 
 
@@ -88,18 +88,18 @@ def _shared_step(torque: Array, steps: Iterable[float]) -> float:
 
 def constant_parts(values: Array, segments: tuple[slice, ...], shortest: int) -> list[slice]:
     """Find parts of segments, at least `shortest` samples long, in which a channel is exactly constant."""
-    found: list[slice] = []
+    parts: list[slice] = []
     thin = values[:: max(1, shortest // 2)]
     rounding = ROUNDING * float(np.abs(thin).max())
     if not np.any(np.abs(np.diff(thin)) <= rounding):
-        return found
+        return parts
     for segment in segments:
         same = np.concatenate([[False], np.abs(np.diff(values[segment])) <= rounding, [False]])
         edges = np.flatnonzero(same[1:] != same[:-1])
         for start, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
             if stop - start + 1 >= shortest:
-                found.append(slice(segment.start + start, segment.start + stop + 1))
-    return found
+                parts.append(slice(segment.start + start, segment.start + stop + 1))
+    return parts
 
 
 def _shortest(period: float) -> int:
@@ -133,7 +133,7 @@ def _frozen_positions(position: Array, torque: Array, segments: tuple[slice, ...
 
     if _flickers(position, parts):
         return parts
-    found = []
+    frozen_parts = []
     for part in parts:
         if coarse and (part.stop - part.start) * period < 2.0:
             continue
@@ -143,8 +143,8 @@ def _frozen_positions(position: Array, torque: Array, segments: tuple[slice, ...
         share = 0.05 if at_end and torque[part].std() > 0.3 * torque.std() and not coarse else 0.3
         abrupt = (fast(before, share), fast(after, share))
         if all(abrupt) or (any(abrupt) and (coarse or share < 0.3)) or jumps:
-            found.append(part)
-    return found
+            frozen_parts.append(part)
+    return frozen_parts
 
 
 def _flickers(position: Array, parts: list[slice]) -> bool:
@@ -197,17 +197,17 @@ def clipped(torque: Array, position: Array, least: float, most: float) -> float:
     for sign, top in ((1.0, most), (-1.0, -least)):
         if np.mean(torque[:: max(1, len(torque) // HELD_ROWS)] == sign * top) < least_share / 2:
             continue
-        there = torque == sign * top
-        count = int(np.count_nonzero(there))
+        at_extreme = torque == sign * top
+        count = int(np.count_nonzero(at_extreme))
         if count < max(10, least_share * len(torque)):
             continue
         steps, values = np.abs(np.gradient(position)), sign * torque
         moving = steps > 0.01 * np.percentile(steps, 99)
         levels = np.unique(values[values > top - 0.1 * (top - float(values.min()))])
         near = int(np.count_nonzero(values >= levels[-min(4, len(levels))])) - count
-        edges = np.flatnonzero(np.diff(there.astype(np.int8), prepend=0, append=0))
+        edges = np.flatnonzero(np.diff(at_extreme.astype(np.int8), prepend=0, append=0))
         long = np.count_nonzero(edges[1::2] - edges[::2] >= 4)
-        if len(levels) > 4 and long >= 2 and count > 5 * near and moving[there].mean() > 0.5:
+        if len(levels) > 4 and long >= 2 and count > 5 * near and moving[at_extreme].mean() > 0.5:
             share += count / len(values)
     return share
 

@@ -28,24 +28,24 @@ class Lag:
 
 def delays(evidence: AuditData) -> dict[str, Lag]:
     """Estimate the lag of each joint's torque; joints with a too poor fit of the model have none."""
-    found = {name: _lag(evidence, k) for k, name in enumerate(evidence.joints)}
-    return {name: lag for name, lag in found.items() if lag is not None}
+    lags = {name: _lag(evidence, k) for k, name in enumerate(evidence.joints)}
+    return {name: lag for name, lag in lags.items() if lag is not None}
 
 
-def check_delay(evidence: AuditData, found: dict[str, Lag]) -> list[Finding]:
+def check_delay(evidence: AuditData, lags: dict[str, Lag]) -> list[Finding]:
     """Report low-pass filters, another clock, or a delay of more than a sample or two on which the joints agree.
 
     Three joints must have a delay, if the robot has as many, and 60 % of them must agree; 75 % of fewer than eight.
     """
     period = evidence.prepared.sampling.period
     shortest, sure = 0.01, 30.0  # time constant of a filter [s] and evidence [1] from which it replaces a delay
-    slow = {name: lag for name, lag in found.items() if lag.constant > shortest}
-    if 2 * len(slow) > len(found) and sum(lag.evidence for lag in slow.values()) > sure:
+    slow = {name: lag for name, lag in lags.items() if lag.constant > shortest}
+    if 2 * len(slow) > len(lags) and sum(lag.evidence for lag in slow.values()) > sure:
         constant = float(np.median([lag.constant for lag in slow.values()]))
         return [Finding.of("torque-filtered", tuple(slow), cutoff=1 / (2 * np.pi * constant))]
     if clock := _clock(evidence):
         return [Finding.of("torque-clock", faster=100 * abs(clock), speed="fast" if clock > 0 else "slow")]
-    values = np.array([lag.delay for lag in found.values() if lag.delay is not None])
+    values = np.array([lag.delay for lag in lags.values() if lag.delay is not None])
     if len(values) < max(2, min(3, len(evidence.joints))):
         return []
     middle = float(np.median(values))
@@ -82,11 +82,11 @@ def _clock(evidence: AuditData) -> float:
     sums = np.concatenate([np.zeros((1, log.torque.shape[1])), np.cumsum(log.torque, axis=0)])
     edges = np.append(log.time, log.time[-1] + period) - period / 2
 
-    def left(clock: float, delay: float) -> float:
+    def misfit(clock: float, delay: float) -> float:
         """Compute the median over the joints of the share of the torque that stays unexplained."""
         shares = []
-        for column, own, basis in bases:
-            now = log.time[0] + (own - log.time[0]) * (1 + clock) + delay
+        for column, times, basis in bases:
+            now = log.time[0] + (times - log.time[0]) * (1 + clock) + delay
             torque = np.interp(now + half, edges, sums[:, column]) - np.interp(now - half, edges, sums[:, column])
             shares.append(
                 float(_unexplained(basis, torque) / max(float(np.sum((torque - torque.mean()) ** 2)), 1e-300))
@@ -94,12 +94,12 @@ def _clock(evidence: AuditData) -> float:
         return float(np.median(shares))
 
     reach = min(compared, float(log.time[-1] - log.time[0]))
-    late = np.linspace(-0.03, 0.03, 7)
-    plain = min(left(0.0, delay) for delay in late)
+    shifts = np.linspace(-0.03, 0.03, 7)
+    plain = min(misfit(0.0, delay) for delay in shifts)
     clocks = np.arange(-largest, largest, 0.02 / reach)
-    best = min(clocks, key=lambda clock: left(clock, 0.0))
-    best = min(np.linspace(best - 0.02 / reach, best + 0.02 / reach, 9), key=lambda clock: left(clock, 0.0))
-    return float(best) if abs(best) > 0.03 / reach and left(best, 0.0) < 0.5 * plain else 0.0
+    best = min(clocks, key=lambda clock: misfit(clock, 0.0))
+    best = min(np.linspace(best - 0.02 / reach, best + 0.02 / reach, 9), key=lambda clock: misfit(clock, 0.0))
+    return float(best) if abs(best) > 0.03 / reach and misfit(best, 0.0) < 0.5 * plain else 0.0
 
 
 def _lag(evidence: AuditData, k: int) -> Lag | None:
@@ -124,37 +124,37 @@ def _lag(evidence: AuditData, k: int) -> Lag | None:
     every = -(-sum(len(run.model) for run in runs) // most)
     rows = [np.arange(edge, len(run.model) - edge, every) for run in runs]
     both = list(zip(runs, rows, strict=True))
-    speed = np.concatenate([run.velocity[own] for run, own in both])
-    model = np.concatenate([run.model[own] for run, own in both])
-    torque = np.concatenate([sliding_window_view(run.torque, 2 * reach + 1)[stride * own - reach] for run, own in both])
+    speed = np.concatenate([run.velocity[row] for run, row in both])
+    model = np.concatenate([run.model[row] for run, row in both])
+    torque = np.concatenate([sliding_window_view(run.torque, 2 * reach + 1)[stride * row - reach] for run, row in both])
     top = max(float(np.abs(speed).max()), 1e-9)
     signs = [np.tanh(speed / (share * top)) for share in (0.01, 0.03, 0.1, 0.3)]
     without_model = np.linalg.qr(np.column_stack([np.ones(len(speed)), speed, *signs]))[0]
     with_model = np.linalg.qr(np.column_stack([without_model, model]))[0]
-    left = _unexplained(with_model, torque)
-    best = int(np.argmin(left))
+    residual = _unexplained(with_model, torque)
+    best = int(np.argmin(residual))
     apart = max(1, round(0.005 / period))
     rate = (torque[:, reach + apart] - torque[:, reach - apart]) / (2 * apart * period)
     constant = -np.linalg.lstsq(np.column_stack([with_model, rate]), torque[:, reach], rcond=None)[0][-1]
     behind = _unexplained(with_model, torque[:, reach] + constant * rate)
     whole = _unexplained(without_model[:, :1], torque)
-    gained = _unexplained(without_model, torque[:, best]) - left[best]
+    gained = _unexplained(without_model, torque[:, best]) - residual[best]
     if not gained > 0.5 * whole[best]:
         return None
     independent = len(torque) * stride * period / 0.05  # the model is filtered
-    gain = 0.5 * independent * float(np.log(max(left[best], 1e-300) / max(behind, 1e-300)))
+    gain = 0.5 * independent * float(np.log(max(residual[best], 1e-300) / max(behind, 1e-300)))
     if best in (0, 2 * reach):
         return Lag(None, float(constant), gain)
-    low, middle, high = left[best - 1 : best + 2]
+    low, middle, high = residual[best - 1 : best + 2]
     delay = float(best - reach + 0.5 * (low - high) / (low - 2 * middle + high))
-    if abs(delay) > LEAST and left[reach] < 1.1 * left[best]:
+    if abs(delay) > LEAST and residual[reach] < 1.1 * residual[best]:
         return None
     return Lag(delay * period, float(constant), gain)
 
 
 def _known(evidence: AuditData, k: int, shortest: float) -> list[Run]:
     """Cut the runs of one joint into parts of more rows than `shortest` in which its model torque is known."""
-    found, stride = [], evidence.stride
+    parts, stride = [], evidence.stride
     for run in evidence.runs:
         if len(run.torque) <= shortest:
             continue
@@ -163,8 +163,8 @@ def _known(evidence: AuditData, k: int, shortest: float) -> list[Run]:
             if stride * len(part) > shortest:
                 start, stop = int(part[0]), int(part[-1]) + 1
                 torque = run.torque[stride * start : stride * stop, k]
-                found.append(Run(torque, run.model[start:stop, k], run.velocity[start:stop, k]))
-    return found
+                parts.append(Run(torque, run.model[start:stop, k], run.velocity[start:stop, k]))
+    return parts
 
 
 def _unexplained(orthonormal: Array, torque: Array) -> Array:

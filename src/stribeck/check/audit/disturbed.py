@@ -20,9 +20,9 @@ def disturbed_spans(evidence: AuditData) -> tuple[list[Span], BoolArray]:
         rows = np.isfinite(evidence.model[:, k])
         if rows.sum() >= FEWEST:
             torque = evidence.torque[rows, k]
-            left = _residual(friction_shapes(evidence, k, rows), torque - evidence.model[rows, k])
-            usual = max(_deviation(left), negligible * _deviation(torque - np.median(torque)))
-            far[rows] = np.maximum(far[rows], np.abs(left) / max(usual, 1e-12))
+            residual = _residual(friction_shapes(evidence, k, rows), torque - evidence.model[rows, k])
+            usual = max(_deviation(residual), negligible * _deviation(torque - np.median(torque)))
+            far[rows] = np.maximum(far[rows], np.abs(residual) / max(usual, 1e-12))
     log = evidence.prepared.log
     time = log.time[evidence.rows] - log.start
     lasting = np.minimum(far[1:], far[:-1]) > outlying  # a single bin is a reversal
@@ -48,7 +48,7 @@ def explained(whole: AuditData, rest: AuditData) -> set[str]:
     """Find the joints that model and friction explain in the larger part of a log, under the loads of the whole log."""
     if 2 * len(rest.rows) < len(whole.rows):
         return set()
-    loads = [np.nan_to_num(each.model).std(axis=0) for each in (whole, rest)]
+    loads = [np.nan_to_num(part.model).std(axis=0) for part in (whole, rest)]
     return {
         name
         for k, name in enumerate(whole.joints)
@@ -60,10 +60,10 @@ def _residual(shapes: Array, torque: Array) -> Array:
     """Compute the residual of a robust fit, whose weights fall beyond the median (Holland and Welsch 1977)."""
     shapes, weight = shapes / np.maximum(np.linalg.norm(shapes, axis=0), 1e-12), np.ones(len(torque))
     for _ in range(20):
-        left = torque - shapes @ np.linalg.lstsq(shapes * weight[:, None], torque * weight, rcond=None)[0]
-        size = np.abs(left) / max(float(np.median(np.abs(left))), 1e-12)
+        residual = torque - shapes @ np.linalg.lstsq(shapes * weight[:, None], torque * weight, rcond=None)[0]
+        size = np.abs(residual) / max(float(np.median(np.abs(residual))), 1e-12)
         weight = np.sqrt(1 / np.maximum(size, 1.0))
-    return np.asarray(left)
+    return np.asarray(residual)
 
 
 def _deviation(values: Array) -> float:

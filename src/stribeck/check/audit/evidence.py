@@ -135,8 +135,8 @@ def gather(prepared: PreparedLog, robot: Robot, settings: Settings, most: int = 
             thinned = model, velocity, samples.acceleration[part], external
             means = _means(torque, count, size), *(_means(values, count, points) for values in thinned)
             middles = rows[0] + size // 2 + size * np.arange(count)
-            here = {"rows": middles, "support": samples.support[part][:count], "run": np.full(count, len(runs))}
-            parts.append(here | dict(zip(channels, means, strict=True)))
+            bins = {"rows": middles, "support": samples.support[part][:count], "run": np.full(count, len(runs))}
+            parts.append(bins | dict(zip(channels, means, strict=True)))
             runs.append(Run(torque, model, velocity))
     return AuditData(
         prepared=prepared,

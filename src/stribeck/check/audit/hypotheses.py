@@ -67,24 +67,24 @@ def compete(evidence: AuditData, joints: Sequence[int]) -> list[Hypothesis]:
     factors, given = np.ones(len(evidence.joints)), evidence
     linear, rounds = 2.0, 4  # factor up to which gains and errors of bodies add [1], and rounds that find larger gains
     for _ in range(rounds):
-        found = _ranked(evidence, joints)
-        if not found or "gain" not in found[0].kind:
+        ranking = _ranked(evidence, joints)
+        if not ranking or "gain" not in ranking[0].kind:
             break
-        best = found[0]
+        best = ranking[0]
         gains = 1 + np.resize(best.values, len(best.places))
         far = np.abs(np.log(gains)) > np.log(linear)
         if not far.any():
             break
         factors[list(best.places)] *= np.where(far | (best.kind == "common gain"), gains, 1.0)
         evidence = replace(given, torque=given.torque / factors)
-    if not found or np.all(factors == 1):
-        return found
+    if not ranking or np.all(factors == 1):
+        return ranking
     common = len(set(factors.tolist())) == 1
-    if found[0].kind == ("common gain" if common else "gain") and (common or rivals(found)):
-        factors[list(found[0].places)] *= 1 + found[0].values
+    if ranking[0].kind == ("common gain" if common else "gain") and (common or rivals(ranking)):
+        factors[list(ranking[0].places)] *= 1 + ranking[0].values
     places = tuple(np.flatnonzero(factors != 1).tolist())
     values = factors[list(places)][: 1 if common else None] - 1
-    return [replace(found[0], kind="common gain" if common else "gain", places=places, values=values)]
+    return [replace(ranking[0], kind="common gain" if common else "gain", places=places, values=values)]
 
 
 def _ranked(evidence: AuditData, joints: Sequence[int]) -> list[Hypothesis]:
@@ -102,37 +102,37 @@ def _ranked(evidence: AuditData, joints: Sequence[int]) -> list[Hypothesis]:
         return []
     first = 1 + len(joints) + 3
     scales = MASS * parameters[:, 0].sum() * REACH ** np.array([0, *3 * [1], *6 * [2]])
-    found: dict[tuple[str, tuple[int, ...]], Hypothesis] = {}
+    causes: dict[tuple[str, tuple[int, ...]], Hypothesis] = {}
     for spread in (1.0, 2.0, 4.0):  # errors of bodies relative to their priors; each cause has the most likely of them
         of_bodies = gram[first:, first:] + np.eye(len(gram) - first) / spread**2
-        left = gram - gram[:, first:] @ np.linalg.solve(of_bodies, gram[first:])
+        marginal = gram - gram[:, first:] @ np.linalg.solve(of_bodies, gram[first:])
         volume = np.linalg.slogdet(spread**2 * of_bodies)[1]
         for kind, places, columns, size in _causes(joints, slopes, scales):
             directions = columns * size
-            inner = directions.T @ left[1:, 1:] @ directions + np.eye(directions.shape[1])
-            along = directions.T @ left[1:, 0]
+            inner = directions.T @ marginal[1:, 1:] @ directions + np.eye(directions.shape[1])
+            along = directions.T @ marginal[1:, 0]
             fitted = np.linalg.solve(inner, along)
-            cost = 0.5 * float(left[0, 0] - along @ fitted + np.linalg.slogdet(inner)[1] + volume)
-            if (kind, places) not in found or cost < found[kind, places].cost:
-                squares = float(left[0, 0]), float(left[0, 0] - along @ fitted)
+            cost = 0.5 * float(marginal[0, 0] - along @ fitted + np.linalg.slogdet(inner)[1] + volume)
+            if (kind, places) not in causes or cost < causes[kind, places].cost:
+                squares = float(marginal[0, 0]), float(marginal[0, 0] - along @ fitted)
                 # a cause explains all torques, or this share of the squares that usual errors of bodies leave [1]
                 most_left = 0.5
                 explains = squares[1] < max(samples, most_left * squares[0])
-                found[kind, places] = Hypothesis(kind, places, cost, np.asarray(size * fitted), explains)
-    return sorted((each for each in found.values() if _possible(evidence, each)), key=lambda each: each.cost)
+                causes[kind, places] = Hypothesis(kind, places, cost, np.asarray(size * fitted), explains)
+    return sorted((cause for cause in causes.values() if _possible(evidence, cause)), key=lambda cause: cause.cost)
 
 
-def rivals(found: Sequence[Hypothesis]) -> list[Hypothesis]:
+def rivals(causes: Sequence[Hypothesis]) -> list[Hypothesis]:
     """List the best cause of each kind that is not clearly worse than the best.
 
     The list is empty if the model is about as good, or if the best cause leaves most of the disagreement.
     """
     clearly = 6.0  # difference of the logarithms of marginal likelihoods from which a cause is clearly better [1]
     best: dict[str, Hypothesis] = {}
-    for each in found:
-        if each.cost < found[0].cost + clearly:
-            best.setdefault(each.kind, each)
-    return [] if "none" in best or not (found and found[0].explains) else list(best.values())
+    for cause in causes:
+        if cause.cost < causes[0].cost + clearly:
+            best.setdefault(cause.kind, cause)
+    return [] if "none" in best or not (causes and causes[0].explains) else list(best.values())
 
 
 def _gram(evidence: AuditData, among: Sequence[int], slopes: Array) -> tuple[list[int], Array, float]:
@@ -162,26 +162,26 @@ def _gram(evidence: AuditData, among: Sequence[int], slopes: Array) -> tuple[lis
             continue
         bodies = np.einsum("rbp,bpc->rbc", of_bodies[sliding, k].reshape(len(at), -1, SIZE), slopes)
         model = evidence.model[at, k]
-        own = np.column_stack([torque - model, model, gravity[sliding, k], bodies.reshape(len(at), -1)])
+        design = np.column_stack([torque - model, model, gravity[sliding, k], bodies.reshape(len(at), -1)])
         chosen = np.isin(np.arange(count), at)
-        own, left = without(friction_shapes(evidence, k, chosen), own, torque)
-        if float(left @ left) <= 1e-6 * float(torque @ torque):
+        design, load = without(friction_shapes(evidence, k, chosen), design, torque)
+        if float(load @ load) <= 1e-6 * float(torque @ torque):
             continue
-        error = own[:, 0] - own[:, 1:] @ np.linalg.lstsq(own[:, 1:], own[:, 0], rcond=1e-6)[0]
+        error = design[:, 0] - design[:, 1:] @ np.linalg.lstsq(design[:, 1:], design[:, 0], rcond=1e-6)[0]
         most_left = 0.5  # share of the torque without friction that no cause explains [1]; other joints are left out
-        if float(error @ error) > most_left * float(left @ left):
+        if float(error @ error) > most_left * float(load @ load):
             continue
         variance = max(float(error @ error) / len(at), FLOOR * float(torque.var()))
         joints.append(k)
-        share = effective_share(own[:, 1], error, evidence.run[at])
+        share = effective_share(design[:, 1], error, evidence.run[at])
         samples += share * len(at)
-        parts.append(own * np.sqrt(share / variance))
+        parts.append(design * np.sqrt(share / variance))
     if not joints:
         return [], np.zeros((0, 0)), 0.0
     gram = np.zeros((1 + len(joints) + parts[0].shape[1] - 2,) * 2)
-    for place, own in enumerate(parts):
+    for place, design in enumerate(parts):
         at = np.r_[0, 1 + place, 1 + len(joints) : len(gram)]
-        gram[np.ix_(at, at)] += own.T @ own
+        gram[np.ix_(at, at)] += design.T @ design
     return joints, gram, samples
 
 
@@ -203,14 +203,14 @@ def _causes(
         yield "body", (body,), unit[:, first : first + SIZE] @ np.linalg.inv(slopes[body]), scales
 
 
-def _possible(evidence: AuditData, found: Hypothesis) -> bool:
+def _possible(evidence: AuditData, cause: Hypothesis) -> bool:
     """Whether a cause is physically possible: positive gains, gravity of the given size, a positive mass."""
-    if found.kind in ("gain", "common gain"):
-        return bool(np.all(found.values > -1))
-    if found.kind == "gravity":
+    if cause.kind in ("gain", "common gain"):
+        return bool(np.all(cause.values > -1))
+    if cause.kind == "gravity":
         given = evidence.robot.gravity
-        return bool(abs(np.linalg.norm(given + found.values) - (size := np.linalg.norm(given))) < 0.1 * size)
-    if found.kind == "body":
+        return bool(abs(np.linalg.norm(given + cause.values) - (size := np.linalg.norm(given))) < 0.1 * size)
+    if cause.kind == "body":
         inertias = list(evidence.robot.tree.model.inertias)[1:]
-        return bool(-inertias[found.places[0]].mass < found.values[0] < sum(each.mass for each in inertias))
+        return bool(-inertias[cause.places[0]].mass < cause.values[0] < sum(inertia.mass for inertia in inertias))
     return True

@@ -34,7 +34,7 @@ class _Pooled:
         Factor of the terms of velocities and accelerations [1], and its standard error.
     share
         Share of the torques without friction that the fit explains [1].
-    left
+    residual
         Weighted residual squares, relative to a fit with the given gravity direction and a free gain per joint [1].
     dissipation
         Mean over the joints with friction of the dissipation in `Fit`, from -1 to 1.
@@ -45,7 +45,7 @@ class _Pooled:
     inertial: float
     inertial_error: float
     share: float
-    left: float
+    residual: float
     dissipation: float
 
 
@@ -69,13 +69,13 @@ def check_motion(evidence: AuditData) -> list[Finding]:
     )
     reported = np.deg2rad(45.0)  # smallest angle between the given and the estimated gravity [rad]
     if turned > reported:
-        return [_turned(pooled, turned, normal)] if forward and pooled.left < 0.5 else []
+        return [_turned(pooled, turned, normal)] if forward and pooled.residual < 0.5 else []
     if turned > reported / 2 or len(evidence.rows) < 125:  # model errors dominate the inertia of few bins
         return []
     ratio = pooled.inertial * normal / size
     error = pooled.inertial_error * normal / size
     scale = 1 / np.sqrt(max(ratio, 1e-9))  # of time: accelerations are proportional to its inverse square
-    sure = abs(ratio - 1) > SURE * error and error < 0.2 * ratio and pooled.left < 0.7
+    sure = abs(ratio - 1) > SURE * error and error < 0.2 * ratio and pooled.residual < 0.7
     if sure and 1.6 < max(scale, 1 / scale) < 2.5:
         return [_clock_finding(evidence, scale, "the inertial part of the torques relative to gravity")]
     return []
@@ -97,10 +97,10 @@ def _velocity_clock(evidence: AuditData) -> list[Finding]:
     log = evidence.prepared.log
     if log.velocity is None:
         return []
-    own = log.velocity[evidence.rows][:, evidence.robot.torque_controlled]
+    velocity = log.velocity[evidence.rows][:, evidence.robot.torque_controlled]
     ratios = []
-    for k in range(own.shape[1]):
-        slope, logged = evidence.velocity[:, k], own[:, k]
+    for k in range(velocity.shape[1]):
+        slope, logged = evidence.velocity[:, k], velocity[:, k]
         both, power = float(slope @ logged), float(logged @ logged)
         if evidence.moves(k) and power and both**2 > 0.9 * power * float(slope @ slope):
             ratios.append(both / power)
@@ -110,9 +110,9 @@ def _velocity_clock(evidence: AuditData) -> list[Finding]:
     return [_clock_finding(evidence, ratio, "the slope of the position relative to the velocity")]
 
 
-def angle_between(one: Array, other: Array) -> float:
+def angle_between(vector: Array, other: Array) -> float:
     """Compute the angle between two vectors [rad]."""
-    return float(np.arctan2(np.linalg.norm(np.cross(one, other)), one @ other))
+    return float(np.arctan2(np.linalg.norm(np.cross(vector, other)), vector @ other))
 
 
 def tilted(evidence: AuditData, gravity: Array) -> Finding:
@@ -137,7 +137,7 @@ def _turned(pooled: _Pooled, turned: float, size: float) -> Finding:
         "gravity",
         turned="upside down" if turned > np.deg2rad(150) else f"turned by {np.rad2deg(turned):.0f}°",
         direction=np.round(pooled.gravity, 1).tolist(),
-        left=100 * pooled.left,
+        left=100 * pooled.residual,
         settings=[_gravity_setting(size * direction)],
     )
 
@@ -170,18 +170,18 @@ def _pooled(evidence: AuditData) -> _Pooled | None:
         used.append(k)
     if not used or np.linalg.cond(matrix) > 1e12:
         return None
-    found = np.linalg.solve(matrix, vector)
-    left = squares - float(vector @ found)
-    scale = max(1.0, left / before) / float(np.mean(independent))
+    solution = np.linalg.solve(matrix, vector)
+    residual = squares - float(vector @ solution)
+    scale = max(1.0, residual / before) / float(np.mean(independent))
     errors = np.sqrt(np.diag(np.linalg.inv(matrix)) * scale)
-    torques = gravity @ found[:3] + found[3] * (evidence.model - gravity @ given)
+    torques = gravity @ solution[:3] + solution[3] * (evidence.model - gravity @ given)
     return _Pooled(
-        gravity=np.asarray(found[:3]),
+        gravity=np.asarray(solution[:3]),
         gravity_error=float(errors[:3].max()),
-        inertial=float(found[3]),
+        inertial=float(solution[3]),
         inertial_error=float(errors[3]),
-        share=1 - left / max(squares, 1e-30),
-        left=left / max(after_gains, 1e-30),
+        share=1 - residual / max(squares, 1e-30),
+        residual=residual / max(after_gains, 1e-30),
         dissipation=_dissipation(evidence, used, torques),
     )
 
@@ -189,8 +189,8 @@ def _pooled(evidence: AuditData) -> _Pooled | None:
 def _dissipation(evidence: AuditData, joints: Sequence[int], model: Array) -> float:
     """Average the dissipation of joints with friction, given the torques of a model, shape (B, k)."""
     fits = [fit(evidence, k, model=model[:, k]) for k in joints]
-    found = [one.dissipation for one in fits if one is not None and one.friction > one.residual]
-    return float(np.mean(found)) if found else 0.0
+    dissipations = [result.dissipation for result in fits if result is not None and result.friction > result.residual]
+    return float(np.mean(dissipations)) if dissipations else 0.0
 
 
 def gravity_torques(evidence: AuditData, robot: Robot, directions: Array) -> Array:
@@ -210,7 +210,7 @@ def gravity_torques(evidence: AuditData, robot: Robot, directions: Array) -> Arr
     """
     log = evidence.prepared.log
     position = log.position[evidence.rows]
-    still, found = np.zeros_like(position), np.full((*evidence.model.shape, len(directions)), np.nan)
+    still, torques = np.zeros_like(position), np.full((*evidence.model.shape, len(directions)), np.nan)
     turned = None
     if robot.base == "floating" and log.base_orientation is not None:
         turned = root_quaternions(robot, position, log.base_orientation[evidence.rows])
@@ -235,5 +235,5 @@ def gravity_torques(evidence: AuditData, robot: Robot, directions: Array) -> Arr
                     pull = direction_in_root(tree, tree.model.getFrameId(BASE_FRAME), position[rows], pull)
                 motion = RootMotion(pull)
             torque = rooted_inverse_dynamics(tree, position[rows], still[rows], still[rows], motion)[1]
-            found[rows, :, axis] = without_loop_forces(robot, position[rows], torque)[:, robot.torque_controlled]
-    return found
+            torques[rows, :, axis] = without_loop_forces(robot, position[rows], torque)[:, robot.torque_controlled]
+    return torques

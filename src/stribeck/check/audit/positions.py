@@ -59,13 +59,13 @@ def _degrees(evidence: AuditData) -> list[Finding]:
     lowest, highest = evidence.position_range
     limited = turning & np.isfinite(low) & np.isfinite(high)
     excess = _excess(lowest, highest, low, high)
-    left = _excess(np.deg2rad(lowest), np.deg2rad(highest), low, high)[limited]
+    distances = _excess(np.deg2rad(lowest), np.deg2rad(highest), low, high)[limited]
     wide = limited & (excess > 1.0)
     steps = np.percentile(np.abs(np.diff(log.position[:6000], axis=0)), 99, axis=0)
     fast = turning & (steps / evidence.prepared.sampling.period > 60.0)  # rad/s: faster than any joint
     moving = turning & (highest - lowest > 0.02)
     few = 0.02  # largest distance outside the limits in degrees relative to the distance in radians [1]
-    fits = left.sum() < few * excess[limited].sum() or np.count_nonzero(left >= 0.1) <= 0.1 * len(left)
+    fits = distances.sum() < few * excess[limited].sum() or np.count_nonzero(distances >= 0.1) <= 0.1 * len(distances)
     of_limits = fits and np.count_nonzero(wide) >= max(1, 0.5 * np.count_nonzero(limited & moving))
     of_speed = not limited.any() and np.count_nonzero(fast) >= max(1, 0.5 * np.count_nonzero(moving))
     if not of_limits and not of_speed:

@@ -65,7 +65,7 @@ def friction_shapes(evidence: AuditData, k: int, rows: BoolArray | IntArray) -> 
 def without(shapes: Array, *values: Array) -> list[Array]:
     """Subtract from values, shape (B, ...), their projection on shapes, shape (B, f)."""
     basis = np.linalg.qr(shapes / np.maximum(np.linalg.norm(shapes, axis=0), 1e-12))[0]
-    return [each - basis @ (basis.T @ each) for each in values]
+    return [value - basis @ (basis.T @ value) for value in values]
 
 
 def fit(
@@ -89,9 +89,9 @@ def fit(
     if beside is not None:
         shapes = np.hstack([shapes, np.nan_to_num(beside[rows])])
     y, m = torque[rows], model[rows]
-    gain, deviation, own, error = regress(shapes, m, y, evidence.run[rows])
-    left, power = gain * own + error, float(own @ own)
-    if power <= 1e-12 * float(m @ m) or float(left @ left) == 0:
+    gain, deviation, regressor, error = regress(shapes, m, y, evidence.run[rows])
+    response, power = gain * regressor + error, float(regressor @ regressor)
+    if power <= 1e-12 * float(m @ m) or float(response @ response) == 0:
         return None
     coefficients = np.linalg.lstsq(shapes, y - gain * m, rcond=None)[0]
     friction = shapes[:, 1:4] @ coefficients[1:4] if shapes.shape[1] >= 4 else np.zeros(len(y))
@@ -100,7 +100,7 @@ def fit(
     return GainFit(
         gain=gain,
         error=deviation,
-        share=1 - float(error @ error) / float(left @ left),
+        share=1 - float(error @ error) / float(response @ response),
         swing=float(np.sqrt(power / len(y))),
         leverage=float(np.sqrt(power / len(y)) / m.std()),
         dissipation=float(friction @ speed) / size if size else 0.0,
@@ -115,15 +115,15 @@ def regress(shapes: Array, model: Array, torque: Array, run: IntArray) -> tuple[
 
     Returns
     -------
-    gain, deviation, own, error
+    gain, deviation, regressor, error
         Gain and its standard error; modeled torque without the shapes, and the residual, shape (B,) each.
     """
-    own, left = without(shapes, model, torque)
-    power = max(float(own @ own), 1e-300)
-    gain = float(own @ left) / power
-    error = left - gain * own
-    freedom = max(1.0, len(error) * effective_share(own, error, run) - shapes.shape[1] - 1)
-    return gain, float(np.sqrt(float(error @ error) / freedom / power)), own, error
+    regressor, response = without(shapes, model, torque)
+    power = max(float(regressor @ regressor), 1e-300)
+    gain = float(regressor @ response) / power
+    error = response - gain * regressor
+    freedom = max(1.0, len(error) * effective_share(regressor, error, run) - shapes.shape[1] - 1)
+    return gain, float(np.sqrt(float(error @ error) / freedom / power)), regressor, error
 
 
 def unexplained(evidence: AuditData, k: int, sign: float | Array) -> float:
@@ -143,8 +143,8 @@ def unexplained(evidence: AuditData, k: int, sign: float | Array) -> float:
     shapes = friction_shapes(evidence, k, rows)
     columns = np.column_stack([-shapes[:, 0], shapes])
     size = np.maximum(np.linalg.norm(columns, axis=0), 1e-12)
-    _, left = nnls(columns / size, torque - evidence.model[rows, k])
-    return float(left**2) / len(torque) / variance
+    _, norm = nnls(columns / size, torque - evidence.model[rows, k])
+    return float(norm**2) / len(torque) / variance
 
 
 def effective_share(regressor: Array, error: Array, run: IntArray) -> float:

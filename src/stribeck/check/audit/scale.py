@@ -29,15 +29,15 @@ SOME = 0.08
 """Smallest logarithm of a gain that is reported, if no other cause explains the torques as well [1]."""
 
 
-def judged(found: GainFit, largest: float) -> bool:
+def judged(estimate: GainFit, largest: float) -> bool:
     """Whether the model's variation is large relative to friction and noise, and not tiny relative to other joints'."""
-    if found.share < 0.8 or found.leverage < 0.2 or found.swing < 2e-3 * largest:
+    if estimate.share < 0.8 or estimate.leverage < 0.2 or estimate.swing < 2e-3 * largest:
         return False
-    return abs(found.gain) * found.swing > found.friction_and_error
+    return abs(estimate.gain) * estimate.swing > estimate.friction_and_error
 
 
-def _off(found: GainFit) -> bool:
-    return not 1 / NEAR < abs(found.gain) < NEAR and abs(abs(found.gain) - 1) > SURE * found.error
+def _off(estimate: GainFit) -> bool:
+    return not 1 / NEAR < abs(estimate.gain) < NEAR and abs(abs(estimate.gain) - 1) > SURE * estimate.error
 
 
 def check_scales(evidence: AuditData, fits: dict[int, GainFit], joints: list[int]) -> list[Finding]:
@@ -46,12 +46,12 @@ def check_scales(evidence: AuditData, fits: dict[int, GainFit], joints: list[int
     Friction adds to the model's torque, up to ten times the load with large gears: an RMS below 1/8 or above 100 times
     the model's has another cause.
     """
-    off = {k: found for k, found in fits.items() if _off(found) and _surely(found)}
-    competing = compete(evidence, joints) if all(found.gain > 0 for found in fits.values()) else []
+    off = {k: estimate for k, estimate in fits.items() if _off(estimate) and _surely(estimate)}
+    competing = compete(evidence, joints) if all(estimate.gain > 0 for estimate in fits.values()) else []
     if causes := _causes(evidence, rivals(competing), bool(off)):
         return causes
     if concerns_most(len(off), len(fits), evidence.joints):
-        return [_scale_of_all(evidence, {k: abs(found.gain) for k, found in off.items()})]
+        return [_scale_of_all(evidence, {k: abs(estimate.gain) for k, estimate in off.items()})]
     bounded = out_of_bounds(evidence, [k for k in joints if k not in off])
     if any(finding.stops for finding in bounded):
         return bounded
@@ -60,18 +60,18 @@ def check_scales(evidence: AuditData, fits: dict[int, GainFit], joints: list[int
         return [_scale_of_all(evidence, levels)]
     if competing:
         return bounded
-    off = {k: found for k, found in off.items() if evidence.moves(k)}  # a gear at rest can carry any torque
+    off = {k: estimate for k, estimate in off.items() if evidence.moves(k)}  # a gear at rest can carry any torque
     if off:
         other = _of_rotors_and_tilts(evidence)
-        off = {k: found for k, found in off.items() if (own := fit(evidence, k, beside=other[:, k])) and _off(own)}
+        off = {k: gain for k, gain in off.items() if (refit := fit(evidence, k, beside=other[:, k])) and _off(refit)}
     if not off or len(evidence.rows) < BINS_FOR_GAIN:
         return bounded
-    gains = {k: (found.gain, found.error) for k, found in off.items()}
+    gains = {k: (estimate.gain, estimate.error) for k, estimate in off.items()}
     return [_gain_finding(evidence, gains), *bounded]
 
 
 def _gain_finding(evidence: AuditData, gains: Mapping[int, tuple[float, float]]) -> Finding:
-    own = gains.items()
+    pairs = gains.items()
     gear = all(not 1 / 12 < abs(gain) < 12 for gain, _ in gains.values())
     return Finding.of(
         "torque-gain",
@@ -80,20 +80,20 @@ def _gain_finding(evidence: AuditData, gains: Mapping[int, tuple[float, float]])
             for k, (gain, error) in gains.items()
         },
         gear=", as if a gear ratio were missing" if gear else "",
-        settings=[scale_setting(evidence.robot, {evidence.joints[k]: 1 / abs(gain) for k, (gain, _) in own})],
+        settings=[scale_setting(evidence.robot, {evidence.joints[k]: 1 / abs(gain) for k, (gain, _) in pairs})],
     )
 
 
-def _causes(evidence: AuditData, found: Sequence[Hypothesis], off: bool) -> list[Finding]:
+def _causes(evidence: AuditData, causes: Sequence[Hypothesis], off: bool) -> list[Finding]:
     """Report the only cause that explains the torques, or a list of causes; empty if its effect is small."""
-    if not any(large := [_large(evidence, each, off) for each in found]):
+    if not any(large := [_large(evidence, cause, off) for cause in causes]):
         return []
-    found = [each for each, own in zip(found, large, strict=True) if own or each.kind == "body"]
-    if {each.kind for each in found} == {"gain", "common gain"}:
-        found = [each for each in found if each.kind == "common gain"]
-    if len(found) > 1:
-        return [Finding.of("several-causes.audit", causes="; ".join(_words(evidence, each) for each in found))]
-    cause, names = found[0], evidence.joints
+    causes = [cause for cause, noticeable in zip(causes, large, strict=True) if noticeable or cause.kind == "body"]
+    if {cause.kind for cause in causes} == {"gain", "common gain"}:
+        causes = [cause for cause in causes if cause.kind == "common gain"]
+    if len(causes) > 1:
+        return [Finding.of("several-causes.audit", causes="; ".join(_words(evidence, cause) for cause in causes))]
+    cause, names = causes[0], evidence.joints
     if cause.kind == "gravity":
         return [tilted(evidence, evidence.robot.gravity + cause.values)]
     if cause.kind == "body":
@@ -102,7 +102,7 @@ def _causes(evidence: AuditData, found: Sequence[Hypothesis], off: bool) -> list
     gains = {k: float(gain) for k, gain in zip(cause.places, values, strict=True) if abs(np.log(gain)) > SOME}
     if cause.kind == "common gain" or len(gains) == len(names) > 1:
         return [_scale_of_all(evidence, gains)]
-    errors = {k: own.error if (own := fit(evidence, k)) else 0.0 for k in gains}
+    errors = {k: estimate.error if (estimate := fit(evidence, k)) else 0.0 for k in gains}
     return [_gain_finding(evidence, {k: (gain, errors[k]) for k, gain in gains.items()})]
 
 
@@ -115,8 +115,8 @@ def _large(evidence: AuditData, cause: Hypothesis, off: bool) -> bool:
         return off
     for k, change in zip(cause.places, np.resize(cause.values, len(cause.places)), strict=True):
         # errors of all bodies can imitate a gain; a real one also shows in the fit of its torque
-        own = fit(evidence, k)
-        if abs(np.log1p(change)) > SOME and (own is None or abs(np.log(abs(own.gain))) > SOME / 2):
+        estimate = fit(evidence, k)
+        if abs(np.log1p(change)) > SOME and (estimate is None or abs(np.log(abs(estimate.gain))) > SOME / 2):
             return True
     return False
 
@@ -130,15 +130,15 @@ def _words(evidence: AuditData, cause: Hypothesis) -> str:
     if cause.kind == "common gain":
         factor = float(1 + cause.values[0])
         return f"one gain of all torques ({factor:.3g}): {possible_causes(factor)}"
-    each = zip(cause.places, cause.values.tolist(), strict=True)
-    return f"gains of torques ({', '.join(f'{evidence.joints[k]} {1 + value:.3g}' for k, value in each)})"
+    changes = zip(cause.places, cause.values.tolist(), strict=True)
+    return f"gains of torques ({', '.join(f'{evidence.joints[k]} {1 + value:.3g}' for k, value in changes)})"
 
 
 def _body_words(evidence: AuditData, cause: Hypothesis) -> str:
     tree, joint = evidence.robot.tree, cause.places[0] + 1
-    own, more = tree.model.inertias[joint], float(cause.values[0])
-    if abs(more) < 0.05 * own.mass:  # gravity does not show the mass of a body that only turns
-        away = 1e3 * float(np.linalg.norm(cause.values[1:4])) / own.mass
+    inertia, more = tree.model.inertias[joint], float(cause.values[0])
+    if abs(more) < 0.05 * inertia.mass:  # gravity does not show the mass of a body that only turns
+        away = 1e3 * float(np.linalg.norm(cause.values[1:4])) / inertia.mass
         return f"{link_of(tree, joint).name} appears to have its center of mass {away:.0f} mm elsewhere"
     return f"{link_of(tree, joint).name} appears {abs(more):.2g} kg {'heavier' if more > 0 else 'lighter'}"
 
@@ -172,10 +172,10 @@ def _of_rotors_and_tilts(evidence: AuditData) -> Array:
     return np.dstack([other, tilted])
 
 
-def _surely(found: GainFit) -> bool:
+def _surely(estimate: GainFit) -> bool:
     """Whether the gain is wrong even if all of the error is in the model (reverse regression)."""
-    other = abs(found.gain) / found.share
-    return not 1 / NEAR < other < NEAR and (other > 1) == (abs(found.gain) > 1)
+    other = abs(estimate.gain) / estimate.share
+    return not 1 / NEAR < other < NEAR and (other > 1) == (abs(estimate.gain) > 1)
 
 
 def _levels(evidence: AuditData, joints: list[int]) -> dict[int, float]:
@@ -223,23 +223,23 @@ def check_external(evidence: AuditData, left_out: Collection[str] = ()) -> list[
         if name in left_out or not external.any():
             continue
         dynamics = evidence.model[:, k] + external
-        found = fit(evidence, k, model=-external, torque=evidence.torque[:, k] - dynamics)
-        if found is None or not judged(found, found.swing) or found.dissipation < 0:
+        estimate = fit(evidence, k, model=-external, torque=evidence.torque[:, k] - dynamics)
+        if estimate is None or not judged(estimate, estimate.swing) or estimate.dissipation < 0:
             continue
-        if not 1 / NEAR < found.gain < NEAR and abs(found.gain - 1) > SURE * found.error:
-            off[name] = found
+        if not 1 / NEAR < estimate.gain < NEAR and abs(estimate.gain - 1) > SURE * estimate.error:
+            off[name] = estimate
     if not off:
         return []
     return [
         Finding.of(
             "external-torque",
             {
-                name: f" ({found.gain:.3g} ± {2 * found.error:.1g} times the expected torque)"
-                for name, found in off.items()
+                name: f" ({estimate.gain:.3g} ± {2 * estimate.error:.1g} times the expected torque)"
+                for name, estimate in off.items()
             },
             stops=len(off) >= MOST * len(evidence.joints),
             settings=[
-                scale_setting(evidence.robot, {name: each.gain for name, each in off.items()}, "external_torque")
+                scale_setting(evidence.robot, {name: result.gain for name, result in off.items()}, "external_torque")
             ],
         )
     ]

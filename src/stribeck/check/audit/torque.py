@@ -24,24 +24,24 @@ def check_torques(evidence: AuditData, left_out: Collection[str] = ()) -> list[F
     swapped = _swapped(evidence, joints)
     names = {name for finding in swapped for name in finding.joints}
     joints = [k for k in joints if evidence.joints[k] not in names]
-    every = {k: found for k in joints if (found := fit(evidence, k)) is not None}
-    largest = max((found.swing for found in every.values()), default=0.0)
-    dead = [evidence.joints[k] for k, found in every.items() if _only_noise(evidence, k, found, largest)]
+    every = {k: estimate for k in joints if (estimate := fit(evidence, k)) is not None}
+    largest = max((estimate.swing for estimate in every.values()), default=0.0)
+    dead = [evidence.joints[k] for k, estimate in every.items() if _only_noise(evidence, k, estimate, largest)]
     if dead:
         setting = unmeasured(evidence.robot, dead)
         return [
             Finding.of("channel-dead.noise", dead, channel="torque", settings=[setting]),
             *check_torques(evidence, [*left_out, *dead]),
         ]
-    fits = {k: found for k, found in every.items() if judged(found, largest)}
-    signed = {k: found for k, found in fits.items() if found.gain > 0 or _opposite(found)}
+    fits = {k: estimate for k, estimate in every.items() if judged(estimate, largest)}
+    signed = {k: estimate for k, estimate in fits.items() if estimate.gain > 0 or _opposite(estimate)}
     return [*swapped, *_signs(evidence, fits, joints), *check_scales(evidence, signed, joints)]
 
 
-def _only_noise(evidence: AuditData, k: int, found: GainFit, largest: float) -> bool:
+def _only_noise(evidence: AuditData, k: int, estimate: GainFit, largest: float) -> bool:
     """Whether a torque hardly varies, and not with the model's large variation: with a wrong unit it does."""
-    small = evidence.torque[:, k].std() < 0.05 * found.swing
-    return bool(small and found.share < 0.5 and found.swing > 0.1 * largest)
+    small = evidence.torque[:, k].std() < 0.05 * estimate.swing
+    return bool(small and estimate.share < 0.5 and estimate.swing > 0.1 * largest)
 
 
 def check_unexplained(evidence: AuditData, left_out: Collection[str] = ()) -> list[Finding]:
@@ -56,20 +56,20 @@ def check_unexplained(evidence: AuditData, left_out: Collection[str] = ()) -> li
         for k, rows in known.items()
         if rows.sum() >= BINS_FOR_GAIN and evidence.model[rows, k].std() > 0.5 * evidence.torque[rows, k].std() > 0
     }
-    alien = {k: left for k, left in carrying.items() if left > 0.5}
+    alien = {k: share for k, share in carrying.items() if share > 0.5}
     if len(alien) < max(2, MOST * len(carrying)):
         return []
-    left = _percent(float(np.median(list(alien.values()))))
+    percentage = _percent(float(np.median(list(alien.values()))))
     names = [evidence.joints[k] for k in alien]
-    return [Finding.of("torque-unexplained", names, count=len(carrying), left=left)]
+    return [Finding.of("torque-unexplained", names, count=len(carrying), left=percentage)]
 
 
-def _opposite(found: GainFit) -> bool:
+def _opposite(estimate: GainFit) -> bool:
     """Whether both model and friction indicate the other sign, or the model overwhelmingly."""
-    return found.gain < -SURE * found.error and (
-        found.dissipation < -0.5
-        or found.friction < found.residual
-        or abs(found.gain) * found.swing > 3 * found.friction
+    return estimate.gain < -SURE * estimate.error and (
+        estimate.dissipation < -0.5
+        or estimate.friction < estimate.residual
+        or abs(estimate.gain) * estimate.swing > 3 * estimate.friction
     )
 
 
@@ -79,17 +79,17 @@ def _signs(evidence: AuditData, fits: dict[int, GainFit], joints: list[int]) -> 
     The better sign must leave less than 40 % of the variance, and less than 20 % of the variance left by the other
     sign.
     """
-    left = {k: (unexplained(evidence, k, 1.0), unexplained(evidence, k, -1.0)) for k in joints}
-    agreeing = {k for k, (same, other) in left.items() if same < min(0.4, 0.2 * other)}
-    opposite = {k for k, (same, other) in left.items() if other < min(0.4, 0.2 * same)}
+    shares = {k: (unexplained(evidence, k, 1.0), unexplained(evidence, k, -1.0)) for k in joints}
+    agreeing = {k for k, (same, other) in shares.items() if same < min(0.4, 0.2 * other)}
+    opposite = {k for k, (same, other) in shares.items() if other < min(0.4, 0.2 * same)}
     if len(evidence.rows) < BINS_FOR_GAIN:
         opposite = {k for k in opposite if k in fits}  # friction may look like its opposite for a short time
-    opposite |= {k for k, found in fits.items() if _opposite(found)} - agreeing
+    opposite |= {k for k, estimate in fits.items() if _opposite(estimate)} - agreeing
     if not opposite:
         return []
     names = [evidence.joints[k] for k in sorted(opposite)]
     most = concerns_most(len(opposite), len(opposite | agreeing | set(fits)), joints)
-    same, other = (_percent(float(np.median([left[k][side] for k in opposite]))) for side in (0, 1))
+    same, other = (_percent(float(np.median([shares[k][side] for k in opposite]))) for side in (0, 1))
     inverted = evidence.joints if most and len(joints) > 1 and not agreeing else names
     setting = scale_setting(evidence.robot, dict.fromkeys(inverted, -1.0))
     return [Finding.of("torque-sign", names, stops=most, same=same, other=other, settings=[setting])]
@@ -162,7 +162,7 @@ def _negated_one_way(evidence: AuditData, k: int) -> bool:
 
 def check_slow(evidence: AuditData) -> list[Finding]:
     """Report the friction of joints that are too slow for a fit: half of the torque's step between both directions."""
-    found = {}
+    steps = {}
     for k, name in enumerate(evidence.joints):
         speed, prismatic = evidence.velocity[:, k], evidence.robot.prismatic[evidence.robot.torque_controlled[k]]
         rows = np.isfinite(evidence.model[:, k])
@@ -178,8 +178,8 @@ def check_slow(evidence: AuditData) -> list[Finding]:
         if step > 4 * error:
             units = ("N", "m/s") if prismatic else ("N m", "rad/s")
             typical = float(np.median(np.abs(speed[rows])))
-            found[name] = f" (about {step:.2g} {units[0]} near {typical:.2g} {units[1]})"
-    return [Finding.of("slow-motion", found)] if found else []
+            steps[name] = f" (about {step:.2g} {units[0]} near {typical:.2g} {units[1]})"
+    return [Finding.of("slow-motion", steps)] if steps else []
 
 
 def _swapped(evidence: AuditData, joints: list[int]) -> list[Finding]:
@@ -187,9 +187,9 @@ def _swapped(evidence: AuditData, joints: list[int]) -> list[Finding]:
     joints = [k for k in joints if np.isfinite(evidence.model[:, k]).sum() >= LEAST_BINS]
     if len(joints) < 2:
         return []
-    left, gain, share = _cross_fits(evidence, joints)
-    rows, columns = linear_sum_assignment(np.log(left))
-    found: list[tuple[int, ...]] = []
+    residual, gain, share = _cross_fits(evidence, joints)
+    rows, columns = linear_sum_assignment(np.log(residual))
+    cycles: list[tuple[int, ...]] = []
     seen: set[int] = set()
     for start in rows.tolist():
         cycle = []
@@ -199,24 +199,24 @@ def _swapped(evidence: AuditData, joints: list[int]) -> list[Finding]:
             start = int(columns[start])
         to = columns[cycle]
         if len(cycle) > 1:
-            factors = left[cycle, cycle] / left[cycle, to]
+            factors = residual[cycle, cycle] / residual[cycle, to]
             fits = (gain[cycle, to] > 1 / NEAR) & (gain[cycle, to] < NEAR) & (share[cycle, to] > 0.8)
             if fits.all() and factors.min() > 1.2 and np.prod(factors) > 30.0 ** (len(cycle) / 2):
-                found.append(tuple(joints[i] for i in cycle))
-    if not found:
+                cycles.append(tuple(joints[i] for i in cycle))
+    if not cycles:
         return []
     parts = []
-    for group in found:
-        own = ", ".join(f"{gain[i, i]:.2f}" for i in map(joints.index, group))
-        parts.append(" and ".join(evidence.joints[k] for k in group) + f" (gains on their own models: {own})")
-    names = [evidence.joints[k] for group in found for k in group]
+    for group in cycles:
+        gains = ", ".join(f"{gain[i, i]:.2f}" for i in map(joints.index, group))
+        parts.append(" and ".join(evidence.joints[k] for k in group) + f" (gains on their own models: {gains})")
+    names = [evidence.joints[k] for group in cycles for k in group]
     most = len(names) >= MOST * len(evidence.joints)
     return [Finding.of("joints-swapped", names, stops=most, groups=listed(parts))]
 
 
 def _cross_fits(evidence: AuditData, joints: list[int]) -> tuple[Array, Array, Array]:
     """Compute relative residual variance, gain and share of each torque (row) on each model (column)."""
-    left, gain, share = np.ones((3, len(joints), len(joints)))
+    residual, gain, share = np.ones((3, len(joints), len(joints)))
     for column, k in enumerate(joints):
         rows = np.isfinite(evidence.model[:, k])
         if rows.sum() < FEWEST:
@@ -228,5 +228,5 @@ def _cross_fits(evidence: AuditData, joints: list[int]) -> tuple[Array, Array, A
         before = np.maximum(np.sum(torques**2, axis=0), 1e-30)
         along = model @ torques / max(power, 1e-30)
         after = np.maximum(before - along**2 * power, 1e-9 * before)
-        left[:, column], gain[:, column], share[:, column] = after / spread, along, 1 - after / before
-    return np.maximum(left, 1e-9), gain, share
+        residual[:, column], gain[:, column], share[:, column] = after / spread, along, 1 - after / before
+    return np.maximum(residual, 1e-9), gain, share

@@ -40,7 +40,7 @@ def check_by_trial(evidence: AuditData, settings: Settings) -> list[Finding]:
     while len(names) < len(examined):
         signs = {name: (_inverted(evidence, name, settings if fixed else None),) for name in examined - set(names)}
         trials = signs if names else {**signs, **legs, **contacts}
-        costs = {key: min(map(cost_of, own)) for key, own in trials.items()}
+        costs = {key: min(map(cost_of, variants)) for key, variants in trials.items()}
         best, *others = sorted(costs, key=costs.__getitem__)
         better = 0.8  # largest cost relative to the cost without a change and to the next best trial's [1]
         if costs[best] > better * min([cost, *(costs[key] for key in others)]):
@@ -55,9 +55,9 @@ def check_by_trial(evidence: AuditData, settings: Settings) -> list[Finding]:
     if not names or (fixed and cost > POOR):
         return []
     channels = ("position", "velocity")[: 1 + (evidence.prepared.log.velocity is not None)]
-    own = [scale_setting(evidence.robot, dict.fromkeys(names, -1.0), channel) for channel in channels]
+    scales = [scale_setting(evidence.robot, dict.fromkeys(names, -1.0), channel) for channel in channels]
     what = "the unexplained torque" if fixed else "the motion of standing feet"
-    return [Finding.of("position-sign", sorted(names), what=what, left=100 * cost / given, settings=own)]
+    return [Finding.of("position-sign", sorted(names), what=what, left=100 * cost / given, settings=scales)]
 
 
 def _inverted(evidence: AuditData, joint: str, settings: Settings | None) -> AuditData:
@@ -125,10 +125,10 @@ def _motion_of_feet(evidence: AuditData) -> float:
             rates.append(turned[together & stands[1:] & stands[:-1]])
         else:
             points[foot] = place
-    for one, other in combinations(points, 2):
-        both = standing[one] & standing[other]
-        steps: Array = np.linalg.norm(np.diff(turn.apply(points[one] - points[other]), axis=0), axis=1)
-        length: Array = np.linalg.norm(points[one], axis=1)
+    for foot, other in combinations(points, 2):
+        both = standing[foot] & standing[other]
+        steps: Array = np.linalg.norm(np.diff(turn.apply(points[foot] - points[other]), axis=0), axis=1)
+        length: Array = np.linalg.norm(points[foot], axis=1)
         rates.append((steps / length[1:])[together & both[1:] & both[:-1]])
-    found = np.concatenate([np.empty(0), *rates])
-    return float(np.mean(found)) if len(found) >= FEWEST else float("nan")
+    motion = np.concatenate([np.empty(0), *rates])
+    return float(np.mean(motion)) if len(motion) >= FEWEST else float("nan")

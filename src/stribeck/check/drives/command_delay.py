@@ -49,18 +49,18 @@ def command_delays(logs: Logs, robot: Robot, settings: Settings) -> tuple[Array,
     pieces = _pieces(logs, robot, settings)
     if pieces is None:
         return np.zeros(size), np.full(size, UNKNOWN)
-    own = np.unique(pieces.joint)
+    joints = np.unique(pieces.joint)
     value, error = _fit(pieces, robot)
-    (common, of_common), each = pooled(value[own], error[own])
+    (common, of_common), estimates = pooled(value[joints], error[joints])
     delay, spread = np.full(size, common), np.full(size, of_common)
-    delay[own], spread[own] = each
+    delay[joints], spread[joints] = estimates
     # standard error of all delays per sampling period [1]: between samples of a log, commands are interpolated
     hold = 0.02
     of_log = np.array([(SPREAD, hold * part.sampling.period, 0.5 * part.sampling.jitter) for part in logs]).max(axis=0)
     return np.maximum(delay, 0.0), np.sqrt(spread**2 + of_log @ of_log)
 
 
-def pooled(found: Array, error: Array) -> tuple[tuple[float, float], tuple[Array, Array]]:
+def pooled(estimate: Array, error: Array) -> tuple[tuple[float, float], tuple[Array, Array]]:
     """Pool the estimates of k joints [s], shape (k,): their drives share one network unless the estimates differ.
 
     Wrong models make the estimates scatter beyond their errors, which are therefore increased by the ratio of both
@@ -74,8 +74,8 @@ def pooled(found: Array, error: Array) -> tuple[tuple[float, float], tuple[Array
     common, joints
         The common delay and the delays of the joints, each with standard errors.
     """
-    wrong = found < -2 * error
-    right = found[~wrong] if not wrong.all() else found
+    wrong = estimate < -2 * error
+    right = estimate[~wrong] if not wrong.all() else estimate
     variance, middle = 2 * error**2 + SPREAD**2, float(np.median(right))  # as estimates scatter in simulated logs
     usual, scatter = float(np.median(variance)), 1.48 * float(np.median(np.abs(right - middle)))
     different = 3.0  # scatter beyond which the drives differ [standard errors]
@@ -83,13 +83,13 @@ def pooled(found: Array, error: Array) -> tuple[tuple[float, float], tuple[Array
     between = max(differ * (scatter**2 - usual), SPREAD**2)
     variance = variance * (1.0 if differ else max(scatter**2 / usual, 1.0))
     total = variance + between
-    weights = 1 / (total + (found - middle) ** 2)  # outliers are joints with a wrong model
-    common, of_common = float(np.average(found, weights=weights)), 1 / float(weights.sum())
+    weights = 1 / (total + (estimate - middle) ** 2)  # outliers are joints with a wrong model
+    common, of_common = float(np.average(estimate, weights=weights)), 1 / float(weights.sum())
     share = np.where(wrong, 0.0, between / total)
-    rest = (1 - share) * (found - common)
-    apart = np.where(wrong, 0.0, 0.5 * rest * np.clip(np.abs(found - common) / np.sqrt(total) / 2 - 1, 0.0, 1.0))
+    rest = (1 - share) * (estimate - common)
+    apart = np.where(wrong, 0.0, 0.5 * rest * np.clip(np.abs(estimate - common) / np.sqrt(total) / 2 - 1, 0.0, 1.0))
     spread = np.where(wrong, between, share * variance) + (1 - share) ** 2 * of_common + apart**2
-    return (common, float(np.sqrt(of_common + between))), (found - rest + apart, np.sqrt(spread))
+    return (common, float(np.sqrt(of_common + between))), (estimate - rest + apart, np.sqrt(spread))
 
 
 @dataclass(frozen=True)
@@ -108,12 +108,12 @@ class _Piece:
 
 def _pieces(logs: Logs, robot: Robot, settings: Settings) -> Pieces | None:
     """Cut pieces out of logs in which a joint of a swinging limb, or of an arm, moves in one direction."""
-    found = [piece for part in logs for piece in _cut(part, robot, settings)]
+    pieces = [piece for part in logs for piece in _cut(part, robot, settings)]
     chosen = [
-        each[place]
+        group[place]
         for joint in robot.torque_controlled
-        if (each := [piece for piece in found if piece.joint == joint])
-        for place in np.unique(np.linspace(0, len(each) - 1, MOST).astype(int))
+        if (group := [piece for piece in pieces if piece.joint == joint])
+        for place in np.unique(np.linspace(0, len(group) - 1, MOST).astype(int))
     ]
     if not chosen:
         return None
@@ -129,11 +129,11 @@ def _pieces(logs: Logs, robot: Robot, settings: Settings) -> Pieces | None:
     def command(piece: _Piece) -> Array:
         rows = piece.rows[0] + np.arange(-lead, stride.max() * longest + 1)
         assert piece.log.command is not None
-        found: Array = piece.log.command[rows.clip(0, len(piece.log.time) - 1), piece.joint]
-        return found
+        commands: Array = piece.log.command[rows.clip(0, len(piece.log.time) - 1), piece.joint]
+        return commands
 
     def padded(values: Iterable[Array]) -> Array:
-        return np.stack([np.pad(each, (0, longest - len(each)), mode="edge") for each in values], axis=1)
+        return np.stack([np.pad(value, (0, longest - len(value)), mode="edge") for value in values], axis=1)
 
     return Pieces(
         joint=joint,
@@ -225,22 +225,22 @@ def _minimize(
     active = number > 0
     most_steps = 40  # of the Levenberg-Marquardt method
     for _ in range(most_steps):
-        own = pieces.take(np.flatnonzero(active[pieces.joint]))
-        residual, slopes = linearize(own, values, scale, correlation, longest)
-        cost = np.bincount(own.joint, (residual**2).sum(axis=0), size)
+        subset = pieces.take(np.flatnonzero(active[pieces.joint]))
+        residual, slopes = linearize(subset, values, scale, correlation, longest)
+        cost = np.bincount(subset.joint, (residual**2).sum(axis=0), size)
         better = active & (cost <= best)
         kept, best = np.where(better, values, kept), np.where(better, cost, best)
-        lagged = np.where(better, np.bincount(own.joint, (residual[1:] * residual[:-1]).sum(axis=0), size), lagged)
+        lagged = np.where(better, np.bincount(subset.joint, (residual[1:] * residual[:-1]).sum(axis=0), size), lagged)
         damping = np.where(better, damping / 5, damping * 10)
         gradient = np.einsum("atb,tb->ba", slopes, residual)
-        for total, each in (
+        for total, terms in (
             (information, np.einsum("atb,ctb->bac", slopes, slopes)),
             (right, gradient),
             (scatter, gradient[:, :, None] * gradient[:, None, :]),
         ):
             total[better] = 0.0
-            places = better[own.joint]
-            np.add.at(total, own.joint[places], each[places])
+            places = better[subset.joint]
+            np.add.at(total, subset.joint[places], terms[places])
         blocked = np.where(right.T < 0, kept <= lower, kept >= upper).T  # cost falls beyond a bound
         ridge = (damping[:, None, None] * information + 1e-12 + 1e12 * blocked[:, :, None]) * np.eye(5)
         step = np.linalg.solve(information + ridge, right[:, :, None])[:, :, 0].T

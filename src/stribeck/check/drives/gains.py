@@ -75,9 +75,9 @@ def find_gains(prepared: Logs, robot: Robot, settings: Settings) -> dict[str, Ga
 def with_gains(part: PreparedLog, gains: Mapping[str, Gain], *, rough: bool) -> PreparedLog:
     """Multiply the channel of joints by their gains; `rough` keeps all of them listed as unscaled."""
     log = part.log
-    own = {name: gains[name] for name in log.unscaled}
-    factors = np.array([own[name].value / log.unscaled[name] if name in own else 1.0 for name in log.joint_names])
-    kept = {name: gain.value for name, gain in own.items() if rough or gain.unknown}
+    table = {name: gains[name] for name in log.unscaled}
+    factors = np.array([table[name].value / log.unscaled[name] if name in table else 1.0 for name in log.joint_names])
+    kept = {name: gain.value for name, gain in table.items() if rough or gain.unknown}
     channels = {key: getattr(log, key) for key in ("torque", "command", "feedback")}
     scaled = {key: values * factors for key, values in channels.items() if values is not None}
     return replace(part, log=replace(log, **scaled, unscaled=kept))
@@ -85,11 +85,11 @@ def with_gains(part: PreparedLog, gains: Mapping[str, Gain], *, rough: bool) -> 
 
 def gain_findings(gains: Mapping[str, Gain], unit: str) -> list[Finding]:
     """Report the gains that were found, and the joints whose friction stays in the channel's unit, "A" or "rad"."""
-    found = {name: gain for name, gain in gains.items() if not gain.unknown}
+    known = {name: gain for name, gain in gains.items() if not gain.unknown}
     unknown = {name: f" ({gain.unknown})" for name, gain in gains.items() if gain.unknown}
     checks = ("torque-constant", "torque-constant.unknown") if unit == "A" else ("command-gain", "command-gain.unknown")
-    evidence = listed([f"{name} {gain.value:.4g} ± {gain.half_width:.1g} N m/{unit}" for name, gain in found.items()])
-    findings = [Finding.of(checks[0], list(found), evidence=evidence)] if found else []
+    evidence = listed([f"{name} {gain.value:.4g} ± {gain.half_width:.1g} N m/{unit}" for name, gain in known.items()])
+    findings = [Finding.of(checks[0], list(known), evidence=evidence)] if known else []
     return [*findings, Finding.of(checks[1], unknown)] if unknown else findings
 
 
@@ -126,14 +126,14 @@ def _gain(logs: Sequence[tuple[AuditData, Array]], k: int, factor: float) -> Gai
         return Gain(np.nan, unknown="too little motion")
     (gravity, *drawn), channel, run = np.concatenate(gravities, axis=1), np.concatenate(channels), np.concatenate(runs)
     model, shapes = np.concatenate(models), np.concatenate(parts)
-    slope, deviation, own, _ = regress(np.column_stack([shapes, model - gravity]), gravity, channel, run)
+    slope, deviation, load, _ = regress(np.column_stack([shapes, model - gravity]), gravity, channel, run)
     varies = f"gravity varies by {round(float(gravity.std()), 6):.2g} N m"
-    if float(own @ own) <= max(0.2**2 * float(np.sum((gravity - gravity.mean()) ** 2)), 1e-12 * len(gravity)):
+    if float(load @ load) <= max(0.2**2 * float(np.sum((gravity - gravity.mean()) ** 2)), 1e-12 * len(gravity)):
         slope = 0.0
     if slope < 0 and -slope > 2 * deviation / WIDEST:
         return Gain(1 / slope)
     if slope > 0 and 2 * deviation <= WIDEST * slope:
-        of_model = float(np.std(np.array(drawn) @ own / (own @ own)))
+        of_model = float(np.std(np.array(drawn) @ load / (load @ load)))
         if 2 * of_model <= 0.25:
             return Gain(1 / slope, 2 / slope * float(np.hypot(deviation / slope, of_model)))
         varies += f", uncertain by {200 * of_model:.0f} % because of the model's weights"

@@ -45,10 +45,10 @@ class Pieces:
     kd: Array
     limit: Array
 
-    def take(self, own: IntArray) -> "Pieces":
+    def take(self, numbers: IntArray) -> "Pieces":
         """Select some pieces by their numbers."""
         arrays = {field.name: getattr(self, field.name) for field in fields(self)}
-        return replace(self, **{name: array[..., own] for name, array in arrays.items() if np.ndim(array)})
+        return replace(self, **{name: array[..., numbers] for name, array in arrays.items() if np.ndim(array)})
 
 
 def linearize(pieces: Pieces, values: Array, scale: Array, correlation: Array, step: float) -> tuple[Array, Array]:
@@ -89,12 +89,12 @@ def simulate(pieces: Pieces, parameters: Array, starts: Array, longest: float = 
     parts = max(1, int(np.ceil(pieces.period.max() / longest)))
     step, share = pieces.period / parts, (np.arange(1, parts + 1) / parts)[:, None, None]
     delays, same = np.unique(delay, axis=0, return_inverse=True)
-    late, most = pieces.lead - delays * pieces.stride / pieces.period, len(pieces.command) - 2
+    shift, most = pieces.lead - delays * pieces.stride / pieces.period, len(pieces.command) - 2
     slow = (1e-3 * np.abs(pieces.velocity).max(axis=0)) ** 2
     column, braked = np.arange(len(order)), kd + kp * step
-    found = np.repeat(position[:, None], len(pieces.position), axis=1)
+    positions = np.repeat(position[:, None], len(pieces.position), axis=1)
     for k, b in enumerate(pieces.known[1:].sum(axis=1).tolist()):
-        place = np.clip((k + share) * pieces.stride[:b] + late[:, :b], 0, most)
+        place = np.clip((k + share) * pieces.stride[:b] + shift[:, :b], 0, most)
         before = place.astype(np.int64)
         after = place - before
         command = (1 - after) * pieces.command[before, column[:b]] + after * pieces.command[before + 1, column[:b]]
@@ -108,5 +108,5 @@ def simulate(pieces: Pieces, parameters: Array, starts: Array, longest: float = 
             force = np.where(free, force, np.copysign(limit[:b], force))
             velocity = (inertia[part] * velocity + force - others[part]) / (inertia[part] + drag)
             position = position + step[:b] * velocity
-        found[:, k + 1, :b] = position
-    return found[:, :, np.argsort(order)]
+        positions[:, k + 1, :b] = position
+    return positions[:, :, np.argsort(order)]

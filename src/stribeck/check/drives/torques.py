@@ -55,7 +55,7 @@ def _with_kp(robot: Robot, gains: dict[str, Gain]) -> Robot:
     if robot.command_gains is None:
         return robot
     kp, kd = robot.command_gains
-    values = [gains[name].value if name in gains else own for name, own in zip(robot.joint_names, kp, strict=True)]
+    values = [gains[name].value if name in gains else gain for name, gain in zip(robot.joint_names, kp, strict=True)]
     return replace(robot, command_gains=(np.array(values), kd))
 
 
@@ -90,20 +90,20 @@ def with_found_delays(
 
 def _report(robot: Robot, value: Array, error: Array) -> list[Finding]:
     """Report the delay that was found and its standard error [s], shape (n,), and unknown drive damping."""
-    own, found = robot.torque_controlled, []
+    columns, notes = robot.torque_controlled, []
     assert robot.command_gains is not None
-    if not robot.command_gains[1][own].any():
-        found.append(Finding.of("drive-damping"))
+    if not robot.command_gains[1][columns].any():
+        notes.append(Finding.of("drive-damping"))
     if robot.command_delay is not None:
-        return found
+        return notes
     if np.all(np.abs(value - value.mean()) < np.maximum(2 * error, 1e-3)):
         evidence = _text(value.mean(), error.mean())
         delay: float | dict[str, float] = round(float(value.mean()), 4)
     else:
-        each = list(zip([robot.joint_names[k] for k in own], value, error, strict=True))
-        evidence = ", ".join(f"{_text(late, off)} ({name})" for name, late, off in each)
-        delay = {name: round(float(late), 4) for name, late, _ in each}
-    return [Finding.of("command-delay", evidence=evidence, settings=[Setting("robot", "command_delay", delay)]), *found]
+        estimates = list(zip([robot.joint_names[k] for k in columns], value, error, strict=True))
+        evidence = ", ".join(f"{_text(seconds, off)} ({name})" for name, seconds, off in estimates)
+        delay = {name: round(float(seconds), 4) for name, seconds, _ in estimates}
+    return [Finding.of("command-delay", evidence=evidence, settings=[Setting("robot", "command_delay", delay)]), *notes]
 
 
 def _text(value: float, error: float) -> str:
@@ -119,11 +119,11 @@ def inseparable_delays(joints: Mapping[str, JointResult], log: RobotLog, robot: 
         return []
     reported = 0.25  # share of the viscous friction that the 95 % interval of the delay changes [1]
     example = 0.02  # delay whose effect on the viscous friction the message states [s]
-    found = {}
+    texts = {}
     for name, kp, (delay, error) in zip(robot.joint_names, robot.command_gains[0], log.command_delays, strict=True):
         kp /= log.unscaled.get(name, 1.0)
         viscous = joints[name].parameters.get("viscous") if name in joints else None
         if viscous is not None and 2 * kp * error > reported * viscous.value:
             at_once = viscous.value + kp * delay
-            found[name] = f" ({at_once:.2g} {viscous.unit} if commands act at once, {kp * example:.2g} less per 20 ms)"
-    return [Finding.of("command-delay.inseparable", found)] if found else []
+            texts[name] = f" ({at_once:.2g} {viscous.unit} if commands act at once, {kp * example:.2g} less per 20 ms)"
+    return [Finding.of("command-delay.inseparable", texts)] if texts else []

@@ -70,8 +70,8 @@ def _answer_from_log(draft: Draft, log: Path) -> None:
     """Answer questions from a log: names, units, roles, contacts, and order and signs by dynamics."""
     source, torque_source = _find_channels(draft, log)
     placeholder = _find_time_unit(draft, source)
-    found = _ask_for_channels(draft, source, torque_source)
-    unsure = match_joints(draft, source) if found else None
+    complete = _ask_for_channels(draft, source, torque_source)
+    unsure = match_joints(draft, source) if complete else None
     _decide_base(draft, source)
     _write_torque_source(draft, source, torque_source)
     if unsure is None or placeholder:
@@ -112,9 +112,9 @@ def _find_channels(draft: Draft, log: Path) -> tuple[Recording, TorqueSource | N
     """Find the arrays or columns of each channel."""
     table = draft.table("log")
     named, torque_source = columns.find_columns(open_log(log, LogTable()))
-    for channel, found in named.items():
+    for channel, entry in named.items():
         draft.note(f"log.{channel}", f"the log has {channel.replace('_', ' ')} under this name.")
-        table[channel] = dict(found)
+        table[channel] = dict(entry)
     source, _ = name_motors(open_log(log, LogTable.model_validate(table)), LogTable(), draft.facts.joints)
     if not {"torque", "desired_position"} & set(source.channels) and (name := columns.find_command(source)):
         draft.set("log.desired_position", "name", name, "the log has desired positions under this name.")
@@ -242,8 +242,8 @@ def _ask_for_normalized(draft: Draft, ranges: dict[str, tuple[float, float]]) ->
     """Ask whether positions are degrees or shares of each joint's range, and offer the keys for the latter."""
 
     def inline(values: dict[str, float]) -> str:
-        found = by_logged_name(draft.table("log"), "position", values)
-        return "{ " + ", ".join(f'"{name}" = {value:.6g}' for name, value in found.items()) + " }"
+        entries = by_logged_name(draft.table("log"), "position", values)
+        return "{ " + ", ".join(f'"{name}" = {value:.6g}' for name, value in entries.items()) + " }"
 
     scales = inline({joint: (high - low) / 200 for joint, (low, high) in ranges.items()})
     offsets = inline({joint: (high + low) / 2 for joint, (low, high) in ranges.items()})

@@ -27,7 +27,7 @@ UNEXPLAINED = (*QUESTIONS, "torque-unexplained")
 def answer_by_dynamics(draft: Draft, log: Path, unsure: Sequence[str]) -> None:
     """Apply the settings suggested by the audit, and the order and signs that fit the model best."""
     searched = False
-    left: list[Finding] = []
+    problems: list[Finding] = []
     for _ in range(4):  # rounds; a correction may reveal further problems
         robot = draft.robot()
         if not len(robot.torque_controlled):
@@ -45,26 +45,26 @@ def answer_by_dynamics(draft: Draft, log: Path, unsure: Sequence[str]) -> None:
         except (LogError, SettingsError) as error:
             draft.ask("robot", f"the log cannot be used with these settings: {error}.")
             return
-        left = findings(evidence, delays(evidence), robot.settings)
-        unit = robot.log_table.position.unit or any(finding.check in UNEXPLAINED for finding in left)
+        problems = findings(evidence, delays(evidence), robot.settings)
+        unit = robot.log_table.position.unit or any(finding.check in UNEXPLAINED for finding in problems)
         if unit is True and (unit := unit_by_dynamics(read, robot)):
             _write_unit(draft, unit, read)
             continue
-        if sum(_apply_settings(draft, finding) for finding in left):
+        if sum(_apply_settings(draft, finding) for finding in problems):
             continue
-        if searched or any(finding.check in ("torque-unsigned", "legs-exchanged") for finding in left):
+        if searched or any(finding.check in ("torque-unsigned", "legs-exchanged") for finding in problems):
             break  # a torque without a sign does not show signs, and whole legs are exchanged first
         searched = True
         columns = [robot.joint_names.index(joint) for joint in unsure]
         if not _write_columns(draft, robot, find_columns_by_dynamics(read, robot, columns), read):
             break
-    if robot.torque_source == "link_side_sensor" and any(finding.check in QUESTIONS for finding in left):
+    if robot.torque_source == "link_side_sensor" and any(finding.check in QUESTIONS for finding in problems):
         # The source is a guess, and rotors, whose inertia a torque before the gear contains, look like a gain.
         evidence = gather(prepared, replace(robot, torque_source="motor_side_sensor"), robot.settings)
-        left = findings(evidence, delays(evidence), robot.settings)
+        problems = findings(evidence, delays(evidence), robot.settings)
     unknown = prepared.log.unscaled.keys()
-    for finding in (*left, *(each for each in of_gains if unknown & set(each.joints))):
-        asked = finding.stops or finding not in left or finding.check in QUESTIONS
+    for finding in (*problems, *(gain_finding for gain_finding in of_gains if unknown & set(gain_finding.joints))):
+        asked = finding.stops or finding not in problems or finding.check in QUESTIONS
         (draft.ask if asked else draft.warn)("robot", f"{finding}.")
 
 
@@ -78,13 +78,13 @@ def _write_unit(draft: Draft, unit: str, log: RobotLog) -> None:
 def _apply_settings(draft: Draft, finding: Finding) -> bool:
     """Apply the settings of a finding; return whether one is new."""
     changed = False
-    for each in finding.settings:
-        if finding.check == "torque-scale" and isinstance(each.value, dict):
+    for setting in finding.settings:
+        if finding.check == "torque-scale" and isinstance(setting.value, dict):
             continue  # different factors per joint may be gears or a wrong order: ask
-        before = draft.table(each.table).get(each.key, {})
-        new = {**before, **each.value} if isinstance(each.value, dict) else each.value
+        before = draft.table(setting.table).get(setting.key, {})
+        new = {**before, **setting.value} if isinstance(setting.value, dict) else setting.value
         if before != new:
-            draft.set(each.table, each.key, new, f"{finding.text}.")
+            draft.set(setting.table, setting.key, new, f"{finding.text}.")
             changed = True
     return changed
 

@@ -14,9 +14,9 @@ from stribeck.core.log.plausibility import position_slopes, units_of_slope, upri
 from stribeck.core.robot import Robot
 from stribeck.io import Recording
 
-KINDS = {name: set(own) for name, own in (WORDS["channels"] | WORDS["kinds"]).items()}
+KINDS = {name: set(terms) for name, terms in (WORDS["channels"] | WORDS["kinds"]).items()}
 """Words in names of each channel, and of each kind of signal."""
-UNITS = {name: {word: unit for unit, own in units.items() for word in own} for name, units in WORDS["units"].items()}
+UNITS = {name: {word: unit for unit, keys in units.items() for word in keys} for name, units in WORDS["units"].items()}
 """Words that are units -> their names in a robot file, by channel."""
 
 
@@ -34,24 +34,24 @@ def find_columns(source: Recording) -> tuple[dict[str, dict[str, Any]], TorqueSo
     for name in source.others:
         if name.lower() != "i" or name in source.wide:  # a counter, not currents
             groups.setdefault(tuple(words(name)), []).append(name)
-    found: dict[str, dict[str, Any]] = {}
+    tables: dict[str, dict[str, Any]] = {}
     for channel in WORDS["channels"]:
         names = _find_labelled(source, channel) if channel in JOINT_CHANNELS else []
         if channel not in source.channels and (names := names or _find_candidates(groups, channel)):
-            found[channel] = _make_table(channel, names)
-    commanded = "torque" in found and bool(KINDS["commands"] & set(words(str(found["torque"]["name"]))))
+            tables[channel] = _make_table(channel, names)
+    commanded = "torque" in tables and bool(KINDS["commands"] & set(words(str(tables["torque"]["name"]))))
     torque_source: TorqueSource | None = "command" if commanded else None
-    if "torque" not in source.channels and (commanded or "torque" not in found):
+    if "torque" not in source.channels and (commanded or "torque" not in tables):
         names = _find_candidates(groups, "current") or _find_labelled(source, "current")
         if names:
-            found["torque"], torque_source = _make_table("current", names), "motor_current"
+            tables["torque"], torque_source = _make_table("current", names), "motor_current"
     unmeasured = KINDS["others"] | KINDS["commands"]
-    known = {*found, *source.channels}
+    known = {*tables, *source.channels}
     for channel in [name for name in ("time", "position", "torque") if name not in known]:  # a single signal may be it
         signals = [key for key in groups if KINDS[channel] & set(key) and not unmeasured & set(key)]
         if len(signals) == 1:
-            found[channel] = _make_table(channel, groups[signals[0]])
-    return found, torque_source
+            tables[channel] = _make_table(channel, groups[signals[0]])
+    return tables, torque_source
 
 
 def _make_table(channel: str, names: list[str]) -> dict[str, Any]:
@@ -67,11 +67,11 @@ def find_command(source: Recording) -> str | None:
 
 def _find_unit(channel: str, name: str) -> dict[str, str]:
     """Find a unit of the channel in a name."""
-    own = {*words(name), *re.findall("[a-z]+", name.lower())}
-    if channel == "velocity" and (turned := {UNITS["position"][word] for word in own & set(UNITS["position"])}):
+    terms = {*words(name), *re.findall("[a-z]+", name.lower())}
+    if channel == "velocity" and (turned := {UNITS["position"][word] for word in terms & set(UNITS["position"])}):
         return {} if "rad" in turned else {"unit": "turn/s" if "turn" in turned else "deg/s"}
     default = {"unit": "A"} if channel == "current" else {}
-    return next(({"unit": unit} for word, unit in UNITS.get(channel, {}).items() if word in own), default)
+    return next(({"unit": unit} for word, unit in UNITS.get(channel, {}).items() if word in terms), default)
 
 
 def _find_candidates(groups: dict[tuple[str, ...], list[str]], channel: str) -> list[str]:
@@ -95,10 +95,10 @@ def _find_labelled(source: Recording, channel: str) -> list[str]:
     """Find the columns of a channel with joint names in their names: `knee_pos`, `q_knee`, `knee [deg]`."""
     single = [name for name in source.others if name not in source.wide and not name.endswith((".csv", ".parquet"))]
     of_others = {"position": KINDS["current"], "current": KINDS["position"] | KINDS["velocity"]}.get(channel, set())
-    for own, wrong in ((KINDS[channel], of_others), (set(UNITS[channel]) - {"a"}, KINDS["times"])):
-        names = [name for name in single if own & set(words(name))]
+    for terms, wrong in ((KINDS[channel], of_others), (set(UNITS[channel]) - {"a"}, KINDS["times"])):
+        names = [name for name in single if terms & set(words(name))]
         names = [name for name in names if not (KINDS["others"] | KINDS["commands"] | wrong) & set(words(name))]
-        rests = {tuple(word for word in words(name) if word not in own) for name in names}
+        rests = {tuple(word for word in words(name) if word not in terms) for name in names}
         if len(names) > 1 and len(rests) > 1:
             return names
     return []
@@ -139,8 +139,8 @@ def position_and_velocity_units(log: RobotLog, robot: Robot) -> list[tuple[str, 
         if units := units_of_slope(abs(middle)):
             position, velocity = units
             why = f"the positions change {middle:.4g} times as fast as the velocities."
-    found = [("position", position, why)] if position != "rad" else []
-    return found + ([("velocity", velocity, why)] if log.velocity is not None and velocity != "rad/s" else [])
+    entries = [("position", position, why)] if position != "rad" else []
+    return entries + ([("velocity", velocity, why)] if log.velocity is not None and velocity != "rad/s" else [])
 
 
 def normalized_ranges(log: RobotLog, robot: Robot) -> dict[str, tuple[float, float]]:

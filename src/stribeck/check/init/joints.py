@@ -22,7 +22,7 @@ def match_joints(draft: Draft, source: Recording) -> list[str] | None:
     facts, robot = draft.facts, draft.document["robot"]
     position = source.channels["position"]
     torque = source.channels["torque" if "torque" in source.channels else "desired_position"]
-    numbers = [label for each in (position, torque) for label in each.labels or ()]
+    numbers = [label for channel in (position, torque) for label in channel.labels or ()]
     counted_apart = position.labels != torque.labels and all(label.isdecimal() for label in numbers)  # q0, but tau1
     nameless = position.labels is None or counted_apart
     names, unsure, extra = _assign_in_order(draft, position.columns) if nameless else _match(draft, source)
@@ -62,16 +62,16 @@ def _match(draft: Draft, source: Recording) -> tuple[list[str], list[str], list[
         counted = [words(label) for label in labels] == [[str(k)] for k in range(len(labels))]
         if counted and labels[0] not in pairs and _as_many(joints, labels):
             pairs = {}  # the model counts from one, the log from zero
-        left = [label for label in labels if label not in pairs]
-        rest = _as_many([joint for joint in joints if joint not in pairs.values()], left)
-        by_order = dict(zip(left, rest, strict=True)) if rest else {}
+        unmatched = [label for label in labels if label not in pairs]
+        rest = _as_many([joint for joint in joints if joint not in pairs.values()], unmatched)
+        by_order = dict(zip(unmatched, rest, strict=True)) if rest else {}
         pairs |= by_order
         renamed |= {label: joint for label, joint in pairs.items() if label != joint}
         if channel != "position":
             continue
         unsure = list(by_order.values())
         names = [joint for joint in joints if joint in pairs.values()]
-        extra = [] if rest else left
+        extra = [] if rest else unmatched
     if renamed:
         draft.table("log")["joint_names"] = renamed
     if set(renamed.values()) - set(unsure):

@@ -105,7 +105,7 @@ def _find_feet(
     In a model with a free joint, a site within a ball at the end of a leg is a foot by any name.
     """
     balls = _balls(path, root, free)
-    beside = {"imu", "sensor", "ft", "force", "rotor", "cover", "fixed", "lower", "mount", "camera"}
+    accessories = {"imu", "sensor", "ft", "force", "rotor", "cover", "fixed", "lower", "mount", "camera"}
     data = model.createData()
     pin.framesForwardKinematics(model, data, pin.neutral(model))
     parents = set(list(model.parents)[1:])
@@ -118,7 +118,7 @@ def _find_feet(
         if frame.type == pin.FrameType.JOINT or not named or joint in parents or joint < 2:
             continue
         up = abs(float(data.oMf[index].rotation[2, 2]))
-        score = max(named) - 0.6 * len(beside & set(words(str(frame.name)))) + 0.3 * (up > 0.9)  # nearly vertical
+        score = max(named) - 0.6 * len(accessories & set(words(str(frame.name)))) + 0.3 * (up > 0.9)  # nearly vertical
         score += 0.2 * (frame.type != pin.FrameType.FIXED_JOINT)
         best[joint] = max(best.get(joint, (float("-inf"), 0)), (score, -index))
     frames = {joint: model.frames[-index] for joint, (_, index) in best.items()}
@@ -148,5 +148,5 @@ def short_names(frames: Sequence[str]) -> list[str]:
     """Shorten frame names by the words that they all share, if the result is unique."""
     parts = [[part for part in re.split(r"[^A-Za-z0-9]+", frame) if part] for frame in frames]
     common = set.intersection(*(set(part) for part in parts)) if len(parts) > 1 else set()
-    short = ["_".join(part for part in each if part not in common) for each in parts]
+    short = ["_".join(part for part in pieces if part not in common) for pieces in parts]
     return short if all(short) and len(set(short)) == len(short) else list(frames)

@@ -12,7 +12,7 @@ from scipy.optimize import linear_sum_assignment
 
 WORDS: dict[str, dict[str, Any]] = tomllib.loads(Path(__file__).with_name("words.toml").read_text(encoding="utf-8"))
 """Words in names of joints and channels, with their meanings."""
-MEANINGS = {word: meaning.split() for meaning, own in WORDS["joints"]["meanings"].items() for word in own}
+MEANINGS = {word: meaning.split() for meaning, synonyms in WORDS["joints"]["meanings"].items() for word in synonyms}
 """Meanings of words for joints and legs."""
 
 
@@ -27,10 +27,10 @@ def words(name: str) -> list[str]:
     return [word for word in meant if word not in WORDS["joints"]["empty"]] or meant
 
 
-def likeness(one: str, other: str) -> float:
+def likeness(name: str, other: str) -> float:
     """Compute the similarity of two names, from 0 to 1; 0 if their sides or numbers differ."""
-    a, b = words(one), words(other)
-    numbers = [{int(word) for word in each if word.isdigit()} for each in (a, b)]
+    a, b = words(name), words(other)
+    numbers = [{int(word) for word in parts if word.isdigit()} for parts in (a, b)]
     if any(set(a) & side != set(b) & side for side in ({"left", "right"}, {"front", "rear"})) or (
         all(numbers) and numbers[0] != numbers[1]
     ):
@@ -45,7 +45,7 @@ def match(of_log: Sequence[str], of_model: Sequence[str]) -> dict[str, str]:
     log = [name for name in of_log if name not in pairs]
     model = [name for name in of_model if name not in pairs]
     if log and model:
-        like = np.array([[likeness(one, other) for other in model] for one in log])
+        like = np.array([[likeness(label, other) for other in model] for label in log])
         for row, column in zip(*linear_sum_assignment(-like), strict=True):
             others = np.append(np.delete(like[row], column), np.delete(like[:, column], row))
             if like[row, column] >= max(0.55, 0.05 + float(others.max(initial=0.0))):

@@ -75,8 +75,8 @@ def find_columns_by_dynamics(log: RobotLog, robot: Robot, unsure: Sequence[int])
     log = _take_excerpt(log)
     given = as_given(len(robot.joint_names))
     best = _descend(given, log, robot, unsure)
-    left = _compare(best.of(log), robot).left[best.changed_since(given)[robot.torque_controlled]]
-    return given if np.any(left > 0.5) else best  # share of the torque's variance
+    shares = _compare(best.of(log), robot).left[best.changed_since(given)[robot.torque_controlled]]
+    return given if np.any(shares > 0.5) else best  # share of the torque's variance
 
 
 def unit_by_dynamics(log: RobotLog, robot: Robot) -> str:
@@ -87,10 +87,10 @@ def unit_by_dynamics(log: RobotLog, robot: Robot) -> str:
     for unit in ("deg", "turn"):
         factors = np.where(turning, ANGLE[unit], 1.0)
         moved = {key: getattr(log, key) for key in ("position", "velocity", "acceleration")}
-        scaled = replace(log, **{key: own * factors for key, own in moved.items() if own is not None})
-        found = _compare(scaled, robot)
-        if given.cost - found.cost > np.log(BETTER) and np.nanmedian(found.left) < 0.2:
-            given, best = found, unit
+        scaled = replace(log, **{key: values * factors for key, values in moved.items() if values is not None})
+        agreement = _compare(scaled, robot)
+        if given.cost - agreement.cost > np.log(BETTER) and np.nanmedian(agreement.left) < 0.2:
+            given, best = agreement, unit
     return best
 
 
@@ -102,7 +102,7 @@ def _descend(best: ColumnMatch, log: RobotLog, robot: Robot, unsure: Sequence[in
         for changes in (_list_changes(best, robot, bad, unsure), _invert_several(best, bad)):
             scored = [(_compare(change.of(log), robot), change) for change in changes]
             tried += len(scored)
-            after, change = min(scored, key=lambda one: one[0].cost, default=(now, best))
+            after, change = min(scored, key=lambda pair: pair[0].cost, default=(now, best))
             if now.cost - after.cost > np.log(BETTER):
                 best, now = change, after
                 break
@@ -180,9 +180,9 @@ def _list_changes(now: ColumnMatch, robot: Robot, bad: Sequence[int], unsure: Se
     else:
         if now.order == tuple(range(len(now.order))) and len(unsure) == len(now.order):
             yield from (replace(now, order=tuple(order)) for order in other_orders(robot))
-        for one, other in combinations([column for column in unsure if column in bad], 2):
+        for joint, other in combinations([column for column in unsure if column in bad], 2):
             order = list(now.order)
-            order[one], order[other] = order[other], order[one]
+            order[joint], order[other] = order[other], order[joint]
             yield replace(now, order=tuple(order))
 
 
@@ -205,8 +205,8 @@ def other_orders(robot: Robot) -> list[list[int]]:
 
     def exchange(*pairs: tuple[str, str]) -> list[int]:
         other = {a: b for pair in pairs for a, b in (pair, pair[::-1])}
-        places = {each: k for k, each in enumerate(meant)}
-        return [places.get(tuple(other.get(word, word) for word in each), k) for k, each in enumerate(meant)]
+        places = {terms: k for k, terms in enumerate(meant)}
+        return [places.get(tuple(other.get(word, word) for word in terms), k) for k, terms in enumerate(meant)]
 
     plain = [exchange(), exchange(sides), exchange(ends), exchange(sides, ends)]
     plain.append([sorted(names).index(name) for name in names])

@@ -45,10 +45,10 @@ def rule(text: str) -> PydanticCustomError:
 
 def flat(table: Table, prefix: str = "") -> dict[str, object]:
     """Flatten settings to dotted keys, as typed after `--set`."""
-    found: dict[str, object] = {}
+    settings: dict[str, object] = {}
     for key, value in table:
-        found |= flat(value, f"{prefix}{key}.") if isinstance(value, Table) else {prefix + key: value}
-    return found
+        settings |= flat(value, f"{prefix}{key}.") if isinstance(value, Table) else {prefix + key: value}
+    return settings
 
 
 def describe(error: ValidationError, table: type[BaseModel] | None = None) -> str:
@@ -57,7 +57,7 @@ def describe(error: ValidationError, table: type[BaseModel] | None = None) -> st
     `table` is the validated class; it provides a suggestion for an unknown key. Unknown keys come first, because a
     missing key may be a misspelled one.
     """
-    first = min(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
+    first = min(error.errors(), key=lambda detail: detail["type"] != "extra_forbidden")
     key = ".".join(str(part) for part in first["loc"])
     message = str(first["msg"])
     if first["type"] == "extra_forbidden":
@@ -74,14 +74,14 @@ def describe(error: ValidationError, table: type[BaseModel] | None = None) -> st
 def _nearest(loc: list[str], table: type[BaseModel]) -> str:
     """Suggest keys that an unknown one may mean: a similar one, the same one in another table, or any in its table."""
     *tables, last = loc
-    beside = table
+    parent = table
     for part in tables:
-        if part in beside.model_fields:
-            beside = _table_of(beside, part) or beside
-    if near := get_close_matches(last, beside.model_fields, n=1):
+        if part in parent.model_fields:
+            parent = _table_of(parent, part) or parent
+    if near := get_close_matches(last, parent.model_fields, n=1):
         return f"; did you mean '{'.'.join([*tables, *near])}'?"
     elsewhere = [key for key in _dotted(table) if key.rpartition(".")[2] == last]
-    return f"; did you mean '{elsewhere[0]}'?" if elsewhere else f"; expected one of {', '.join(beside.model_fields)}"
+    return f"; did you mean '{elsewhere[0]}'?" if elsewhere else f"; expected one of {', '.join(parent.model_fields)}"
 
 
 def _range(loc: list[object], table: type[BaseModel]) -> str:
@@ -106,7 +106,7 @@ def _table_of(table: type[BaseModel], key: str) -> type[BaseModel] | None:
     """Find the table class of a key; None if the key has a plain value."""
     annotation = table.model_fields[key].annotation
     inner = [annotation, *get_args(annotation)]
-    return next((one for one in inner if isinstance(one, type) and issubclass(one, BaseModel)), None)
+    return next((part for part in inner if isinstance(part, type) and issubclass(part, BaseModel)), None)
 
 
 def _dotted(table: type[BaseModel], prefix: str = "") -> Iterator[str]:
@@ -120,7 +120,7 @@ def _dotted(table: type[BaseModel], prefix: str = "") -> Iterator[str]:
 
 def _shown(value: object) -> str:
     try:
-        found = repr(value)
+        text = repr(value)
     except (RecursionError, ValueError):  # deep tables, and integers with more digits than Python prints
         return f"a value of type {type(value).__name__} too large to show"
-    return found if len(found) < 80 else found[:77] + "..."
+    return text if len(text) < 80 else text[:77] + "..."

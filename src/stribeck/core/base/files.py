@@ -9,12 +9,12 @@ from stribeck.core.errors import StribeckError
 def read_bytes(path: Path, expected: str, error: type[StribeckError]) -> bytes:
     """Read a file. An `error` reports the problem and the `expected` content, such as "a robot file (TOML)"."""
     try:
-        found = path.stat()
-        if not stat.S_ISREG(found.st_mode):  # opening a pipe would block forever
-            what = "a folder" if stat.S_ISDIR(found.st_mode) else "a pipe, a device or a socket"
+        status = path.stat()
+        if not stat.S_ISREG(status.st_mode):  # opening a pipe would block forever
+            what = "a folder" if stat.S_ISDIR(status.st_mode) else "a pipe, a device or a socket"
             raise error(f"{path}: is {what}; expected {expected}")
-        if found.st_size > (most := 1 << 25):  # [bytes]; robot files, models, scenarios and results are smaller
-            raise error(f"{path}: has {found.st_size:,} bytes; expected {expected}, of {most:,} bytes at most")
+        if status.st_size > (most := 1 << 25):  # [bytes]; robot files, models, scenarios and results are smaller
+            raise error(f"{path}: has {status.st_size:,} bytes; expected {expected}, of {most:,} bytes at most")
         return path.read_bytes()
     except (OSError, ValueError) as reason:  # ValueError: NUL in the path
         raise error(f"{path}: cannot be read ({getattr(reason, 'strerror', reason)}); expected {expected}") from reason

@@ -151,11 +151,11 @@ def catalogue() -> dict[str, dict[str, dict[str, Any]]]:
     for section, checks in document.items():
         entries = sections[section] = {}
         for check, entry in checks.items():
-            nested = [name for name, own in entry.items() if name != "example" and type(own) is dict]
+            nested = [name for name, value in entry.items() if name != "example" and type(value) is dict]
             variants = {name: entry.pop(name) for name in nested}
             entries[check] = entry
             common = {key: entry[key] for key in ("channel", "stops", "text", "remedy") if key in entry}
-            entries |= {f"{check}.{name}": common | own for name, own in variants.items()}
+            entries |= {f"{check}.{name}": common | variant for name, variant in variants.items()}
     return sections
 
 
@@ -181,17 +181,17 @@ def merged(by_log: Sequence[tuple[str, Sequence[Finding]]]) -> list[Finding]:
         return list(by_log[0][1])
     groups: dict[tuple[object, ...], list[tuple[str, Finding]]] = {}
     for path, findings in by_log:
-        for each in findings:
-            each = replace(each, exclude=tuple(span._replace(log=PurePath(path).name) for span in each.exclude))
-            groups.setdefault((each.check, each.channel, each.joints, each.stops), []).append((path, each))
-    found = []
+        for report in findings:
+            report = replace(report, exclude=tuple(span._replace(log=PurePath(path).name) for span in report.exclude))
+            groups.setdefault((report.check, report.channel, report.joints, report.stops), []).append((path, report))
+    union = []
     for group in groups.values():
         first = group[0][1]
         logs = tuple(dict.fromkeys(path for path, _ in group))
-        if all(each.text == first.text for _, each in group):
+        if all(report.text == first.text for _, report in group):
             text = f"{listed(logs)}: {first.text}"
         else:
             text = f"{logs[0]}: {first.text}" + (f" (also in {listed(logs[1:])})" if logs[1:] else "")
-        spans = tuple(span for _, each in group for span in each.exclude)
-        found.append(replace(first, text=text, logs=logs, exclude=spans))
-    return found
+        spans = tuple(span for _, report in group for span in report.exclude)
+        union.append(replace(first, text=text, logs=logs, exclude=spans))
+    return union

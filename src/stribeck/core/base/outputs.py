@@ -52,14 +52,14 @@ def stop(*_: object) -> None:
 
 
 @contextmanager
-def resumable(left: str) -> Iterator[None]:
+def resumable(remainder: str) -> Iterator[None]:
     """Describe what an interruption leaves, also where a library replaces the interruption by another error."""
     try:
         yield
     except BaseException as error:
         if not _state.asked:
             raise
-        raise Interrupted(left) from error
+        raise Interrupted(remainder) from error
 
 
 def anything_written() -> bool:

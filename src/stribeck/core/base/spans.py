@@ -23,7 +23,7 @@ def names_log(name: str, path: str) -> bool:
 
 def spans_of_log(spans: Sequence[tuple[float, float] | tuple[str, float, float]], path: str) -> list[Span]:
     """Select the spans of a log by its name."""
-    return [Span(each[-2], each[-1]) for each in spans if len(each) == 2 or names_log(each[0], path)]
+    return [Span(span[-2], span[-1]) for span in spans if len(span) == 2 or names_log(span[0], path)]
 
 
 MOST = 5
@@ -42,7 +42,7 @@ def listed_spans(spans: Sequence[Span], notes: Mapping[Span, str] | None = None)
 def exclude_options(spans: Sequence[Span]) -> str:
     """Format the options that exclude spans: "--exclude 40.2:70.1 --exclude 81:83.5"."""
     parts = [[span.log, *_ends(span)] if span.log else _ends(span) for span in spans]
-    return " ".join(f"--exclude {':'.join(each)}" for each in parts)
+    return " ".join(f"--exclude {':'.join(part)}" for part in parts)
 
 
 def longest(spans: Sequence[Span], most: int = 20) -> list[Span]:

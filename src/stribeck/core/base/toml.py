@@ -9,7 +9,7 @@ from typing import Any
 def in_toml(value: Any, most: int = 16) -> str:
     """Format a value; tables of more than `most` entries are shortened, and numbers have six digits."""
     if isinstance(value, Mapping):
-        shown = [f"{_key(key)} = {in_toml(own)}" for key, own in value.items()]
+        shown = [f"{_key(key)} = {in_toml(entry)}" for key, entry in value.items()]
         return f"{{ {', '.join(shown[:most])}{', ...' if len(shown) > most else ''} }}"
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(in_toml, value))}]"

@@ -26,25 +26,25 @@ def with_gyroscope(log: RobotLog, segments: tuple[slice, ...], period: float) ->
     parts = [part for part in segments if part.stop - part.start > 2 * half]
     if log.base_orientation is None or log.angular_velocity is None or half < 2 or not parts:
         return log, []
-    found, before, after, apart = log.base_orientation.copy(), [], [], []
+    orientation, before, after, apart = log.base_orientation.copy(), [], [], []
     for part in parts:
-        own = continuous(log.base_orientation[part])
-        rate = _change(own, log.angular_velocity[part])
+        quaternions = continuous(log.base_orientation[part])
+        rate = _change(quaternions, log.angular_velocity[part])
         turned = np.cumsum(period * (rate + np.roll(rate, 1, axis=0)) / 2, axis=0)
-        drift = own - turned
+        drift = quaternions - turned
         for _ in range(2):  # a single pass lets noise of high frequencies through
             drift = savgol_filter(drift, 2 * half + 1, 1, axis=0)
-        found[part] = turned + drift
-        before.append(_white(own))
-        after.append(_white(found[part]))
-        apart.append(np.std(found[part] - own, axis=0))
-    noise, left, differ = (
-        2 * float(np.sqrt(np.sum(np.square(each)) / 3 / len(parts))) for each in (before, after, apart)
+        orientation[part] = turned + drift
+        before.append(_white(quaternions))
+        after.append(_white(orientation[part]))
+        apart.append(np.std(orientation[part] - quaternions, axis=0))
+    noise, noise_after, differ = (
+        2 * float(np.sqrt(np.sum(np.square(deviations)) / 3 / len(parts))) for deviations in (before, after, apart)
     )
-    if differ > 1.5 * noise or left > 0.5 * noise:  # else the measured one is as good
+    if differ > 1.5 * noise or noise_after > 0.5 * noise:  # else the measured one is as good
         return log, []
     note = f"base_orientation has {noise:.1g} rad of noise; the gyroscope replaces its fast changes."
-    return replace(log, base_orientation=found), [note]
+    return replace(log, base_orientation=orientation), [note]
 
 
 def _change(quaternions: Array, rate: Array) -> Array:

@@ -55,21 +55,21 @@ def loop_terms(robot: Robot, position: Array, velocity: Array | None = None) -> 
         pin.computeJointJacobians(model, data, configuration)
         pin.updateFramePlacements(model, data)
         first = 0
-        for loop, (one, other) in zip(robot.loops, frames, strict=True):
-            here, count = slice(first, first + loop.size), loop.size
+        for loop, (end, other) in zip(robot.loops, frames, strict=True):
+            block, count = slice(first, first + loop.size), loop.size
             first += count
-            poses = data.oMf[one], data.oMf[other]
-            gap[k, here][:3] = poses[0].translation - poses[1].translation
+            poses = data.oMf[end], data.oMf[other]
+            gap[k, block][:3] = poses[0].translation - poses[1].translation
             if count == 6:
-                gap[k, here][3:] = pin.log3(poses[0].rotation @ poses[1].rotation.T)
-            both = [pin.getFrameJacobian(model, data, frame, pin.LOCAL_WORLD_ALIGNED) for frame in (one, other)]
-            jacobian[k, here][:, columns] = (both[0] - both[1])[:count, size:]
+                gap[k, block][3:] = pin.log3(poses[0].rotation @ poses[1].rotation.T)
+            both = [pin.getFrameJacobian(model, data, frame, pin.LOCAL_WORLD_ALIGNED) for frame in (end, other)]
+            jacobian[k, block][:, columns] = (both[0] - both[1])[:count, size:]
             if velocity is not None:
                 turns = [
                     pin.getFrameClassicalAcceleration(model, data, frame, pin.LOCAL_WORLD_ALIGNED).vector
-                    for frame in (one, other)
+                    for frame in (end, other)
                 ]
-                drift[k, here] = (turns[0] - turns[1])[:count]
+                drift[k, block] = (turns[0] - turns[1])[:count]
     return LoopTerms(gap, jacobian, drift if velocity is not None else np.zeros_like(gap))
 
 
@@ -87,10 +87,10 @@ def without_loop_forces(robot: Robot, position: Array, torque: Array) -> Array:
     if not robot.loops:
         return torque
     response = passive_response(robot, loop_terms(robot, position).jacobian)
-    found = np.zeros(torque.shape)
+    projection = np.zeros(torque.shape)
     passive = torque[:, robot.passive_columns]
-    found[:, robot.independent] = torque[:, robot.independent] + np.einsum("tpi,tp...->ti...", response, passive)
-    return found
+    projection[:, robot.independent] = torque[:, robot.independent] + np.einsum("tpi,tp...->ti...", response, passive)
+    return projection
 
 
 def closed_log(log: RobotLog, robot: Robot) -> tuple[RobotLog, list[str]]:
@@ -150,10 +150,10 @@ def _add_rates(
     velocity[:, passive] = np.einsum("tpi,ti->tp", response, velocity[:, robot.independent])
     if acceleration is not None:
         drift = loop_terms(robot, position, velocity).drift
-        own = np.linalg.pinv(jacobian[:, :, passive], rcond=RANK)
+        inverse = np.linalg.pinv(jacobian[:, :, passive], rcond=RANK)
         acceleration = acceleration.copy()
         acceleration[:, passive] = np.einsum("tpi,ti->tp", response, acceleration[:, robot.independent])
-        acceleration[:, passive] -= np.einsum("tpm,tm->tp", own, drift)
+        acceleration[:, passive] -= np.einsum("tpm,tm->tp", inverse, drift)
     return velocity, acceleration
 
 
@@ -162,24 +162,24 @@ def _solve_passive(robot: Robot, log: RobotLog) -> Array:
     # Largest step of independent joints [rad], [m] between two solutions; larger ones may reach another branch.
     stride = 0.05
     independent = robot.independent
-    found = log.position.copy()
-    found[:, robot.passive_columns] = np.nan
-    now = np.zeros(found.shape[1])
-    for k in np.flatnonzero(np.isfinite(found[:, independent]).all(axis=1)).tolist():
-        step = found[k, independent] - now[independent]
+    position = log.position.copy()
+    position[:, robot.passive_columns] = np.nan
+    now = np.zeros(position.shape[1])
+    for k in np.flatnonzero(np.isfinite(position[:, independent]).all(axis=1)).tolist():
+        step = position[k, independent] - now[independent]
         parts = max(1, int(np.ceil(np.abs(step).max() / stride)))
         before = now[independent].copy()
         for part in range(1, parts + 1):
             now[independent] = before + step * part / parts
             gap = _close(robot, now)
             if not gap < 1e-3:  # [m], [rad]; digits of a model explain smaller gaps
-                loops, left = ", ".join(map(str, robot.loops)), f"{1e3 * gap:.3g} mm or mrad"
+                loops, size = ", ".join(map(str, robot.loops)), f"{1e3 * gap:.3g} mm or mrad"
                 raise LogError(
-                    f"{log.path or 'log'}: at {log.time[k]:.3f} s the loops of {loops} cannot be closed: {left} "
+                    f"{log.path or 'log'}: at {log.time[k]:.3f} s the loops of {loops} cannot be closed: {size} "
                     "remain; check zeros and signs of the logged joints, and the model"
                 )
-        found[k] = now
-    return found
+        position[k] = now
+    return position
 
 
 def _close(robot: Robot, position: Array) -> float:
@@ -219,6 +219,6 @@ def loop_momentum_balance(
         passive_response(robot, loop_terms(robot, position + step * velocity).jacobian) for step in (STEP, -STEP)
     )
     turning = np.einsum("tpi,tp->ti", (after - before) / (2 * STEP), momentum[:, robot.passive_columns])
-    momentum, change = (without_loop_forces(robot, position, each) for each in (momentum, change))
+    momentum, change = (without_loop_forces(robot, position, vector) for vector in (momentum, change))
     change[:, robot.independent] += turning
     return momentum, change

@@ -97,7 +97,7 @@ def rooted_inverse_dynamics(
     effort = np.empty((len(position), rooted.model.nv))
     if len(position):
         threads = THREADS if len(position) >= 4096 else 1  # shorter batches are faster without threads
-        pin.rneaInParallel(threads, _pool(rooted), *(each.T for each in motion), effort.T)
+        pin.rneaInParallel(threads, _pool(rooted), *(coordinates.T for coordinates in motion), effort.T)
     torque = np.empty(position.shape)
     torque[:, rooted.columns] = effort[:, rooted.root_size :]
     return effort[:, : rooted.root_size], torque

@@ -45,15 +45,15 @@ def describe_corrections(fit: WholeLogFit, joints: tuple[str, ...], encoders: tu
     values, errors = fit.corrections.copy(), errors * np.concatenate([np.ones(before.size), model.scales])
     values[layout.part("torque_delay")] = fit.delay
     others: dict[str, Any] = {}
-    for each in CORRECTIONS:
-        if each.describe:
-            own = layout.part(each.name)
-            others |= each.describe(Found(layout, values[own], errors[own], joints, encoders))
+    for correction in CORRECTIONS:
+        if correction.describe:
+            places = layout.part(correction.name)
+            others |= correction.describe(Found(layout, values[places], errors[places], joints, encoders))
     return Corrections(
         chi_square=fit.chi_square,
         disagreement=fit.heterogeneity,
         bodies=bodies,
-        log_friction={joint: tuple(own) for joint, own in zip(joints, _levels(fit), strict=False)},
+        log_friction={joint: tuple(levels) for joint, levels in zip(joints, _levels(fit), strict=False)},
         correlation=error_correlation(fit, joints),
         **others,
     )
@@ -69,7 +69,7 @@ def _levels(fit: WholeLogFit) -> list[list[float]]:
     change = np.tensordot([0.0, 1.0, 0.5][: len(effects)], effects, 1)  # [N m]
     laws, size = fit.fit.laws, len(fit.fit.laws.law.parameters)
     values = zip(0.5 * laws.top_speed[: change.shape[1]], fit.values, strict=False)
-    friction = [laws.law.resisting(np.array([speed]), own[:size])[0] for speed, own in values]
+    friction = [laws.law.resisting(np.array([speed]), parameters[:size])[0] for speed, parameters in values]
     levels = change / np.maximum(friction, LEAST_FRICTION * laws.torque[: change.shape[1]])
     return levels.T.tolist() if np.abs(levels).max(initial=0.0) > 1e-3 else []  # held at zero: less
 

@@ -96,10 +96,10 @@ class Reading:
 
         Used windows count as set aside if a joint rests there between two disturbances, so that none is visible.
         """
-        own = [(time, kept) for number, time, kept in self.windows if number == log]
-        if not own:
+        windows = [(time, kept) for number, time, kept in self.windows if number == log]
+        if not windows:
             return []
-        time, kept = (np.concatenate(each) for each in zip(*own, strict=True))
+        time, kept = (np.concatenate(arrays) for arrays in zip(*windows, strict=True))
         for first, last in _runs(kept):
             if first > 0 and last < len(kept) and time[last] - time[first] < REST:
                 kept[first:last] = False
@@ -126,15 +126,15 @@ def read_with_pilot(
     laws, terms, pilot = start()
     while True:
         read = _read(equations, pilot, basis, terms, laws, progress)
-        late = remaining_delay(read.fit)
-        own = read.fit.layout.places("torque_delay")
+        remainder = remaining_delay(read.fit)
+        rows = read.fit.layout.places("torque_delay")
         error = (
-            np.sqrt(read.fit.covariance[own, own].sum() * overdispersion(read.known, read.fit)) * priors.torque_delay
+            np.sqrt(read.fit.covariance[rows, rows].sum() * overdispersion(read.known, read.fit)) * priors.torque_delay
         )
-        tried.append((pilot.delay, late))
-        if not pilot.delay and len(tried) == 1 and abs(late) > 3 * priors.torque_delay:  # less may be presliding
-            laws, terms, pilot = start(late)
-        elif not pilot.delay or len(tried) > constants.ROUNDS or abs(late) < max(LINEAR, 3 * error):
+        tried.append((pilot.delay, remainder))
+        if not pilot.delay and len(tried) == 1 and abs(remainder) > 3 * priors.torque_delay:  # less may be presliding
+            laws, terms, pilot = start(remainder)
+        elif not pilot.delay or len(tried) > constants.ROUNDS or abs(remainder) < max(LINEAR, 3 * error):
             return read
         else:
             pilot = pilot.later(secant_step(tried))
@@ -145,18 +145,18 @@ def _read(
 ) -> Reading:
     """Compute the statistics of a log, of some segments in folds and of others that are held out, and fit the laws."""
     columns = Columns(basis, terms)
-    late = equations.delayed(pilot.delay)
+    sequence = equations.delayed(pilot.delay)
     size = np.mean([part.residual.size for part in pilot.parts])  # equations of a segment
     needed = (_friction_error(pilot, columns) / constants.ENOUGH) ** 2 * sum(each.count for each in pilot.groups) / size
     enough = max(constants.LEAST_SEGMENTS, int(min(constants.MOST_SEGMENTS, float(needed))))
     most = min(constants.MOST_SEGMENTS, enough, max(constants.FOLDS, int(constants.MOST_EQUATIONS / size)))
-    folds, held_out = late.folds(most)
+    folds, held_out = sequence.folds(most)
     count = len(folds)
     sampled = min(count, 2 * max(1, round(15 * count / sum(map(len, folds)))))  # about 30; left and right alternate
-    found, unseen, windows = accumulate(
-        late, [*folds, held_out], sampled, columns, pilot.prediction, lambda share: progress(0.2 + 0.6 * share)
+    statistics, unseen, windows = accumulate(
+        sequence, [*folds, held_out], sampled, columns, pilot.prediction, lambda share: progress(0.2 + 0.6 * share)
     )
-    if not sum(each.count for each in found[:count]):
+    if not sum(fold.count for fold in statistics[:count]):
         raise NothingIdentifiedError(
             "no joint can be identified from this log: its torques differ too much from every model; check units, "
             "signs, joint names and gears (stribeck inspect)"
@@ -166,23 +166,23 @@ def _read(
         pilot=pilot,
         columns=columns,
         terms=terms,
-        fit=_first_fit(total(found[:count]), laws, pilot),
-        folds=found[:count],
+        fit=_first_fit(total(statistics[:count]), laws, pilot),
+        folds=statistics[:count],
         sampled=sampled,
-        held_out=tuple(late.parts[place][:2] for place in held_out),
+        held_out=tuple(sequence.parts[place][:2] for place in held_out),
         unseen=[unseen[place] for place in held_out],
-        held=found[count:],
-        windows=tuple((late.parts[place][0], *windows[place]) for place in sorted(windows)),
+        held=statistics[count:],
+        windows=tuple((sequence.parts[place][0], *windows[place]) for place in sorted(windows)),
     )
 
 
 def _friction_error(pilot: Pilot, columns: Columns) -> float:
     """Compute the standard error of the friction torque relative to the joint's torque [1], median over joints."""
-    own = np.concatenate([columns.by_joint(part) for part in pilot.parts])
-    joints, q = own.shape[1:]
+    by_joint = np.concatenate([columns.by_joint(part) for part in pilot.parts])
+    joints, q = by_joint.shape[1:]
     covariance = pilot.prediction.covariance[: joints * q, : joints * q].reshape(joints, q, joints, q)
-    each = covariance[range(joints), :, range(joints)]
-    variance = np.einsum("kja,jab,kjb->j", own, each, own, optimize=True)
+    joint_blocks = covariance[range(joints), :, range(joints)]
+    variance = np.einsum("kja,jab,kjb->j", by_joint, joint_blocks, by_joint, optimize=True)
     torque = (np.concatenate([part.torque for part in pilot.parts]) ** 2).sum(axis=0)
     return float(np.sqrt(np.median(variance / np.maximum(torque, 1e-300))))
 
@@ -200,24 +200,24 @@ def _with_terms(
     parts = pilot.parts
     size = len(pilot.prediction.values) - pilot.model.layout.size
     friction = pilot.prediction.values[:size].reshape(joints, -1)[:, :functions]
-    left = []
+    residuals = []
     for part in parts:
         windows = basis.windows(part.velocity, part.taps, part.step, len(part.residual))
         fitted = np.einsum("kmj,kjr,jr->km", part.weights, windows, friction, optimize=True)
         if part.regressors is not None:
             fitted += part.regressors @ pilot.prediction.values[size:]
-        left.append((part, part.residual - fitted, pilot.components.marginal(part)))
+        residuals.append((part, part.residual - fitted, pilot.components.marginal(part)))
     offsets = np.array([parameter.name != "offset" for parameter in law.parameters])
     free = offsets | (np.arange(joints) < parts[0].joints)[:, None]  # couplings have none: the joints have
     laws = Laws(law, basis, (), speed, np.full(joints, pilot.torque), priors, free)
     slope = 1 / (SMOOTH_SIGN * speed)
     if law.name == AUTO:  # choose the shape of the pilot's curves
-        own = blocks(pilot.prediction.covariance[:size, :size], joints)[:, :functions, :functions]
-        internal = best_of_linear(laws, friction, own)
+        covariance = blocks(pilot.prediction.covariance[:size, :size], joints)[:, :functions, :functions]
+        internal = best_of_linear(laws, friction, covariance)
         slope = laws.external(internal)[:, [parameter.name for parameter in law.parameters].index("slope")]
     nothing, delay = np.zeros(joints), priors.torque_delay
     terms = find_terms(parts, slope=slope, friction=friction, top_speed=speed, unexplained=nothing, delay=delay)
-    unexplained = Unexplained.of(left, basis, terms)
+    unexplained = Unexplained.of(residuals, basis, terms)
     terms = replace(terms, unexplained=unexplained.rms, settings=unexplained.settings)
     own_terms = [parameter.name not in NO_TERM and law.name == AUTO for parameter in terms.parameters]
     free = np.hstack([free, np.tile(own_terms, (joints, 1))])
@@ -227,9 +227,9 @@ def _with_terms(
 def _first_fit(known: Statistics, laws: Laws, pilot: Pilot) -> Fit:
     """Fit laws with all terms, starting from a linear fit of friction and corrections."""
     joints, size = len(laws.top_speed), pilot.model.layout.size
-    left = eliminate(known, pilot.model, np.zeros(size))
-    covariance = inverse_of(left.information + np.diag(pilot.precision))
-    theta = (covariance @ left.right).reshape(joints, -1)
+    system = eliminate(known, pilot.model, np.zeros(size))
+    covariance = inverse_of(system.information + np.diag(pilot.precision))
+    theta = (covariance @ system.right).reshape(joints, -1)
     internal = best_of_linear(laws, theta, blocks(covariance, joints))
     start = Fit(
         laws=laws,

@@ -96,7 +96,7 @@ class FrictionLaw(abc.ABC):
 
     def from_linear(self, coefficients: Array, shape: Mapping[str, float]) -> Array:  # noqa: ARG002
         """Compute parameter values, shape (p,), within their bounds, from linear coefficients, shape (k,)."""
-        return np.clip(coefficients, [each.lower for each in self.parameters], [each.upper for each in self.parameters])
+        return np.clip(coefficients, [p.lower for p in self.parameters], [p.upper for p in self.parameters])
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -37,11 +37,11 @@ def _recursion(added: Array, kept: Array) -> Array:
     """
     samples, length = len(kept), int(np.sqrt(len(kept))) + 1
     padding = ((0, -samples % length), (0, 0), (0, 0))
-    added, kept = (np.pad(each, padding).reshape(-1, length, *each.shape[1:]) for each in (added, kept))
-    found, left = np.empty(kept.shape), np.cumprod(kept, axis=1)
-    found[:, 0] = added[:, 0] * kept[:, 0]
+    added, kept = (np.pad(series, padding).reshape(-1, length, *series.shape[1:]) for series in (added, kept))
+    solution, shares = np.empty(kept.shape), np.cumprod(kept, axis=1)
+    solution[:, 0] = added[:, 0] * kept[:, 0]
     for k in range(1, length):
-        found[:, k] = (found[:, k - 1] + added[:, k]) * kept[:, k]
-    for before, block, share in zip(found, found[1:], left[1:], strict=False):
+        solution[:, k] = (solution[:, k - 1] + added[:, k]) * kept[:, k]
+    for before, block, share in zip(solution, solution[1:], shares[1:], strict=False):
         block += share * before[-1]
-    return found.reshape(-1, *kept.shape[2:])[:samples]
+    return solution.reshape(-1, *kept.shape[2:])[:samples]

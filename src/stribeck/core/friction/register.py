@@ -96,15 +96,15 @@ def _check_declaration(law: type[FrictionLaw]) -> str:
     if not isinstance(parameters, tuple) or not parameters or not all(isinstance(p, Parameter) for p in parameters):
         return f"law '{name}' has parameters {parameters!r}; expected a tuple of Parameter"
     names, reserved = [p.name for p in parameters], {"armature", *(p.name for p in BEYOND_VELOCITY)}
-    if wrong := [own for own in names if not own.isidentifier() or own in reserved or names.count(own) > 1]:
+    if wrong := [label for label in names if not label.isidentifier() or label in reserved or names.count(label) > 1]:
         expected = f"identifiers, each once, and none of {', '.join(sorted(reserved))}"
         return f"law '{name}' has a parameter '{wrong[0]}'; expected {expected}"
-    for each in parameters:
-        if not each.lower < each.upper or (each.logarithmic and each.lower <= 0):
+    for entry in parameters:
+        if not entry.lower < entry.upper or (entry.logarithmic and entry.lower <= 0):
             expected = "a lower bound below the upper one, and above 0 where it is logarithmic"
-            return f"law '{name}': {each.name} lies from {each.lower:g} to {each.upper:g}; expected {expected}"
-        if not all(each.lower <= start <= each.upper for start in each.starts):
-            return f"law '{name}': {each.name} starts outside of its bounds"
+            return f"law '{name}': {entry.name} lies from {entry.lower:g} to {entry.upper:g}; expected {expected}"
+        if not all(entry.lower <= start <= entry.upper for start in entry.starts):
+            return f"law '{name}': {entry.name} starts outside of its bounds"
     return ""
 
 
@@ -120,10 +120,10 @@ def _draw(parameter: Parameter, generator: np.random.Generator) -> float:
 def _check_torque(law: FrictionLaw, values: Array) -> str:
     """Describe errors of torque and jacobian: shape, passivity, undeclared jump, derivatives; "" if there are none."""
     torque, jacobian = law.torque(VELOCITY, values), law.jacobian(VELOCITY, values)
-    for name, found, shape in (("torque", torque, VELOCITY.shape), ("jacobian", jacobian, (61, len(values)))):
-        if np.shape(found) != shape:
-            return f"{name} has shape {np.shape(found)} for {len(VELOCITY)} velocities; expected {shape}"
-        if not np.isfinite(found).all():
+    for name, array, shape in (("torque", torque, VELOCITY.shape), ("jacobian", jacobian, (61, len(values)))):
+        if np.shape(array) != shape:
+            return f"{name} has shape {np.shape(array)} for {len(VELOCITY)} velocities; expected {shape}"
+        if not np.isfinite(array).all():
             return f"{name} is not finite; expected finite values within the bounds"
     passive = np.where([parameter.name == "offset" for parameter in law.parameters], 0.0, values)
     torque = law.torque(VELOCITY, passive)
@@ -152,14 +152,14 @@ def _check_linear_form(law: FrictionLaw, values: Array, generator: np.random.Gen
     if basis.ndim != 2 or len(basis) != len(VELOCITY):
         return f"basis has shape {basis.shape}; expected a row for each of {len(VELOCITY)} velocities"
     coefficients = np.asarray(generator.uniform(0.5, 3.0, basis.shape[1]))
-    found = law.from_linear(coefficients, shape)
-    if np.shape(found) != values.shape:
-        return f"from_linear returns shape {np.shape(found)}; expected {values.shape}"
+    parameters = law.from_linear(coefficients, shape)
+    if np.shape(parameters) != values.shape:
+        return f"from_linear returns shape {np.shape(parameters)}; expected {values.shape}"
     linear = basis @ coefficients
-    if np.abs(law.torque(VELOCITY, found) - linear).max() > 1e-9 * (1 + np.abs(linear).max()):
+    if np.abs(law.torque(VELOCITY, parameters) - linear).max() > 1e-9 * (1 + np.abs(linear).max()):
         return "basis and from_linear are not the law: expected torque(v, from_linear(c)) = basis(v) @ c"
     extreme = generator.choice([-1e3, 1e3], basis.shape[1])
-    for each, value in zip(law.parameters, law.from_linear(extreme, shape), strict=True):
-        if not each.lower <= value <= each.upper:
-            return f"from_linear gives {each.name} = {value:.4g}; expected {each.lower:g} to {each.upper:g}"
+    for entry, value in zip(law.parameters, law.from_linear(extreme, shape), strict=True):
+        if not entry.lower <= value <= entry.upper:
+            return f"from_linear gives {entry.name} = {value:.4g}; expected {entry.lower:g} to {entry.upper:g}"
     return ""

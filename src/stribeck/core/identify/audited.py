@@ -20,12 +20,12 @@ def reconciled(audited: Sequence[Finding], result: Result, logs: int) -> list[Fi
     Causes that the fit finds beside a fault that distorts all corrections follow from it. The fit finds the spans that
     are set aside and the torque delay of one log more precisely than the audit.
     """
-    refined = {"set-aside"} if {"set-aside", "payload"} & {each.check for each in result.findings} else set()
+    refined = {"set-aside"} if {"set-aside", "payload"} & {finding.check for finding in result.findings} else set()
     if logs == 1 and result.corrections and result.corrections.torque_delay:
         refined.add("torque-delay")
-    distorted = any(each.has("distorts") for each in audited)
-    fitted = [each for each in result.findings if not distorted or each.has("symptom")]
-    return [*(each for each in audited if each.check not in refined), *fitted]
+    distorted = any(finding.has("distorts") for finding in audited)
+    fitted = [finding for finding in result.findings if not distorted or finding.has("symptom")]
+    return [*(finding for finding in audited if finding.check not in refined), *fitted]
 
 
 def model_findings(robot: Robot) -> list[Finding]:

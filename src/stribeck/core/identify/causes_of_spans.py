@@ -52,7 +52,7 @@ def find_causes_of_spans(
     if robot.base != "fixed" or robot.loops:
         return [], {}, {}
     starts = [form.log.start for form in fit.read.equations.forms]
-    spans = {(k, starts[k] + each.start, starts[k] + each.end): each for k, own in enumerate(aside) for each in own}
+    spans = {(k, starts[k] + span.start, starts[k] + span.end): span for k, cuts in enumerate(aside) for span in cuts}
     delayed = fit.read.equations.delayed(fit.delay)
     residuals = {place: residual_in(delayed, place, fit.read, fit.fit.values) for place in spans}
     carried = _carried(robot, find_payloads(residuals), spans)
@@ -60,9 +60,9 @@ def find_causes_of_spans(
     others = {place: span for place, span in spans.items() if span not in explained}
     causes: dict[Span, str] = {}
     alone: dict[int, dict[Span, Array]] = {}
-    for place in sorted(others, key=lambda each: each[1] - each[2])[:MOST]:
+    for place in sorted(others, key=lambda place: place[1] - place[2])[:MOST]:
         form, residual = delayed.forms[place[0]], residuals[place]
-        position = np.column_stack([np.interp(residual.time, form.log.time, own) for own in form.log.position.T])
+        position = np.column_stack([np.interp(residual.time, form.log.time, signal) for signal in form.log.position.T])
         if force := find_force(robot.tree, form.joints, position, residual):
             rows = (form.log.time > residual.time[0]) & (form.log.time < residual.time[-1])
             column = int(form.joints[force.joint])
@@ -72,7 +72,7 @@ def find_causes_of_spans(
     rubbing: dict[str, Rub] = {}
     for column, ranges in alone.items():
         travel = max(float(np.ptp(form.log.position[:, column])) for form in delayed.forms)
-        low, high = max(own[0] for own in ranges.values()), min(own[1] for own in ranges.values())
+        low, high = max(bounds[0] for bounds in ranges.values()), min(bounds[1] for bounds in ranges.values())
         if len(ranges) > 2 and low < high < low + 0.5 * travel:
             unit = "m" if robot.prismatic[column] else "rad"
             rub = Rub(f"near {(low + high) / 2:.2g} {unit}", frozenset(ranges))
@@ -87,8 +87,8 @@ def _words(robot: Robot, column: int, force: Force, torque: Array) -> tuple[str,
     The second value states whether only this torque disagrees although it is not clipped.
     """
     if force.size is None:
-        name, own = robot.joint_names[column], np.abs(torque)
-        clipped = np.mean(own == own.max()) > 0.02  # share of samples exactly at the largest torque
+        name, magnitude = robot.joint_names[column], np.abs(torque)
+        clipped = np.mean(magnitude == magnitude.max()) > 0.02  # share of samples exactly at the largest torque
         return f"the torque of {name} is clipped" if clipped else f"only the torque of {name} disagrees", not clipped
     joint = 1 + int(np.argsort(robot.tree.columns)[column])
     return f"a force of about {float(f'{force.size:.2g}'):g} N on {link_of(robot.tree, joint).name}", False
@@ -98,12 +98,12 @@ def _carried(
     robot: Robot, payloads: Sequence[Payload], spans: Mapping[tuple[int, float, float], Span]
 ) -> list[Carried]:
     """Place payloads in the frames of links; what no robot carries, too heavy or too far away, has another cause."""
-    found = []
+    carried = []
     model = robot.tree.model
     farthest = max([0.5, *(float(np.linalg.norm(place.translation)) for place in model.jointPlacements)])  # [m]
     for payload in payloads:
         link = link_of(robot.tree, payload.body + 1)
-        own, center = [spans[place] for place in payload.spans], link.placement.actInv(payload.centre)
+        payload_spans, center = [spans[place] for place in payload.spans], link.placement.actInv(payload.centre)
         if payload.mass < sum(body.mass for body in model.inertias) and np.linalg.norm(center) < farthest:
-            found.append(Carried(str(link.name), payload.mass, center, own))
-    return found
+            carried.append(Carried(str(link.name), payload.mass, center, payload_spans))
+    return carried

@@ -85,7 +85,7 @@ def compose(
     joints = with_next_log(joints, of_logs, fits, law, removed)
     return Result(
         robot=robot.name,
-        log=log_summary([each.log for each in prepared], prepared[0].sampling.rate, sum(p.used for p in friction.logs)),
+        log=log_summary([part.log for part in prepared], prepared[0].sampling.rate, sum(p.used for p in friction.logs)),
         law=law.name,
         method=method.name,
         joints={name: joints[name] for name in friction.samples.joint_names},
@@ -114,8 +114,8 @@ def _finished(fitted: Fitted, robot: Robot, log: RobotLog, gain_errors: Mapping[
     for name, gain in log.unscaled.items():
         if name in fits:
             fits[name] = in_channel_unit(fits[name], gain)
-        if (own := validations.get(name)) is not None:
-            validations[name] = Validation(**{key: value / gain for key, value in vars(own).items()})
+        if (validation := validations.get(name)) is not None:
+            validations[name] = Validation(**{key: value / gain for key, value in vars(validation).items()})
         if name in terms:
             loads = {key: getattr(terms[name], key) / gain for key in ("mean_load", "load_deviation")}
             terms[name] = replace(terms[name], **loads)

@@ -75,10 +75,10 @@ class Unseen:
         if self.usable is not None:
             return [replace(friction.samples, usable=friction.samples.usable & self.usable)]
         given = [replace(part, support=cut.support) for part, cut in zip(prepared, self.logs, strict=True)]
-        found = [joined_samples(given, robot, settings)]
+        versions = [joined_samples(given, robot, settings)]
         if self.robot is not None and self.robot is not robot:
-            found.append(joined_samples(self.logs, self.robot, settings, self.correct))
-        return [samples for samples in found if samples] if all(found) else []
+            versions.append(joined_samples(self.logs, self.robot, settings, self.correct))
+        return [samples for samples in versions if samples] if all(versions) else []
 
 
 def joined_samples(
@@ -95,12 +95,12 @@ def joined_samples(
 
 def cut(support: SupportPhases, parts: Iterable[slice]) -> SupportPhases:
     """Cut the support phases to some parts of the log."""
-    found = [
+    phases = [
         replace(phase, first=max(phase.first, part.start), last=min(phase.last, part.stop))
         for part in parts
         for phase in support.phases
     ]
-    return replace(support, phases=tuple(phase for phase in found if phase.first < phase.last))
+    return replace(support, phases=tuple(phase for phase in phases if phase.first < phase.last))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

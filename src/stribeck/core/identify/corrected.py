@@ -22,9 +22,9 @@ def corrected_robot(robot: Robot, layout: Layout, values: Array) -> Robot:
         return robot
     parameters = layout.inertial_parameters + values[: SIZE * bodies].reshape(bodies, SIZE)
     model = pin.Model(robot.tree.model)
-    for body, found in enumerate(parameters, start=1):
-        if found[0] > 0:
-            model.inertias[body] = pin.Inertia.FromDynamicParameters(found)
+    for body, inertia in enumerate(parameters, start=1):
+        if inertia[0] > 0:
+            model.inertias[body] = pin.Inertia.FromDynamicParameters(inertia)
     return replace(robot, tree=replace(robot.tree, model=model))
 
 
@@ -41,7 +41,7 @@ def corrected_log(log: RobotLog, number: int | None, robot: Robot, columns: IntA
         torque = log.torque.copy()
         torque[:, columns] -= effects_of_logs(layout, values[layout.part("log_effects")])[0, number]
         log = replace(log, torque=torque)
-    for each in reversed(CORRECTIONS):
-        if each.apply and layout.sizes[each.name]:
-            log = each.apply(log, robot, columns, values[layout.part(each.name)])
+    for correction in reversed(CORRECTIONS):
+        if correction.apply and layout.sizes[correction.name]:
+            log = correction.apply(log, robot, columns, values[layout.part(correction.name)])
     return log

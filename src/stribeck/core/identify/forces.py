@@ -51,16 +51,16 @@ def find_force(tree: RootedModel, columns: IntArray, position: Array, residual: 
     """
     rows = slice(None, None, 1 + len(position) // 100)  # at most 100 windows are fitted
     weight, position = residual.weight[rows], position[rows]
-    left = residual.left[rows] * weight
-    if len(left) < 10:  # too few windows to distinguish causes
+    remainder = residual.torque[rows] * weight
+    if len(remainder) < 10:  # too few windows to distinguish causes
         return None
-    shares = np.sum(left**2, axis=0) / np.sum(left**2)
+    shares = np.sum(remainder**2, axis=0) / np.sum(remainder**2)
     if shares.max() > EXPLAINED:
         return Force(int(shares.argmax()), None)
     links = _links(tree, columns, position)
     disturbed = np.count_nonzero(shares > 0.01)  # joints with at least 1 % of chi^2
     for constant in (True, False) if disturbed > 3 else (True,):
-        rests, sizes, reaches = np.array([_point_force(weight, left, link, constant) for link in links]).T
+        rests, sizes, reaches = np.array([_point_force(weight, remainder, link, constant) for link in links]).T
         alike = np.flatnonzero(rests <= max(1.5 * rests.min(), 1e-3))  # links that explain the span about equally well
         if rests.min() < 1 - EXPLAINED and len(alike) <= 2:
             joint = next((k for k in alike.tolist() if reaches[k] < 1.1), int(alike[-1]))  # within the link's extent
@@ -74,8 +74,8 @@ def _links(tree: RootedModel, columns: IntArray, position: Array) -> list[Link]:
     places = np.argsort(tree.columns)[columns]
     joints, shape = (1 + places).tolist(), (len(columns), len(position))
     jacobians, turns = np.empty((*shape, 6, len(columns))), np.empty((*shape, 3, 3))
-    for row, each in enumerate(position):
-        pin.computeJointJacobians(model, data, each[tree.columns])
+    for row, posture in enumerate(position):
+        pin.computeJointJacobians(model, data, posture[tree.columns])
         for k, joint in enumerate(joints):
             jacobians[k, row] = pin.getJointJacobian(model, data, joint, pin.LOCAL_WORLD_ALIGNED)[:, places]
             turns[k, row] = data.oMi[joint].rotation
@@ -92,7 +92,7 @@ def _tip(model: pin.Model, joint: int) -> Array:
     return np.asarray(max(ends, key=lambda end: float(np.linalg.norm(end))))
 
 
-def _point_force(weight: Array, left: Array, link: Link, constant: bool) -> tuple[float, float, float]:
+def _point_force(weight: Array, remainder: Array, link: Link, constant: bool) -> tuple[float, float, float]:
     """Fit the point of a force: the share of chi^2 that it leaves [1], its median size [N], and the point's distance.
 
     The distance from the joint is relative to the distance of the link's tip [1]. The search starts at
@@ -105,10 +105,10 @@ def _point_force(weight: Array, left: Array, link: Link, constant: bool) -> tupl
         moved = linear + np.cross(angular, lever[:, :, None], axis=1)
         effect = weight[:, :, None] * moved.transpose(0, 2, 1)
         if constant:
-            force = np.broadcast_to(np.linalg.lstsq(effect.reshape(-1, 3), left.ravel())[0], (len(left), 3))
+            force = np.broadcast_to(np.linalg.lstsq(effect.reshape(-1, 3), remainder.ravel())[0], (len(remainder), 3))
         else:
-            force = np.einsum("kij,kj->ki", np.linalg.pinv(effect, rcond=1e-3), left)
-        return left - np.einsum("kij,kj->ki", effect, force), force
+            force = np.einsum("kij,kj->ki", np.linalg.pinv(effect, rcond=1e-3), remainder)
+        return remainder - np.einsum("kij,kj->ki", effect, force), force
 
     def residual(point: Array) -> Array:
         return fitted(point)[0].ravel()
@@ -120,4 +120,4 @@ def _point_force(weight: Array, left: Array, link: Link, constant: bool) -> tupl
     point = min(fits, key=lambda fit: float(fit.cost)).x
     rest, force = fitted(point)
     distance = float(np.linalg.norm(point)) / max(float(np.linalg.norm(tip)), 1e-3)
-    return float(np.sum(rest**2) / np.sum(left**2)), float(np.median(np.linalg.norm(force, axis=1))), distance
+    return float(np.sum(rest**2) / np.sum(remainder**2)), float(np.median(np.linalg.norm(force, axis=1))), distance

@@ -46,17 +46,17 @@ def held_out_log(prepared: PreparedLog, fitted: Fitted, result: Result, robot: R
             for rows in chunk.runs():
                 rotor, friction = _explained(result, robot, log, chunk, rows, prepared.sampling.period)
                 without = np.where(samples.usable[rows], samples.friction_torque[rows] - rotor, np.nan)
-                found = samples.velocity[rows], samples.torque[rows], without, without - friction
-                parts.append(tuple(each[::stride] for each in found))
+                channels = samples.velocity[rows], samples.torque[rows], without, without - friction
+                parts.append(tuple(channel[::stride] for channel in channels))
     errors = {}
     if parts:
         velocity, torque, *of_models = (np.concatenate(part) for part in zip(*parts, strict=True))
         without_friction, with_friction = torque_errors(names, velocity, torque, of_models, settings.rest)
         errors = {
             name: HeldOutError(
-                rms=own.rms, rms_zero_friction=without_friction[name].rms, torque_r2=own.r2, samples=own.samples
+                rms=error.rms, rms_zero_friction=without_friction[name].rms, torque_r2=error.r2, samples=error.samples
             )
-            for name, own in with_friction.items()
+            for name, error in with_friction.items()
         }
     duration = float(given.time[-1] - given.time[0])
     return HeldOutLog(path=given.path, sha256=sha256(given.path), duration=duration, joints=errors)
@@ -80,8 +80,8 @@ def _explained(
         joint = result.joints.get(name)
         if joint is None or joint.torque_unit or not (joint.parameters or joint.verdict == "no friction"):
             continue
-        own = robot.armature[robot.joint_names.index(name)]
-        rotor[:, column] = _rotor(joint, float(own)) * acceleration[:, column]
+        armature = robot.armature[robot.joint_names.index(name)]
+        rotor[:, column] = _rotor(joint, float(armature)) * acceleration[:, column]
         warmer: Array | float = 0.0
         if temperature is not None and joint.mean_temperature is not None:
             warmer = temperature[:, column] - joint.mean_temperature

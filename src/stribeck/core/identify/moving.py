@@ -41,7 +41,7 @@ def joints_that_move(
             f"{other}lift one foot at a time, or hang or jack the robot up"
         )
     slides = [robot.prismatic[column] for column in robot.torque_controlled]
-    reasons = [reason(*each) for each in zip(velocity.T, slides, used.T, strict=True)]
+    reasons = [reason(*motion) for motion in zip(velocity.T, slides, used.T, strict=True)]
     moves = np.array([not reason for reason in reasons])
     tree, wheels = robot.tree, [contact.frame for contact in robot.contacts.values() if contact.axle]
     if wheels and moves.any():  # the legs' equations need those of the wheels, which may roll in one direction
@@ -53,8 +53,8 @@ def joints_that_move(
     sums = {name: velocity @ robot.coefficients(names, [name])[:, 0] for name in robot.couplings}
     couplings = [
         name
-        for name, own in robot.couplings.items()
-        if moving.issuperset(own) and not reason(sums[name], False, np.ones(len(block), dtype=bool))
+        for name, coefficients in robot.couplings.items()
+        if moving.issuperset(coefficients) and not reason(sums[name], False, np.ones(len(block), dtype=bool))
     ]
     speeds = np.column_stack([velocity[:, moves], *(sums[name] for name in couplings)])
     top_speeds = np.percentile(np.abs(speeds), 99.9, axis=0)  # excludes impacts

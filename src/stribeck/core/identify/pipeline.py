@@ -96,7 +96,7 @@ def identify(
         every, of_torques, gain_errors, robot = find_torques(prepared, robot, settings, unseen)
         prepared, unseen = every[: len(sources)], every[len(sources) :]
         audited = [*of_torques, *audit([*prepared, *unseen], robot, settings, force)]
-        findings += [str(each) for each in audited]
+        findings += [str(finding) for finding in audited]
         robot = without_dead_joints(robot, audited)
         friction_torque = FrictionTorqueStage(place, progress, prepared[0], robot, settings)
         fitted = chosen.find(prepared, robot, friction_law, settings, friction_torque, progress)
@@ -112,15 +112,15 @@ def find_torques(
     prepared: Logs, robot: Robot, settings: Settings, unseen: Logs
 ) -> tuple[list[PreparedLog], list[Finding], dict[str, float], Robot]:
     """Compute torques from currents and commands, by the service of that name."""
-    found: tuple[list[PreparedLog], list[Finding], dict[str, float], Robot]
-    found = SERVICES["find_torques"](prepared, robot, settings, unseen)
-    return found
+    conversion: tuple[list[PreparedLog], list[Finding], dict[str, float], Robot]
+    conversion = SERVICES["find_torques"](prepared, robot, settings, unseen)
+    return conversion
 
 
 def audit(logs: Logs, robot: Robot, settings: Settings, force: bool) -> list[Finding]:
     """Check logs before a fit, by the service of that name."""
-    found: list[Finding] = SERVICES["audit"](logs, robot, settings, force)
-    return found
+    findings: list[Finding] = SERVICES["audit"](logs, robot, settings, force)
+    return findings
 
 
 def _place_of(table: str | Path, sources: Sequence[LogLike], robot: Robot) -> AbstractContextManager[Path]:

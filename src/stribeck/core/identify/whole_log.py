@@ -113,37 +113,37 @@ def find(
     prepared = [part for part, _ in cleaned]
     if settings.corrections == "auto":
         settings = settings.model_copy(update={"corrections": usual_corrections(prepared, robot)})
-    found = identify_whole_log(prepared, robot, law, settings, lambda share: progress("fitting the whole log", share))
+    fit = identify_whole_log(prepared, robot, law, settings, lambda share: progress("fitting the whole log", share))
     return Fitted(
-        fits=found.fits,
-        validations=dict(zip(found.joints, found.validation, strict=True)),
-        unseen=_unseen(found, prepared, robot),
-        robot=found.robot,
-        logs=[replace(part, log=found.corrected(part.log, k)) for k, part in enumerate(prepared)],
-        correct=found.corrected,
+        fits=fit.fits,
+        validations=dict(zip(fit.joints, fit.validation, strict=True)),
+        unseen=_unseen(fit, prepared, robot),
+        robot=fit.robot,
+        logs=[replace(part, log=fit.corrected(part.log, k)) for k, part in enumerate(prepared)],
+        correct=fit.corrected,
         settings=settings.model_copy(update={"standing_legs": True}),
         criteria=CRITERIA,
-        corrections=found.described,
-        terms=found.joint_terms,
+        corrections=fit.described,
+        terms=fit.joint_terms,
         couplings=tuple(robot.couplings),
-        set_aside=found.set_aside,
-        disturbed=found.disturbed,
-        rubbing={joint: rub.where for joint, rub in found.rubbing.items()},
-        findings=find_problems(found),
-        notes=[*(note for _, note in cleaned if note), *found.notes],
+        set_aside=fit.set_aside,
+        disturbed=fit.disturbed,
+        rubbing={joint: rub.where for joint, rub in fit.rubbing.items()},
+        findings=find_problems(fit),
+        notes=[*(note for _, note in cleaned if note), *fit.notes],
     )
 
 
-def _unseen(found: WholeLog, prepared: Logs, robot: Robot) -> Unseen | None:
+def _unseen(fit: WholeLog, prepared: Logs, robot: Robot) -> Unseen | None:
     """Evaluate the fit without the held-out segments on their undisturbed parts, with the delay of the whole logs."""
-    if not any(found.held_out):
+    if not any(fit.held_out):
         return None
-    before = replace(found, fit=found.trained)
+    before = replace(fit, fit=fit.trained)
     robot = corrected_robot(robot, before.fit.model.layout, before.corrections)
     before = replace(before, robot=robot)
     logs = [
         replace(part, support=cut(part.support, _without(part.log, rows, aside)))
-        for part, rows, aside in zip(prepared, found.held_out, found.set_aside, strict=True)
+        for part, rows, aside in zip(prepared, fit.held_out, fit.set_aside, strict=True)
     ]
     return Unseen(fits=before.fits, robot=robot, logs=logs, correct=before.corrected)
 

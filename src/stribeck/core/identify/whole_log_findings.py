@@ -24,114 +24,114 @@ FAR = 10.0
 """Corrections [1], in prior standard deviations, from which a warning is given: no real model has such errors."""
 
 
-def find_problems(found: WholeLog) -> list[Finding]:
+def find_problems(fit: WholeLog) -> list[Finding]:
     """Find the problems of a fit that a user should act on."""
-    problems = _of_disturbances(found)
-    if found.chi_square >= 1.5:  # per degree of freedom
-        problems.append(Finding.of("chi-square", chi_square=found.chi_square))
-    if found.heterogeneity >= 4.0:  # folds differ by twice as much as errors explain
-        problems.append(Finding.of("heterogeneity", times=np.sqrt(found.heterogeneity)))
-    if found.robot.torque_source != "command" and found.causes.scale_error > 0.1:
+    problems = _of_disturbances(fit)
+    if fit.chi_square >= 1.5:  # per degree of freedom
+        problems.append(Finding.of("chi-square", chi_square=fit.chi_square))
+    if fit.heterogeneity >= 4.0:  # folds differ by twice as much as errors explain
+        problems.append(Finding.of("heterogeneity", times=np.sqrt(fit.heterogeneity)))
+    if fit.robot.torque_source != "command" and fit.causes.scale_error > 0.1:
         problems.append(Finding.of("torque-scale.unknown"))
-    if np.any(found.wrenches_off > FAR):
+    if np.any(fit.wrenches_off > FAR):
         problems.append(Finding.of("wrench-sensors", far=FAR))
-    problems += [*_of_logs(found), *_of_drift(found)]
-    causes, late = _of_causes(found), _of_delays(found)
-    misfits = misfit_findings(found.misfits, found.joints, found.read.terms.settings)
+    problems += [*_of_logs(fit), *_of_drift(fit)]
+    causes, delays = _of_causes(fit), _of_delays(fit)
+    misfits = misfit_findings(fit.misfits, fit.joints, fit.read.terms.settings)
     if not causes:
-        return [*problems, *_of_bodies(found), *late, *misfits]
+        return [*problems, *_of_bodies(fit), *delays, *misfits]
     joints = {joint for cause in causes for joint in cause.joints}  # their friction is strained by the same errors
-    late = [each for each in late if each.check != "base-orientation-delay"]
-    return [*problems, *causes, *late, *(each for each in misfits if not joints.issuperset(each.joints))]
+    delays = [delay for delay in delays if delay.check != "base-orientation-delay"]
+    return [*problems, *causes, *delays, *(misfit for misfit in misfits if not joints.issuperset(misfit.joints))]
 
 
-def _of_disturbances(found: WholeLog) -> list[Finding]:
+def _of_disturbances(fit: WholeLog) -> list[Finding]:
     """Find spans that are set aside, and the payloads that explain them."""
-    if found.read.set_aside <= FEW:
+    if fit.read.set_aside <= FEW:
         return []
     problems = []
-    explained = {span for payload in found.carried for span in payload.spans}
-    if aside := [span for span in chain(*found.set_aside) if span not in explained]:
-        rubs = {span for rub in found.rubbing.values() for span in rub.spans}
+    explained = {span for payload in fit.carried for span in payload.spans}
+    if aside := [span for span in chain(*fit.set_aside) if span not in explained]:
+        rubs = {span for rub in fit.rubbing.values() for span in rub.spans}
         others = [span for span in aside if span not in rubs]  # a joint rubs whenever it passes the place
-        spans, rest = listed_spans(aside, found.disturbances), listed_spans(list(chain(*found.used)))
+        spans, rest = listed_spans(aside, fit.disturbances), listed_spans(list(chain(*fit.used)))
         check = "set-aside" if others else "set-aside.rubs"
         problems.append(Finding.of(check, spans=spans, rest=rest, exclude=others))
-    if found.carried:
-        setting = Setting("robot", "payload", [payload.table for payload in found.carried])
-        problems.append(Finding.of("payload", masses="; ".join(map(str, found.carried)), settings=[setting]))
+    if fit.carried:
+        setting = Setting("robot", "payload", [payload.table for payload in fit.carried])
+        problems.append(Finding.of("payload", masses="; ".join(map(str, fit.carried)), settings=[setting]))
     return problems
 
 
-def _of_causes(found: WholeLog) -> list[Finding]:
+def _of_causes(fit: WholeLog) -> list[Finding]:
     """Find single errors of sensors or model."""
     unexplained = 4.0  # chi^2 per degree of freedom [1] from which no single cause can explain the residual
-    if found.chi_square > unexplained:
+    if fit.chi_square > unexplained:
         return []
-    problems = cause_findings(found.causes, found.robot, found.joints, found.fit.model.layout)
-    moved = float(np.max(found.read.pilot.components.root[:3], initial=0.0))
+    problems = cause_findings(fit.causes, fit.robot, fit.joints, fit.fit.model.layout)
+    moved = float(np.max(fit.read.pilot.components.root[:3], initial=0.0))
     moving = 0.15  # acceleration of standing feet [m/s^2] that is reported; feet of walking humanoids reach 0.03
     return problems or [Finding.of("base-moves", acceleration=moved)] * (moved > moving)
 
 
-def _of_bodies(found: WholeLog) -> list[Finding]:
+def _of_bodies(fit: WholeLog) -> list[Finding]:
     """Find bodies that differ from the model, if no other error explains more, or are implausible."""
-    moved, problems, model = {}, [], found.fit.model
+    moved, problems, model = {}, [], fit.fit.model
     # In `studies.misfits` a payload that the log shows moves a body by 5 and more, and nothing else does by more than
     # 2.6. Second moments, which absorb friction that the law does not describe, are corrected by more.
     differs = 3.0  # correction of mass or center of mass from which a warning is given [prior standard deviations]
-    if found.causes.leading == "body":
+    if fit.causes.leading == "body":
         masses = model.layout.inertial_parameters[:, 0]
-        for name, mass, own in zip(model.layout.bodies, masses, found.causes.bodies, strict=True):
-            if max(abs(own[0]), np.linalg.norm(own[1:4])) > differs:
-                more = float(mass * np.expm1(model.priors.mass * own[0]))
-                moved[name] = body_text(more, model.priors.centre_of_mass * own[1:4])
+        for name, mass, correction in zip(model.layout.bodies, masses, fit.causes.bodies, strict=True):
+            if max(abs(correction[0]), np.linalg.norm(correction[1:4])) > differs:
+                more = float(mass * np.expm1(model.priors.mass * correction[0]))
+                moved[name] = body_text(more, model.priors.centre_of_mass * correction[1:4])
     if moved:
         evidence = ", ".join(f"{name} appears {text}" for name, text in moved.items())
         problems.append(Finding.of("bodies-differ", tuple(moved), evidence=evidence))
-    furthest = zip(model.layout.bodies, np.abs(found.causes.bodies).max(axis=1, initial=0.0), strict=True)
+    furthest = zip(model.layout.bodies, np.abs(fit.causes.bodies).max(axis=1, initial=0.0), strict=True)
     if bodies := [name for name, size in furthest if size > FAR and name not in moved]:
         problems.append(Finding.of("bodies-implausible", bodies, bodies=", ".join(bodies), far=FAR))
     return problems
 
 
-def _of_logs(found: WholeLog) -> list[Finding]:
+def _of_logs(fit: WholeLog) -> list[Finding]:
     """Find joints whose friction in one log differs from its mean by more than logs of one robot usually differ."""
-    names = [spans[0].log if spans else "" for spans in found.used]
+    names = [spans[0].log if spans else "" for spans in fit.used]
     furthest = {
-        joint: max(zip(own, names, strict=True), key=lambda each: abs(each[0]))
-        for joint, own in found.described.log_friction.items()
+        joint: max(zip(changes, names, strict=True), key=lambda pair: abs(pair[0]))
+        for joint, changes in fit.described.log_friction.items()
     }
     far = {joint: f" ({100 * off:+.0f} % in {name})" for joint, (off, name) in furthest.items() if abs(off) > WIDEST}
     return [Finding.of("log-friction", far)] if far else []
 
 
-def _of_drift(found: WholeLog) -> list[Finding]:
+def _of_drift(fit: WholeLog) -> list[Finding]:
     """Find joints whose law contains a drift of more than 5 % of their friction at half the top speed."""
-    changed, laws = {}, found.fit.laws
-    for k, (joint, own) in enumerate(found.fits.items()):
+    changed, laws = {}, fit.fit.laws
+    for k, (joint, joint_fit) in enumerate(fit.fits.items()):
         speed = laws.top_speed[[k]] / 2
-        friction = laws.law.resisting(speed, own.law_values(laws.law, own.mean_load))
-        share = float((drift(own.by_name, speed) / np.maximum(friction, LEAST_FRICTION * laws.torque[k]))[0])
+        friction = laws.law.resisting(speed, joint_fit.law_values(laws.law, joint_fit.mean_load))
+        share = float((drift(joint_fit.by_name, speed) / np.maximum(friction, LEAST_FRICTION * laws.torque[k]))[0])
         if abs(share) > 0.05:  # change of friction during a log relative to its mean [1], as for misfits
             changed[joint] = f" ({100 * share:+.0f} %)"
     return [Finding.of("friction-drift.known", changed)] if changed else []
 
 
-def _of_delays(found: WholeLog) -> list[Finding]:
+def _of_delays(fit: WholeLog) -> list[Finding]:
     """Find delays of torques and base orientation, and torques that may be late or not."""
-    corrections, problems = found.described, list[Finding]()
-    late = corrections.torque_delay
-    joints = tuple(name for name, own in found.joint_terms.items() if own.verdicts["presliding"].kept)
-    if late and joints and late[1] > 0.7 * found.fit.model.priors.torque_delay:
-        size, error = 1e3 * late[0], 2e3 * late[1]
+    corrections, problems = fit.described, list[Finding]()
+    torque_delay = corrections.torque_delay
+    joints = tuple(name for name, terms in fit.joint_terms.items() if terms.verdicts["presliding"].kept)
+    if torque_delay and joints and torque_delay[1] > 0.7 * fit.fit.model.priors.torque_delay:
+        size, error = 1e3 * torque_delay[0], 2e3 * torque_delay[1]
         problems.append(Finding.of("torque-delay.ambiguous", joints, size=size, error=error))
     for check, delay, channel in (
         ("torque-delay.fit", corrections.torque_delay, "torque"),
         ("base-orientation-delay", corrections.base_delay, "base_orientation"),
     ):
         if delay and abs(delay[0]) > max(1.5e-3, 3 * delay[1]):  # [s]
-            problems.append(delay_finding(check, channel, delay[0], found.robot))
+            problems.append(delay_finding(check, channel, delay[0], fit.robot))
     return problems
 
 
@@ -142,7 +142,7 @@ def cause_findings(causes: Causes, robot: Robot, joints: Sequence[str], model: L
         return findings
     check = "several-causes.gains" if causes.more_gains else "several-causes"
     named = tuple(dict.fromkeys(joint for finding in findings for joint in finding.joints))
-    return [Finding.of(check, named, causes="; ".join(f"{each.check}: {each.text}" for each in findings))]
+    return [Finding.of(check, named, causes="; ".join(f"{finding.check}: {finding.text}" for finding in findings))]
 
 
 def _finding(cause: Cause, robot: Robot, joints: Sequence[str], model: Layout) -> Finding:
@@ -151,17 +151,17 @@ def _finding(cause: Cause, robot: Robot, joints: Sequence[str], model: Layout) -
     names = [joints[place] for place in cause.places] if cause.kind in ("gain", "rotor", "delay") else []
     if cause.kind in ("scale", "gain"):
         factor = np.exp(size) if cause.kind == "scale" else 1 / (1 - size)
-        check, own = ("torque-gain.fit", names) if names else ("torque-scale.fit", _measured(robot))
-        settings = [scale_setting(robot, dict.fromkeys(own, 1 / factor))]
-        return Finding.of(check, own, factor=factor, error=error * factor, settings=settings, stops=False)
-    if correction := next((each for each in CORRECTIONS if each.kind == cause.kind), None):
+        check, scaled_joints = ("torque-gain.fit", names) if names else ("torque-scale.fit", _measured(robot))
+        settings = [scale_setting(robot, dict.fromkeys(scaled_joints, 1 / factor))]
+        return Finding.of(check, scaled_joints, factor=factor, error=error * factor, settings=settings, stops=False)
+    if correction := next((correction for correction in CORRECTIONS if correction.kind == cause.kind), None):
         assert correction.finding is not None, "a kind of a cause has a finding"
         return correction.finding(cause.places, cause.values, cause.errors, robot)
     if cause.kind == "delay":
         return Finding.of("friction-delay", names, evidence=f"{names[0]} ({1e3 * size:.2g} ms)")
     if cause.kind == "rotor":
-        each = zip(names, cause.values.tolist(), cause.errors.tolist(), strict=True)
-        sure = {name: f" ({value:.2g} ± {2 * error:.1g} kg m²)" for name, value, error in each if value > 4 * error}
+        rotors = zip(names, cause.values.tolist(), cause.errors.tolist(), strict=True)
+        sure = {name: f" ({value:.2g} ± {2 * error:.1g} kg m²)" for name, value, error in rotors if value > 4 * error}
         return Finding.of("rotor-missing", sure)
     (place,) = cause.places
     body = model.bodies[place]

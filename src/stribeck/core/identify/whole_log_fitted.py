@@ -76,16 +76,16 @@ class WholeLog(WholeLogFit):
         """Terms of the law "auto", by joint; empty for other laws."""
         if not self.terms:
             return {}
-        beside, whole = self.read.terms, self.read.whole
-        warm = beside.mean_temperature
+        terms, whole = self.read.terms, self.read.whole
+        warm = terms.mean_temperature
         return {
             joint: JointTerms(
                 verdicts=self.terms[k],
                 mean_load=float(whole.mean_load[k]),
                 load_deviation=float(whole.load_deviation[k]),
-                mean_direction=tuple(beside.direction[k].tolist()) if np.isfinite(beside.direction[k]).all() else None,
+                mean_direction=tuple(terms.direction[k].tolist()) if np.isfinite(terms.direction[k]).all() else None,
                 mean_temperature=float(warm[k]) if warm is not None and np.isfinite(warm[k]) else None,
-                settings={name: float(own[k]) for name, own in beside.settings.items()},
+                settings={name: float(values[k]) for name, values in terms.settings.items()},
             )
             for k, joint in enumerate(self.joints)
         }
@@ -107,12 +107,12 @@ class WholeLog(WholeLogFit):
     def notes(self) -> list[str]:
         """Notes on segments that were skipped, outliers, and compensation by the drives."""
         read, whole = len(self.read.windows), len(self.read.equations)
-        found = [f"{read} of {whole} segments of the log are read, evenly spread."] if read < whole else []
+        notes = [f"{read} of {whole} segments of the log are read, evenly spread."] if read < whole else []
         if 0 < self.read.set_aside <= FEW:
-            found.append(f"Outliers are set aside: {listed_spans(list(chain(*self.set_aside)))}.")
+            notes.append(f"Outliers are set aside: {listed_spans(list(chain(*self.set_aside)))}.")
         if self.robot.torque_source == "command":
-            found.append("The commanded torques are assumed to include any friction compensation of the drives.")
-        return found
+            notes.append("The commanded torques are assumed to include any friction compensation of the drives.")
+        return notes
 
     @property
     def disturbed(self) -> str:

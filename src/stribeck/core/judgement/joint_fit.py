@@ -76,13 +76,13 @@ class JointFit:
 
     def correlation(self, names: Sequence[str]) -> tuple[tuple[float, ...], ...]:
         """Compute the correlation of the errors of some parameters; one without error is correlated with none."""
-        own = [self.names.index(name) for name in names]
-        covariance = self.covariance[np.ix_(own, own)]
+        columns = [self.names.index(name) for name in names]
+        covariance = self.covariance[np.ix_(columns, columns)]
         errors = np.sqrt(np.maximum(np.diag(covariance), 0.0))
         scale = np.divide(1.0, errors, out=np.zeros_like(errors), where=errors > 0)
-        found = covariance * np.outer(scale, scale)
-        np.fill_diagonal(found, 1.0)
-        return tuple(tuple(row) for row in np.round(found.clip(-1.0, 1.0), 6).tolist())
+        correlation = covariance * np.outer(scale, scale)
+        np.fill_diagonal(correlation, 1.0)
+        return tuple(tuple(row) for row in np.round(correlation.clip(-1.0, 1.0), 6).tolist())
 
 
 def with_armature(fit: JointFit, inertia: float) -> JointFit:
@@ -118,7 +118,7 @@ def in_channel_unit(fit: JointFit, gain: float) -> JointFit:
     the offset includes the mean load for the same reason.
     """
     kept = np.array([parameter.name != "armature" for parameter in fit.parameters])
-    parameters = tuple(parameter for parameter, own in zip(fit.parameters, kept, strict=True) if own)
+    parameters = tuple(parameter for parameter, flag in zip(fit.parameters, kept, strict=True) if flag)
     factor = np.array([1 / gain if parameter.unit.startswith("N") else 1.0 for parameter in parameters])
     values, ends = factor * fit.values[kept], factor[:, None] * fit.intervals[kept]
     covariance = fit.covariance[np.ix_(kept, kept)] * np.outer(factor, factor)
@@ -126,7 +126,7 @@ def in_channel_unit(fit: JointFit, gain: float) -> JointFit:
     offset = np.array([parameter.name == "offset" for parameter in parameters])
     covariance[offset, offset] += (fit.mean_load / gain) ** 2
     widened = np.sqrt(np.diag(covariance)) / np.maximum(errors, 1e-300)
-    shares = fit.variance_shares and tuple(own for own, one in zip(fit.variance_shares, kept, strict=True) if one)
+    shares = fit.variance_shares and tuple(share for share, flag in zip(fit.variance_shares, kept, strict=True) if flag)
     return replace(
         fit,
         parameters=parameters,
@@ -157,4 +157,4 @@ def near_bound(parameters: tuple[Parameter, ...], values: Array, deviation: Arra
 def parameter_units(parameters: tuple[Parameter, ...], torque: float, speed: float, acceleration: float = 1.0) -> Array:
     """Choose a typical size of each parameter from the joint's torque and speed, shape (p,); 1 for logarithms."""
     units = {"N m": torque, "N m s/rad": torque / speed, "kg m^2": torque / acceleration, "rad/s": speed}
-    return np.array([1.0 if each.logarithmic else units.get(each.unit, 1.0) for each in parameters])
+    return np.array([1.0 if parameter.logarithmic else units.get(parameter.unit, 1.0) for parameter in parameters])

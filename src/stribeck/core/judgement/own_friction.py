@@ -22,13 +22,13 @@ def own_friction(
     not explain. `couplings` contains the coefficients of the joints, by coupling.
     """
     names = (*samples.joint_names, *couplings)
-    sums = [[own.get(joint, 0.0) for joint in samples.joint_names] for own in couplings.values()]
+    sums = [[coupling.get(joint, 0.0) for joint in samples.joint_names] for coupling in couplings.values()]
     acting = np.column_stack([np.eye(len(samples.joint_names)), *sums])
     torque = samples.friction_torque.copy()
-    for name, own in zip(names, acting.T, strict=True):
+    for name, weights in zip(names, acting.T, strict=True):
         if name in fits and "armature" in fits[name].names:
-            joints, inertia = np.flatnonzero(own), fits[name].by_name["armature"]
-            torque[:, joints] -= inertia * np.outer(samples.acceleration[:, joints] @ own[joints], own[joints])
+            joints, inertia = np.flatnonzero(weights), fits[name].by_name["armature"]
+            torque[:, joints] -= inertia * np.outer(samples.acceleration[:, joints] @ weights[joints], weights[joints])
     if not couplings:
         return replace(samples, friction_torque=torque)
     velocity = samples.velocity @ acting
@@ -37,9 +37,9 @@ def own_friction(
         if name in fits:
             friction[:, column] = law.torque(velocity[:, column], fits[name].law_values(law))
     unexplained = torque - friction @ acting.T
-    parts = [np.flatnonzero(own) for own in acting.T]  # a coupling requires all of its joints
+    parts = [np.flatnonzero(weights) for weights in acting.T]  # a coupling requires all of its joints
     shares = [
-        unexplained[:, part] @ np.linalg.pinv(own[part, None])[0] for part, own in zip(parts, acting.T, strict=True)
+        unexplained[:, part] @ np.linalg.pinv(row[part, None])[0] for part, row in zip(parts, acting.T, strict=True)
     ]
     return replace(
         samples,

@@ -12,15 +12,15 @@ from stribeck.core.result.samples import FrictionSamples
 
 def passivity_violated(joints: Mapping[str, JointResult], samples: FrictionSamples) -> list[Finding]:
     """Report joints whose measured friction torque adds power beyond its own noise."""
-    found = {}
+    powers = {}
     for column, name in enumerate(samples.joint_names):
         joint = joints.get(name)
         if joint is None or joint.verdict == "not excited":
             continue
         offset = joint.parameters["offset"].value if "offset" in joint.parameters else 0.0
         if power := added_power(samples, column, offset):
-            found[name] = f"{name} ({power:.2g} W)"
-    return [Finding.of("passivity", tuple(found), evidence=", ".join(found.values()))] if found else []
+            powers[name] = f"{name} ({power:.2g} W)"
+    return [Finding.of("passivity", tuple(powers), evidence=", ".join(powers.values()))] if powers else []
 
 
 def added_power(samples: FrictionSamples, column: int, offset: float) -> float:

@@ -58,17 +58,17 @@ def torque_errors(
     torque_errors
         One mapping per model; joints with fewer than 20 samples or a constant torque are omitted.
     """
-    found: list[dict[str, TorqueError]] = [{} for _ in errors]
+    summaries: list[dict[str, TorqueError]] = [{} for _ in errors]
     for k, name in enumerate(joint_names):
         kept = np.isfinite(torque[:, k] + sum(error[:, k] for error in errors))
         kept &= np.abs(velocity[:, k]) >= rest * top_speed(velocity[kept, k])
         variance = float(np.var(torque[kept, k])) if np.count_nonzero(kept) >= 20 else 0.0
         if variance <= 0:
             continue
-        for of_model, error in zip(found, errors, strict=True):
+        for of_model, error in zip(summaries, errors, strict=True):
             square = float(np.mean(error[kept, k] ** 2))
             of_model[name] = TorqueError(r2=1 - square / variance, rms=square**0.5, samples=int(kept.sum()))
-    return found
+    return summaries
 
 
 def friction_errors(samples: FrictionSamples, fits: Mapping[str, JointFit], law: FrictionLaw) -> Array:

@@ -69,16 +69,16 @@ def judge(
         else:
             passive = not added_power(samples, column, fits[joint].by_name.get("offset", 0.0))
             unit = samples.torque_unit(column)
-            found = _judge_joint(fits[joint], problem, moved, validations[joint], (prismatic, unit), criteria, passive)
+            result = _judge_joint(fits[joint], problem, moved, validations[joint], (prismatic, unit), criteria, passive)
             if unit:
-                found = replace(found, torque_unit=unit)
-                found = replace(found, reason=f"{found.reason}; {found.unit_note}")
-            left = found.validation.unexplained if found.validation else 0.0
-            if disturbed and found.verdict == "identified" and left > UNEXPLAINED:
-                part = f"; on held-out parts, {100 * left:.0f} % of the friction torque stays unexplained"
+                result = replace(result, torque_unit=unit)
+                result = replace(result, reason=f"{result.reason}; {result.unit_note}")
+            share = result.validation.unexplained if result.validation else 0.0
+            if disturbed and result.verdict == "identified" and share > UNEXPLAINED:
+                part = f"; on held-out parts, {100 * share:.0f} % of the friction torque stays unexplained"
                 why = Reason(f"something else acts on this joint {disturbed}", part)
-                found = replace(found, verdict="weak", **why.fields)
-            results[joint] = found
+                result = replace(result, verdict="weak", **why.fields)
+            results[joint] = result
     return results
 
 
@@ -87,11 +87,11 @@ def with_torque_r2(joint: JointResult, r2: TorqueR2 | None, fixed: bool) -> Join
 
     On a fixed base, a negative share identifies nothing. Other bases also move by unknown accelerations.
     """
-    found = replace(joint, torque_r2=r2 if joint.curve else None)
+    result = replace(joint, torque_r2=r2 if joint.curve else None)
     if joint.verdict != "identified" or r2 is None or not fixed or r2.best >= 0:
-        return found
+        return result
     worse = "model and friction predict held-out torques worse than their mean does"
-    return replace(found, verdict="weak", **Reason(worse, f" (R² = {r2.best:.2f})", "check the model").fields)
+    return replace(result, verdict="weak", **Reason(worse, f" (R² = {r2.best:.2f})", "check the model").fields)
 
 
 def filled(samples: FrictionSamples, fits: Mapping[str, JointFit], law: FrictionLaw) -> FrictionSamples:

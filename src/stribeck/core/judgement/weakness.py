@@ -77,9 +77,9 @@ def is_weak(fit: JointFit, velocity: Array, criteria: Criteria = USUAL, unresolv
 def _shape_of_nothing(fit: JointFit) -> list[str]:
     """List the shape parameters of insignificant friction, which only the group prior determines."""
     insignificant = {name for name, low in zip(fit.names, fit.intervals[:, 0], strict=True) if low <= 0}
-    jumps = {each.name for each in fit.parameters if each.name == "load" or (each.unit == "N m" and each.lower == 0)}
+    jumps = {p.name for p in fit.parameters if p.name == "load" or (p.unit == "N m" and p.lower == 0)}
     if jumps <= insignificant:
-        return [each.name for each in fit.parameters if each.starts or each.name == "stribeck_gain"]
+        return [p.name for p in fit.parameters if p.starts or p.name == "stribeck_gain"]
     return ["stribeck_velocity", "exponent"] if "stribeck_gain" in insignificant else []
 
 

@@ -105,10 +105,10 @@ def even(
     even, parts = on_uniform_clock(log, segments, period)
     of_all = mean_step(log.time, segments)  # late stamps cause long steps, then short ones
     time = _restamp(log.time, segments, of_all)
-    late = float(np.abs(time - log.time).max())
-    if late <= BRIDGED and _is_smoother(log, segments, even, parts):
+    shift = float(np.abs(time - log.time).max())
+    if shift <= BRIDGED and _is_smoother(log, segments, even, parts):
         note = (
-            f"Stamps are up to {1e3 * late:.4g} ms early or late (the motion is much smoother with evenly spaced "
+            f"Stamps are up to {1e3 * shift:.4g} ms early or late (the motion is much smoother with evenly spaced "
             "ones) and were replaced."
         )
         return replace(log, time=time), segments, of_all, [note]
@@ -135,7 +135,7 @@ def _is_smoother(log: RobotLog, rows: tuple[slice, ...], even: RobotLog, parts: 
 def _compute_roughness(log: RobotLog, segments: tuple[slice, ...]) -> Array:
     """Compute the mean fourth difference of each position, shape (n,); wrong stamps make it large."""
     differences = [np.abs(np.diff(log.position[part], 4, axis=0)) for part in segments]
-    return np.asarray(sum(each.sum(axis=0) for each in differences) / max(sum(len(each) for each in differences), 1))
+    return np.asarray(sum(part.sum(axis=0) for part in differences) / max(sum(len(part) for part in differences), 1))
 
 
 def _drifts(time: Array, segments: tuple[slice, ...], period: float) -> bool:

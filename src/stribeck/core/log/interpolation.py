@@ -56,11 +56,11 @@ def slerp(query: Array, time: Array, quaternions: Array) -> Array:
     known = quaternions / np.where(size > 0, size, np.nan)
     for start in range(0, len(query), BLOCK_ROWS):
         rows = slice(start, start + BLOCK_ROWS)
-        left, share = _bracket(query[rows], time)
-        cosine = np.einsum("qi,qi->q", known[left], known[left + 1])
+        index, share = _bracket(query[rows], time)
+        cosine = np.einsum("qi,qi->q", known[index], known[index + 1])
         angle = np.arccos(np.minimum(np.abs(cosine), 1.0)) / np.pi
         before, after = (part * np.sinc(part * angle) / np.sinc(angle) for part in (1 - share, share))
-        result[rows] = before[:, None] * known[left] + np.copysign(after, cosine)[:, None] * known[left + 1]
+        result[rows] = before[:, None] * known[index] + np.copysign(after, cosine)[:, None] * known[index + 1]
     return result
 
 
@@ -68,18 +68,18 @@ def bridges(query: Array, time: Array, longest: float) -> BoolArray:
     """Find queries outside the samples, or strictly between two samples farther apart than `longest`."""
     if len(time) == 1:
         return np.asarray(query != time[0])
-    left, share = _bracket(query, time)
+    index, share = _bracket(query, time)
     on_sample = (share == 0) | (share == 1)
     outside = (query < time[0]) | (query > time[-1])
-    return np.asarray(outside | (~on_sample & (time[left + 1] - time[left] > longest)))
+    return np.asarray(outside | (~on_sample & (time[index + 1] - time[index] > longest)))
 
 
 def _bracket(query: Array, time: Array) -> tuple[IntArray, Array]:
     """Find the index of the sample before each query, and the share of the way to the next one, in 0...1."""
-    left = np.clip(np.searchsorted(time, query, side="right") - 1, 0, len(time) - 2)
-    step = time[left + 1] - time[left]
-    share = np.divide(query - time[left], step, out=np.zeros(len(query)), where=step > 0)
-    return left, np.clip(share, 0.0, 1.0)
+    index = np.clip(np.searchsorted(time, query, side="right") - 1, 0, len(time) - 2)
+    step = time[index + 1] - time[index]
+    share = np.divide(query - time[index], step, out=np.zeros(len(query)), where=step > 0)
+    return index, np.clip(share, 0.0, 1.0)
 
 
 KINDS: dict[str, Callable[[Array, Array, Any], NDArray[Any]]] = {
@@ -116,8 +116,8 @@ def _make_clock(time: Array, period: float) -> Array:
 def delayed(signal: Array, time: Array, delay: Array) -> Array:
     """Delay each column of a signal, shape (T, n), by its delay [s], shape (n,); rows without a stamp are not used."""
     result, known = allocate(signal.shape), np.isfinite(time)
-    for column, late in enumerate(delay.tolist()):
-        result[:, column] = np.interp(time - late, time[known], signal[known, column]) if late else signal[:, column]
+    for column, lag in enumerate(delay.tolist()):
+        result[:, column] = np.interp(time - lag, time[known], signal[known, column]) if lag else signal[:, column]
     return result
 
 

@@ -21,10 +21,10 @@ def prints(log: RobotLog) -> Prints:
     starts = np.flatnonzero(rows[: max(len(rows) - window + 1, 0)] % every == 0)
     changes = np.concatenate(([0], np.cumsum(rows[1:] != rows[:-1])))
     starts = starts[changes[starts + window - 1] - changes[starts] >= window // 2]
-    found = np.zeros(len(starts), dtype=np.uint64)
+    hashes = np.zeros(len(starts), dtype=np.uint64)
     for k in range(window):
-        found = found * np.uint64(0x100000001B3) + rows[starts + k]  # wraps around, as in FNV
-    return np.unique(found)
+        hashes = hashes * np.uint64(0x100000001B3) + rows[starts + k]  # wraps around, as in FNV
+    return np.unique(hashes)
 
 
 def _hash_rows(log: RobotLog) -> Prints:
@@ -38,7 +38,7 @@ def _hash_rows(log: RobotLog) -> Prints:
     return rows
 
 
-def refuse_overlap(own: Prints, path: str, others: Sequence[tuple[Prints, str]]) -> None:
+def refuse_overlap(fingerprints: Prints, path: str, others: Sequence[tuple[Prints, str]]) -> None:
     """Refuse a log that contains samples of another one.
 
     Raises
@@ -47,8 +47,8 @@ def refuse_overlap(own: Prints, path: str, others: Sequence[tuple[Prints, str]])
         Names both logs.
     """
     for other, where in others:
-        fewest = min(len(own), len(other))
-        shared = len(np.intersect1d(own, other, assume_unique=True)) / fewest if fewest else 0.0
+        fewest = min(len(fingerprints), len(other))
+        shared = len(np.intersect1d(fingerprints, other, assume_unique=True)) / fewest if fewest else 0.0
         if shared > 0.01:  # recorders repeat some messages when they start a new file
             raise LogError(
                 f"{path or 'log'}: {100 * shared:.0f} % of its samples are also in {where or 'the previous log'}; "

@@ -76,9 +76,9 @@ def allocate(shape: tuple[int, ...]) -> Array:
     size = 8 * math.prod(shape)
     living = [array for reference in _in_memory if (array := reference()) is not None]
     if size + sum(array.nbytes for array in living) <= IN_MEMORY_LIMIT:
-        found: Array = np.zeros(shape)
-        _in_memory[:] = [weakref.ref(array) for array in (*living, found)]
-        return found
+        zeros: Array = np.zeros(shape)
+        _in_memory[:] = [weakref.ref(array) for array in (*living, zeros)]
+        return zeros
     with tempfile.TemporaryFile(prefix="stribeck-") as file:
         if hasattr(os, "posix_fallocate"):  # detect a full disk now, not by a crash when a page is written
             try:

@@ -42,17 +42,17 @@ def require_same_body(tree: pin.Model, joint: str, body: BodyCorrection, where: 
     expected = "expected the model that the log was identified with"
     if not tree.existJointName(joint):
         raise SettingsError(f"{where}: the result corrects the body of joint '{joint}', which is missing; {expected}")
-    own = tree.inertias[tree.getJointId(joint)]
-    if not agree(pseudo_inertia_of(own), body_pseudo_inertia(body, 0)):
+    inertia = tree.inertias[tree.getJointId(joint)]
+    if not agree(pseudo_inertia_of(inertia), body_pseudo_inertia(body, 0)):
         raise SettingsError(
             f"{where}: the inertia of the body of joint '{joint}' differs from the model of the result "
-            f"({own.mass:.6g} kg instead of {body.mass[0]:.6g} kg); {expected}, unchanged"
+            f"({inertia.mass:.6g} kg instead of {body.mass[0]:.6g} kg); {expected}, unchanged"
         )
 
 
-def agree(one: Array, other: Array) -> bool:
+def agree(matrix: Array, other: Array) -> bool:
     """Check that two pseudo-inertias are equal up to rounding."""
-    return bool(np.abs(one - other).max() <= 1e-9 * np.abs(other).max())
+    return bool(np.abs(matrix - other).max() <= 1e-9 * np.abs(other).max())
 
 
 def pseudo_inertia_of(inertia: pin.Inertia) -> Array:

@@ -63,8 +63,8 @@ class CurvePoint:
         """Standard deviation of friction from log to log relative to the value [1]; zero if unknown."""
         if self.interval_next_log is None or self.value <= 0:
             return 0.0
-        other, own = self.interval_next_log[1] - self.value, self.half_width
-        return min(math.sqrt(max((other - own) * (other + own), 0.0)) / (1.96 * self.value), 1e3)
+        other, half = self.interval_next_log[1] - self.value, self.half_width
+        return min(math.sqrt(max((other - half) * (other + half), 0.0)) / (1.96 * self.value), 1e3)
 
 
 @dataclass(frozen=True, kw_only=True)

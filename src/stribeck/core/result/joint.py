@@ -91,13 +91,13 @@ class JointResult:
 
     def with_values(self, values: Mapping[str, float]) -> Self:
         """Replace values of parameters."""
-        parameters = {name: replace(own, value=values.get(name, own.value)) for name, own in self.parameters.items()}
+        parameters = {name: replace(p, value=values.get(name, p.value)) for name, p in self.parameters.items()}
         return replace(self, parameters=parameters)
 
     @property
     def slides(self) -> bool:
         """Whether the units of the result are those of a prismatic joint."""
-        units = {*(point.unit for point in self.curve), *(own.unit for own in self.parameters.values())}
+        units = {*(point.unit for point in self.curve), *(parameter.unit for parameter in self.parameters.values())}
         return any(unit in ("N", "m") or unit.endswith("s/m") for unit in units)
 
     def units(self, prismatic: bool | None = None) -> tuple[str, str]:
@@ -162,24 +162,24 @@ class JointResult:
         array([-1.5,  0. ,  1.5])
         """
         speeds = np.asarray(velocity, dtype=np.float64)
-        found = self.values
-        if "offset" in found and not offset:
-            found["offset"] = 0.0
+        parameters = self.values
+        if "offset" in parameters and not offset:
+            parameters["offset"] = 0.0
         if self.verdict == "no friction":
-            return np.full(speeds.shape, found.get("offset", 0.0))
+            return np.full(speeds.shape, parameters.get("offset", 0.0))
         law = get_law(self.law)
-        values = law_values(law, found)
-        if values is None and "offset" in found:  # friction below the resolution of the log
-            return np.full(speeds.shape, found["offset"])
+        values = law_values(law, parameters)
+        if values is None and "offset" in parameters:  # friction below the resolution of the log
+            return np.full(speeds.shape, parameters["offset"])
         if values is None:
             raise NothingIdentifiedError(f"no friction was found of this joint: {self.reason}")
         if period is not None and isinstance(law, LawWithState):
-            own = along_motion(law, speeds.reshape(len(speeds), -1), values, period).reshape(speeds.shape)
+            torque = along_motion(law, speeds.reshape(len(speeds), -1), values, period).reshape(speeds.shape)
         else:
-            own = law.torque(speeds.ravel(), values).reshape(speeds.shape)
+            torque = law.torque(speeds.ravel(), values).reshape(speeds.shape)
         motion = signals(
             speeds,
-            found.get("slope", JUMP),
+            parameters.get("slope", JUMP),
             np.nan if position is None else position,
             self.position_range or (-np.inf, np.inf),
             self.mean_direction or (np.nan, np.nan),
@@ -188,7 +188,7 @@ class JointResult:
             load=(self.mean_load or 0.0) if load is None else np.asarray(load),
             temperature=np.asarray(temperature),
         )
-        return np.asarray(own + beyond_velocity(found, {**vars(self), **motion}))
+        return np.asarray(torque + beyond_velocity(parameters, {**vars(self), **motion}))
 
     def between_logs(self, parameter: str) -> float:
         """Compute the standard deviation of a parameter from log to log relative to its value [1].
@@ -199,14 +199,14 @@ class JointResult:
         return varies * max((point.between_logs for point in self.curve), default=0.0)
 
     def __repr__(self) -> str:
-        values = ", ".join(f"{name} {own.value:.4g} ± {own.half_width:.2g}" for name, own in self.parameters.items())
+        values = ", ".join(f"{name} {p.value:.4g} ± {p.half_width:.2g}" for name, p in self.parameters.items())
         return f"{type(self).__name__}({self.verdict}{'; ' * bool(values)}{values})"
 
     def _repr_html_(self) -> str:
         """Format the parameters as an HTML table for notebooks."""
         rows = [
-            [name, number(own.value), number(own.standard_error), span(own.interval_95), own.unit, own.verdict]
-            for name, own in self.parameters.items()
+            [name, number(p.value), number(p.standard_error), span(p.interval_95), p.unit, p.verdict]
+            for name, p in self.parameters.items()
         ]
         numbers = ("value", "standard error", "95 % interval")
         title = f"{self.verdict}: {self.reason}"
@@ -258,8 +258,8 @@ class JointResult:
             Torque, shape (N,), and lower and upper end of the band, shape (2, N) [N m] or [N]. The band is None if the
             correlation is unknown. None if no law was fitted.
         """
-        law, load, found = get_law(self.law), self.mean_load or 0.0, self.values
-        values = law_values(law, found, load)
+        law, load, parameters = get_law(self.law), self.mean_load or 0.0, self.values
+        values = law_values(law, parameters, load)
         if values is None:
             return None
         kept = np.array([offset or parameter.name != "offset" for parameter in law.parameters])
@@ -268,9 +268,9 @@ class JointResult:
         if correlation is None:
             return torque, None
         errors = np.array([parameter.standard_error for parameter in self.parameters.values()])
-        J = (law.jacobian(velocity, values * kept) * kept) @ law_slopes(law, found, load) * errors
+        J = (law.jacobian(velocity, values * kept) * kept) @ law_slopes(law, parameters, load) * errors
         variance = np.einsum("ni,ij,nj->n", J, correlation, J)
-        half = np.hypot(self._errors_95(law) * np.sqrt(np.maximum(variance, 0.0)), drift(found, velocity))
+        half = np.hypot(self._errors_95(law) * np.sqrt(np.maximum(variance, 0.0)), drift(parameters, velocity))
         return torque, np.stack([torque - half, torque + half])
 
     def correlation_matrix(self) -> Array | None:
@@ -285,9 +285,9 @@ class JointResult:
         """
         logarithmic = {parameter.name for parameter in law.parameters if parameter.logarithmic}
         ratios = [
-            found.half_width / found.standard_error
-            for name, found in self.parameters.items()
-            if name not in logarithmic and found.standard_error > 0
+            parameter.half_width / parameter.standard_error
+            for name, parameter in self.parameters.items()
+            if name not in logarithmic and parameter.standard_error > 0
         ]
         return float(np.median(ratios)) if ratios else 0.0
 

@@ -9,20 +9,20 @@ from stribeck.core.friction import FrictionLaw, LawWithState
 from stribeck.core.friction.law import Motion
 
 
-def law_values(law: FrictionLaw, found: Mapping[str, float], load: float = 0.0) -> Array | None:
+def law_values(law: FrictionLaw, values: Mapping[str, float], load: float = 0.0) -> Array | None:
     """Collect the parameter values of a law under a load [N m], in its order, shape (p,); None if any are missing."""
-    if not found or any(p.neutral is None and p.name not in found for p in law.parameters):
+    if not values or any(p.neutral is None and p.name not in values for p in law.parameters):
         return None
-    loaded = at_load(found, load) if load and "load" in found else found
+    loaded = at_load(values, load) if load and "load" in values else values
     return np.array([loaded.get(p.name, p.neutral) for p in law.parameters], dtype=float)
 
 
-def law_slopes(law: FrictionLaw, found: Mapping[str, float], load: float = 0.0) -> Array:
+def law_slopes(law: FrictionLaw, values: Mapping[str, float], load: float = 0.0) -> Array:
     """Compute the derivatives of a law's values under a load [N m] with respect to the k parameters, shape (p, k)."""
     columns = []
-    for name, value in found.items():
+    for name, value in values.items():
         step = 1e-4 * max(abs(value), 1e-4)  # the values are nearly linear in the parameters
-        ends = [law_values(law, {**found, name: value + sign * step}, load) for sign in (1, -1)]
+        ends = [law_values(law, {**values, name: value + sign * step}, load) for sign in (1, -1)]
         columns.append((np.array(ends[0]) - np.array(ends[1])) / (2 * step))
     return np.column_stack(columns)
 
@@ -42,5 +42,5 @@ def at_load(values: Mapping[str, float], load: float) -> dict[str, float]:
 def along_motion(law: LawWithState, velocity: Array, values: Array, period: float) -> Array:
     """Compute the friction torque along motions that start with steady friction [N m], shape (T, n)."""
     begins = np.arange(len(velocity)) == 0
-    motions = (Motion(velocity=own, period=period, begins=begins) for own in velocity.T)
+    motions = (Motion(velocity=speed, period=period, begins=begins) for speed in velocity.T)
     return np.column_stack([law.torque_along(motion, values) for motion in motions])

@@ -79,9 +79,9 @@ def learn_spread(
     share = np.array([0.03, 0.3, 1.0])[:, None]  # grid of phi
     rare, size = 0.05, 0.5  # share of differences that are changes, and standard deviation of these
     likelihood = np.zeros((differences.shape[1], len(share), len(grid)))
-    for channel, (own, error) in enumerate(zip(differences.T, errors.T, strict=True)):
-        valid = (np.abs(own) < 1e3) & (error < 1e3)  # finite squares
-        square, noise = own[valid, None, None] ** 2, error[valid, None, None] ** 2
+    for channel, (difference, error) in enumerate(zip(differences.T, errors.T, strict=True)):
+        valid = (np.abs(difference) < 1e3) & (error < 1e3)  # finite squares
+        square, noise = difference[valid, None, None] ** 2, error[valid, None, None] ** 2
         variance = count * LogSpread.sigma**2 + share * noise
         wide = variance + size**2
         density = (1 - rare) * np.exp(-square / variance / 2) / np.sqrt(variance)

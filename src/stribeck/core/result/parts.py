@@ -190,12 +190,12 @@ class Evidence:
     @cached_property
     def measured(self) -> dict[str, tuple[Array, Array]]:
         """Velocity and friction torque of evenly spaced usable samples, by joint, shape (N,) each."""
-        found = {}
+        samples = {}
         for k, name in enumerate(self.samples.joint_names):
             known = np.flatnonzero(self.samples.usable[:, k] & np.isfinite(self.samples.friction_torque[:, k]))
             rows = known[:: max(1, -(-len(known) // 5000))]  # more samples are not visible behind a curve
-            found[name] = (self.samples.velocity[rows, k], self.samples.friction_torque[rows, k])
-        return found
+            samples[name] = (self.samples.velocity[rows, k], self.samples.friction_torque[rows, k])
+        return samples
 
     def __repr__(self) -> str:
         return f"Evidence({len(self.samples.time)} samples, {len(self.samples.joint_names)} joints)"

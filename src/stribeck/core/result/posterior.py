@@ -64,8 +64,8 @@ def posterior_of(joints: Mapping[str, JointResult], corrections: Corrections | N
         units += [parameter.unit for parameter in joint.parameters.values()]
         mean += [parameter.value for parameter in joint.parameters.values()]
         errors += [parameter.standard_error for parameter in joint.parameters.values()]
-        own = joint.correlation_matrix()
-        blocks.append(np.eye(len(joint.parameters)) if own is None or not len(own) else np.nan_to_num(own))
+        matrix = joint.correlation_matrix()
+        blocks.append(np.eye(len(joint.parameters)) if matrix is None or not len(matrix) else np.nan_to_num(matrix))
     for body_name, body in (corrections.bodies if corrections else {}).items():
         names += [f"{body_name}.{coordinate}" for coordinate in BODY_COORDINATES]
         units += ["1", "m", "m", "m", "1", "1", "1", "m", "m", "m"]

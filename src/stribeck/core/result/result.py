@@ -109,10 +109,10 @@ class Result:
         """Give every joint its law and measured samples; make dictionaries read-only."""
         measured = self.evidence.measured if self.evidence else {}
         for of in ("joints", "couplings"):
-            found = {name: replace(joint, law=self.law) for name, joint in getattr(self, of).items()}
-            object.__setattr__(self, of, found)
-            for name in found.keys() & measured:
-                object.__setattr__(found[name], "measured", measured[name])
+            joints = {name: replace(joint, law=self.law) for name, joint in getattr(self, of).items()}
+            object.__setattr__(self, of, joints)
+            for name in joints.keys() & measured:
+                object.__setattr__(joints[name], "measured", measured[name])
         freeze_dicts(self)
 
     @property
@@ -184,7 +184,7 @@ class Result:
         --------
         >>> result.plot().savefig("friction.png")
         """
-        return friction_figure({name: partial(each.plot, offset=offset) for name, each in self.all_friction.items()})
+        return friction_figure({name: partial(joint.plot, offset=offset) for name, joint in self.all_friction.items()})
 
     def summary(self) -> str:
         """Format one line per joint: friction at middle speed, Coulomb and viscous friction, verdict and next step."""
@@ -226,8 +226,8 @@ def read_result(path: str | Path) -> Result:
     except ValueError as error:
         raise SettingsError(f"{path}: is not JSON ({error}); expected a result.json") from error
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
-        found = document.get("schema") if isinstance(document, dict) else type(document).__name__
-        raise SettingsError(f"{path}: key 'schema' is {found!r:.80}; this version reads schema {SCHEMA}")
+        schema = document.get("schema") if isinstance(document, dict) else type(document).__name__
+        raise SettingsError(f"{path}: key 'schema' is {schema!r:.80}; this version reads schema {SCHEMA}")
     if (largest := _largest(document)) > LARGEST:
         raise SettingsError(f"{path}: contains the number {largest:.3g}; expected numbers up to {LARGEST:g}")
     try:

@@ -85,8 +85,8 @@ class FrictionSamples:
         """
         if self.nodes is None or self.jerk is None or self.snap is None:
             return None
-        s, lag, here = self.nodes.offsets, self.nodes.lag, (rows, column)
-        derivatives = np.stack([self.velocity[here], self.acceleration[here], self.jerk[here], self.snap[here]])
+        s, lag, index = self.nodes.offsets, self.nodes.lag, (rows, column)
+        derivatives = np.stack([self.velocity[index], self.acceleration[index], self.jerk[index], self.snap[index]])
         return np.asarray(
             derivatives.T @ np.stack([np.ones_like(s), s + lag, s * (s / 2 + lag), s * (s**2 / 6 - lag**2)])
         )

@@ -23,11 +23,11 @@ def parameter_rows(joints: Joints) -> list[dict[str, object]]:
     rows: list[dict[str, object]] = []
     for name, joint in joints.items():
         ends = {"joint_verdict": joint.verdict}
-        for parameter, found in joint.parameters.items():
-            low, high = found.interval_95
-            numbers = {"value": found.value, "standard_error": found.standard_error, "low": low, "high": high}
-            own = {"joint": name, "parameter": parameter, **numbers, "unit": found.unit, "verdict": found.verdict}
-            rows.append(own | ends)
+        for parameter, estimate in joint.parameters.items():
+            low, high = estimate.interval_95
+            numbers = {"value": estimate.value, "standard_error": estimate.standard_error, "low": low, "high": high}
+            row = {"joint": name, "parameter": parameter, **numbers, "unit": estimate.unit, "verdict": estimate.verdict}
+            rows.append(row | ends)
         if not joint.parameters:
             rows.append({"joint": name, "parameter": None, "unit": None, "verdict": None, **ends})
     return rows
@@ -59,27 +59,27 @@ def verdict_counts(joints: Joints) -> str:
 def summary_rows(joints: Joints) -> list[tuple[str, ...]]:
     """List friction at middle speed, main parameters, verdict and next step of each joint."""
     rows: list[tuple[str, ...]] = []
-    for name, own in joints.items():
-        numbers = zip(MAIN, main_parameters(own), strict=True)
+    for name, joint in joints.items():
+        numbers = zip(MAIN, main_parameters(joint), strict=True)
         said = ", ".join(f"{word} {value} {unit}" for word, (value, unit) in numbers if value)
-        rows.append((name, friction_text(own), said, own.verdict, advice(own)))
+        rows.append((name, friction_text(joint), said, joint.verdict, advice(joint)))
     return rows
 
 
-def logs_text(found: Corrections | None, names: Sequence[str]) -> str:
+def logs_text(changes: Corrections | None, names: Sequence[str]) -> str:
     """Describe how much the friction of several logs differs, and the log that differs most; "" for a single log."""
-    if found is None or not found.log_offsets or len(names) < 2:
+    if changes is None or not changes.log_offsets or len(names) < 2:
         return ""
-    if not found.log_friction:
+    if not changes.log_friction:
         return f"no clear difference of friction between the {len(names)} logs"
-    spreads = {joint: stdev(own) for joint, own in found.log_friction.items()}
+    spreads = {joint: stdev(row) for joint, row in changes.log_friction.items()}
     widest = max(spreads, key=lambda joint: spreads[joint])
-    odd = max(range(len(names)), key=lambda k: math.hypot(*(own[k] for own in found.log_friction.values())))
-    joint, odd_name = max(spreads, key=lambda joint: abs(found.log_friction[joint][odd])), PurePath(names[odd]).name
+    odd = max(range(len(names)), key=lambda k: math.hypot(*(row[k] for row in changes.log_friction.values())))
+    joint, odd_name = max(spreads, key=lambda joint: abs(changes.log_friction[joint][odd])), PurePath(names[odd]).name
     return (
         f"friction differs between the {len(names)} logs by {100 * median(spreads.values()):.2g} % (median standard "
         f"deviation of the joints; {widest} {100 * spreads[widest]:.2g} %), most in {odd_name} "
-        f"({joint} {100 * found.log_friction[joint][odd]:+.2g} %)"
+        f"({joint} {100 * changes.log_friction[joint][odd]:+.2g} %)"
     )
 
 
@@ -88,18 +88,18 @@ def main_parameters(joint: JointResult) -> list[tuple[str, str]]:
 
     Friction that depends on the direction has the mean of both; texts of missing parameters are empty.
     """
-    found = []
+    texts = []
     for name in MAIN.values():
         ways = [joint.parameters.get(name + way) for way in ("", "_positive", "_negative")]
-        own = [each for each in ways if each is not None] if joint.verdict != "no friction" else []
-        if not own:
-            found.append(("", ""))
+        fits = [estimate for estimate in ways if estimate is not None] if joint.verdict != "no friction" else []
+        if not fits:
+            texts.append(("", ""))
             continue
-        value, half = (sum(numbers) / len(own) for numbers in zip(*((p.value, p.half_width) for p in own), strict=True))
+        value, half = (sum(column) / len(fits) for column in zip(*((p.value, p.half_width) for p in fits), strict=True))
         plain = not (1e-6 < half < 1e6 and abs(value) < 1e6)
         text = f"{value:.4g} ± {half:.2g}" if plain else " ± ".join(rounded(value, half))
-        found.append((text + "?" * any(each.verdict == "weak" for each in own), own[0].unit))
-    return found
+        texts.append((text + "?" * any(estimate.verdict == "weak" for estimate in fits), fits[0].unit))
+    return texts
 
 
 def friction_text(joint: JointResult) -> str:
@@ -160,11 +160,11 @@ def result_table(title: str, joints: Joints) -> TextTable:
 
 
 def _cell(joint: JointResult, parameter: str) -> str:
-    found = joint.parameters.get(parameter)
-    if found is None:
+    estimate = joint.parameters.get(parameter)
+    if estimate is None:
         return ""
-    unit = "" if found.unit == "1" else f" {found.unit}"
-    return f"{found.value:.4g} ± {found.half_width:.2g}{unit}" + " (weak)" * (found.verdict == "weak")
+    unit = "" if estimate.unit == "1" else f" {estimate.unit}"
+    return f"{estimate.value:.4g} ± {estimate.half_width:.2g}{unit}" + " (weak)" * (estimate.verdict == "weak")
 
 
 def advice(joint: JointResult) -> str:
@@ -174,7 +174,7 @@ def advice(joint: JointResult) -> str:
     if joint.verdict == "no friction":
         return "none: friction is below the resolution of the log"
     if joint.verdict == "identified":
-        loose = any(found.verdict != "identified" for found in joint.parameters.values())
+        loose = any(parameter.verdict != "identified" for parameter in joint.parameters.values())
         return "OK, use the curve" if loose else "OK"
     return _of_weak(joint)
 

@@ -55,9 +55,9 @@ def direction_in_root(rooted: RootedModel, frame: int, position: Array, directio
 
 def frame_pose(rooted: RootedModel, frame: int, position: Array) -> tuple[Array, Array]:
     """Compute rotation (T, 3, 3) and translation (T, 3) of a frame in the root's coordinates."""
-    own = rooted.model.frames[frame].placement
-    rotation = np.broadcast_to(own.rotation, (len(position), 3, 3))
-    translation = np.tile(own.translation, (len(position), 1))  # SciPy requires a writable array
+    pose = rooted.model.frames[frame].placement
+    rotation = np.broadcast_to(pose.rotation, (len(position), 3, 3))
+    translation = np.tile(pose.translation, (len(position), 1))  # SciPy requires a writable array
     for axis, column, placement in _walk_to_root(rooted, frame):
         angle = position[:, column]
         if axis.prismatic:
@@ -138,9 +138,9 @@ def point_motion(rooted: RootedModel, frame: int, position: Array, velocity: Arr
             swept = point @ cross
             change = change + 2 * dq * (rate @ cross) + ddq * swept + dq**2 * (swept @ cross)
             vectors = point, rate + dq * swept, change, turning, turning_rate + dq * (turning @ cross)
-            point, rate, change, turning, turning_rate = (_rotate(axis, q, each) for each in vectors)
+            point, rate, change, turning, turning_rate = (_rotate(axis, q, vector) for vector in vectors)
             turning, turning_rate = turning + dq * axis, turning_rate + ddq * axis
         point = point @ placement.rotation.T + placement.translation
         rates = rate, change, turning, turning_rate
-        rate, change, turning, turning_rate = (each @ placement.rotation.T for each in rates)
+        rate, change, turning, turning_rate = (vector @ placement.rotation.T for vector in rates)
     return PointMotion(point, rate, change, turning, turning_rate)

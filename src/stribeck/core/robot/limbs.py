@@ -14,11 +14,11 @@ def columns_to(tree: RootedModel, frame: str) -> set[int]:
 
 def columns_of_limbs(tree: RootedModel, frames: Iterable[str], loops: Sequence[LoopTable]) -> set[int]:
     """Find the columns of the joints between the base and any of the frames, or in a loop with one of them."""
-    found = set[int]().union(*(columns_to(tree, frame) for frame in frames))
+    columns = set[int]().union(*(columns_to(tree, frame) for frame in frames))
     for group in _loop_groups(tree, loops):  # a ground force on a loop acts on all of its joints
-        if found & group:
-            found |= group
-    return found
+        if columns & group:
+            columns |= group
+    return columns
 
 
 def _loop_groups(tree: RootedModel, loops: Sequence[LoopTable]) -> list[set[int]]:

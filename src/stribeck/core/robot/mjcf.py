@@ -84,7 +84,7 @@ def _check_element(xml: XmlFile, element: Element) -> None:
 def _refuse_pipes(xml: XmlFile, element: Element, folders: list[Path]) -> None:
     """Refuse named pipes and devices as meshes or textures, because reading them would never end."""
     paths = [Path(text) for name, text in element.items() if name.startswith("file") and text]
-    for candidate in (folder / path for folder in folders for own in paths for path in (own, Path(own.name))):
+    for candidate in (folder / path for folder in folders for file in paths for path in (file, Path(file.name))):
         if candidate.exists() and not candidate.is_file() and not candidate.is_dir():
             xml.refuse(element, f"<{element.tag}> names {candidate}, a pipe, a device or a socket; expected a file")
 

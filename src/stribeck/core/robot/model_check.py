@@ -43,8 +43,8 @@ def check_inertias(name: str, model: pin.Model, lines: Mapping[str, str]) -> lis
     for joint in range(1, model.njoints):
         inertia, place = model.inertias[joint], model.joints[joint].idx_v
         if inertia.mass < 0 or not is_possible(inertia.inertia):
-            own = [frame.name for frame in model.frames if frame.parentJoint == joint and frame.name in lines]
-            links = ", ".join(f"link '{link}' in {lines[link]}" for link in own)
+            names = [frame.name for frame in model.frames if frame.parentJoint == joint and frame.name in lines]
+            links = ", ".join(f"link '{link}' in {lines[link]}" for link in names)
             impossible.append(f"{model.names[joint]} ({links})" if links else str(model.names[joint]))
         if model.joints[joint].nv == 1 and matrix[place, place] <= 0:
             empty.append(str(model.names[joint]))

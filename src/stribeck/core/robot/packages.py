@@ -35,11 +35,11 @@ def model_path(name: str, folder: Path) -> Path:
     described, examples = _list_descriptions(), _find_examples()
     if wanted in described:
         return _download(wanted, described)
-    if len(found := examples.get(wanted, [])) == 1:
-        return found[0]
-    if found:
-        longer = sorted(key for key, paths in examples.items() if "/" in key and paths[0] in found)
-        raise RobotFileError(f"{name}: {EXAMPLES} has {len(found)} models of this name; expected {_quote(longer)}")
+    if len(models := examples.get(wanted, [])) == 1:
+        return models[0]
+    if models:
+        longer = sorted(key for key, paths in examples.items() if "/" in key and paths[0] in models)
+        raise RobotFileError(f"{name}: {EXAMPLES} has {len(models)} models of this name; expected {_quote(longer)}")
     missing = ["robot_descriptions"] * (not described) + [EXAMPLES] * (not examples)
     if len(missing) == 2:
         raise RobotFileError(f"{name}: models of packages need robot_descriptions or {EXAMPLES}: {install}")
@@ -87,14 +87,14 @@ def _find_examples() -> dict[str, list[Path]]:
         files = metadata.files(EXAMPLES) or []
     except metadata.PackageNotFoundError:
         return {}
-    found: dict[str, list[Path]] = {}
+    models: dict[str, list[Path]] = {}
     for file in sorted(files, key=str):
         parts = file.parts
         if file.suffix == ".urdf" and "robots" in parts:
             path = Path(str(file.locate()))
             for name in (file.stem, f"{parts[parts.index('robots') + 1]}/{file.stem}"):
-                found.setdefault(name, []).append(path)
-    return found
+                models.setdefault(name, []).append(path)
+    return models
 
 
 def _quote(names: list[str]) -> str:

@@ -233,14 +233,14 @@ class Robot:
     @cached_property
     def effort_limits(self) -> Array:
         """Largest torque of each joint in the model [N m] or [N], shape (n,); infinite if not given."""
-        found = self.tree.in_order("effortLimit")
-        return np.where(found > 0, found, np.inf)
+        limits = self.tree.in_order("effortLimit")
+        return np.where(limits > 0, limits, np.inf)
 
     @cached_property
     def speed_limits(self) -> Array:
         """Largest speed of each joint in the model [rad/s] or [m/s], shape (n,); infinite if not given."""
-        found = self.tree.in_order("velocityLimit")
-        return np.where((found > 0) & (found < np.finfo(float).max), found, np.inf)
+        limits = self.tree.in_order("velocityLimit")
+        return np.where((limits > 0) & (limits < np.finfo(float).max), limits, np.inf)
 
     @cached_property
     def prismatic(self) -> tuple[bool, ...]:

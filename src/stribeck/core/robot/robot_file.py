@@ -107,7 +107,7 @@ def robot_fields(file: RobotFile, path: Path, loaded: tuple[pin.Model, list[str]
     measured = [name for name in joints if name not in table.position_controlled]
     frames = [frame for frame in tree.model.frames if frame.type == pin.FrameType.BODY]
     links = [str(frame.name) for frame in frames if frame.parentJoint]  # the base carries its payload without a joint
-    _require([each.link for each in table.payload], links, f"{path}: [[robot.payload]]", "moving links", "link")
+    _require([payload.link for payload in table.payload], links, f"{path}: [[robot.payload]]", "moving links", "link")
     for name in table.motors:
         _require([name], measured, f"{path}: [robot.motors.{name}]")
     delays = _by_joint(table.command_delay, measured, f"{path}: [robot] command_delay")
@@ -210,14 +210,14 @@ def _with_roles(model: pin.Model, table: RobotTable, where: str) -> pin.Model:
     """Lock joints, set armatures, and check all joint names in `[robot]`."""
     _require(table.locked, joint_names(model), f"{where} locked", "joints")
     model = lock_joints(model, table.locked)
-    left = joint_names(model)
+    joints = joint_names(model)
     for key in ("position_controlled", "armature", "passive"):
-        _require(getattr(table, key), left, f"{where} {key}", "joints")
+        _require(getattr(table, key), joints, f"{where} {key}", "joints")
     armature = np.array(model.armature)
     for name, value in table.armature.items():
         armature[model.joints[model.getJointId(name)].idx_v] = value
     model.armature = armature
-    if not left:
+    if not joints:
         raise RobotFileError(f"{where} locked leaves no joint; expected at least one revolute or prismatic joint")
     return model
 
@@ -244,7 +244,7 @@ def _build_contact(name: str, table: ContactTable, model: pin.Model) -> Contact:
     """
     if table.kind == "point":
         return Contact(name, table.frame, table.kind, table.radius or 0.0, given=table.radius is not None)
-    frames = (k for k, own in enumerate(model.frames) if own.name == table.frame and own.type != pin.FrameType.JOINT)
+    frames = (k for k, body in enumerate(model.frames) if body.name == table.frame and body.type != pin.FrameType.JOINT)
     place = next(frames, 0)
     if not table.radius or not is_on_axis(model, model.frames[place]):
         return Contact(name, table.frame, table.kind)
@@ -258,9 +258,9 @@ def _build_contact(name: str, table: ContactTable, model: pin.Model) -> Contact:
 
 def _by_joint(value: float | dict[str, float] | None, measured: Sequence[str], where: str) -> dict[str, float]:
     """Expand a setting of torque-controlled joints to {joint: value}."""
-    found = value if isinstance(value, dict) else {} if value is None else dict.fromkeys(measured, value)
-    _require(found, measured, where)
-    return found
+    values = value if isinstance(value, dict) else {} if value is None else dict.fromkeys(measured, value)
+    _require(values, measured, where)
+    return values
 
 
 def _sort_gains(
@@ -286,11 +286,11 @@ def _check_couplings(
     table: RobotTable, joints: Sequence[str], measured: Sequence[str], where: str
 ) -> dict[str, dict[str, float]]:
     """Check the couplings, and collect their coefficients by name."""
-    found: dict[str, dict[str, float]] = {}
+    coefficients: dict[str, dict[str, float]] = {}
     for coupling in table.couplings:
         name = coupling.label
         _require(coupling.joints, measured, f"{where} '{name}'")
-        if name in found or name in joints:
+        if name in coefficients or name in joints:
             raise RobotFileError(f"{where} '{name}' has the name of another coupling or joint; give it another 'name'")
-        found[name] = coupling.joints
-    return found
+        coefficients[name] = coupling.joints
+    return coefficients

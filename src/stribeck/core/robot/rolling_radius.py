@@ -22,7 +22,7 @@ def rolling_radius(path: Path, frame: str, kind: str = "point", *, meshes: bool 
     if not path.is_file():  # a model in memory
         return 0.0
     root = read_xml(path).root
-    owners = [each for each in root.iter() if each.tag in ("link", "body")]
+    owners = [element for element in root.iter() if element.tag in ("link", "body")]
     sites = {site.get("name"): (owner, _place(site)) for owner in owners for site in owner.findall("site")}
     owner, center = sites.get(frame) or (next((e for e in owners if e.get("name") == frame), root), np.zeros(3))
     shapes = [(geom.get("type", "sphere"), geom.get("size", "0"), _place(geom)) for geom in owner.findall("geom")]
@@ -62,4 +62,4 @@ def _place(element: Element) -> Array:
 
 
 def _numbers(text: str) -> Array:
-    return np.array([float(each) for each in text.split()])
+    return np.array([float(word) for word in text.split()])

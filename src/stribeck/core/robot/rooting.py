@@ -70,9 +70,9 @@ class RootedModel:
 
     def in_order(self, attribute: str) -> Array:
         """Sort an attribute of the model's joints in robot order, shape (n,)."""
-        found = np.empty(len(self.columns))
-        found[self.columns] = getattr(self.model, attribute)[-len(found) :]
-        return found
+        values = np.empty(len(self.columns))
+        values[self.columns] = getattr(self.model, attribute)[-len(values) :]
+        return values
 
     def axis(self, joint: int) -> Axis:
         """Return the axis of a joint of the model."""
@@ -182,9 +182,9 @@ def _move_limits(model: pin.Model, rooted: pin.Model, columns: list[int], base: 
     of_joints = {name: np.asarray(getattr(model, name))[root:] for name in ("armature", "effortLimit", "velocityLimit")}
     ranges = [position_range(model, base + 1 + column) for column in range(len(columns))]
     of_joints["lowerPositionLimit"], of_joints["upperPositionLimit"] = np.reshape(ranges, (-1, 2)).T
-    for name, own in of_joints.items():
+    for name, source in of_joints.items():
         values = np.array(getattr(rooted, name))
-        values[len(values) - len(columns) :] = own[columns]
+        values[len(values) - len(columns) :] = source[columns]
         setattr(rooted, name, values)
 
 

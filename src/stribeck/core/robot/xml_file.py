@@ -40,30 +40,30 @@ class XmlFile:
 
     def named(self, tag: str) -> dict[str, Element]:
         """Map the names of the root's children of a tag to them; names must exist and be unique."""
-        found: dict[str, Element] = {}
+        elements: dict[str, Element] = {}
         for element in self.root.findall(tag):
             name = element.get("name")
             if not name:
                 self.refuse(element, f'a <{tag}> has no name; write <{tag} name="...">')
-            if name in found:
-                self.refuse(element, f"{tag} '{name}' is already defined in line {self.lines[found[name]]}")
-            found[name] = element
-        return found
+            if name in elements:
+                self.refuse(element, f"{tag} '{name}' is already defined in line {self.lines[elements[name]]}")
+            elements[name] = element
+        return elements
 
     def only(self, parent: Element, tag: str, of: str) -> Element | None:
         """Return the only child of a tag; None if the element has no such child."""
-        found = parent.findall(tag)
-        if len(found) > 1:
-            self.refuse(found[1], f"{of} has {len(found)} <{tag}>; expected one")
-        return found[0] if found else None
+        children = parent.findall(tag)
+        if len(children) > 1:
+            self.refuse(children[1], f"{of} has {len(children)} <{tag}>; expected one")
+        return children[0] if children else None
 
     def first(self, parent: Element, tag: str, of: str) -> Element | None:
         """Return the first child of a tag, which other readers use, too, and remove the others."""
-        found = parent.findall(tag)
-        for other in found[1:]:
+        children = parent.findall(tag)
+        for other in children[1:]:
             self.repair("the first of repeated elements is used", f"<{tag}> of {of}", other)
             parent.remove(other)
-        return found[0] if found else None
+        return children[0] if children else None
 
     def repair(self, repair: str, place: str, element: Element) -> None:
         """Note a repair of an element for a warning."""
@@ -74,9 +74,9 @@ class XmlFile:
         words = (text or "").split()
         values = [float(word) for word in words if NUMBER.fullmatch(word)]
         if len(values) != len(words) or len(words) != count or not all(map(math.isfinite, values)):
-            found = "nothing" if text is None else f"'{text[:60]}'"
+            content = "nothing" if text is None else f"'{text[:60]}'"
             expected = "a finite number" if count == 1 else f"{count} finite numbers"
-            self.refuse(element, f"{what} is {found}; expected {expected}")
+            self.refuse(element, f"{what} is {content}; expected {expected}")
         return values
 
 
@@ -127,10 +127,10 @@ def read_xml(path: Path) -> XmlFile:
 def require_few(files: Sequence[XmlFile]) -> None:
     """Refuse a model with more links or moving joints than robots have."""
     for tag, most in (("link", MOST_BODIES), ("body", MOST_BODIES), ("joint", MOST_JOINTS)):
-        found = [(file, element) for file in files for element in _elements(file, tag)]
-        if len(found) > most:
-            file, element = found[most]
-            file.refuse(element, f"the model has {len(found)} <{tag}>; expected at most {most}")
+        elements = [(file, element) for file in files for element in _elements(file, tag)]
+        if len(elements) > most:
+            file, element = elements[most]
+            file.refuse(element, f"the model has {len(elements)} <{tag}>; expected at most {most}")
 
 
 def _elements(file: XmlFile, tag: str) -> Iterator[Element]:

@@ -90,23 +90,23 @@ def advise(task: Task, joint: PlannedJoint, motion: PresentMotion, duration: flo
     motion, duration
         Motion of the joint in the log, and duration of the log [s].
     """
-    unit, verdict = "m/s" if joint.prismatic else "rad/s", joint.found.verdict
+    unit, verdict = "m/s" if joint.prismatic else "rad/s", joint.result.verdict
     still = verdict == "not excited"
     top = joint.reach.speed if still else max(motion.top_speed, 0.0)
     longer = None if still else present_length(joint, duration)
-    found = []
+    candidates = []
     for name, (slow, fast, turns) in motions_of(joint).items():
         reversals, state = sweep(slow, fast, joint, task.posture, turns)
         curve = expected_curve(joint, covariances(task.dynamics, state, [joint], PERIOD)[0], top, DURATION)
-        found.append(_candidate(name, (slow, fast), reversals, DURATION, curve))
+        candidates.append(_candidate(name, (slow, fast), reversals, DURATION, curve))
     if not still:
-        found.append(of_pace("the present motion twice as fast", 2.0, joint, motion, top))
-        found.append(of_pace("the present motion half as fast", 0.5, joint, motion, top))
-    found.sort(key=lambda one: (math.inf if one.needed is None else one.needed, one.relative_width))
+        candidates.append(of_pace("the present motion twice as fast", 2.0, joint, motion, top))
+        candidates.append(of_pace("the present motion half as fast", 0.5, joint, motion, top))
+    candidates.sort(key=lambda trial: (math.inf if trial.needed is None else trial.needed, trial.relative_width))
     said = [_of_longer(joint, duration, longer)]
-    if still or relative_width(joint.found.curve) > WIDEST:
+    if still or relative_width(joint.result.curve) > WIDEST:
         how = how_to_move(task.dynamics.robot, joint.column)
-        said.append(_of_best(found, unit, how, alternative=bool(longer and longer <= LONGEST)))
+        said.append(_of_best(candidates, unit, how, alternative=bool(longer and longer <= LONGEST)))
     if not still:
         said.append(_of_speed(joint, motion.top_speed, unit))
     return JointAdvice(
@@ -116,7 +116,7 @@ def advise(task: Task, joint: PlannedJoint, motion: PresentMotion, duration: flo
         noise=joint.noise,
         guessed=joint.guessed,
         longer=longer,
-        candidates=tuple(found),
+        candidates=tuple(candidates),
     )
 
 
@@ -125,7 +125,7 @@ def motions_of(joint: PlannedJoint) -> dict[str, tuple[float, float, float]]:
 
     No swing is above 1 Hz. "Slow" is half the Stribeck velocity, or close to the minimum speed that counts as motion.
     """
-    least, stribeck = MIN_SPEED[joint.prismatic], joint.found.parameters.get("stribeck_velocity")
+    least, stribeck = MIN_SPEED[joint.prismatic], joint.result.parameters.get("stribeck_velocity")
     fast = min(joint.reach.speed, 2 * np.pi * joint.reach.amplitude)
     slow = float(np.clip(stribeck.value / 2 if stribeck else 2 * least, least, fast / 2))
     often, turns = min(fast, np.sqrt(slow * fast)), 1.5 * MIN_REVERSALS
@@ -147,8 +147,8 @@ def sweep(slow: float, fast: float, joint: PlannedJoint, posture: Array, turns: 
     amplitude = min(joint.reach.amplitude, float(speed.sum()) * PERIOD / (np.pi * turns))
     angle = np.cumsum(speed) * PERIOD / amplitude
     position, velocity = joint.reach.middle - amplitude * np.cos(angle), speed * np.sin(angle)
-    own = State(position, velocity, np.gradient(velocity, PERIOD))
-    return int(angle[-1] / np.pi), moving(posture, joint.column, own)
+    swing = State(position, velocity, np.gradient(velocity, PERIOD))
+    return int(angle[-1] / np.pi), moving(posture, joint.column, swing)
 
 
 def of_pace(name: str, factor: float, joint: PlannedJoint, motion: PresentMotion, top: float) -> PlannedMotion:
@@ -167,10 +167,10 @@ def of_pace(name: str, factor: float, joint: PlannedJoint, motion: PresentMotion
     )
     share = joint.shrinking_share
     falls = [share * (new.standard_error / old.standard_error) ** 2 for old, new in zip(before, after, strict=True)]
-    factors = [math.sqrt(1 - share + own) for own in falls]
-    curve = tuple(_widened(point, factor) for point, factor in zip(joint.found.curve, factors, strict=True))
+    factors = [math.sqrt(1 - share + fall) for fall in falls]
+    curve = tuple(_widened(point, factor) for point, factor in zip(joint.result.curve, factors, strict=True))
     turns = int(np.count_nonzero(np.diff(np.sign(motion.velocity[motion.usable]))))
-    fixed = max((1 - share) / (1 - share + own) for own in falls)
+    fixed = max((1 - share) / (1 - share + fall) for fall in falls)
     return _candidate(name, (0.0, factor * motion.top_speed), turns, motion.duration, curve, fixed)
 
 
@@ -201,7 +201,7 @@ def present_length(joint: PlannedJoint, duration: float) -> float | None:
 
     The interval decreases with the square root of the duration, except for the constant share of the variance.
     """
-    needed = _length(relative_width(joint.found.curve), 1 - joint.shrinking_share, duration)
+    needed = _length(relative_width(joint.result.curve), 1 - joint.shrinking_share, duration)
     return max(needed, duration) if needed < math.inf else None
 
 
@@ -212,12 +212,12 @@ def _length(width: float, fixed: float, duration: float) -> float:
 
 
 def _of_longer(joint: PlannedJoint, duration: float, longer: float | None) -> str:
-    if joint.found.verdict == "not excited":
-        return f"the present motion is not sufficient: {main_reason(joint.found)}"
-    if joint.found.verdict == "identified":
+    if joint.result.verdict == "not excited":
+        return f"the present motion is not sufficient: {main_reason(joint.result)}"
+    if joint.result.verdict == "identified":
         return "no further motion is needed"
-    if relative_width(joint.found.curve) <= WIDEST:
-        return f"more motion does not help: {joint.found.reason}"
+    if relative_width(joint.result.curve) <= WIDEST:
+        return f"more motion does not help: {joint.result.reason}"
     if longer is None:
         known = {
             "model": " because errors of model and calibration remain",
@@ -232,8 +232,8 @@ def _of_longer(joint: PlannedJoint, duration: float, longer: float | None) -> st
     return f"the present motion is sufficient if recorded {times_as_long}"
 
 
-def _of_best(found: list[PlannedMotion], unit: str, how: Mapping[str, str], *, alternative: bool) -> str:
-    best = found[0]
+def _of_best(candidates: list[PlannedMotion], unit: str, how: Mapping[str, str], *, alternative: bool) -> str:
+    best = candidates[0]
     spans = best.slowest not in (0.0, best.fastest)
     speed = f"at {best.slowest:.2g} to {best.fastest:.2g} {unit}" if spans else f"up to {best.fastest:.2g} {unit}"
     if best.needed is None and best.relative_width >= 1:
@@ -250,7 +250,7 @@ def _of_best(found: list[PlannedMotion], unit: str, how: Mapping[str, str], *, a
 
 def _of_speed(joint: PlannedJoint, top: float, unit: str) -> str:
     """Recommend the speed that the Stribeck velocity requires, if the joint does not reach it."""
-    found = joint.found.parameters.get("stribeck_velocity")
-    if found is None or found.verdict == "weak" or top >= CLEARED * found.value:
+    stribeck = joint.result.parameters.get("stribeck_velocity")
+    if stribeck is None or stribeck.verdict == "weak" or top >= CLEARED * stribeck.value:
         return ""
-    return f"Single parameters require speeds above {CLEARED * found.value:.2g} {unit}"
+    return f"Single parameters require speeds above {CLEARED * stribeck.value:.2g} {unit}"

@@ -45,12 +45,12 @@ class SelfCollision:
             values = np.where(self.columns >= 0, row[self.columns], self.locked)
             configuration = pin.integrate(self.model, pin.neutral(self.model), values)
             pin.computeDistances(self.model, data, self.geometry, places, configuration)
-            yield np.array([each.min_distance for each in places.distanceResults])
+            yield np.array([result.min_distance for result in places.distanceResults])
 
-    def names(self, pairs: Iterable[int]) -> list[str]:
+    def names(self, numbers: Iterable[int]) -> list[str]:
         """Name the bodies of pairs."""
-        objects, found = self.geometry.geometryObjects, [self.geometry.collisionPairs[k] for k in pairs]
-        return [" and ".join(_body(self.model, objects[k]) for k in (own.first, own.second)) for own in found]
+        objects, pairs = self.geometry.geometryObjects, [self.geometry.collisionPairs[k] for k in numbers]
+        return [" and ".join(_body(self.model, objects[k]) for k in (pair.first, pair.second)) for pair in pairs]
 
 
 def load_self_collision(robot: Robot, posture: Array) -> tuple[SelfCollision | None, list[str]]:
@@ -70,9 +70,9 @@ def load_self_collision(robot: Robot, posture: Array) -> tuple[SelfCollision | N
         return None, [f"self-collision is not checked: {path.name} has no collision geometry"]
     notes = _make_convex(model, geometry)
     geometry.addAllCollisionPairs()
-    for pair in [each.copy() for each in geometry.collisionPairs]:
-        one, other = (geometry.geometryObjects[k].parentJoint for k in (pair.first, pair.second))
-        if one in (other, model.parents[other]) or other == model.parents[one]:
+    for pair in [pair.copy() for pair in geometry.collisionPairs]:
+        first, second = (geometry.geometryObjects[k].parentJoint for k in (pair.first, pair.second))
+        if first in (second, model.parents[second]) or second == model.parents[first]:
             geometry.removeCollisionPair(pair)
     file = Path(robot.path)
     locked = read_robot_file(file).robot.locked if file.suffix == ".toml" and file.is_file() else {}
@@ -81,14 +81,14 @@ def load_self_collision(robot: Robot, posture: Array) -> tuple[SelfCollision | N
         if joint.nv == 1:
             columns[joint.idx_v] = robot.joint_names.index(name) if name in robot.joint_names else -1
             rest[joint.idx_v] = locked.get(name, 0.0)
-    found = SelfCollision(model, geometry, columns, rest)
-    near = np.flatnonzero(next(iter(found.distances(posture[None]))) < CLEARANCE)
+    collision = SelfCollision(model, geometry, columns, rest)
+    near = np.flatnonzero(next(iter(collision.distances(posture[None]))) < CLEARANCE)
     if len(near):
-        together = "; ".join(dict.fromkeys(found.names(near.tolist())))
+        together = "; ".join(dict.fromkeys(collision.names(near.tolist())))
         notes.append(f"these bodies are near each other in the posture, and are not checked: {together}")
     for pair in [geometry.collisionPairs[k].copy() for k in near.tolist()]:
         geometry.removeCollisionPair(pair)
-    return found, notes
+    return collision, notes
 
 
 def _read(path: Path) -> tuple[pin.Model, pin.GeometryModel]:
@@ -96,7 +96,7 @@ def _read(path: Path) -> tuple[pin.Model, pin.GeometryModel]:
     if kind_of(path) == "mjcf":
         model = pin.buildModelFromMJCF(str(path))
         geometry = pin.buildGeomFromMJCF(model, str(path), pin.GeometryType.COLLISION)
-        for name in [each.name for each in geometry.geometryObjects if is_floating(model) and each.parentJoint == 0]:
+        for name in [geom.name for geom in geometry.geometryObjects if is_floating(model) and geom.parentJoint == 0]:
             geometry.removeGeometryObject(name)
         return model, geometry
     model = pin.buildModelFromUrdf(str(path))
@@ -105,31 +105,31 @@ def _read(path: Path) -> tuple[pin.Model, pin.GeometryModel]:
     return model, pin.buildGeomFromUrdf(model, str(path), pin.GeometryType.COLLISION, package_dirs=packages)
 
 
-def _body(model: pin.Model, found: pin.GeometryObject) -> str:
-    return str(model.frames[found.parentFrame].name)
+def _body(model: pin.Model, geom: pin.GeometryObject) -> str:
+    return str(model.frames[geom.parentFrame].name)
 
 
 def _make_convex(model: pin.Model, geometry: pin.GeometryModel) -> list[str]:
     """Replace meshes by convex hulls, flat ones by boxes; remove those without a shape. Return notes."""
     notes, broken = [], []
-    for each in geometry.geometryObjects:
-        if not hasattr(each.geometry, "buildConvexHull"):
+    for geom in geometry.geometryObjects:
+        if not hasattr(geom.geometry, "buildConvexHull"):
             continue
-        vertices, body = np.asarray(each.geometry.vertices()), _body(model, each)
+        vertices, body = np.asarray(geom.geometry.vertices()), _body(model, geom)
         if len(vertices) == 0 or not np.isfinite(vertices).all():
-            broken.append(each.name)
+            broken.append(geom.name)
             notes.append(f"a collision mesh of {body} is not checked: it has vertices that are not finite, or none")
             continue
         centred = vertices - vertices.mean(axis=0)
         axes = np.linalg.eigh(centred.T @ centred)[1]
         low, high = (vertices @ axes).min(axis=0), (vertices @ axes).max(axis=0)
         if (high - low).min() > 1e-6 * (high - low).max():  # Coal crashes on convex hulls of flatter meshes
-            each.geometry.buildConvexHull(True, "Qt")
-            each.geometry = each.geometry.convex
+            geom.geometry.buildConvexHull(True, "Qt")
+            geom.geometry = geom.geometry.convex
             continue
         notes.append(f"a collision mesh of {body} is flat: its bounding box is checked instead of its convex hull")
-        each.geometry = coal.Box(*np.maximum(high - low, 1e-6))
-        each.placement = each.placement * pin.SE3(axes * np.linalg.det(axes), axes @ (low + high) / 2)
+        geom.geometry = coal.Box(*np.maximum(high - low, 1e-6))
+        geom.placement = geom.placement * pin.SE3(axes * np.linalg.det(axes), axes @ (low + high) / 2)
     for name in broken:
         geometry.removeGeometryObject(name)
     return notes

@@ -35,14 +35,14 @@ def first_trajectory(
     """
     if robot.base == "floating" and held is None:
         raise SettingsError("plan: the base moves; hold it and name its axis that points up (`--held z`)")
-    found = _before_the_first_log(robot)
+    result = _before_the_first_log(robot)
     dynamics = dynamics_of(robot, gravity(robot, held or "z"), robot.settings.priors)
-    middle = [reach_of(robot, k, own, 0.0).middle for k, own in enumerate(found.joints.values())]
+    middle = [reach_of(robot, k, joint, 0.0).middle for k, joint in enumerate(result.joints.values())]
     posture = np.clip(middle, *robot.position_limits)
     planned = [
-        replace(planned_joint(name, found.joints, robot, posture), noise=assumed_noise(robot)[k] ** 2 / RATE)
+        replace(planned_joint(name, result.joints, robot, posture), noise=assumed_noise(robot)[k] ** 2 / RATE)
         for k, name in enumerate(robot.joint_names)
-        if name in chosen_joints(found, robot, joints)
+        if name in chosen_joints(result, robot, joints)
     ]
     bodies, notes = load_self_collision(robot, posture)
     least = {False: "1 rad/s", True: "0.1 m/s"}

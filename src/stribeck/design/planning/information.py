@@ -173,12 +173,12 @@ def noise_of(joints: Mapping[str, PlannedJoint], motions: Mapping[str, PresentMo
     A joint without an interval gets the rough estimate from its torque, times the median ratio of both estimates over
     the other joints.
     """
-    shown = {name for name, joint in joints.items() if not joint.guessed and joint.found.verdict != "no friction"}
+    shown = {name for name, joint in joints.items() if not joint.guessed and joint.result.verdict != "no friction"}
     rough = {name: rough_noise(motion, joints[name] if name in shown else None) for name, motion in motions.items()}
-    found = {name: read_noise(motions[name], joints[name]) for name in motions if name in shown}
-    ratios = [found[name] / rough[name] for name in found if rough[name] > 0]
+    densities = {name: read_noise(motions[name], joints[name]) for name in motions if name in shown}
+    ratios = [densities[name] / rough[name] for name in densities if rough[name] > 0]
     factor = float(np.median(ratios)) if ratios else 1.0
-    noise = {name: found.get(name, factor * rough[name]) for name in motions}
+    noise = {name: densities.get(name, factor * rough[name]) for name in motions}
     known = [value for value in noise.values() if value > 0]  # NaN for joints without a usable sample
     if not known:
         raise SettingsError("plan: no joint of the result has a torque whose noise is known; expected a longer log")
@@ -191,13 +191,13 @@ def read_noise(motion: PresentMotion, joint: PlannedJoint) -> float:
     It is the geometric mean, over the points of the curve, of the variance divided by the variance for density 1.
     """
     information = joint.information(motion)
-    slopes = joint.curve(joint.found.curve[-1].velocity)[2]
-    errors = np.array([point.standard_error for point in joint.found.curve])
-    found = np.maximum(errors, 1e-9) ** 2 * joint.shrinking_share  # smaller errors [N m] are rounding
-    noise = float(np.mean(found))
+    slopes = joint.curve(joint.result.curve[-1].velocity)[2]
+    errors = np.array([point.standard_error for point in joint.result.curve])
+    variances = np.maximum(errors, 1e-9) ** 2 * joint.shrinking_share  # smaller errors [N m] are rounding
+    noise = float(np.mean(variances))
     for _ in range(20):  # a fixed point, because the prior's part does not grow with the noise
         covariance = np.linalg.inv(information / noise + np.diag(joint.precision))
-        noise *= float(np.exp(np.mean(np.log(found / np.einsum("sk,kl,sl->s", slopes, covariance, slopes)))))
+        noise *= float(np.exp(np.mean(np.log(variances / np.einsum("sk,kl,sl->s", slopes, covariance, slopes)))))
     return noise
 
 
@@ -206,7 +206,7 @@ def rough_noise(motion: PresentMotion, joint: PlannedJoint | None) -> float:
 
     Means over consecutive windows are compared, which cancels slow changes (von Neumann 1941).
     """
-    error = motion.friction_torque - (joint.found.friction(motion.velocity) if joint else 0.0)
+    error = motion.friction_torque - (joint.result.friction(motion.velocity) if joint else 0.0)
     length = max(1, round(WINDOW_LENGTH / motion.period))
     count = len(error) // length
     means = error[: count * length].reshape(count, length).mean(axis=1)

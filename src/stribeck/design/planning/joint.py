@@ -69,7 +69,7 @@ class PlannedJoint:
     ----------
     column
         Index in the robot's joint order.
-    found
+    result
         Result of the joint, with estimated or assumed parameters.
     guessed
         Whether the parameters are assumed.
@@ -84,7 +84,7 @@ class PlannedJoint:
     """
 
     column: int
-    found: JointResult
+    result: JointResult
     guessed: bool
     prismatic: bool
     settings: Settings
@@ -94,22 +94,22 @@ class PlannedJoint:
     @cached_property
     def law(self) -> FrictionLaw:
         """Friction law of the joint."""
-        return get_law(self.found.law)
+        return get_law(self.result.law)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Names of the k parameters to identify, without temperature, drift and presliding."""
         known = parameters_over("temperature", "time", "travel")
-        return tuple(name for name in self.found.parameters if name not in known)
+        return tuple(name for name in self.result.parameters if name not in known)
 
     @cached_property
     def values(self) -> Array:
         """Values of these parameters, shape (k,)."""
-        return np.array([self.found.parameters[name].value for name in self.names])
+        return np.array([self.result.parameters[name].value for name in self.names])
 
     @cached_property
     def _scales(self) -> BoolArray:
-        scales = {each.name for each in self.law.parameters if each.logarithmic}
+        scales = {parameter.name for parameter in self.law.parameters if parameter.logarithmic}
         return np.array([name in scales for name in self.names], dtype=bool)
 
     @cached_property
@@ -122,32 +122,32 @@ class PlannedJoint:
         """Precision of the priors of the coordinates, shape (k,)."""
         priors = self.settings.priors
         size = priors.friction * max(np.abs(self.values).max(initial=0.0), 1.0)
-        pure = np.array([self.found.parameters[name].unit == "1" for name in self.names], dtype=bool)
+        pure = np.array([self.result.parameters[name].unit == "1" for name in self.names], dtype=bool)
         deviation = np.where(self._scales, priors.scale, np.where(pure, priors.pure_number, size))
         return np.asarray(deviation**-2)
 
     @cached_property
     def _law_at(self) -> tuple[Array, Array]:
         """Values of the law, and their derivatives with respect to the k parameters."""
-        found = {name: own.value for name, own in self.found.parameters.items()}
-        values = law_values(self.law, found)
+        parameters = {name: estimate.value for name, estimate in self.result.parameters.items()}
+        values = law_values(self.law, parameters)
         assert values is not None, "a joint with a curve has all parameters that its law needs"
-        return values, law_slopes(self.law, found)[:, [list(found).index(name) for name in self.names]]
+        return values, law_slopes(self.law, parameters)[:, [list(parameters).index(name) for name in self.names]]
 
     def columns(self, velocity: Array, acceleration: Array, load: Array | None, position: Array | None) -> Array:
         """Compute the derivatives of the friction torque with respect to the coordinates, shape (T, k)."""
         values, slopes = self._law_at
-        found = self.law.jacobian(velocity, values) @ slopes
+        columns = self.law.jacobian(velocity, values) @ slopes
         beyond = {parameter.name for parameter in BEYOND_VELOCITY}  # friction is linear in these
         for k, name in enumerate(self.names):
             if name == "armature":
-                found[:, k] = acceleration
+                columns[:, k] = acceleration
             elif name in beyond:
-                own = self.found.parameters[name]
-                more = {**self.found.parameters, name: replace(own, value=own.value + 1)}
-                found[:, k] = replace(self.found, parameters=more).friction(velocity, load, 0.0, position)
-                found[:, k] -= self.found.friction(velocity, load, 0.0, position)
-        return np.asarray(found * self.units)
+                estimate = self.result.parameters[name]
+                more = {**self.result.parameters, name: replace(estimate, value=estimate.value + 1)}
+                columns[:, k] = replace(self.result, parameters=more).friction(velocity, load, 0.0, position)
+                columns[:, k] -= self.result.friction(velocity, load, 0.0, position)
+        return np.asarray(columns * self.units)
 
     def moves(self, velocity: Array) -> BoolArray:
         """Find the samples that are not at rest, shape (T,)."""
@@ -162,7 +162,7 @@ class PlannedJoint:
         """
         speeds = speed * np.array(list(SPEEDS.values()))
         forward, backward = (self.columns(sign * speeds, np.zeros(len(speeds)), None, None) for sign in (1, -1))
-        value = (self.found.friction(speeds) - self.found.friction(-speeds)) / 2
+        value = (self.result.friction(speeds) - self.result.friction(-speeds)) / 2
         return speeds, value, (forward - backward) / 2
 
     def information(self, motion: PresentMotion, pace: float = 1.0) -> Array:
@@ -181,19 +181,19 @@ class PlannedJoint:
 
         It is the mean over the parameters, weighted by their contribution to the curve's variance.
         """
-        slopes = self.curve(self.found.curve[-1].velocity)[2]
-        found = [self.found.parameters[name] for name in self.names]
-        weight = np.mean(slopes**2, axis=0) * np.array([own.standard_error for own in found]) ** 2 / self.units**2
-        parts = [{"noise": 1.0} if own.variance_shares is None else own.variance_shares for own in found]
-        shares = [sum(own.get(name, 0.0) for name in SHRINKING) for own in parts]
+        slopes = self.curve(self.result.curve[-1].velocity)[2]
+        terms = [self.result.parameters[name] for name in self.names]
+        weight = np.mean(slopes**2, axis=0) * np.array([term.standard_error for term in terms]) ** 2 / self.units**2
+        parts = [{"noise": 1.0} if term.variance_shares is None else term.variance_shares for term in terms]
+        shares = [sum(part.get(name, 0.0) for name in SHRINKING) for part in parts]
         return float(np.average(shares, weights=weight)) if weight.sum() > 0 else 1.0
 
     @property
     def fixed_part(self) -> str:
         """Name of the largest part of the variances that does not decrease with the duration, "" if none."""
-        shares = [own.variance_shares for own in self.found.parameters.values() if own.variance_shares]
-        names = {name for own in shares for name in own if name not in SHRINKING}
-        return max(sorted(names), key=lambda name: sum(own.get(name, 0.0) for own in shares), default="")
+        shares = [estimate.variance_shares for estimate in self.result.parameters.values() if estimate.variance_shares]
+        names = {name for share in shares for name in share if name not in SHRINKING}
+        return max(sorted(names), key=lambda name: sum(share.get(name, 0.0) for share in shares), default="")
 
 
 def guess(joint: JointResult, others: Sequence[JointResult]) -> JointResult:
@@ -202,28 +202,28 @@ def guess(joint: JointResult, others: Sequence[JointResult]) -> JointResult:
     For the law "auto", only the terms that every joint has are assumed.
     """
     speed = float(np.median([other.curve[-1].velocity for other in others] or [1.0]))
-    found = {}
-    for each in get_law(joint.law).parameters:
-        if each.neutral is not None and each.name not in BASE | {"offset"}:
+    parameters = {}
+    for parameter in get_law(joint.law).parameters:
+        if parameter.neutral is not None and parameter.name not in BASE | {"offset"}:
             continue
-        values = [other.parameters[each.name].value for other in others if each.name in other.parameters]
-        starts = [start * speed**each.start_speed_power for start in each.starts]
-        value = 0.0 if each.name == "offset" else float(np.median(values or starts or [0.0]))
-        found[each.name] = ParameterEstimate(
+        values = [other.parameters[parameter.name].value for other in others if parameter.name in other.parameters]
+        starts = [start * speed**parameter.start_speed_power for start in parameter.starts]
+        value = 0.0 if parameter.name == "offset" else float(np.median(values or starts or [0.0]))
+        parameters[parameter.name] = ParameterEstimate(
             value=value,
             standard_error=0.0,
             interval_95=(value, value),
-            unit=unit_for(each, prismatic=False),
+            unit=unit_for(parameter, prismatic=False),
             verdict="weak",
         )
-    return replace(joint, parameters=found)
+    return replace(joint, parameters=parameters)
 
 
-def moving(posture: Array, columns: int | list[int], own: State) -> State:
+def moving(posture: Array, joints: int | list[int], part: State) -> State:
     """Build the motion of all joints from the motion of some; the others rest in the posture."""
-    position = np.tile(posture, (len(own.position), 1))
+    position = np.tile(posture, (len(part.position), 1))
     velocity, acceleration = np.zeros((2, *position.shape))
-    position[:, columns], velocity[:, columns], acceleration[:, columns] = own.position, own.velocity, own.acceleration
+    position[:, joints], velocity[:, joints], acceleration[:, joints] = part.position, part.velocity, part.acceleration
     return State(position, velocity, acceleration)
 
 

@@ -45,16 +45,16 @@ class Plan:
         rows = [
             [
                 name,
-                one.motion,
-                (f"{one.slowest:.2g} to " if one.slowest not in (0.0, one.fastest) else "")
-                + f"{one.fastest:.2g} {joint.unit}",
-                str(one.reversals),
-                f"{one.duration:.0f}",
-                within(one.relative_width),
-                "" if one.needed is None else f"{one.needed:.0f}",
+                candidate.motion,
+                (f"{candidate.slowest:.2g} to " if candidate.slowest not in (0.0, candidate.fastest) else "")
+                + f"{candidate.fastest:.2g} {joint.unit}",
+                str(candidate.reversals),
+                f"{candidate.duration:.0f}",
+                within(candidate.relative_width),
+                "" if candidate.needed is None else f"{candidate.needed:.0f}",
             ]
             for name, joint in self.joints.items()
-            for one in joint.candidates
+            for candidate in joint.candidates
         ]
         return TextTable(
             title=f"Motions for {self.robot}",
@@ -137,24 +137,24 @@ def plan(
         progress("searching a trajectory", 0.1)
         first, notes = first_trajectory(robot, joints, held, duration or 60.0)
         return Plan(robot=robot.name, joints={}, notes=notes, trajectory=first)
-    found = result if isinstance(result, Result) else read_result(result)
-    chosen = chosen_joints(found, robot, joints)
+    result = result if isinstance(result, Result) else read_result(result)
+    chosen = chosen_joints(result, robot, joints)
     dynamics = dynamics_of(robot, gravity(robot, held or "z"), robot.settings.priors)
     if not chosen:
-        return Plan(robot=found.robot, joints={}, notes=[])
-    posture = posture_of(robot, found)
-    planned = {name: planned_joint(name, found.joints, robot, posture) for name in found.joints}
-    motions = present_motions(found, planned)
+        return Plan(robot=result.robot, joints={}, notes=[])
+    posture = posture_of(robot, result)
+    planned = {name: planned_joint(name, result.joints, robot, posture) for name in result.joints}
+    motions = present_motions(result, planned)
     noise = noise_of(planned, motions)
     planned = {name: replace(planned[name], noise=noise[name]) for name in chosen}
     task, advice = Task(dynamics, list(planned.values()), posture), {}
     for k, (name, joint) in enumerate(planned.items()):
         progress(f"moving {name}", 0.2 * k / len(planned))
-        advice[name] = advise(task, joint, motions[name], found.log.duration)
+        advice[name] = advise(task, joint, motions[name], result.log.duration)
     guessed = ", ".join(name for name, joint in planned.items() if joint.guessed)
     known = f"{guessed}: no data; the median friction of the other joints is assumed"
     notes = [known] if guessed else []
-    advised = Plan(robot=found.robot, joints=advice, notes=notes)
+    advised = Plan(robot=result.robot, joints=advice, notes=notes)
     if duration is None:
         return advised
     if robot.base == "floating" and held is None:

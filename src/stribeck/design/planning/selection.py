@@ -34,10 +34,10 @@ def planned_joint(name: str, joints: Mapping[str, JointResult], robot: Robot, po
     prismatic = robot.prismatic[column]
     if guessed := not joint.curve or law_values(get_law(joint.law), joint.values) is None:
         same = (other for other in joints if robot.prismatic[robot.joint_names.index(other)] == prismatic)
-        joint = guess(joint, [found for other in same if (found := joints[other]).curve and found.torque_unit is None])
+        joint = guess(joint, [peer for other in same if (peer := joints[other]).curve and peer.torque_unit is None])
     return PlannedJoint(
         column=column,
-        found=joint,
+        result=joint,
         guessed=guessed,
         prismatic=prismatic,
         settings=robot.settings,

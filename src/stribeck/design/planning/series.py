@@ -83,9 +83,9 @@ class Task:
     def series(self, coordinates: Array) -> Series:
         """Build a series from coordinates, centers first, shape ((1 + FREE) m,), in units of the reach."""
         first, rest = coordinates[: len(self.joints)], coordinates[len(self.joints) :]
-        reach = [joint.reach for joint in self.joints]
-        center = np.array([each.middle for each in reach]) + first * [each.amplitude for each in reach]
-        return Series(center, rest.reshape(FREE, -1) * np.array([each.speed for each in reach]))
+        reaches = [joint.reach for joint in self.joints]
+        center = np.array([reach.middle for reach in reaches]) + first * [reach.amplitude for reach in reaches]
+        return Series(center, rest.reshape(FREE, -1) * np.array([reach.speed for reach in reaches]))
 
     def shrunk(self, series: Series, size: float) -> Series:
         """Shrink a series towards the posture by a factor."""
@@ -98,20 +98,20 @@ class Task:
 
     def shares(self, state: State, load: Array) -> dict[str, Array]:
         """Compute positions, speeds and torques as shares of their limits [1], shapes (T, joints)."""
-        reach, torque = [joint.reach for joint in self.joints], load.copy()
+        reaches, torque = [joint.reach for joint in self.joints], load.copy()
         for joint in self.joints:
-            torque[:, joint.column] += joint.found.friction(state.velocity[:, joint.column], offset=True)
-        away = np.abs(state.position[:, self.columns] - [each.middle for each in reach])
+            torque[:, joint.column] += joint.result.friction(state.velocity[:, joint.column], offset=True)
+        away = np.abs(state.position[:, self.columns] - [reach.middle for reach in reaches])
         return {
-            "position": away / [each.amplitude for each in reach],
-            "speed": np.abs(state.velocity[:, self.columns]) / [each.speed for each in reach],
+            "position": away / [reach.amplitude for reach in reaches],
+            "speed": np.abs(state.velocity[:, self.columns]) / [reach.speed for reach in reaches],
             "torque": np.abs(torque) / (TORQUE_SHARE * self.dynamics.robot.effort_limits),
         }
 
     def used(self, state: State) -> dict[str, float]:
         """Compute the largest shares of the limits [1]."""
         shares = self.shares(state, self.dynamics.load(state))
-        return {name: float(each.max(initial=0.0)) for name, each in shares.items()}
+        return {name: float(share.max(initial=0.0)) for name, share in shares.items()}
 
 
 def optimized(task: Task) -> Array:
@@ -124,15 +124,15 @@ def optimized(task: Task) -> Array:
 
     @lru_cache(maxsize=1)
     def slope(coordinates: bytes) -> Array:
-        here = np.frombuffer(coordinates)
-        steps = STEP * np.eye(len(here))
-        return np.column_stack([(_criterion(task, here + step, time) - value(coordinates)) / STEP for step in steps])
+        point = np.frombuffer(coordinates)
+        steps = STEP * np.eye(len(point))
+        return np.column_stack([(_criterion(task, point + step, time) - value(coordinates)) / STEP for step in steps])
 
     generator, size = np.random.default_rng(0), (1 + FREE) * len(task.joints)
     starts = [_feasible(task, generator.standard_normal(size) * 0.3, time) for _ in range(20)]
-    start = min(starts, key=lambda each: value(each.tobytes())[0])
+    start = min(starts, key=lambda candidate: value(candidate.tobytes())[0])
     free = NonlinearConstraint(lambda z: value(z.tobytes())[1:], 0.0, np.inf, jac=lambda z: slope(z.tobytes())[1:])
-    found = minimize(  # type: ignore[call-overload]
+    optimum = minimize(  # type: ignore[call-overload]
         lambda z: float(value(z.tobytes())[0]),
         start,
         jac=lambda z: slope(z.tobytes())[0],
@@ -141,7 +141,7 @@ def optimized(task: Task) -> Array:
         options={"maxiter": 60, "ftol": 1e-3},
     )
     # series that exceed limits by up to a fifth are shrunk, others are not used
-    return np.asarray(found.x) if value(found.x.tobytes())[1:].min() > -0.2 else start
+    return np.asarray(optimum.x) if value(optimum.x.tobytes())[1:].min() > -0.2 else start
 
 
 def _feasible(task: Task, coordinates: Array, time: Array) -> Array:
@@ -160,4 +160,4 @@ def _criterion(task: Task, coordinates: Array, time: Array) -> Array:
     shares = task.shares(state, regressor @ task.dynamics.nominal)
     # a smooth maximum of sharpness 40 exceeds the maximum by log(samples) / 40, at most 0.1
     free = [1 - logsumexp(40.0 * share, axis=0) / 40.0 for share in shares.values()]
-    return np.concatenate([[volume], *(each[np.isfinite(each)] for each in free)])
+    return np.concatenate([[volume], *(share[np.isfinite(share)] for share in free)])

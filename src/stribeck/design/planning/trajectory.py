@@ -117,7 +117,7 @@ def design(
     names = task.dynamics.robot.joint_names
     state = task.motion(series, np.arange(0, PERIOD, FINE))
     promise = promise_of(task, state, repeats) if predict else {}
-    short = [name for name, own in promise.items() if not own.enough]
+    short = [name for name, result in promise.items() if not result.enough]
     if short:
         notes.append(f"the trajectory is too short, or its limits too narrow, for {', '.join(short)}")
     return Trajectory(
@@ -172,9 +172,9 @@ def promise_of(task: Task, state: State, repeats: int) -> dict[str, Promise]:
     """Predict the result for each moving joint after a number of periods."""
     duration = repeats * PERIOD
     repeated = [replace(joint, noise=joint.noise / repeats) for joint in task.joints]
-    found = covariances(task.dynamics, state, repeated, FINE)
+    matrices = covariances(task.dynamics, state, repeated, FINE)
     promise = {}
-    for joint, covariance in zip(task.joints, found, strict=True):
+    for joint, covariance in zip(task.joints, matrices, strict=True):
         top = top_speed(state.velocity[:, joint.column])
         curve = expected_curve(joint, covariance, top, duration)
         errors = np.sqrt(np.diag(covariance)) * joint.units * quantile(duration)

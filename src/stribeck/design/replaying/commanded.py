@@ -59,10 +59,10 @@ def commanded_motion(
         return None
     alike = 0.006  # commands that differ less are of the same motion [rad], [m]
     differences = [
-        np.sqrt(np.mean((one.position[:rows] - next_.position[:rows]) ** 2))
-        for one, next_ in combinations(chosen, 2)
-        for rows in [min(len(one.time), len(next_.time))]
-        if np.sqrt(np.mean((_command(one, robot)[0][:rows] - _command(next_, robot)[0][:rows]) ** 2)) < alike
+        np.sqrt(np.mean((first.position[:rows] - next_.position[:rows]) ** 2))
+        for first, next_ in combinations(chosen, 2)
+        for rows in [min(len(first.time), len(next_.time))]
+        if np.sqrt(np.mean((_command(first, robot)[0][:rows] - _command(next_, robot)[0][:rows]) ** 2)) < alike
     ]
     spread = (float(min(differences)), float(max(differences))) if differences else None
     return CommandedMotion(as_given=as_given, other=other, logs=len(logs), seconds=seconds, spread=spread)
@@ -79,8 +79,8 @@ def _start(log: RobotLog, seconds: float) -> RobotLog:
 
 def _error(position: Array, log: RobotLog, robot: Robot) -> float:
     """Compute the root mean square of the position error of the joints with drives [rad], [m]."""
-    own = robot.torque_controlled
-    return float(np.sqrt(np.mean((position - log.position)[:, own] ** 2)))
+    columns = robot.torque_controlled
+    return float(np.sqrt(np.mean((position - log.position)[:, columns] ** 2)))
 
 
 def _command(log: RobotLog, robot: Robot) -> tuple[Array, Array]:
@@ -115,9 +115,9 @@ def _compiled(path: Path, robot: Robot) -> mujoco.MjModel:
 
 
 def _in_dofs(model: mujoco.MjModel, robot: Robot, values: Array) -> Array:
-    found = np.zeros(model.nv)
-    found[[model.joint(name).dofadr[0] for name in robot.joint_names]] = values
-    return found
+    dofs = np.zeros(model.nv)
+    dofs[[model.joint(name).dofadr[0] for name in robot.joint_names]] = values
+    return dofs
 
 
 def _simulate(model: mujoco.MjModel, robot: Robot, log: RobotLog, delays: Array) -> Array:
@@ -128,18 +128,18 @@ def _simulate(model: mujoco.MjModel, robot: Robot, log: RobotLog, delays: Array)
     _, command = _command(log, robot)
     assert robot.command_gains is not None
     kp, kd = np.nan_to_num(robot.command_gains)
-    limits, own = robot.effort_limits, robot.torque_controlled
+    limits, columns = robot.effort_limits, robot.torque_controlled
     clock = STEP * np.arange(int(np.ceil(time[-1] / STEP)) + 1)
-    late = np.maximum(delays - np.median(np.diff(time)) / 2, 0.0)  # held commands are late by half a period on average
-    held = np.stack([np.searchsorted(time, clock - each + 1e-9, side="right") - 1 for each in late], axis=1)
+    lags = np.maximum(delays - np.median(np.diff(time)) / 2, 0.0)  # held commands are late by half a period on average
+    held = np.stack([np.searchsorted(time, clock - lag + 1e-9, side="right") - 1 for lag in lags], axis=1)
     torque = np.take_along_axis(command, np.maximum(held, 0), axis=0)
     moved = np.stack([np.interp(clock, time, column) for column in log.position.T], axis=1)
-    others, trace = np.setdiff1d(np.arange(len(joints)), own), np.empty_like(moved)
+    others, trace = np.setdiff1d(np.arange(len(joints)), columns), np.empty_like(moved)
     few = min(5, len(time)) - 1
-    data.qpos[at], data.qvel[of[own]] = moved[0], ((log.position[few] - log.position[0]) / time[few])[own]
+    data.qpos[at], data.qvel[of[columns]] = moved[0], ((log.position[few] - log.position[0]) / time[few])[columns]
     for step, push in enumerate(torque):
         data.qpos[at[others]], trace[step] = moved[step, others], data.qpos[at]
         applied = push - kp * data.qpos[at] - kd * data.qvel[of]
-        data.qfrc_applied[of[own]] = np.clip(applied, -limits, limits)[own]
+        data.qfrc_applied[of[columns]] = np.clip(applied, -limits, limits)[columns]
         mujoco.mj_step(model, data)
     return np.stack([np.interp(time, clock, column) for column in trace.T], axis=1)

@@ -101,8 +101,8 @@ class LoggedMotion:
 
 
 def _median(values: Iterable[float]) -> float | None:
-    found = list(values)
-    return median(found) if found else None
+    numbers = list(values)
+    return median(numbers) if numbers else None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -139,9 +139,9 @@ class Replay:
 
     def headline(self) -> str:
         """Summarize the errors of both models, each with its friction, in a sentence."""
-        own = [model for model in self.models if model.model == self.models[0].model][-1]
-        rms = [[error.rms for error in model.torque.values()] for model in (own, self.models[-1])]
-        before, after = (f"{np.sqrt(np.mean(np.square(each))):.2g}" if each else "–" for each in rms)
+        original = [model for model in self.models if model.model == self.models[0].model][-1]
+        rms = [[error.rms for error in model.torque.values()] for model in (original, self.models[-1])]
+        before, after = (f"{np.sqrt(np.mean(np.square(errors))):.2g}" if errors else "–" for errors in rms)
         return f"{self.commanded}; " * bool(self.commanded) + f"torque error {before} → {after} N m"
 
     @property
@@ -153,7 +153,7 @@ class Replay:
     def to_json(self) -> str:
         """Format as JSON, without measured and simulated motion."""
         plain = asdict(replace(self, motion=None, models=[replace(m, predicted={}, positions={}) for m in self.models]))
-        for each in (plain, *plain["models"]):
+        for table in (plain, *plain["models"]):
             for name in ("motion", "predicted", "positions"):
-                each.pop(name, None)
+                table.pop(name, None)
         return json.dumps(plain, indent=2, allow_nan=False) + "\n"

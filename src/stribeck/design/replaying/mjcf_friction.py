@@ -16,7 +16,7 @@ def read_mjcf_friction(path: Path) -> StatedFriction:
     has g times the speed of its joint, and its torque counts g times on the joint.
     """
     model = compile_mjcf(path)
-    found, notes = {}, []
+    frictions, notes = {}, []
     for joint in range(model.njnt):
         if int(model.jnt_type[joint]) not in (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)):
             continue
@@ -29,12 +29,12 @@ def read_mjcf_friction(path: Path) -> StatedFriction:
         rise, velocity = 0.0, 1.0
         for k in lugre[:1]:
             gear = abs(float(model.actuator_gear[k, 0]))
-            slow, static, own = (float(value) for value in model.actuator_biasprm[k, 3:6])
-            coulomb, rise, velocity = coulomb + gear * slow, gear * (static - slow), own / gear
-        found[name] = JointFriction(coulomb=coulomb, viscous=viscous, rise=rise, stribeck_velocity=velocity)
+            slow, static, speed = (float(value) for value in model.actuator_biasprm[k, 3:6])
+            coulomb, rise, velocity = coulomb + gear * slow, gear * (static - slow), speed / gear
+        frictions[name] = JointFriction(coulomb=coulomb, viscous=viscous, rise=rise, stribeck_velocity=velocity)
         notes += [f"joint '{name}': {what}, which is left out" for what in _others(model, joint, dof, len(lugre))]
     couplings, more = _of_tendons(model)
-    return found, couplings, notes + more
+    return frictions, couplings, notes + more
 
 
 def _drives(model: mujoco.MjModel, motor: int, joint: int) -> bool:
@@ -59,15 +59,15 @@ def _others(model: mujoco.MjModel, joint: int, dof: int, motors: int) -> list[st
 
 def _of_tendons(model: mujoco.MjModel) -> tuple[dict[str, Coupling], list[str]]:
     """Read the friction and coefficients of fixed tendons, with notes on omitted parts of tendons."""
-    found, left_out = {}, 0
+    tendons, omitted = {}, 0
     for tendon in range(model.ntendon):
         first = int(model.tendon_adr[tendon])
         wraps = range(first, first + int(model.tendon_num[tendon]))
         coulomb, viscous = float(model.tendon_frictionloss[tendon]), float(model.tendon_damping[tendon])
         fixed = all(int(model.wrap_type[k]) == int(mujoco.mjtWrap.mjWRAP_JOINT) for k in wraps)
-        left_out += bool(np.any(model.tendon_stiffness[tendon]) or (not fixed and (coulomb or viscous)))
+        omitted += bool(np.any(model.tendon_stiffness[tendon]) or (not fixed and (coulomb or viscous)))
         if fixed and (coulomb or viscous):
-            own = {model.joint(int(model.wrap_objid[k])).name: float(model.wrap_prm[k]) for k in wraps}
+            coefficients = {model.joint(int(model.wrap_objid[k])).name: float(model.wrap_prm[k]) for k in wraps}
             name = model.tendon(tendon).name or f"tendon {tendon}"
-            found[name] = own, JointFriction(coulomb=coulomb, viscous=viscous)
-    return found, [f"{left_out} tendon(s) with stiffness, or spatial ones with friction, are left out"] * bool(left_out)
+            tendons[name] = coefficients, JointFriction(coulomb=coulomb, viscous=viscous)
+    return tendons, [f"{omitted} tendon(s) with stiffness, or spatial ones with friction, are left out"] * bool(omitted)

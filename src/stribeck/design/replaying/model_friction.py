@@ -54,21 +54,21 @@ class ModelFriction:
         creep = 1e-3  # [rad/s], [m/s]; slower friction is linear, for a finite slope at rest
         speed = np.maximum(np.abs(velocity @ self._coefficients), creep)
         slope, joints = self._resistance(speed) / speed, len(self.joints)
-        found = slope[:, :joints, None] * np.eye(joints)
+        matrices = slope[:, :joints, None] * np.eye(joints)
         if self.couplings:
             coupled = self._coefficients[:, joints:]
-            found += (coupled * slope[:, None, joints:]) @ coupled.T
-        return np.asarray(found)
+            matrices += (coupled * slope[:, None, joints:]) @ coupled.T
+        return np.asarray(matrices)
 
     @cached_property
     def _coefficients(self) -> Array:
         """Matrix from joint velocities to the speeds of joints and couplings, shape (n, n + couplings)."""
-        return np.column_stack([np.eye(len(self.joints)), *(own for own, _ in self.couplings)])
+        return np.column_stack([np.eye(len(self.joints)), *(coefficients for coefficients, _ in self.couplings)])
 
     @cached_property
     def _numbers(self) -> Array:
         """Friction parameters of all joints and couplings, shape (4, n + couplings)."""
-        return np.array([astuple(own) for own in (*self.joints, *(friction for _, friction in self.couplings))]).T
+        return np.array([astuple(law) for law in (*self.joints, *(friction for _, friction in self.couplings))]).T
 
     def _resistance(self, speed: Array) -> Array:
         coulomb, viscous, rise, stribeck_velocity = self._numbers

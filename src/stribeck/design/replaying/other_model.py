@@ -45,9 +45,9 @@ def other_model(robot: Robot, path: Path) -> tuple[Robot, list[str]]:
     model.armature = _armature(model, robot)
     model.gravity.linear = robot.gravity
     tree = root_at(model)
-    own = [str(name) for name in list(tree.model.names)[1 + tree.floating :]]
+    tree_names = [str(name) for name in list(tree.model.names)[1 + tree.floating :]]
     order = np.argsort(tree.columns)
-    joints = tuple(own[k] for k in order)
+    joints = tuple(tree_names[k] for k in order)
     return replace(robot, tree=tree, joint_names=joints, model_path=str(path), warnings=tuple(notes)), notes
 
 
@@ -64,12 +64,12 @@ def with_joints(prepared: PreparedLog, joints: Sequence[str]) -> PreparedLog:
 
 def _armature(model: pin.Model, robot: Robot) -> Array:
     """Collect the rotor inertias in the order of the model, shape (nv,)."""
-    found = np.array(model.armature)
+    inertias = np.array(model.armature)
     for name, value in zip(robot.joint_names, robot.armature, strict=True):
         place = model.joints[model.getJointId(name)].idx_v
-        if robot.torque_source.endswith("_sensor") or not found[place]:
-            found[place] = value
-    return found
+        if robot.torque_source.endswith("_sensor") or not inertias[place]:
+            inertias[place] = value
+    return inertias
 
 
 def _add_frames(model: pin.Model, robot: Robot, path: Path) -> list[str]:
@@ -81,13 +81,13 @@ def _add_frames(model: pin.Model, robot: Robot, path: Path) -> list[str]:
     if not missing:
         return []
     base = int(is_floating(model))  # the free joint, or the world
-    zero, there = (_at_zero(each) for each in (source, model))
+    zero, target = (_at_zero(tree) for tree in (source, model))
     for name in missing:
         frame = source.frames[source.getFrameId(name)]
         carrier = str(source.names[frame.parentJoint])
         joint = int(model.getJointId(carrier)) if carrier in robot.joint_names else base
         in_base = zero.oMi[base].actInv(zero.oMi[frame.parentJoint] * frame.placement)
-        placement = there.oMi[joint].actInv(there.oMi[base] * in_base)
+        placement = target.oMi[joint].actInv(target.oMi[base] * in_base)
         model.addFrame(pin.Frame(name, joint, 0, placement, pin.FrameType.OP_FRAME))
     return [f"{path.name}: frame(s) {', '.join(missing)} are missing, and put where the robot's own model has them"]
 

@@ -83,10 +83,10 @@ def replay(
     settings = asked.model_copy(update=COMMON)
     horizons = tuple(round(share * horizon, 6) for share in HORIZONS)
     other, notes = other_model(robot, Path(model))
-    frictions = [_friction(each, notes) for each in (robot, other)]
+    frictions = [_friction(twin, notes) for twin in (robot, other)]
     with one_blas_thread(), findings_kept(notes):
         progress("reading the log", 0.0)
-        logs = [as_read(each, robot) for each in (log, *more)]
+        logs = [as_read(source, robot) for source in (log, *more)]
         prepared, robot, findings = _prepared(logs[0], robot, asked, settings, force)
         notes += findings
         other = replace(other, position_controlled=(*other.position_controlled, *prepared.log.unscaled))
@@ -95,25 +95,25 @@ def replay(
             kp, kd = robot.command_gains
             other = replace(other, command_gains=(kp[columns], kd[columns]))
         settings, _ = with_filter(prepared, robot, settings)
-        cases = [(each, with_joints(prepared, each.joint_names)) for each in (robot, other)]
+        cases = [(twin, with_joints(prepared, twin.joint_names)) for twin in (robot, other)]
         massless = [
-            (each.model_path, name) for each, own in cases for name in massless_joints(each, own.log.position[0])
+            (twin.model_path, name) for twin, part in cases for name in massless_joints(twin, part.log.position[0])
         ]
         measured = "moves no mass, so rollouts take it as measured"
         notes += [f"{Path(file).name}: joint '{name}' {measured}" for file, name in massless]
-        found: list[Replayed] = []
+        replays: list[Replayed] = []
         with errors_about(prepared.log.path), np.errstate(all="ignore"):  # implausible values are refused below
-            for (each, own), friction in zip(cases, frictions, strict=True):
-                progress(f"replaying {Path(each.model_path).name}", 0.1 if each is robot else 0.55)
-                models, samples = _replayed(own, each, friction, [name for _, name in massless], settings, horizons)
-                found += models
-        commanded = _commanded(logs, prepared, robot, other) or _commanded_spans(found, robot, prepared.log, horizon)
+            for (twin, part), friction in zip(cases, frictions, strict=True):
+                progress(f"replaying {Path(twin.model_path).name}", 0.1 if twin is robot else 0.55)
+                models, samples = _replayed(part, twin, friction, [name for _, name in massless], settings, horizons)
+                replays += models
+        commanded = _commanded(logs, prepared, robot, other) or _commanded_spans(replays, robot, prepared.log, horizon)
     return Replay(
         robot=robot.name,
         log=prepared.log.path,
         filter=make_filter(settings.filter, prepared.sampling.period).name,
         horizons=horizons,
-        models=found,
+        models=replays,
         notes=list(dict.fromkeys([*prepared.notes, *notes])),
         stribeck=__version__,
         motion=_motion(prepared, robot, samples),
@@ -148,14 +148,14 @@ def _commanded_spans(models: Sequence[Replayed], robot: Robot, log: RobotLog, se
     if robot.command_gains is None:
         return None
     errors = []
-    for model in ([each for each in models if each.model == models[0].model][-1], models[-1]):
+    for model in ([model for model in models if model.model == models[0].model][-1], models[-1]):
         off = [
             position - np.interp(start[:, None] + TRACE * np.arange(position.shape[1]), log.time, measured)
             for name, measured in zip(log.joint_names, log.position.T, strict=True)
             if name in model.positions
             for start, position in [model.positions[name]]
         ]
-        squares = np.concatenate([each[np.isfinite(each)] ** 2 for each in off] or [np.zeros(0)])
+        squares = np.concatenate([error[np.isfinite(error)] ** 2 for error in off] or [np.zeros(0)])
         errors.append(float(np.sqrt(np.mean(squares))) if len(squares) else 0.0)
     return (
         CommandedMotion(as_given=errors[0], other=errors[1], logs=1, seconds=seconds, free=False)
@@ -194,19 +194,19 @@ def _replayed(
         rollouts = rollout_errors(prepared, robot, variants, massless, settings, horizons)
     except np.linalg.LinAlgError as error:
         raise _impossible(robot, f"its joint-space inertia matrix cannot be inverted ({error})") from error
-    _require_finite(robot, torque, [own for own, _ in rollouts])
-    rest = settings.rest * np.array([top_speed(own) for own in samples.velocity.T])
+    _require_finite(robot, torque, [rollout for rollout, _ in rollouts])
+    rest = settings.rest * np.array([top_speed(velocity) for velocity in samples.velocity.T])
     moves = np.where(np.abs(samples.velocity) < rest, np.nan, 0.0)  # at rest, friction balances any torque
     models = [
         Replayed(
             model=robot.model_path,
             friction=n > 0,
             torque=torque[n],
-            rollouts=own,
+            rollouts=rollout,
             predicted=_by_joint(samples, samples.torque - errors[n] + moves),
-            positions={name: (moved.start, moved.position[..., robot.joint_names.index(name)]) for name in own},
+            positions={name: (moved.start, moved.position[..., robot.joint_names.index(name)]) for name in rollout},
         )
-        for n, (own, moved) in enumerate(rollouts)
+        for n, (rollout, moved) in enumerate(rollouts)
     ]
     return models, samples
 
@@ -228,10 +228,10 @@ def _torque_errors(samples: FrictionSamples, robot: Robot, frictions: list[Model
 def _require_finite(
     robot: Robot, torque: list[dict[str, TorqueError]], rollouts: list[dict[str, list[RolloutError | None]]]
 ) -> None:
-    numbers = [("torque", name, [own.rms, own.r2]) for each in torque for name, own in each.items()]
-    for each in rollouts:
-        for name, errors in each.items():
-            numbers.append(("simulated velocity", name, [x for own in errors if own for x in (own.rms, own.relative)]))
+    numbers = [("torque", name, [error.rms, error.r2]) for joints in torque for name, error in joints.items()]
+    for rollout in rollouts:
+        for name, errors in rollout.items():
+            numbers.append(("simulated velocity", name, [x for err in errors if err for x in (err.rms, err.relative)]))
     for what, name, values in numbers:
         if not np.isfinite(values).all():
             raise _impossible(robot, f"its {what} of joint '{name}' is not finite")
@@ -255,15 +255,15 @@ def _friction(robot: Robot, notes: list[str]) -> ModelFriction:
     names, couplings = robot.joint_names, []
     unmeasured = [name for k, name in enumerate(names) if k not in robot.torque_controlled]
     for coupling, (coefficients, friction) in stated.items():
-        if own := [name for name in coefficients if name in unmeasured]:
-            about.append(f"tendon '{coupling}' is left out, as the torque of '{own[0]}' is not measured")
+        if missing := [name for name in coefficients if name in unmeasured]:
+            about.append(f"tendon '{coupling}' is left out, as the torque of '{missing[0]}' is not measured")
         else:
             couplings.append((np.array([coefficients.get(name, 0.0) for name in names]), friction))
-    found = ModelFriction([joints.get(name, JointFriction()) for name in names], couplings)
+    model_friction = ModelFriction([joints.get(name, JointFriction()) for name in names], couplings)
     notes += [f"{path.name}: {note}" for note in about]
-    if not found:
+    if not model_friction:
         notes.append(f"{path.name}: states no joint friction")
-    return found
+    return model_friction
 
 
 def read_friction(path: Path) -> StatedFriction:
@@ -278,7 +278,7 @@ def read_friction(path: Path) -> StatedFriction:
         from stribeck.design.replaying.mjcf_friction import read_mjcf_friction  # MuJoCo is slow to import
 
         return read_mjcf_friction(path)
-    xml, found = read_xml(path), {}
+    xml, joints = read_xml(path), {}
     for joint in xml.root.iter("joint"):
         numbers, name = {"friction": 0.0, "damping": 0.0}, joint.get("name", "")
         for dynamics in joint.iter("dynamics"):
@@ -288,5 +288,5 @@ def read_friction(path: Path) -> StatedFriction:
                 if numbers[word] < 0:
                     xml.refuse(dynamics, f"{of} is {dynamics.get(word)}; expected zero or more")
         if joint.get("type"):  # no transmission's
-            found[name] = JointFriction(coulomb=numbers["friction"], viscous=numbers["damping"])
-    return found, {}, []
+            joints[name] = JointFriction(coulomb=numbers["friction"], viscous=numbers["damping"])
+    return joints, {}, []

@@ -102,16 +102,16 @@ def rollout_errors(
     drives = np.zeros((2, len(robot.joint_names))) if robot.command_gains is None else robot.command_gains
     moving = [k for k in robot.torque_controlled if robot.joint_names[k] not in massless]
     batches = _batches(prepared, robot, moving, settings, horizons)
-    found: list[tuple[dict[str, list[RolloutError | None]], Simulated]] = []
+    rollouts: list[tuple[dict[str, list[RolloutError | None]], Simulated]] = []
     for friction in frictions:
         parts = [_compared(robot, batch, friction, np.nan_to_num(drives), moving, settings) for batch in batches]
         if not parts:
-            found.append(({}, Simulated(np.zeros(0), np.zeros((0, 0, 0)))))
+            rollouts.append(({}, Simulated(np.zeros(0), np.zeros((0, 0, 0)))))
             continue
-        error, change, counts, position = (np.concatenate(each) for each in zip(*parts, strict=True))
+        error, change, counts, position = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
         errors = {robot.joint_names[k]: _of_joint(error[..., k], change[..., k], counts[..., k]) for k in moving}
-        found.append((errors, Simulated(np.concatenate([batch.start for batch in batches]), position)))
-    return found
+        rollouts.append((errors, Simulated(np.concatenate([batch.start for batch in batches]), position)))
+    return rollouts
 
 
 def _batches(
@@ -140,10 +140,10 @@ def _batches(
     batches = []
     for mode, starts in by_mode.items():
         used = [slice(row, min(stop, row + longest)) for row, stop, _ in starts]
-        read = [differentiate(robot, log, each, motion_filter, turn_filter, settings) for each in used]
+        read = [differentiate(robot, log, window, motion_filter, turn_filter, settings) for window in used]
         kept = [np.minimum(np.arange(longest), len(torque) - 1) for _, torque in read]
-        states = [state.take(each) for (state, _), each in zip(read, kept, strict=True)]
-        torque = np.stack([torque[each] for (_, torque), each in zip(read, kept, strict=True)])
+        states = [state.take(samples) for (state, _), samples in zip(read, kept, strict=True)]
+        torque = np.stack([torque[samples] for (_, torque), samples in zip(read, kept, strict=True)])
         reach = period * np.array([stop - 1 - row for row, stop, _ in starts])
         steady = period * np.array(
             [(phase.steady_last - 1 - row) * (row >= phase.steady_first) for row, _, phase in starts]
@@ -184,7 +184,7 @@ def _simulate(batch: _Batch, friction: ModelFriction, drives: Array, free: IntAr
     acceleration = np.stack([state.acceleration for state in batch.states])
     acceleration[:, :, free] = 0.0
     position, velocity = (signal[:, 0].copy() for signal in motion)
-    found, positions = [], []
+    velocities, positions = [], []
     steps = [round(horizon / STEP) for horizon in batch.horizons]
     for step in range(steps[-1]):
         if step % round(TRACE / STEP) == 0:
@@ -208,8 +208,8 @@ def _simulate(batch: _Batch, friction: ModelFriction, drives: Array, free: IntAr
             velocity[:, free] = np.clip(before[:, free] + STEP * change, -1e3, 1e3)  # [rad/s], [m/s]
         position[:, free] += STEP * velocity[:, free]
         if step + 1 in steps:
-            found.append(velocity.copy())
-    return np.stack(found, axis=1), np.stack(positions, axis=1)
+            velocities.append(velocity.copy())
+    return np.stack(velocities, axis=1), np.stack(positions, axis=1)
 
 
 def _at(signal: Array, row: float) -> Array:
@@ -224,10 +224,10 @@ def _of_joint(error: Array, change: Array, counts: BoolArray) -> list[RolloutErr
 
     The result is None for horizons with fewer than five rollouts or without a change of velocity.
     """
-    found: list[RolloutError | None] = []
+    errors: list[RolloutError | None] = []
     for k, counted in enumerate(counts.T):
         rollouts = int(np.count_nonzero(counted))
         moved = float(np.sqrt(np.mean(change[counted, k] ** 2))) if rollouts >= 5 else 0.0
         rms = float(np.sqrt(np.mean(error[counted, k] ** 2))) if moved > 0 else 0.0
-        found.append(RolloutError(relative=rms / moved, rms=rms, rollouts=rollouts) if moved > 0 else None)
-    return found
+        errors.append(RolloutError(relative=rms / moved, rms=rms, rollouts=rollouts) if moved > 0 else None)
+    return errors

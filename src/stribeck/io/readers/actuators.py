@@ -103,7 +103,7 @@ def commanded_torques(channels: dict[str, Array], time: Array, robot: Robot) -> 
     limits = np.where(beyond < 0.2, most, np.inf)
     notes = [f"Torques are computed from the command, {terms}; measured torques in the log are ignored."]
     for what, share in (("clipped at", beyond < 0.2), ("not clipped: too many exceed", beyond >= 0.2)):
-        if joints := [name for name, own, far in zip(robot.joint_names, share, beyond, strict=True) if own and far]:
+        if joints := [name for name, match, far in zip(robot.joint_names, share, beyond, strict=True) if match and far]:
             notes.append(f"Commanded torques of {listed(joints)} are {what} the effort limits of the model.")
     parts = {"torque": np.clip(torque, -limits, limits), "command": command, "feedback": feedback}
     return parts | {"effort_limits": tuple(limits.tolist()), "unscaled": dict.fromkeys(unknown, 1.0)}, notes

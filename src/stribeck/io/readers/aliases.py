@@ -26,18 +26,18 @@ def find_aliases(table: LogTable, offers: Mapping[str, int]) -> dict[str, str]:
     offers
         {name in the log: its number of columns}.
     """
-    found: dict[str, str] = {}
+    aliases: dict[str, str] = {}
     for channel, names in ALIASES.items():
-        there = [name for name in names if name in offers]
-        if channel in offers or getattr(table, channel).name is not None or len(there) != 1:
+        matches = [name for name in names if name in offers]
+        if channel in offers or getattr(table, channel).name is not None or len(matches) != 1:
             continue
-        positions = offers.get(found.get("position", "position"))
-        if channel in ("time", "position", "torque") or offers[there[0]] == positions:
-            found[channel] = there[0]
-    return found
+        positions = offers.get(aliases.get("position", "position"))
+        if channel in ("time", "position", "torque") or offers[matches[0]] == positions:
+            aliases[channel] = matches[0]
+    return aliases
 
 
-def alias_note(found: Mapping[str, str]) -> list[str]:
+def alias_note(aliases: Mapping[str, str]) -> list[str]:
     """Note the alternative names that are used."""
-    pairs = ", ".join(f"'{name}' as {channel}" for channel, name in found.items())
-    return [f"Alternative names in the log: {pairs}."] if found else []
+    pairs = ", ".join(f"'{name}' as {channel}" for channel, name in aliases.items())
+    return [f"Alternative names in the log: {pairs}."] if aliases else []

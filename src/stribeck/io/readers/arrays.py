@@ -123,7 +123,7 @@ def open_hdf5(path: Path, table: LogTable) -> Recording:
 
 def datasets(file: h5py.File, path: Path) -> dict[str, h5py.Dataset]:
     """Find the datasets of an HDF5 file by path; refuse datasets stored in other files."""
-    found: dict[str, h5py.Dataset] = {}
+    nodes: dict[str, h5py.Dataset] = {}
 
     def visit(name: str, node: h5py.Dataset | h5py.Group) -> None:
         name = name if isinstance(name, str) else repr(name)  # h5py returns bytes if it is not UTF-8
@@ -132,10 +132,10 @@ def datasets(file: h5py.File, path: Path) -> dict[str, h5py.Dataset]:
                 raise LogError(
                     f"{path}: '{name}' is stored in other files, which are not opened; expected it in this file"
                 )
-            found[name] = node
+            nodes[name] = node
 
     file.visititems(visit)  # does not follow links to other files
-    return found
+    return nodes
 
 
 def _texts(values: object, name: str, path: Path) -> tuple[str, ...]:
@@ -232,10 +232,10 @@ def _load(name: str, parts: Sequence[StoredArray], columns: list[int], path: str
     result = allocate((rows.pop(), len(columns)))
     first = 0
     for part in parts:
-        here = [place for place, column in enumerate(columns) if first <= column < first + part.columns]
-        source = [columns[place] - first for place in here]
+        target = [place for place, column in enumerate(columns) if first <= column < first + part.columns]
+        source = [columns[place] - first for place in target]
         first += part.columns
-        flat = part.read().reshape(len(result), part.columns) if here else result[:, :0]
-        for start in range(0, len(result) if here else 0, BLOCK_ROWS):
-            result[start : start + BLOCK_ROWS, here] = flat[start : start + BLOCK_ROWS, source]
+        flat = part.read().reshape(len(result), part.columns) if target else result[:, :0]
+        for start in range(0, len(result) if target else 0, BLOCK_ROWS):
+            result[start : start + BLOCK_ROWS, target] = flat[start : start + BLOCK_ROWS, source]
     return result

@@ -76,8 +76,8 @@ def open_parts(path: Path, table: LogTable, seconds: float) -> Iterator[Recordin
 
     def recording() -> Recording:
         streams = collect(iter(part), name, topics)
-        found = join(name, streams, tuple(topics.others), table, JOINT_TYPES)
-        return replace(found, load=lambda wanted: _count_from(first, found.load(wanted)))
+        log = join(name, streams, tuple(topics.others), table, JOINT_TYPES)
+        return replace(log, load=lambda wanted: _count_from(first, log.load(wanted)))
 
     with foreign(name, "MCAP"):
         for message in _read_mcap(source, topics):
@@ -148,22 +148,22 @@ def _check_database(path: Path) -> None:
         If not.
     """
     for suffix in ("-wal", "-journal"):
-        beside = path.with_name(path.name + suffix)
-        if beside.exists() and beside.stat().st_size:
+        journal = path.with_name(path.name + suffix)
+        if journal.exists() and journal.stat().st_size:
             raise LogError(
-                f"{beside}: contains messages that were not merged, because the bag was not closed; expected a "
+                f"{journal}: contains messages that were not merged, because the bag was not closed; expected a "
                 f"closed bag (with a copy of the folder, sqlite3 {path.name} 'PRAGMA wal_checkpoint' merges them)"
             )
     with closing(sqlite3.connect(f"{path.resolve().as_uri()}?immutable=1&mode=ro", uri=True)) as database:
-        pages, page, found = (
+        pages, page, integrity = (
             database.execute(f"PRAGMA {name}").fetchone()[0]
             for name in ("page_count", "page_size", "integrity_check(1)")
         )
     size = path.stat().st_size
     if pages * page > size:
         raise ValueError(f"{path.name} ends after {size} of {pages * page} bytes")
-    if found != "ok":
-        raise ValueError(f"{path.name}: {found}")
+    if integrity != "ok":
+        raise ValueError(f"{path.name}: {integrity}")
 
 
 def _read_rosbag(path: Path, topics: Topics, unpack: Callable[[bytes], bytes] = bytes) -> Messages:
@@ -176,15 +176,15 @@ def _read_rosbag(path: Path, topics: Topics, unpack: Callable[[bytes], bytes] = 
             link.symlink_to(path.resolve())
             path = link
         reader = stack.enter_context(AnyReader([path], default_typestore=_types()))
-        connections = [one for one in reader.connections if topics.uses(one.topic, one.msgtype)]
-        for one in sorted(reader.connections, key=lambda one: one.topic):
-            if one not in connections:
-                topics.add(one.topic, partial(_first_message, reader, one, unpack))
+        connections = [entry for entry in reader.connections if topics.uses(entry.topic, entry.msgtype)]
+        for connection in sorted(reader.connections, key=lambda connection: connection.topic):
+            if connection not in connections:
+                topics.add(connection.topic, partial(_first_message, reader, connection, unpack))
         if not connections:  # AnyReader reads all messages if the choice is empty
             return
-        there = reader.typestore.fielddefs
-        if not {one.msgtype for one in connections} <= there.keys():  # some bags define only some types
-            reader.typestore.register({name: kind for name, kind in _types().fielddefs.items() if name not in there})
+        types = reader.typestore.fielddefs
+        if not {connection.msgtype for connection in connections} <= types.keys():  # some bags define only some types
+            reader.typestore.register({name: kind for name, kind in _types().fielddefs.items() if name not in types})
         for connection, recorded, data in reader.messages(connections=connections):
             message = reader.deserialize(unpack(data), connection.msgtype)
             yield connection.topic, connection.msgtype, recorded, message
@@ -272,7 +272,7 @@ def _types() -> Typestore:
 
 def _find_store(schema: Schema, name: str, encoding: str) -> Typestore:
     """Build a store with the type of an MCAP channel: from ROS, the file itself, or the published definitions."""
-    own = get_typestore(Stores.ROS2_HUMBLE if encoding == "cdr" else Stores.ROS1_NOETIC)
-    if name not in own.types and schema.encoding in ("ros1msg", "ros2msg") and schema.data:
-        own.register(get_types_from_msg(schema.data.decode(), name))
-    return own if name in own.types else _types()
+    store = get_typestore(Stores.ROS2_HUMBLE if encoding == "cdr" else Stores.ROS1_NOETIC)
+    if name not in store.types and schema.encoding in ("ros1msg", "ros2msg") and schema.data:
+        store.register(get_types_from_msg(schema.data.decode(), name))
+    return store if name in store.types else _types()

@@ -132,25 +132,25 @@ def _columns_of(
     dotted = [name for name in names if name.startswith(prefix + ".")]
     numbered = sorted((int(match[1] or match[2]), name) for name, match in matches.items())
     if channel == "time" or (asked in names and channel not in JOINT_CHANNELS):
-        found = [prefix] if prefix in names else []
+        columns = [prefix] if prefix in names else []
         labels: tuple[str, ...] | None = None
     elif numbered and set(dotted) <= set(matches):
-        found = [name for _, name in numbered]
+        columns = [name for _, name in numbered]
         labels = tuple(str(number) for number, _ in numbered)
     else:
         start = prefix + "." if dotted else prefix
-        found = [name for name in names if name.startswith(start)] if asked or dotted else []
-        labels = tuple(name.removeprefix(start) for name in found)
-    if asked and not found:
+        columns = [name for name in names if name.startswith(start)] if asked or dotted else []
+        labels = tuple(name.removeprefix(start) for name in columns)
+    if asked and not columns:
         raise LogError(
             f"{path}: [log.{channel}] name is '{asked}', but no column starts with it; the file has {listed(names)}"
         )
-    return labels, found
+    return labels, columns
 
 
 def _load(used: Mapping[str, list[str]], table: OpenedTable, notes: Sequence[str], wanted: Wanted) -> Loaded:
     """Read columns, batch by batch, directly into their arrays to save memory."""
-    plan = {name: [table.places[used[name][k]] if k >= 0 else None for k in own] for name, own in wanted.items()}
+    plan = {name: [table.places[used[name][k]] if k >= 0 else None for k in order] for name, order in wanted.items()}
     if table.on_disk:
         check_size(table.path, 8 * table.rows * sum(map(len, plan.values())))
     stored = list(dict.fromkeys(place[0] for places in plan.values() for place in places if place))
@@ -159,7 +159,7 @@ def _load(used: Mapping[str, list[str]], table: OpenedTable, notes: Sequence[str
     stamps: list[NDArray[np.generic]] = []
     row = 0
     for batch in table.read(stored, free):
-        here = slice(row, row + batch.num_rows)
+        rows = slice(row, row + batch.num_rows)
         lists = {
             name: _stack_lists(batch.column(name), table.widths[name], row, name, table.path)
             for name in stored
@@ -174,8 +174,8 @@ def _load(used: Mapping[str, list[str]], table: OpenedTable, notes: Sequence[str
                 if channel == "time":
                     stamps.append(values)
                 else:
-                    channels[channel][here, k] = values
-        row = here.stop
+                    channels[channel][rows, k] = values
+        row = rows.stop
     pa.default_memory_pool().release_unused()  # hundreds of megabytes for later stages
     arrays: Arrays = {name: values[:row] for name, values in channels.items()}
     if "time" not in plan:
@@ -196,8 +196,8 @@ def _on_one_clock(arrays: Arrays, notes: Sequence[str]) -> Loaded:
     lead = known["position"].all(axis=1)
     apart = [
         name  # and not much slower than the positions, as `join` requires too
-        for name, own in known.items()
-        if lead.any() and np.mean(own[lead]) < 0.5 and np.all(own.sum(axis=0) > lead.sum() / 10)
+        for name, mask in known.items()
+        if lead.any() and np.mean(mask[lead]) < 0.5 and np.all(mask.sum(axis=0) > lead.sum() / 10)
     ]
     if not apart:
         return arrays, list(notes)
@@ -205,10 +205,10 @@ def _on_one_clock(arrays: Arrays, notes: Sequence[str]) -> Loaded:
     result: Arrays = {name: values[lead] for name, values in arrays.items()}
     for name in apart:
         for column, rows in zip(range(arrays[name].shape[1]), known[name].T, strict=True):
-            own, values = time[rows], np.asarray(arrays[name], dtype=np.float64)[rows, column, None]
-            if len(own) > 1:
-                moved = (previous if name == "contact" else linear)(time[lead], own, values)
-                moved[bridges(time[lead], own, 3 * float(np.median(np.diff(own))))] = np.nan
+            times, values = time[rows], np.asarray(arrays[name], dtype=np.float64)[rows, column, None]
+            if len(times) > 1:
+                moved = (previous if name == "contact" else linear)(time[lead], times, values)
+                moved[bridges(time[lead], times, 3 * float(np.median(np.diff(times))))] = np.nan
                 result[name][:, column] = moved[:, 0]
     return result, [*notes, f"Interpolated to the {lead.sum()} rows with positions: {', '.join(apart)}."]
 

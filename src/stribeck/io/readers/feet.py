@@ -25,20 +25,20 @@ def foot_columns(
             places[name] = places_of(renamed, name, source.path)
     if not places:
         return (), {}
-    found = {
+    offers = {
         name: {foot.rsplit(".", 1)[0] if name == "foot_wrench" else foot: None for foot in feet}
         for name, feet in places.items()
     }
-    known = tuple(robot.contacts) if robot else tuple(dict.fromkeys(foot for feet in found.values() for foot in feet))
-    strangers = [foot for foot in dict.fromkeys(f for feet in found.values() for f in feet) if foot not in known]
+    known = tuple(robot.contacts) if robot else tuple(dict.fromkeys(foot for feet in offers.values() for foot in feet))
+    strangers = [foot for foot in dict.fromkeys(f for feet in offers.values() for f in feet) if foot not in known]
     if strangers and robot:
         notes.append(f"Feet {listed(strangers)} of the log are not contacts of the robot and are ignored.")
-    found = {name: feet for name, feet in found.items() if any(foot in feet for foot in known)}
-    feet = tuple(foot for foot in known if found and all(foot in feet for feet in found.values()))
+    offers = {name: feet for name, feet in offers.items() if any(foot in feet for foot in known)}
+    feet = tuple(foot for foot in known if offers and all(foot in feet for feet in offers.values()))
     if not feet:
         return (), {}
     columns: dict[str, list[int]] = {}
-    for name in found:
+    for name in offers:
         wanted = widened(feet, len(WRENCH) if name == "foot_wrench" else 1)
         absent = [label for label in wanted if label not in places[name]]
         if absent:

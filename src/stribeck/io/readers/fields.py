@@ -14,13 +14,13 @@ from stribeck.io.readers.messages import Part
 
 def asked_fields(table: LogTable) -> dict[str, dict[str, list[str]]]:
     """Collect {topic: {name in `[log]`: channels}}."""
-    found: dict[str, dict[str, list[str]]] = {}
+    fields: dict[str, dict[str, list[str]]] = {}
     roles = COMMAND | {"external_torque": "torque"}  # read as another channel until their role is known
     for channel in JOINT_CHANNELS:
         asked = getattr(table, channel).name or []
         for name in [asked] if isinstance(asked, str) else asked:
-            found.setdefault(name.partition(".")[0], {}).setdefault(name, []).append(roles.get(channel, channel))
-    return found
+            fields.setdefault(name.partition(".")[0], {}).setdefault(name, []).append(roles.get(channel, channel))
+    return fields
 
 
 def parts_of_fields(message: Any, names: Mapping[str, Sequence[str]], place: str) -> Iterator[Part]:
@@ -33,8 +33,8 @@ def parts_of_fields(message: Any, names: Mapping[str, Sequence[str]], place: str
         try:
             values = _read(message, field)
         except AttributeError as error:
-            there = ", ".join(list_numbers(message))
-            raise LogError(f"{place} has no field '{field}'; expected one of {there}") from error
+            fields = ", ".join(list_numbers(message))
+            raise LogError(f"{place} has no field '{field}'; expected one of {fields}") from error
         single = np.ndim(values) == 0
         labels = (name,) if single else tuple(str(number) for number in range(len(values)))
         yield Part("joints", labels, dict.fromkeys(channels, np.atleast_1d(values)), name)
@@ -56,5 +56,5 @@ def _read(message: Any, field: str) -> Any:
     """Read a field by its path, in every element of arrays of messages."""
     value = message
     for key in field.split("."):
-        value = [getattr(each, key) for each in value] if isinstance(value, list) else getattr(value, key)
+        value = [getattr(entry, key) for entry in value] if isinstance(value, list) else getattr(value, key)
     return value

@@ -69,18 +69,18 @@ def open_folder(path: Path, table: LogTable) -> Recording:
         for stream in _make_streams(file, clock, files, path):
             streams.append(stream)
             for channel in stream.values:
-                parts.setdefault(channel, []).extend((stream, own, k) for k, own in enumerate(file.labels[channel]))
+                parts.setdefault(channel, []).extend((stream, label, k) for k, label in enumerate(file.labels[channel]))
     for channel in parts:
         _require_names(channel, files, path)
     kept, slow = fast_enough(streams)
     columns = {name: [part for part in offered if part[0] in kept] for name, offered in parts.items()}
     columns = {channel: offered for channel, offered in columns.items() if offered}
-    places = {name: [(stream, k) for stream, _, k in own] for name, own in columns.items()}
+    places = {name: [(stream, k) for stream, _, k in entries] for name, entries in columns.items()}
     idle = [file.name for file in files if not file.labels and file is not clock]
     return Recording(
         path=str(path),
         channels=({"time": Channel(1)} if timed else {})
-        | {name: Channel(len(own), tuple(label for _, label, _ in own)) for name, own in columns.items()},
+        | {name: Channel(len(entries), tuple(label for _, label, _ in entries)) for name, entries in columns.items()},
         load=partial(load_on_one_clock, places, table, str(path), [*notes, *slow]),
         others=(*dict.fromkeys(name for file in files for name in file.others), *idle),
         time_unit="ns",
@@ -120,13 +120,13 @@ def _read(path: Path, settings: LogTable) -> _File:
     asked = {channel: name for channel in CHANNELS if (name := getattr(settings, channel).name) is not None}
     full = [_complete_name(name, path.stem, asked) for name in table.names]
     elsewhere = [channel for channel, name in asked.items() if not _offers(name, full)]
-    own = settings.model_copy(
+    log_table = settings.model_copy(
         update={name: getattr(settings, name).model_copy(update={"name": None}) for name in elsewhere}
     )
     renamed = replace(
-        table, names=full, places={name: table.places[own] for name, own in zip(full, table.names, strict=True)}
+        table, names=full, places={name: table.places[column] for name, column in zip(full, table.names, strict=True)}
     )
-    source = source_of_columns(renamed, own)
+    source = source_of_columns(renamed, log_table)
     channels = {name: channel for name, channel in source.channels.items() if name == "time" or name not in elsewhere}
     loaded, notes = source.load({name: range(channel.columns) for name, channel in channels.items()})
     rows = len(next(iter(loaded.values()), ()))
@@ -148,7 +148,7 @@ def _read(path: Path, settings: LogTable) -> _File:
 
 def _complete_name(name: str, stem: str, asked: Mapping[str, str | list[str]]) -> str:
     """Prefix a column's name with its file's name, unless it identifies a channel."""
-    prefixes = [one for own in asked.values() for one in ([own] if isinstance(own, str) else own)]
+    prefixes = [prefix for names in asked.values() for prefix in ([names] if isinstance(names, str) else names)]
     if stem == "time" and name.startswith("["):
         return "time"
     if group_of(name) in USUAL or any(name.startswith(prefix) for prefix in prefixes):
@@ -157,7 +157,7 @@ def _complete_name(name: str, stem: str, asked: Mapping[str, str | list[str]]) -
 
 
 def _offers(asked: str | list[str], names: Sequence[str]) -> bool:
-    return all(one in names for one in asked) if isinstance(asked, list) else any(n.startswith(asked) for n in names)
+    return all(name in names for name in asked) if isinstance(asked, list) else any(n.startswith(asked) for n in names)
 
 
 def _to_nanoseconds(stamps: NDArray[np.generic], unit: str | None, path: str) -> IntArray:

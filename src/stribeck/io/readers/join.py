@@ -69,9 +69,9 @@ def join(
     """
     joints = [stream for stream in streams if stream.kind == "joints"]
     if not joints:
-        found = tuple(dict.fromkeys([*(stream.topic for stream in streams), *others]))
+        topics = tuple(dict.fromkeys([*(stream.topic for stream in streams), *others]))
         types = f"messages of type {listed(types)}, or numbers in other messages as '<topic>.<field>'"
-        return Recording(path=path, channels={}, load=lambda _: ({}, []), others=found, expected={"position": types})
+        return Recording(path=path, channels={}, load=lambda _: ({}, []), others=topics, expected={"position": types})
     streams, notes = fast_enough(streams)
     streams = _with_roles(streams, table, path)
     leaders = {"joints": table.position.name, "imu": table.base_orientation.name}
@@ -157,23 +157,23 @@ def _find_parts(
             offers.setdefault(label, []).append((stream, column))
     parts: dict[str, Part] = {}
     lost: dict[tuple[str, int], list[str]] = {}
-    for label, found in offers.items():
-        topics = list(dict.fromkeys(stream.topic for stream, _ in found))
+    for label, candidates in offers.items():
+        topics = list(dict.fromkeys(stream.topic for stream, _ in candidates))
         usual = [topic for topic in topics if _is_usual(topic)]
         if len(topics) > 1 and len(usual) != 1:
             raise LogError(
                 f"{path}: topics {listed(topics)} all contain {channel} of '{label}'; choose one by "
                 f'[log.{channel}] name = "{topics[0]}"'
             )
-        of_topic = [part for part in found if part[0].topic == (usual or topics)[0]]
+        of_topic = [part for part in candidates if part[0].topic == (usual or topics)[0]]
         parts[label] = max(of_topic, key=lambda part: len(part[0].stamps))
-        left = sum(len(stream.stamps) for stream, _ in of_topic) - len(parts[label][0].stamps)
-        if left:
-            lost.setdefault((parts[label][0].topic, left), []).append(label)
+        count = sum(len(stream.stamps) for stream, _ in of_topic) - len(parts[label][0].stamps)
+        if count:
+            lost.setdefault((parts[label][0].topic, count), []).append(label)
     notes += [
-        f"{left} messages of '{topic}' have other joints or signals than most: their {channel} of {listed(labels)} is "
+        f"{count} messages of '{topic}' have other joints or signals than most: their {channel} of {listed(labels)} is "
         "ignored."
-        for (topic, left), labels in lost.items()
+        for (topic, count), labels in lost.items()
     ]
     return parts
 
@@ -215,10 +215,10 @@ def _refuse_slow(stream: Stream, clock: Stream, path: str) -> None:
 
 
 def load_on_one_clock(
-    parts: Mapping[str, list[Part]], table: LogTable, path: str, found: Sequence[str], wanted: Wanted
+    parts: Mapping[str, list[Part]], table: LogTable, path: str, remarks: Sequence[str], wanted: Wanted
 ) -> Loaded:
     """Resample columns to the clock of the joint states, over the common time of all streams."""
-    used = {name: [parts[name][i] if i >= 0 else None for i in own] for name, own in wanted.items() if name != "time"}
+    used = {name: [parts[name][i] if i >= 0 else None for i in plan] for name, plan in wanted.items() if name != "time"}
     positions = Counter(id(part[0]) for part in used.get("position", ()) if part)
     streams = list({id(part[0]): part[0] for columns in used.values() for part in columns if part}.values())
     clock = max(streams, key=lambda stream: (positions[id(stream)], len(stream.stamps)))
@@ -230,7 +230,7 @@ def load_on_one_clock(
         raise LogError(f"{path}: topics {topics} do not overlap in time; expected streams of one recording")
     common = slice(rows[0], rows[-1] + 1)
     stamps = clock.stamps[common]
-    notes = [*found, *[f"The clock is '{clock.topic}'."][: len({s.topic for s in streams}) - 1]]
+    notes = [*remarks, *[f"The clock is '{clock.topic}'."][: len({s.topic for s in streams}) - 1]]
     if len(stamps) < len(clock.stamps):
         notes.append(f"{len(clock.stamps) - len(stamps)} messages outside the common time of all topics are ignored.")
     stamped = {stream.topic: stream.clock for stream in streams if stream.clock}

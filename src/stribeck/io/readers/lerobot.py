@@ -52,7 +52,7 @@ def open_lerobot(path: Path, table: LogTable) -> Recording:
         path=str(path),
         names=list(stored) + ["time"] * (time is not None),
         places=places | {"time": ("time", None)} if time is not None else places,
-        rows=sum(one.rows for one in tables),
+        rows=sum(part.rows for part in tables),
         read=partial(_read, tables, time),
         kind=lambda name: pa.float64() if name == "time" and time is not None else tables[0].kind(name),
         on_disk=False,
@@ -81,7 +81,7 @@ def _open_tables(path: Path) -> list[OpenedTable]:
     if not files:
         raise LogError(f"{path}: contains no data/chunk-000/*.parquet; expected the data next to the meta folder")
     tables = [parquet_table(file) for file in files]
-    if not any(one.rows for one in tables):
+    if not any(table.rows for table in tables):
         raise LogError(f"{path}: its {len(files)} Parquet files contain no rows; expected at least one episode")
     for other in tables[1:]:
         if other.names != tables[0].names:
@@ -89,8 +89,8 @@ def _open_tables(path: Path) -> list[OpenedTable]:
                 f"{other.path}: has columns {listed(other.names)}; expected the same as in {files[0].name}: "
                 f"{listed(tables[0].names)}"
             )
-    for one in tables:
-        check_size(one.path, 8 * one.rows * len(one.names))
+    for table in tables:
+        check_size(table.path, 8 * table.rows * len(table.names))
     return tables
 
 
@@ -100,7 +100,7 @@ def _read_features(path: Path) -> Mapping[str, Any]:
     with foreign(str(where), "LeRobot's info.json"):
         info = json.loads(where.read_text(encoding="utf-8"))
     features = info.get("features") if isinstance(info, dict) else None
-    if not isinstance(features, dict) or not all(isinstance(one, dict) for one in features.values()):
+    if not isinstance(features, dict) or not all(isinstance(feature, dict) for feature in features.values()):
         raise LogError(f"{where}: contains no table 'features'; expected a LeRobot dataset of version 2 or 3")
     if STATE not in features:
         raise LogError(f"{where}: has features {listed(list(features))}; expected '{STATE}' among them")
@@ -117,8 +117,8 @@ def _rename_columns(columns: Sequence[str], features: Mapping[str, Any]) -> list
             names.append(column)
             continue
         width = sum(other.startswith(f"{feature}[") for other in columns)
-        own = next((known for known in (_list_names(features.get(feature, {})), of_state) if len(known) == width), ())
-        name = own[int(place)] if own else ""
+        order = next((known for known in (_list_names(features.get(feature, {})), of_state) if len(known) == width), ())
+        name = order[int(place)] if order else ""
         stem, dot, ending = name.rpartition(".")
         channel = ENDINGS.get(feature.removeprefix("observation."), feature)
         if dot and ending in ENDINGS:

@@ -76,7 +76,7 @@ def _read_whole(path: str, variable: StoredArray) -> Array:
 def _read_before_7_3(path: Path) -> Contents:
     """Read a file of version 4 to 7 completely; refuse files that would unpack to fill the memory."""
     check_size(str(path), _measure(path))
-    found: Mapping[str, Any] = scipy.io.loadmat(path, simplify_cells=True)
+    contents: Mapping[str, Any] = scipy.io.loadmat(path, simplify_cells=True)
     variables: dict[str, StoredArray] = {}
     texts: dict[str, tuple[str, ...]] = {}
 
@@ -85,14 +85,14 @@ def _read_before_7_3(path: Path) -> Contents:
         if isinstance(value, Mapping):
             for key, part in value.items():
                 visit(f"{name}.{key}", part)
-        elif flat.size and all(isinstance(one, str) for one in flat):
-            texts[name] = tuple(str(one).rstrip() for one in flat)
+        elif flat.size and all(isinstance(text, str) for text in flat):
+            texts[name] = tuple(str(text).rstrip() for text in flat)
         elif isinstance(value, (int, float, complex, np.generic, np.ndarray)):
             array = np.atleast_1d(np.squeeze(np.asarray(value)))
             if array.dtype.kind in "fiubc":
                 variables[name] = StoredArray(array.shape, array.dtype, array.view)
 
-    for name, value in found.items():
+    for name, value in contents.items():
         if not name.startswith("__"):
             visit(name, value)
     return variables, texts
@@ -107,10 +107,10 @@ def _measure(path: Path) -> int:
             kind, length = (int(word) for word in np.frombuffer(tag, dtype=f"{order}u4"))
             following = file.tell() + length
             if kind == 15:  # compressed
-                unpacker, left = zlib.decompressobj(), length
-                while left > 0 and not unpacker.eof:
-                    data = file.read(min(left, 1 << 20))
-                    left -= len(data)
+                unpacker, rest = zlib.decompressobj(), length
+                while rest > 0 and not unpacker.eof:
+                    data = file.read(min(rest, 1 << 20))
+                    rest -= len(data)
                     while data and not unpacker.eof:
                         total += len(unpacker.decompress(data, 1 << 20))
                         data = unpacker.unconsumed_tail
@@ -132,7 +132,7 @@ def _read_hdf5(path: Path) -> Contents:
             kind = bytes(node.attrs.get("MATLAB_class", b"")).decode(errors="replace")
             if kind == "char" or (kind == "cell" and h5py.check_ref_dtype(node.dtype)):
                 check_size(str(path), node.size * node.dtype.itemsize)
-                lines = [_read_text(node)] if kind == "char" else [_read_text(file[one]) for one in np.ravel(node[()])]
+                lines = [_read_text(node)] if kind == "char" else [_read_text(file[ref]) for ref in np.ravel(node[()])]
                 if all(line is not None for line in lines):
                     texts[dotted] = tuple(line or "" for line in lines)
             elif node.shape is not None and node.dtype.kind != "O":

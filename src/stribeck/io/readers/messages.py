@@ -47,7 +47,7 @@ def _foxglove_joints(message: Any, place: str) -> list[Part]:
     refuse_twice(names, place)
     channels = {"position": "position", "velocity": "velocity", "torque": "effort"}
     read = {channel: [getattr(joint, key, None) for joint in message.joints] for channel, key in channels.items()}
-    return [Part("joints", names, {channel: each for channel, each in read.items() if None not in each})]
+    return [Part("joints", names, {channel: values for channel, values in read.items() if None not in values})]
 
 
 def _dynamic_joint_state(message: Any, place: str) -> list[Part]:
@@ -63,11 +63,11 @@ def _dynamic_joint_state(message: Any, place: str) -> list[Part]:
                 f"{place} has {len(interface.interface_names)} interface names and {len(interface.values)} values "
                 f"of joint '{name}'; expected one value per name"
             )
-        found = dict(zip(interface.interface_names, interface.values, strict=True))
-        if "effort" in found:  # of ros2_control's torque and effort, the latter is used
-            found["torque"] = found["effort"]
+        readings = dict(zip(interface.interface_names, interface.values, strict=True))
+        if "effort" in readings:  # of ros2_control's torque and effort, the latter is used
+            readings["torque"] = readings["effort"]
         channels = ("position", "velocity", "acceleration", "torque", "temperature")
-        values = {channel: found[channel] for channel in channels if channel in found}
+        values = {channel: readings[channel] for channel in channels if channel in readings}
         if values:
             groups.setdefault(tuple(values), []).append((name, values))
     return [
@@ -116,7 +116,7 @@ def _low_state(message: Any, place: str) -> list[Part]:
         "position": [motor.q for motor in motors],
         "velocity": [motor.dq for motor in motors],
         "torque": [motor.tau_est for motor in motors],
-        "temperature": [one[0] if hasattr(one, "__len__") else one for one in temperatures],
+        "temperature": [reading[0] if hasattr(reading, "__len__") else reading for reading in temperatures],
     }
     w, x, y, z = imu.quaternion
     measured = {

@@ -222,7 +222,7 @@ def _find_torque_source(source: Recording, robot: Robot | None) -> tuple[TorqueS
     said = source.torque_source
     if said is not None and said not in valid:
         raise LogError(f"{source.path}: 'torque_source' is '{said}'; expected one of {listed(valid)}")
-    of_log = next((one for one in valid if one == said), valid[0])
+    of_log = next((option for option in valid if option == said), valid[0])
     if robot is None:
         return of_log, []
     if said is not None and of_log != robot.torque_source:

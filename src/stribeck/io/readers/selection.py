@@ -96,26 +96,26 @@ def _labels(
     width = len(WRENCH) if name == "foot_wrench" else 1
     setting = "foot_order" if feet else "joint_order"
     agreed = tuple(getattr(table, setting))
-    own = () if robot is None else tuple(robot.contacts) if feet else robot.joint_names
-    labels = _without_numbers(name, channel.labels, {*own, *(table.foot_names if feet else table.joint_names)}, source)
+    keys = () if robot is None else tuple(robot.contacts) if feet else robot.joint_names
+    labels = _without_numbers(name, channel.labels, {*keys, *(table.foot_names if feet else table.joint_names)}, source)
     if name in VECTOR_CHANNELS:
         return labels or VECTOR_CHANNELS[name][: channel.columns]
     asked = getattr(table, name).name
-    strange = isinstance(asked, list) and not {table.joint_names.get(one, one) for one in asked} & set(own)
-    if labels is not None and not (asked and agreed) and not (strange and len(own) * width == channel.columns):
+    strange = isinstance(asked, list) and not {table.joint_names.get(label, label) for label in asked} & set(keys)
+    if labels is not None and not (asked and agreed) and not (strange and len(keys) * width == channel.columns):
         names = labels
     elif agreed:
         names = widened(agreed, width)
-    elif len(own) * width == channel.columns:
-        names = widened(own, width)
+    elif len(keys) * width == channel.columns:
+        names = widened(keys, width)
         notes.append(
-            f"The columns of '{name}' have no known names: taken in the order of the robot file ({listed(own)})."
+            f"The columns of '{name}' have no known names: taken in the order of the robot file ({listed(keys)})."
         )
     elif robot is None:
         names = widened(tuple(f"{'foot' if feet else 'joint'}_{i + 1}" for i in range(channel.columns // width)), width)
     else:
         raise LogError(
-            f"{source.path}: '{name}' has {channel.columns} columns without names, the robot has {len(own) * width}; "
+            f"{source.path}: '{name}' has {channel.columns} columns without names, the robot has {len(keys) * width}; "
             f"list their names in [log] {setting}, or as an array '{setting.replace('_order', '_names')}' in the log"
         )
     if len(names) != channel.columns:
@@ -152,10 +152,10 @@ def _vector_columns(source: Recording, labels: dict[str, tuple[str, ...]]) -> di
     columns = {}
     for name, axes in VECTOR_CHANNELS.items():
         if name in labels:
-            own = labels[name]
-            if sorted(own) != sorted(axes):
-                raise LogError(f"{source.path}: '{name}' has columns {listed(own)}; expected {listed(axes)}")
-            columns[name] = [own.index(axis) for axis in axes]
+            order = labels[name]
+            if sorted(order) != sorted(axes):
+                raise LogError(f"{source.path}: '{name}' has columns {listed(order)}; expected {listed(axes)}")
+            columns[name] = [order.index(axis) for axis in axes]
     return columns
 
 
@@ -214,8 +214,8 @@ def _paired(names: Sequence[str], joints: Sequence[str]) -> dict[str, str]:
         return dict(zip(names, joints, strict=True))
     pairs: dict[str, str] = {}
     for joint in joints[: len(names)]:
-        left = [name for name in names if name not in pairs]
-        pairs[difflib.get_close_matches(joint, left, n=1, cutoff=0.0)[0]] = joint
+        rest = [name for name in names if name not in pairs]
+        pairs[difflib.get_close_matches(joint, rest, n=1, cutoff=0.0)[0]] = joint
     return pairs
 
 

@@ -77,7 +77,7 @@ def parquet_table(path: Path) -> OpenedTable:
 
     with foreign(str(path), "Parquet"), opened() as file:
         schema, rows = file.schema_arrow, file.metadata.num_rows
-        lists = [one.name for one in schema if is_list(one.type)]
+        lists = [field.name for field in schema if is_list(field.type)]
         head = next(file.iter_batches(HEAD, columns=lists), None) if lists else None
     names, places, widths = spread(schema.names, _measure_lists(head) if head else {})
     return OpenedTable(str(path), names, places, rows, read, lambda name: schema.field(name).type, widths)
@@ -86,7 +86,7 @@ def parquet_table(path: Path) -> OpenedTable:
 def _measure_lists(head: pa.RecordBatch | pa.Table) -> dict[str, list[int]]:
     """Compute the sizes of the lists in some rows."""
     return {
-        name: [len(one or ()) for one in column.to_pylist()]
+        name: [len(values or ()) for values in column.to_pylist()]
         for name, column in zip(head.schema.names, head.columns, strict=True)
     }
 
@@ -168,11 +168,11 @@ def find_layout(path: Path) -> CsvLayout:
             encoding = "latin-1"
     lines = [line.strip() for line in start.decode(encoding, errors="replace").splitlines()[:HEAD]]
     bare = [re.sub(r'"[^"]*"|\[[^]]*\]', "x", COMMENT.sub("", line)) for line in lines]
-    separators = [next((each for each in ";\t," if each in line), " ") for line in bare]
-    cells = [_split(line, each) for line, each in zip(lines, separators, strict=True)]
+    separators = [next((separator for separator in ";\t," if separator in line), " ") for line in bare]
+    cells = [_split(line, separator) for line, separator in zip(lines, separators, strict=True)]
     if not any(cells):
         raise LogError(f"{path}: is empty; expected a line of column names, then one line per sample")
-    values = next((k for k, each in enumerate(cells) if is_data(each)), 1)
+    values = next((k for k, row in enumerate(cells) if is_data(row)), 1)
     if values > 1 and any(map(_is_number, filter(None, cells[values - 1]))):  # an incomplete line of values
         values = 1
     first = min(values, len(lines) - 1)
@@ -225,7 +225,7 @@ def table_of_frame(frame: object) -> OpenedTable:
         )
     with foreign("frame", "a table"):
         data = pa.table(frame)
-        lists = [one.name for one in data.schema if is_list(one.type)]
+        lists = [field.name for field in data.schema if is_list(field.type)]
         names, places, widths = spread(data.column_names, _measure_lists(data.select(lists).slice(0, HEAD)))
 
     def read(columns: list[str], _: Collection[str]) -> Iterator[pa.RecordBatch]:

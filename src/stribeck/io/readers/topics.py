@@ -35,10 +35,10 @@ class Topics:
         """Add the numbers of the first message of a topic that are not read, or the topic if it cannot be decoded."""
         if topic not in self.listed:
             self.listed.add(topic)
-            found = [topic]
+            names = [topic]
             with suppress(Exception):  # types without a definition, or damaged messages
-                found = [f"{topic}.{name}" for name in list_numbers(decode())] or found
-            self.others |= dict.fromkeys(name for name in found if name not in self.fields.get(topic, ()))
+                names = [f"{topic}.{name}" for name in list_numbers(decode())] or names
+            self.others |= dict.fromkeys(name for name in names if name not in self.fields.get(topic, ()))
 
     def parts(self, topic: str, kind: str, message: Any, place: str) -> Iterable[Part]:
         """Split a message of a topic that is read."""
@@ -85,7 +85,7 @@ def _read_stamp(message: Any) -> int:
 
 def _make_stream(topic: str, name: str, kind: str, labels: tuple[str, ...], flat: dict[str, array[Any]]) -> Stream:
     stamps, ticks, recorded = (np.array(flat.pop(clock), dtype=np.int64) for clock in ("stamps", "ticks", "recorded"))
-    values = {channel: np.frombuffer(own).reshape(len(stamps), -1) for channel, own in flat.items()}
+    values = {channel: np.frombuffer(numbers).reshape(len(stamps), -1) for channel, numbers in flat.items()}
     if (np.diff(recorded) < 0).any():  # files may store messages out of order
         order = np.argsort(recorded, kind="stable")
         stamps, ticks, recorded = stamps[order], ticks[order], recorded[order]

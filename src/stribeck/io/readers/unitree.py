@@ -42,8 +42,8 @@ def name_motors(source: Recording, table: LogTable, joints: Sequence[str]) -> tu
                 f"has only {len(motors)} motors"
             )
         return _rename(source, dict(zip(motors, table.joint_order, strict=False))), []
-    own = {joint: _normalize(joint) for joint in joints}
-    fits = {name: _count_matches(list(own.values()), order) for name, order in source.motor_orders.items()}
+    normals = {joint: _normalize(joint) for joint in joints}
+    fits = {name: _count_matches(list(normals.values()), order) for name, order in source.motor_orders.items()}
     best = [name for name, fit in fits.items() if fit == max(fits.values())]
     if fits[best[0]][0] == 0:
         return source, []
@@ -52,7 +52,7 @@ def name_motors(source: Recording, table: LogTable, joints: Sequence[str]) -> tu
             f"{source.path}: has {len(motors)} motors without names, and the robot's joints fit the orders of "
             f"{listed(best)} equally well; set [log] joint_order"
         )
-    joint_of = {normal: joint for joint, normal in own.items()}
+    joint_of = {normal: joint for joint, normal in normals.items()}
     order = [(f"{MOTOR}{number}", _normalize(name)) for number, name in enumerate(source.motor_orders[best[0]])]
     names = {motor: joint_of[name] for motor, name in order if name in joint_of}
     first = next(iter(names))
@@ -70,11 +70,11 @@ def _normalize(joint: str) -> frozenset[str]:
     return frozenset(text.split("_"))
 
 
-def _count_matches(own: Sequence[frozenset[str]], order: Sequence[str]) -> tuple[int, int]:
+def _count_matches(joints: Sequence[frozenset[str]], order: Sequence[str]) -> tuple[int, int]:
     """Count the robot's joints in an order, and how many of them follow each other there too."""
     places = {_normalize(name): number for number, name in enumerate(order) if name}
-    found = [places[joint] for joint in own if joint in places]
-    return len(found), sum(after - before == 1 for before, after in pairwise(found))
+    numbers = [places[joint] for joint in joints if joint in places]
+    return len(numbers), sum(after - before == 1 for before, after in pairwise(numbers))
 
 
 def _rename(source: Recording, names: dict[str, str]) -> Recording:

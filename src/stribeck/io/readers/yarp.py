@@ -73,7 +73,7 @@ def open_telemetry(path: str, arrays: Arrays, texts: Texts, table: LogTable) -> 
 def _is_named(topic: str, table: LogTable) -> bool:
     """Return whether `[log]` names a sensor, for any channel or as a foot."""
     names = [getattr(table, channel).name for channel in (*VECTOR_CHANNELS, "foot_wrench")]
-    return topic in table.foot_names or any(topic == one or (isinstance(one, list) and topic in one) for one in names)
+    return topic in table.foot_names or any(topic == key or (isinstance(key, list) and topic in key) for key in names)
 
 
 def _make_joint_streams(

@@ -52,8 +52,8 @@ def block_covariance(jacobian: Array, residual: Array, block: IntArray, prior: A
     variance = max(float(np.mean(residual**2)), ROUNDING**2 * float(np.max(information.trace(axis1=1, axis2=2))))
     if variance == 0:  # neither residual nor derivative contains information
         return Uncertainty(np.diag(prior**2), np.ones(len(prior)))
-    found = jackknife(information / variance, scores / variance)
-    return Uncertainty(found.covariance * np.outer(prior, prior), found.degrees_of_freedom)
+    uncertainty = jackknife(information / variance, scores / variance)
+    return Uncertainty(uncertainty.covariance * np.outer(prior, prior), uncertainty.degrees_of_freedom)
 
 
 def jackknife(information: Array, scores: Array) -> Uncertainty:

@@ -100,10 +100,10 @@ def eliminate_linear(problem: FitProblem, shape: dict[str, float]) -> tuple[floa
     stacked = np.vstack([np.column_stack([basis, problem.friction_torque]), np.zeros((columns + 1,) * 2)])
     factor = cast("Array", np.linalg.qr(stacked, mode="r"))
     lower = np.where(np.isin(np.arange(columns), problem.law.free_coefficients), -np.inf, 0.0)
-    found = lsq_linear(factor[:-1, :-1], factor[:-1, -1], (lower, np.inf), method="bvls")
+    solution = lsq_linear(factor[:-1, :-1], factor[:-1, -1], (lower, np.inf), method="bvls")
     fitted = None if problem.acceleration is None else -1
-    values = np.append(problem.law.from_linear(found.x[:fitted], shape), [] if fitted is None else found.x[-1])
-    return float(2 * found.cost + factor[-1, -1] ** 2), values
+    values = np.append(problem.law.from_linear(solution.x[:fitted], shape), [] if fitted is None else solution.x[-1])
+    return float(2 * solution.cost + factor[-1, -1] ** 2), values
 
 
 def descend(
@@ -193,13 +193,13 @@ def validate(
     fits: Mapping[str, JointFit], samples: FrictionSamples, law: FrictionLaw, settings: Settings
 ) -> tuple[dict[str, Validation | None], BoolArray]:
     """Validate each joint's fit on the blocks that `fit_law` held out, None without any; mark these samples, (N, n)."""
-    found: dict[str, Validation | None] = {}
+    validations: dict[str, Validation | None] = {}
     held_out = np.zeros(samples.usable.shape, dtype=bool)
     for joint, fit in fits.items():
         training, unseen = hold_out(joint_problem(samples, joint, law, settings), settings.holdout)
-        found[joint] = validate_values(fit.values, training, unseen) if len(unseen.velocity) else None
+        validations[joint] = validate_values(fit.values, training, unseen) if len(unseen.velocity) else None
         held_out[:, samples.joint_names.index(joint)] = np.isin(samples.block, unseen.block)
-    return found, held_out
+    return validations, held_out
 
 
 def validate_values(values: Array, training: FitProblem, unseen: FitProblem) -> Validation:

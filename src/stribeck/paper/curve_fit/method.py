@@ -36,7 +36,7 @@ def find(
     progress("fitting", 0.0)
     fits = fit_law(samples, law, settings)
     validations, unseen = validate(fits, samples, law, settings)
-    names = [joint for own in robot.couplings.values() for joint in own]
+    names = [joint for coupling in robot.couplings.values() for joint in coupling]
     couplings = Finding.of("couplings-left-out", names, couplings=", ".join(robot.couplings))
     return Fitted(
         fits=fits,

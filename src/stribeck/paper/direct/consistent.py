@@ -93,8 +93,8 @@ def minimise(
         value, gradient, hessians = divergence(nominal + x[:size].reshape(nominal.shape), nominal)
         slope = information @ x
         penalty = np.diag(np.append(np.zeros(size), precision))
-        for k, own in enumerate(hessians):
-            penalty[SIZE * k : SIZE * (k + 1), SIZE * k : SIZE * (k + 1)] = weight * own
+        for k, hessian in enumerate(hessians):
+            penalty[SIZE * k : SIZE * (k + 1), SIZE * k : SIZE * (k + 1)] = weight * hessian
         total = 0.5 * float(x @ slope + precision @ x[size:] ** 2) - float(right @ x) + weight * value
         return total, slope - right + np.append(weight * gradient.ravel(), precision * x[size:]), penalty
 

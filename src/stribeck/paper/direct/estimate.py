@@ -85,10 +85,10 @@ def fit_direct(
     for _ in range(30):
         weighted = spread.weights(rows)
         total, right = _normal_equations(weighted)
-        found = minimise(total / overdispersion, right / overdispersion, nominal, weight, prior_std**-2, bounded)
-        x, penalty = np.append((found.parameters - nominal).ravel(), found.coefficients), found.hessian
+        solution = minimise(total / overdispersion, right / overdispersion, nominal, weight, prior_std**-2, bounded)
+        x, penalty = np.append((solution.parameters - nominal).ravel(), solution.coefficients), solution.hessian
         before = np.append(spread.logarithms, np.log(overdispersion))
-        free = np.append(np.ones(size, dtype=bool), ~found.held)
+        free = np.append(np.ones(size, dtype=bool), ~solution.held)
         overdispersion = _design_effect(total, overdispersion * penalty, _scores(weighted, x), free)
         plain = replace(spread, ratios=()).weights(rows) if spread.ratios else weighted
         # below 1e-4 of the torque, rounding would determine parameters that are not excited
@@ -99,15 +99,15 @@ def fit_direct(
         spread = now
     inverse = np.linalg.inv(np.linalg.cholesky(penalty))
     estimate = _two_way(
-        [inverse @ own @ inverse.T / overdispersion for own in _information(weighted)],
-        [own @ inverse.T / overdispersion for own in _scores(weighted, x)],
+        [inverse @ matrix @ inverse.T / overdispersion for matrix in _information(weighted)],
+        [scores @ inverse.T / overdispersion for scores in _scores(weighted, x)],
     )
     of_bodies = np.minimum(np.diag(estimate.covariance)[:size], 1.0).reshape(-1, SIZE)
     columns, condition = base_parameters(_structure(weighted, size))
     return DirectFit(
-        change=found.parameters - nominal,
-        coefficients=found.coefficients,
-        held=found.held,
+        change=solution.parameters - nominal,
+        coefficients=solution.coefficients,
+        held=solution.held,
         covariance=inverse.T @ estimate.covariance @ inverse,
         freedom=estimate.degrees_of_freedom,
         known=1 - of_bodies.mean(axis=1),
@@ -124,7 +124,7 @@ def _two_way(information: Sequence[Array], scores: Sequence[Array]) -> Uncertain
 
     It is the sum of both covariances, with the prior's share counted once, in units of the prior.
     """
-    by_block, *more = (jackknife(*own) for own in zip(information, scores, strict=True) if len(own[0]) > 1)
+    by_block, *more = (jackknife(*pair) for pair in zip(information, scores, strict=True) if len(pair[0]) > 1)
     if not more:
         return by_block
     # same rounding as in the covariance, to avoid a negative difference
@@ -140,15 +140,15 @@ def _torques(rows: Sequence[DirectRows], regression: Regression) -> Array:
 
     Values are bounded below relative to the largest; all are one if all are zero.
     """
-    kinds = 1 + max(int(own.kind.max()) for own in rows)
+    kinds = 1 + max(int(part.kind.max()) for part in rows)
     squares, count = np.zeros((2, kinds))
-    for own in rows:
-        np.add.at(squares, own.kind, np.sum(own.left**2 * own.used, axis=0))
-        np.add.at(count, own.kind, own.used.sum(axis=0))
+    for part in rows:
+        np.add.at(squares, part.kind, np.sum(part.left**2 * part.used, axis=0))
+        np.add.at(count, part.kind, part.used.sum(axis=0))
     if regression == "ordinary":
         squares, count = np.full(kinds, squares.sum()), np.full(kinds, count.sum())
-    found = np.sqrt(squares / np.maximum(count, 1))
-    return np.maximum(found, 1e-6 * (float(found.max()) or 1.0))
+    torques = np.sqrt(squares / np.maximum(count, 1))
+    return np.maximum(torques, 1e-6 * (float(torques.max()) or 1.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,13 +177,13 @@ class Spread:
 
     def weights(self, rows: Sequence[DirectRows]) -> list[tuple[DirectRows, Weights]]:
         """Compute the weights of the rows."""
-        found = []
-        for k, own in enumerate(rows):
-            scale = own.used / self.deviation[own.kind]
+        weighted = []
+        for k, part in enumerate(rows):
+            scale = part.used / self.deviation[part.kind]
             if self.ratios:
                 scale = scale / np.sqrt(np.maximum(np.abs(self.ratios[k]) / TUNING["huber"], 1.0))
-            found.append((own, own.weights(scale, self.root_std)))
-        return found
+            weighted.append((part, part.weights(scale, self.root_std)))
+        return weighted
 
 
 Weighted = Sequence[tuple[DirectRows, Weights]]
@@ -193,40 +193,40 @@ def _normal_equations(weighted: Weighted) -> tuple[Array, Array]:
     """Compute information, shape (p, p), and right-hand side, shape (p,)."""
     size = weighted[0][0].columns.shape[2]
     information, right = np.zeros((size, size)), np.zeros(size)
-    for own, weights in weighted:
-        columns = own.columns.reshape(-1, size)
-        information += columns.T @ weights.apply(own.columns).reshape(-1, size)
-        right += columns.T @ weights.apply(own.left[:, :, None]).ravel()
+    for part, weights in weighted:
+        columns = part.columns.reshape(-1, size)
+        information += columns.T @ weights.apply(part.columns).reshape(-1, size)
+        right += columns.T @ weights.apply(part.left[:, :, None]).ravel()
     return information, right
 
 
 def _information(weighted: Weighted) -> list[Array]:
     """Compute the information of each cluster, shape (B, p, p), for both kinds."""
     size = weighted[0][0].columns.shape[2]
-    found = [np.zeros((count, size, size)) for count in _counts(weighted)]
-    for own, weights in weighted:
-        columns = weights.apply(own.columns)
-        for information, cluster in zip(found, own.clusters, strict=True):
+    sums = [np.zeros((count, size, size)) for count in _counts(weighted)]
+    for part, weights in weighted:
+        columns = weights.apply(part.columns)
+        for information, cluster in zip(sums, part.clusters, strict=True):
             for number in np.unique(cluster[cluster >= 0]):
-                here = cluster == number
-                information[number] += own.columns[here].reshape(-1, size).T @ columns[here].reshape(-1, size)
-    return found
+                mask = cluster == number
+                information[number] += part.columns[mask].reshape(-1, size).T @ columns[mask].reshape(-1, size)
+    return sums
 
 
 def _scores(weighted: Weighted, x: Array) -> list[Array]:
     """Compute the scores of each cluster at a solution, shape (B, p), for both kinds."""
-    found = [np.zeros((count, len(x))) for count in _counts(weighted)]
-    for own, weights in weighted:
-        left = weights.apply((own.left - own.columns @ x)[:, :, None])
-        of_samples = (left.transpose(0, 2, 1) @ own.columns)[:, 0]
-        for scores, cluster in zip(found, own.clusters, strict=True):
+    sums = [np.zeros((count, len(x))) for count in _counts(weighted)]
+    for part, weights in weighted:
+        residual = weights.apply((part.left - part.columns @ x)[:, :, None])
+        of_samples = (residual.transpose(0, 2, 1) @ part.columns)[:, 0]
+        for scores, cluster in zip(sums, part.clusters, strict=True):
             np.add.at(scores, cluster[cluster >= 0], of_samples[cluster >= 0])
-    return found
+    return sums
 
 
 def _counts(weighted: Weighted) -> list[int]:
     """Count the clusters of both kinds."""
-    return [1 + max(int(own.clusters[kind].max()) for own, _ in weighted) for kind in range(2)]
+    return [1 + max(int(part.clusters[kind].max()) for part, _ in weighted) for kind in range(2)]
 
 
 def _spread(weighted: Weighted, x: Array, before: Spread, regression: Regression, least: Array) -> Spread:
@@ -247,7 +247,7 @@ def _spread(weighted: Weighted, x: Array, before: Spread, regression: Regression
     if regression == "ordinary":
         squares, count = np.full_like(squares, squares.sum()), np.full_like(count, count.sum())
     if regression == "robust":
-        factor = np.array([robust_scale(np.concatenate(own)) if own else 1.0 for own in sizes])
+        factor = np.array([robust_scale(np.concatenate(size)) if size else 1.0 for size in sizes])
     else:
         factor = np.sqrt(np.divide(squares, count, out=np.ones_like(squares), where=count > 0))
     if regression != "ordinary" and of_root[0].size:
@@ -266,14 +266,14 @@ def _design_effect(information: Array, penalty: Array, scores: Sequence[Array], 
     The scores g belong to clusters of two kinds; the larger effect is used.
     """
     kept = np.flatnonzero(free)
-    own = np.ix_(kept, kept)
+    block = np.ix_(kept, kept)
     scale = 1 / np.sqrt(np.diag(information + penalty)[kept])
-    inverse = np.linalg.inv((information + penalty)[own] * np.outer(scale, scale)) * np.outer(scale, scale)
-    expected = float(np.sum(inverse * information[own]))
-    return max(1.0, *(float(np.sum((each[:, kept] @ inverse) * each[:, kept])) / expected for each in scores))
+    inverse = np.linalg.inv((information + penalty)[block] * np.outer(scale, scale)) * np.outer(scale, scale)
+    expected = float(np.sum(inverse * information[block]))
+    return max(1.0, *(float(np.sum((score[:, kept] @ inverse) * score[:, kept])) / expected for score in scores))
 
 
 def _structure(weighted: Weighted, size: int) -> Array:
     """Select evenly spaced, weighted rows of the regressor, shape (N, 10 L)."""
-    step = max(1, sum(own.used.size for own, _ in weighted) // 4000)
-    return np.concatenate([w.apply(own.columns[:, :, :size])[::step].reshape(-1, size) for own, w in weighted])
+    step = max(1, sum(part.used.size for part, _ in weighted) // 4000)
+    return np.concatenate([w.apply(part.columns[:, :, :size])[::step].reshape(-1, size) for part, w in weighted])

@@ -66,7 +66,7 @@ def find(
     training = [block for number, block in enumerate(blocks) if number % every != every // 2]
     numbers = np.arange(len(training)) * min(64, len(training)) // max(len(training), 1)  # more rows only take longer
     rows = maker.rows(prepared, training, numbers.tolist())
-    if len({number for own in rows for number in own.clusters[0].tolist()}) < 2:  # a covariance needs two
+    if len({number for part in rows for number in part.clusters[0].tolist()}) < 2:  # a covariance needs two
         raise NothingIdentifiedError(
             "no joint can be identified from this log: every usable support phase is shorter than the margins "
             "that are trimmed and filtered; stand longer on each foot"
@@ -77,19 +77,19 @@ def find(
         rows,
         bodies_of(maker.corrections.inertial_parameters, settings.priors).parameters,
         1 / (2 * settings.priors.mass) ** 2,  # of a scaled body, d = 2 (dm / m)^2: the mass has this deviation
-        PRIOR_FACTOR * np.concatenate([own.units for own in columns]),
-        np.array([parameter.lower == 0 for own in columns for parameter in own.parameters]),
+        PRIOR_FACTOR * np.concatenate([joint.units for joint in columns]),
+        np.array([parameter.lower == 0 for joint in columns for parameter in joint.parameters]),
         settings.regression,
     )
     fits = _joint_fits(fit, columns, rows)
     if not fits:
         raise NothingIdentifiedError("no joint can be identified from this log: none moves in enough blocks of it")
-    found = corrected_robot(robot, maker.corrections, fit.change.ravel())
+    corrected = corrected_robot(robot, maker.corrections, fit.change.ravel())
     fitted = Fitted(
         fits=fits,
         validations=dict.fromkeys(fits),
-        unseen=Unseen(fits=fits, robot=found, logs=_parts(prepared, held_out)),
-        robot=found,
+        unseen=Unseen(fits=fits, robot=corrected, logs=_parts(prepared, held_out)),
+        robot=corrected,
         logs=prepared,
         settings=settings.model_copy(update={"filter_torque": True}),
         corrections=_corrections(fit, columns, maker.corrections.bodies, maker.corrections.inertial_parameters),
@@ -132,19 +132,19 @@ def _parts(prepared: Logs, blocks: Sequence[Block]) -> list[PreparedLog]:
 def _columns(maker: RowMaker, names: Sequence[str], rows: Sequence[DirectRows], top_speed: Array) -> list[JointColumns]:
     """Define the friction coefficients of each joint and coupling."""
     on_joints = acting(maker.couplings) != 0
-    found, first = [], 0
+    columns, first = [], 0
     for k, name in enumerate(names):
         kinds = (ROOT + np.flatnonzero(on_joints[:, k])).tolist()
         parameters, acceleration = tuple(maker.law.parameters[i] for i in maker.has(k)), 1.0
         if k in maker.corrections.rotors:
             column = maker.corrections.inertial_parameters.size + first + len(parameters)
-            acceleration = _rms([own.columns[:, own.kind == kinds[0], column] for own in rows])
+            acceleration = _rms([part.columns[:, part.kind == kinds[0], column] for part in rows])
             parameters = (*parameters, ARMATURE)
-        torque = _rms([own.left[:, np.isin(own.kind, kinds)] for own in rows])
+        torque = _rms([part.left[:, np.isin(part.kind, kinds)] for part in rows])
         units = parameter_units(parameters, torque, float(top_speed[k]) or 1.0, acceleration)
-        found.append(JointColumns(name=name, parameters=parameters, first=first, units=units, kinds=tuple(kinds)))
+        columns.append(JointColumns(name=name, parameters=parameters, first=first, units=units, kinds=tuple(kinds)))
         first += len(parameters)
-    return found
+    return columns
 
 
 def _rms(parts: Sequence[Array]) -> float:
@@ -163,39 +163,39 @@ def _validations(
         own_friction(samples, fitted.fits, law, couplings) if samples else None
         for samples in (joined_samples(logs, fitted.robot, settings) for logs in (training, fitted.unseen.logs))
     )
-    found: dict[str, Validation | None] = dict.fromkeys(fitted.fits)
+    validations: dict[str, Validation | None] = dict.fromkeys(fitted.fits)
     if seen is None or unseen is None:
-        return found
+        return validations
     for joint, fit in fitted.fits.items():
         problems = [joint_problem(samples, joint, law, settings) for samples in (seen, unseen)]
         if all(len(problem.velocity) for problem in problems):
-            found[joint] = validate_values(fit.law_values(law), *problems)
-    return found
+            validations[joint] = validate_values(fit.law_values(law), *problems)
+    return validations
 
 
 def _joint_fits(fit: DirectFit, joints: Sequence[JointColumns], rows: Sequence[DirectRows]) -> dict[str, JointFit]:
     """Describe the fit of each joint that moves long enough; up to half of its blocks can be held out."""
-    found = {}
+    fits = {}
     for joint in joints:
         samples, blocks = _counts(rows, joint)
         if 2 * blocks >= MIN_BLOCKS and samples >= MIN_SAMPLES_PER_PARAMETER * len(joint.parameters):
-            found[joint.name] = _joint_fit(fit, joint, samples, blocks)
-    return found
+            fits[joint.name] = _joint_fit(fit, joint, samples, blocks)
+    return fits
 
 
 def _counts(rows: Sequence[DirectRows], joint: JointColumns) -> tuple[int, int]:
     """Count the samples and blocks in which all rows of a joint's friction are used."""
-    there = [own for own in rows if np.isin(joint.kinds, own.kind).all()]
-    blocks = [own.clusters[0, own.used[:, np.isin(own.kind, joint.kinds)].all(axis=1)] for own in there]
-    return sum(len(each) for each in blocks), len({*(number for each in blocks for number in each.tolist())})
+    parts = [part for part in rows if np.isin(joint.kinds, part.kind).all()]
+    blocks = [part.clusters[0, part.used[:, np.isin(part.kind, joint.kinds)].all(axis=1)] for part in parts]
+    return sum(len(labels) for labels in blocks), len({*(number for labels in blocks for number in labels.tolist())})
 
 
 def _joint_fit(fit: DirectFit, joint: JointColumns, samples: int, blocks: int) -> JointFit:
-    own = slice(joint.first, joint.first + len(joint.parameters))
-    of_all = slice(fit.change.size + own.start, fit.change.size + own.stop)
-    values, covariance = fit.coefficients[own], fit.covariance[of_all, of_all]
+    span = slice(joint.first, joint.first + len(joint.parameters))
+    of_all = slice(fit.change.size + span.start, fit.change.size + span.stop)
+    values, covariance = fit.coefficients[span], fit.covariance[of_all, of_all]
     errors, freedom = np.sqrt(np.diag(covariance)), fit.freedom[of_all]
-    bounds = np.array([(each.lower, each.upper) for each in joint.parameters])
+    bounds = np.array([(parameter.lower, parameter.upper) for parameter in joint.parameters])
     intervals = intervals_95(values, errors, freedom, np.zeros(len(values), dtype=bool))
     return JointFit(
         parameters=joint.parameters,
@@ -204,7 +204,7 @@ def _joint_fit(fit: DirectFit, joint: JointColumns, samples: int, blocks: int) -
         covariance=covariance,
         intervals=np.clip(intervals, bounds[:, :1], bounds[:, 1:]),
         degrees_of_freedom=freedom,
-        at_bound=fit.held[own] | near_bound(joint.parameters, values, errors, joint.units),
+        at_bound=fit.held[span] | near_bound(joint.parameters, values, errors, joint.units),
         rms=float(np.linalg.norm(fit.deviation[list(joint.kinds)])),
         samples=samples,
         blocks=blocks,
@@ -220,10 +220,10 @@ def _corrections(fit: DirectFit, joints: Sequence[JointColumns], names: Sequence
     turn, kept = np.eye(len(fit.covariance)), [k for k in range(len(names)) if model[k, 0] > 0]
     told = {}  # number of coordinates per body
     for k in kept:
-        own = slice(SIZE * k, SIZE * (k + 1))
-        slopes = _slopes(model[k] + fit.change[k], np.sqrt(np.diag(fit.covariance)[own]))
+        span = slice(SIZE * k, SIZE * (k + 1))
+        slopes = _slopes(model[k] + fit.change[k], np.sqrt(np.diag(fit.covariance)[span]))
         told[k] = SIZE if np.isfinite(slopes).all() else 4  # mass and center, without the shape
-        turn[own, own][: told[k]] = slopes[: told[k]]
+        turn[span, span][: told[k]] = slopes[: told[k]]
     covariance = turn @ fit.covariance @ turn.T
     errors = np.sqrt(np.diag(covariance))
     bodies = {}

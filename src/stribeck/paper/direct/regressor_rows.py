@@ -74,7 +74,7 @@ class RowMaker:
 
     def blocks(self, prepared: Logs) -> list[Block]:
         """Split the logs into blocks: support phases, or equal parts of longer ones."""
-        found = []
+        blocks = []
         for number, part in enumerate(prepared):
             longest = max(1, round(self.settings.block / part.sampling.period))
             for phase, mode in zip(part.support.phases, contact_modes(self.robot, part.support.phases), strict=True):
@@ -83,22 +83,22 @@ class RowMaker:
                     continue
                 parts = max(1, round((phase.last - phase.first) / longest))
                 edges = np.linspace(phase.first, phase.last, parts + 1).astype(int).tolist()
-                found += [Block(number, feet, *edge, phase) for edge in pairwise(edges)]
-        return found
+                blocks += [Block(number, feet, *edge, phase) for edge in pairwise(edges)]
+        return blocks
 
     def rows(self, prepared: Logs, blocks: Sequence[Block], numbers: Sequence[int]) -> list[DirectRows]:
         """Build the rows of some blocks, with given block numbers."""
         columns = self.corrections.inertial_parameters.size * (ROOT + len(self.joints))
         stride = -(-sum(block.last - block.first for block in blocks) * columns // 20_000_000)  # 160 MB
-        found: list[DirectRows] = []
+        rows: list[DirectRows] = []
         feet, numbered = list(dict.fromkeys(block.feet for block in blocks)), zip(blocks, numbers, strict=True)
-        for log, own in groupby(numbered, key=lambda pair: pair[0].log):
-            found += self._of_log(prepared[log], list(own), feet, max(1, stride))
-        return found
+        for log, group in groupby(numbered, key=lambda pair: pair[0].log):
+            rows += self._of_log(prepared[log], list(group), feet, max(1, stride))
+        return rows
 
     def has(self, k: int) -> list[int]:
         """List the law's parameters of a joint or coupling; couplings have no parameters that joints can replace."""
-        return [i for i, each in enumerate(self.law.parameters) if k < len(self.joints) or each.neutral is None]
+        return [i for i, term in enumerate(self.law.parameters) if k < len(self.joints) or term.neutral is None]
 
     def _mode(self, feet: tuple[str, ...]) -> ModeRows:
         if feet not in self._modes:
@@ -112,14 +112,14 @@ class RowMaker:
         require_channels(self.robot, part.log, self.settings)
         mode_of_row, *clusters = np.full((3, len(part.log.time)), -1)
         steady = np.zeros(len(part.log.time), dtype=bool)
-        for each, number in blocks:
-            phase = each.phase
-            mode_of_row[each.rows], clusters[0][each.rows] = feet.index(each.feet), number
+        for block, number in blocks:
+            phase = block.phase
+            mode_of_row[block.rows], clusters[0][block.rows] = feet.index(block.feet), number
             steady[phase.steady_first : phase.steady_last] = True
             if phase.steps:
-                since = (part.log.time[each.rows] - part.log.time[phase.start]) / 0.05
-                first = 40 * feet.index(each.feet)  # phases of 50 ms since touchdown; the last is unlimited
-                clusters[1][each.rows] = first + np.minimum(since.astype(np.int64), 39)
+                since = (part.log.time[block.rows] - part.log.time[phase.start]) / 0.05
+                first = 40 * feet.index(block.feet)  # phases of 50 ms since touchdown; the last is unlimited
+                clusters[1][block.rows] = first + np.minimum(since.astype(np.int64), 39)
         period = part.sampling.period
         motion_filter = make_filter(self.settings.filter, period)
         turn_filter = orientation_filter(self.robot, part.log, motion_filter, period, self.settings)
@@ -131,17 +131,17 @@ class RowMaker:
             wide = slice(span.start - reach, span.stop + reach)
             state, torque = differentiate(self.robot, part.log, wide, motion_filter, turn_filter, self.settings)
             friction = motion_filter.smooth(self._law_columns(state.velocity))
-            known = np.hstack([each[kept + reach] for each in (state.velocity, state.acceleration, torque)])
+            known = np.hstack([signal[kept + reach] for signal in (state.velocity, state.acceleration, torque)])
             kept = kept[np.isfinite(np.hstack([known, friction[kept]])).all(axis=1)]
             friction = friction[kept]
             state, torque = state.take(kept + reach), torque[kept + reach]
             span_modes, span_clusters = mode_of_row[span][kept], np.stack(clusters)[:, span][:, kept]
-            for own in _in_pieces(span_modes):
-                k = int(span_modes[own[0]])
+            for piece in _in_pieces(span_modes):
+                k = int(span_modes[piece[0]])
                 mode = self._mode(feet[k])
-                moving = mode.seen(self.settings) & (steady[span][kept][own, None] | mode.swinging)
+                moving = mode.seen(self.settings) & (steady[span][kept][piece, None] | mode.swinging)
                 yield from self._of_mode(
-                    mode, state.take(own), torque[own], friction[own], moving, span_clusters[:, own]
+                    mode, state.take(piece), torque[piece], friction[piece], moving, span_clusters[:, piece]
                 )
 
     def _law_columns(self, velocity: Array) -> Array:
@@ -163,7 +163,7 @@ class RowMaker:
             for k in range(len(on_joints.T))
         ]
         friction = np.concatenate(
-            [own[:, None] * direction[:, None] for own, direction in zip(parts, on_joints.T, strict=True)], axis=2
+            [part[:, None] * direction[:, None] for part, direction in zip(parts, on_joints.T, strict=True)], axis=2
         )
         root = len(mode.rows) - len(self.joints)
         at_rest = (np.abs(speeds) < self.rest * self.law.jumps) @ (on_joints != 0).T

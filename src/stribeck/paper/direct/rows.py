@@ -83,13 +83,13 @@ class Weights:
         common = self.explained.transpose(0, 2, 1) @ scaled
         return np.asarray(self.scale[:, :, None] * (scaled - self.explained @ common))
 
-    def residuals(self, left: Array) -> tuple[Array, Array, Array]:
+    def residuals(self, residual: Array) -> tuple[Array, Array, Array]:
         """Subtract the most likely effects from scaled residuals of shape (K, m).
 
         Returns the remaining residuals and their variance, shape (K, m), and the mean squares of the effects in units
         of their standard deviations, shape (K, u), for expectation maximization of the variances.
         """
-        scaled = self.scale * left
+        scaled = self.scale * residual
         common = self.explained.transpose(0, 2, 1) @ scaled[:, :, None]
         squares = (self.root @ common)[:, :, 0] ** 2 + np.sum(self.root**2, axis=2)
         return scaled - (self.explained @ common)[:, :, 0], np.sum(self.explained**2, axis=2), squares

@@ -42,8 +42,8 @@ def settling_length(sections: Array) -> int:
     impulse = np.zeros(horizon)
     impulse[0] = 1.0
     response = np.abs(scipy.signal.sosfilt(sections, impulse))
-    left = np.cumsum(response[::-1])[::-1]
-    return int(np.argmax(left <= SETTLED * left[0]))
+    tail = np.cumsum(response[::-1])[::-1]
+    return int(np.argmax(tail <= SETTLED * tail[0]))
 
 
 def central_kernels(period: float) -> Array:
@@ -65,12 +65,12 @@ def filter_derivatives(
         return tuple(np.empty((0, signal.shape[1])) for _ in orders)
     kernels = central_kernels(period)[list(orders)]
     edge = half_width - HALF_WIDTH
-    found = []
+    derivatives = []
     for raw in correlate_valid(signal, kernels, orders):
         # Without the first sample's value, whose step at the start would dominate the transient.
         twice = scipy.signal.sosfiltfilt(sections, raw - raw[0], axis=0, padtype=None) + raw[0]
-        found.append(np.asarray(twice[edge : len(raw) - edge]))
-    return tuple(found)
+        derivatives.append(np.asarray(twice[edge : len(raw) - edge]))
+    return tuple(derivatives)
 
 
 def butterworth_filter(settings: FilterSettings, period: float) -> Filter:

@@ -201,17 +201,17 @@ def average_spectra(first: Sequence[Array], second: Sequence[Array], rate: float
         if len(x) < length:
             continue
         x_parts, y_parts = _transform(x, length, rate), _transform(y, length, rate)
-        there = np.isfinite(x_parts[0] + y_parts[0])
-        count += there.sum(axis=1)
-        x_parts, y_parts = np.where(there, x_parts, 0.0), np.where(there, y_parts, 0.0)
+        mask = np.isfinite(x_parts[0] + y_parts[0])
+        count += mask.sum(axis=1)
+        x_parts, y_parts = np.where(mask, x_parts, 0.0), np.where(mask, y_parts, 0.0)
         first_power += np.sum(np.abs(x_parts) ** 2, axis=2)
         second_power += np.sum(np.abs(y_parts) ** 2, axis=2)
         cross_power += np.sum(x_parts * y_parts.conj(), axis=2)
     scale = 2 / np.maximum(count, 1)  # one-sided: half of the power is at negative frequencies
-    one, other, cross = ((scale * power)[1:] for power in (first_power, second_power, np.abs(cross_power)))
-    coherence = np.divide(cross**2, one * other, out=np.zeros_like(cross), where=one * other > 0)
+    x_power, y_power, cross = ((scale * power)[1:] for power in (first_power, second_power, np.abs(cross_power)))
+    coherence = np.divide(cross**2, x_power * y_power, out=np.zeros_like(cross), where=x_power * y_power > 0)
     frequency = np.asarray(np.fft.rfftfreq(length, 1 / rate)[1:], dtype=np.float64)
-    return Spectra(frequency, one, other, coherence, count)
+    return Spectra(frequency, x_power, y_power, coherence, count)
 
 
 def _find_part_length(samples: IntArray, rate: float) -> int:

@@ -83,7 +83,7 @@ def find_changes(
     starts = np.flatnonzero(np.r_[True, robots[1:] != robots[:-1]])
     stops = np.r_[starts[1:], len(robots)]
     limit = threshold(logs_per_false_alarm, values.shape[1])
-    found = list[tuple[int, int, int, int]]()  # robot, channel, first, seen
+    alarms = list[tuple[int, int, int, int]]()  # robot, channel, first, seen
     longest = np.argsort(starts - stops, kind="stable")  # robots with a log at a step are the first of these
     starts, stops = starts[longest], stops[longest]
     shape = (len(starts), values.shape[1])
@@ -92,26 +92,26 @@ def find_changes(
     sums, first = np.zeros((2, *shape)), np.zeros((2, *shape), dtype=np.int64)  # first log since the sum was zero
     for step in range(int((stops - starts).max())):
         count = int(np.sum(stops - starts > step))
-        own = slice(0, count)
-        place = starts[own] + step
+        rows = slice(0, count)
+        place = starts[rows] + step
         value, precision = values[place], 1 / variance[place]
         known = np.isfinite(value) & np.isfinite(precision)
         value, precision = np.where(known, value, 0.0), np.where(known, precision, 0.0)
         with np.errstate(divide="ignore", invalid="ignore"):
-            deviation = np.sqrt(1 / precision + 1 / weight[own])
-            z = (value - mean[own]) / deviation
-        compared = known & (weight[own] > 0)
+            deviation = np.sqrt(1 / precision + 1 / weight[rows])
+            z = (value - mean[rows]) / deviation
+        compared = known & (weight[rows] > 0)
         z = np.sign(z) * (8 * freedom + 1) / (8 * freedom + 3) * np.sqrt(freedom * np.log1p(z**2 / freedom))
         z = np.where(compared, np.clip(z, -CLIP, CLIP), 0.0)
-        clipped = np.where(compared, mean[own] + z * np.where(compared, deviation, 0.0), value)
-        mean[own] = (weight[own] * mean[own] + precision * clipped) / np.maximum(weight[own] + precision, 1e-300)
-        weight[own] += precision
-        first[:, own][(sums[:, own] == 0) & known] = step
-        sums[:, own] = np.where(known, np.maximum(sums[:, own] + signs * z - SLACK, 0.0), sums[:, own])
-        side, robot, channel = np.nonzero(sums[:, own] > limit)
-        found += zip(robot, channel, starts[robot] + first[side, robot, channel], place[robot], strict=True)
+        clipped = np.where(compared, mean[rows] + z * np.where(compared, deviation, 0.0), value)
+        mean[rows] = (weight[rows] * mean[rows] + precision * clipped) / np.maximum(weight[rows] + precision, 1e-300)
+        weight[rows] += precision
+        first[:, rows][(sums[:, rows] == 0) & known] = step
+        sums[:, rows] = np.where(known, np.maximum(sums[:, rows] + signs * z - SLACK, 0.0), sums[:, rows])
+        side, robot, channel = np.nonzero(sums[:, rows] > limit)
+        alarms += zip(robot, channel, starts[robot] + first[side, robot, channel], place[robot], strict=True)
         weight[robot, channel] = sums[:, robot, channel] = 0.0  # these charts start anew
-    return _measured(found, starts, stops, values, variance)
+    return _measured(alarms, starts, stops, values, variance)
 
 
 def _measured(
@@ -122,24 +122,24 @@ def _measured(
     charts: dict[tuple[int, int], list[tuple[int, int]]] = {}
     for robot, channel, first, seen in alarms:
         charts.setdefault((int(robot), int(channel)), []).append((int(first), int(seen)))
-    for (robot, channel), own in charts.items():
+    for (robot, channel), chart in charts.items():
         mean = partial(_mean, values[:, channel], variance[:, channel])
         begin, stop = int(starts[robot]), int(stops[robot])
-        for k, (first, seen) in enumerate(own):
-            end = own[k + 1][0] if k + 1 < len(own) else stop
+        for k, (first, seen) in enumerate(chart):
+            end = chart[k + 1][0] if k + 1 < len(chart) else stop
             pairs = {split: (mean(begin, split), mean(split, end)) for split in range(first, seen + 1)}
             split = max(pairs, key=lambda split: _distance(*pairs[split]))
             (before, _), (after, _) = pairs[split]
             error = float(np.hypot(pairs[split][0][1], pairs[split][1][1]))
-            found = Change(channel=channel, first=split, seen=seen, stop=stop, before=before, after=after, error=error)
-            changes.append(found)
+            change = Change(channel=channel, first=split, seen=seen, stop=stop, before=before, after=after, error=error)
+            changes.append(change)
             begin = split
     return changes
 
 
-def _distance(one: tuple[float, float], other: tuple[float, float]) -> float:
+def _distance(before: tuple[float, float], after: tuple[float, float]) -> float:
     """Compare two means, given with their standard errors [standard errors]; 0 if one is unknown."""
-    return float(np.nan_to_num(abs(one[0] - other[0]) / np.hypot(one[1], other[1])))
+    return float(np.nan_to_num(abs(before[0] - after[0]) / np.hypot(before[1], after[1])))
 
 
 def _mean(values: Array, variance: Array, begin: int, end: int) -> tuple[float, float]:

@@ -105,21 +105,21 @@ def read_fleet(store: str | Path) -> Fleet:
             "CREATE TEMP TABLE point AS SELECT n, c, friction, standard_error FROM curves "
             "JOIN channel USING (joint, velocity, unit, speed_unit) JOIN place USING (key, robot)"
         )
-        found = np.full((2, len(logs["robot"]), len(channels)), np.nan)
+        estimates = np.full((2, len(logs["robot"]), len(channels)), np.nan)
         for c in range(len(channels)):  # all at once would take several gigabytes
             rows = connection.execute("SELECT n, friction, standard_error FROM point WHERE c = ?", [c]).fetchnumpy()
-            found[:, rows["n"], c] = rows["friction"], rows["standard_error"]
-    size, error = np.abs(found[0]), found[1]
+            estimates[:, rows["n"], c] = rows["friction"], rows["standard_error"]
+    size, error = np.abs(estimates[0]), estimates[1]
     sound = (size > 1e-100) & (size < 1e100) & (error >= 0) & (error < 1e100)  # squares are finite
-    found[:, ~sound] = np.nan
-    followed = np.any(found[0] > 0, axis=0)
+    estimates[:, ~sound] = np.nan
+    followed = np.any(estimates[0] > 0, axis=0)
     if not followed.any():
         raise NothingIdentifiedError(f"{store}: no log has the friction of a joint; run `stribeck fleet` first")
     return Fleet(
         robots=np.array(logs["robot"], dtype=str),
         start=np.array(logs["start"], dtype="datetime64[us]"),
         log=np.array(logs["log"], dtype=object),
-        channels=[JointSpeed(*each) for each, kept in zip(channels, followed, strict=True) if kept],
-        friction=found[0][:, followed],
-        error=found[1][:, followed],
+        channels=[JointSpeed(*channel) for channel, kept in zip(channels, followed, strict=True) if kept],
+        friction=estimates[0][:, followed],
+        error=estimates[1][:, followed],
     )

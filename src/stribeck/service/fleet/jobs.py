@@ -57,13 +57,13 @@ def jobs_of_logs(logs: Sequence[str], robot_file: Path) -> list[Job]:
     LogError
         If a place has no log, or the name of its folder cannot be a robot id.
     """
-    found = []
+    jobs = []
     for place in logs:
-        own = [_job(url, info, str(robot_file)) for url, info in _logs_at(place)]
-        if not own:
+        batch = [_job(url, info, str(robot_file)) for url, info in _logs_at(place)]
+        if not batch:
             raise LogError(f"{place}: has no log; expected {', '.join(FORMATS)} files, or folders that have some")
-        found += own
-    return list({job.log: job for job in found}.values())
+        jobs += batch
+    return list({job.log: job for job in jobs}.values())
 
 
 def jobs_of_manifest(path: Path) -> list[Job]:
@@ -83,7 +83,7 @@ def jobs_of_manifest(path: Path) -> list[Job]:
         raise SettingsError(f"{path}: line {table.line_num}: {error}; expected a CSV table") from error
     if not rows or not set(COLUMNS[:3]) <= set(table.fieldnames or ()):
         raise SettingsError(f"{path}: expected a header with the columns {', '.join(COLUMNS)} (the last two optional)")
-    found = []
+    jobs = []
     for line, row in rows:
         where = f"{path}: line {line}"
         if missing := [name for name in COLUMNS[:3] if not row[name]]:
@@ -93,8 +93,8 @@ def jobs_of_manifest(path: Path) -> list[Job]:
         if len(places) != 1:
             raise LogError(f"{where}: {log} is {len(places)} logs; expected one log per line")
         job = _job(*places[0], str(path.parent / row["robot_file"]), row["robot"], row.get("note") or "")
-        found.append(job if not row.get("start") else _started(job, row["start"], where))
-    return found
+        jobs.append(job if not row.get("start") else _started(job, row["start"], where))
+    return jobs
 
 
 def _started(job: Job, text: str, where: str) -> Job:
@@ -111,12 +111,12 @@ def _logs_at(place: str) -> Iterator[tuple[str, dict[str, Any]]]:
         raise LogError(f"{place}: has no host; expected an address such as ftp://HOST/FOLDER")
     try:
         files, root = fsspec.core.url_to_fs(place)
-        found = sorted(files.glob(root)) if "*" in root else [root]
-        for each in found:
-            if files.isdir(each):
-                yield from _logs_in(files, each)
-            elif files.exists(each) and (len(found) == 1 or Path(each).suffix.lower() in FORMATS):
-                yield _named(files, each), files.info(each)
+        paths = sorted(files.glob(root)) if "*" in root else [root]
+        for path in paths:
+            if files.isdir(path):
+                yield from _logs_in(files, path)
+            elif files.exists(path) and (len(paths) == 1 or Path(path).suffix.lower() in FORMATS):
+                yield _named(files, path), files.info(path)
     except Exception as error:  # file systems differ in what they raise
         raise LogError(f"{place}: cannot be listed ({error}); expected a path or a URL that fsspec opens") from error
 
@@ -129,12 +129,12 @@ def _logs_in(files: Any, folder: str) -> Iterator[tuple[str, dict[str, Any]]]:
     inside = {path: info for path, info in inside.items() if not path.startswith(rows)}
     marks = ("/metadata.yaml", "/meta/info.json")  # of rosbag2 and LeRobot
     whole = {path.removesuffix(mark) for path in inside for mark in marks if path.endswith(mark)}
-    for each in sorted(whole):
-        parts = [info for path, info in inside.items() if path.startswith(f"{each}/")]
+    for log in sorted(whole):
+        parts = [info for path, info in inside.items() if path.startswith(f"{log}/")]
         size, modified = sum(info["size"] for info in parts), max(_modified(info) for info in parts)
-        yield _named(files, each), {"size": size, "mtime": modified}
+        yield _named(files, log), {"size": size, "mtime": modified}
     for path, info in sorted(inside.items()):
-        if Path(path).suffix.lower() in FORMATS and not any(path.startswith(f"{each}/") for each in whole):
+        if Path(path).suffix.lower() in FORMATS and not any(path.startswith(f"{log}/") for log in whole):
             yield _named(files, path), info
 
 
@@ -156,7 +156,7 @@ def _job(url: str, info: dict[str, Any], robot_file: str, robot: str = "", note:
 def _modified(info: dict[str, Any]) -> float:
     """Find the time of the last change [s since 1970], which file systems name differently; 0 if unknown."""
     names = ("mtime", "LastModified", "last_modified", "updated", "created")
-    found = next((info[name] for name in names if name in info), 0)
-    if isinstance(found, str):
-        found = datetime.fromisoformat(found)
-    return found.timestamp() if isinstance(found, datetime) else float(found or 0)
+    stamp = next((info[name] for name in names if name in info), 0)
+    if isinstance(stamp, str):
+        stamp = datetime.fromisoformat(stamp)
+    return stamp.timestamp() if isinstance(stamp, datetime) else float(stamp or 0)

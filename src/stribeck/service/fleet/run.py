@@ -95,9 +95,9 @@ def run_fleet(
             except Exception as error:  # each engine has its classes for a lost worker
                 what = f"{store}: a worker of {backend} was lost ({type(error).__name__})"
                 raise StribeckError(f"{what}; repeat the command, which continues with the logs left") from error
-    counts = Counter(each.status for each in outcomes) + Counter(known=len(jobs) - len(todo))
-    failed = [each for each in outcomes if each.status not in (IDENTIFIED, "known")]
-    failed.sort(key=lambda each: each.log)
+    counts = Counter(outcome.status for outcome in outcomes) + Counter(known=len(jobs) - len(todo))
+    failed = [outcome for outcome in outcomes if outcome.status not in (IDENTIFIED, "known")]
+    failed.sort(key=lambda outcome: outcome.log)
     return FleetRun(counts=dict(counts), failed=failed, damaged=[str(path) for path in damaged])
 
 
@@ -114,8 +114,8 @@ def _known(store: Path, again: bool) -> set[tuple[str, str, str, int, float, int
     done = f"version = ? AND (status = '{IDENTIFIED}' OR ?)"
     query = f"SELECT log, robot, robot_sha256, size, modified, epoch_us(start), note FROM logs WHERE {done}"
     with connect(store) as connection, naming_damaged_files(store):
-        found = connection.execute(query, [__version__, not again]).fetchall()
-    return set(found)
+        rows = connection.execute(query, [__version__, not again]).fetchall()
+    return set(rows)
 
 
 @contextmanager

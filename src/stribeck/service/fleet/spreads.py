@@ -58,16 +58,16 @@ def outliers(values: Array, alpha: float) -> list[int]:
 
     At most a quarter of the values stand out; fewer than five are not tested.
     """
-    left, order, count = np.arange(len(values)), list[int](), 0
+    rest, order, count = np.arange(len(values)), list[int](), 0
     for k in range(1, len(values) // 4 + 1) if len(values) > 4 else ():
-        n = len(left)
-        spread = values[left].std(ddof=1)
-        distance = np.abs(values[left] - values[left].mean())
-        worst = int(left[distance.argmax()])
+        n = len(rest)
+        spread = values[rest].std(ddof=1)
+        distance = np.abs(values[rest] - values[rest].mean())
+        worst = int(rest[distance.argmax()])
         quantile = float(student_t.ppf(1 - alpha / (2 * n), n - 2))
         limit = (n - 1) * quantile / np.sqrt((n - 2 + quantile**2) * n)
         order.append(worst)
-        left = left[left != worst]
+        rest = rest[rest != worst]
         if distance.max() > limit * spread:
             count = k
     return order[:count]

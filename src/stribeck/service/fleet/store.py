@@ -68,11 +68,11 @@ def folder_of(store: Path, robot: str) -> Path:
 def row_of(store: Path, robot: str, key: str) -> dict[str, Any] | None:
     """Find the newest row of a key, in a separate file or a merged one; None if a robot's folder has no such row."""
     folder = store / f"robot={robot}"
-    own = folder / f"{key}.parquet"
+    file = folder / f"{key}.parquet"
     # merged files have shorter names than keys
-    files = [own] if own.exists() else [path for path in folder.glob("*.parquet") if len(path.stem) < len(key)]
-    found = (_read(path, filters=[("key", "=", key)]).to_pylist() for path in files)
-    return next((rows[0] for rows in found if rows), None)
+    files = [file] if file.exists() else [path for path in folder.glob("*.parquet") if len(path.stem) < len(key)]
+    tables = (_read(path, filters=[("key", "=", key)]).to_pylist() for path in files)
+    return next((rows[0] for rows in tables if rows), None)
 
 
 def write_row(store: Path, robot: str, row: dict[str, Any]) -> None:
@@ -168,9 +168,9 @@ def views(store: Path) -> str:
     read = f"read_parquet('{files}', filename = true, hive_partitioning = false, union_by_name = true)"
     read = f"(SELECT * EXCLUDE (filename), {robot} FROM {read} WHERE start IS NOT NULL)"
     newest = f"{read} AS rows SEMI JOIN (SELECT key, robot, finished FROM {read} {last}) USING (key, robot, finished)"
-    found = {"newest": f"SELECT * FROM {newest}", "logs": f"SELECT * EXCLUDE ({', '.join(TABLES)}) FROM newest"}
-    found |= {name: f"SELECT key, robot, start, unnest({name}, recursive := true) FROM newest" for name in TABLES}
-    return "".join(f"CREATE OR REPLACE TEMP VIEW {name} AS {own};\n" for name, own in found.items())
+    queries = {"newest": f"SELECT * FROM {newest}", "logs": f"SELECT * EXCLUDE ({', '.join(TABLES)}) FROM newest"}
+    queries |= {name: f"SELECT key, robot, start, unnest({name}, recursive := true) FROM newest" for name in TABLES}
+    return "".join(f"CREATE OR REPLACE TEMP VIEW {name} AS {query};\n" for name, query in queries.items())
 
 
 def compact(store: Path) -> tuple[int, int, list[Path]]:
@@ -192,7 +192,7 @@ def compact(store: Path) -> tuple[int, int, list[Path]]:
     with locked(store):
         damaged = set_aside(store)
         files = {link: sorted(link.glob("*.parquet")) for link in sorted(store.glob("robot=*"))}
-        after = sum(_compact_robot(store, link, own) for link, own in files.items() if own)
+        after = sum(_compact_robot(store, link, paths) for link, paths in files.items() if paths)
     return sum(map(len, files.values())), after, damaged
 
 
@@ -200,9 +200,9 @@ def _compact_robot(store: Path, link: Path, files: list[Path]) -> int:
     """Write a new version of a robot's folder, exchange the link, and remove the versions before the last."""
     robot, versions = link.name.removeprefix("robot="), store / ".versions"
     versions.mkdir(exist_ok=True)
-    own = {path.name.removeprefix(f"{robot}."): path for path in versions.glob(f"{robot}.*")}
-    own = {number: path for number, path in own.items() if number.isdecimal()}
-    free = max(map(int, own), default=-1) + 1
+    paths = {path.name.removeprefix(f"{robot}."): path for path in versions.glob(f"{robot}.*")}
+    paths = {number: path for number, path in paths.items() if number.isdecimal()}
+    free = max(map(int, paths), default=-1) + 1
     last, version = link.resolve(), versions / f"{robot}.{free + 1}"
     version.mkdir()
     rows = pa.concat_tables([_read(path) for path in files]).sort_by("finished")
@@ -216,7 +216,7 @@ def _compact_robot(store: Path, link: Path, files: list[Path]) -> int:
     if not link.is_symlink():  # the store was copied without links
         last = link.rename(versions / f"{robot}.{free}").resolve()
     _link(version, link)
-    for path in own.values():
+    for path in paths.values():
         if path.resolve() != last:
             shutil.rmtree(path, ignore_errors=True)
     return len(merged)

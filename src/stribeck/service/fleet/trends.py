@@ -51,9 +51,9 @@ class OddRobot(JointSpeed):
     @property
     def line(self) -> str:
         """One line, e.g. "R7 elbow: 2.41 N m at 0.5 rad/s, where the others have 1.20 ± 0.06 N m"."""
-        own = f"{self.friction:.3g} {self.unit} at {self.speed}"
+        friction = f"{self.friction:.3g} {self.unit} at {self.speed}"
         others = f"where the others have {self.usual:.3g} ± {self.spread:.2g} {self.unit}"
-        return f"{self.robot} {self.joint}: {own}, {others}"
+        return f"{self.robot} {self.joint}: {friction}, {others}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,20 +103,20 @@ class Trends:
     @property
     def conclusion(self) -> str:
         """State how many joints changed and how many robots stand out, with the clearest of each."""
-        joints, robots = ({(each.robot, each.joint) for each in self.alarms}, {each.robot for each in self.odd})
+        joints, robots = ({(alarm.robot, alarm.joint) for alarm in self.alarms}, {robot.robot for robot in self.odd})
         changed = f"{len(joints)} joint{'s' * (len(joints) != 1)} changed" if joints else "No joint changed"
         odd = f"{len(robots)} robot{'s' * (len(robots) != 1)} stand{'s' * (len(robots) == 1)} out" if robots else ""
-        clearest = [f" ({own[0].line})" if own else "" for own in (self.alarms, self.odd)]
+        clearest = [f" ({group[0].line})" if group else "" for group in (self.alarms, self.odd)]
         least: dict[str, float] = {}
-        for each in self.friction:
-            least[each.joint] = min(each.smallest, least.get(each.joint, each.smallest))
+        for fit in self.friction:
+            least[fit.joint] = min(fit.smallest, least.get(fit.joint, fit.smallest))
         seen = f" The smallest change that three logs show is {smallest_text(least)}."
         return f"{changed}{clearest[0]}, and {odd or 'no robot stands out'}{clearest[1]}.{seen}"
 
     def to_json(self) -> str:
         """Format all but the numbers behind as JSON."""
         plain: dict[str, object] = {
-            name: [asdict(each) for each in getattr(self, name)] for name in ("friction", "parameters", "odd", "alarms")
+            name: [asdict(row) for row in getattr(self, name)] for name in ("friction", "parameters", "odd", "alarms")
         }
         plain = {"conclusion": self.conclusion, **plain}
         return json.dumps(plain, indent=2, default=str) + "\n"
@@ -124,16 +124,16 @@ class Trends:
     def summary(self) -> str:
         """Format the conclusion, and tables of the type's friction, robots that stand out, and alarms."""
         lines = [self.conclusion, self.title]
-        for each in self.friction:
-            friction = f"{each.friction:.3g} {each.unit} at {each.speed}"
-            spreads = f"robots {each.robot_spread:.2g}, logs {each.log_spread:.2g}"
+        for fit in self.friction:
+            friction = f"{fit.friction:.3g} {fit.unit} at {fit.speed}"
+            spreads = f"robots {fit.robot_spread:.2g}, logs {fit.log_spread:.2g}"
             lines.append(
-                f"  {each.joint}  {friction}; standard deviations: {spreads}; changes from {each.smallest:.2g} %"
+                f"  {fit.joint}  {friction}; standard deviations: {spreads}; changes from {fit.smallest:.2g} %"
             )
-        for joint, group in groupby(self.parameters, key=lambda each: each.joint):
+        for joint, group in groupby(self.parameters, key=lambda parameter: parameter.joint):
             lines.append(f"  {joint}  {', '.join(map(str, group))} in 90 % of the logs")
-        lines += [f"stands out: {each.line}" for each in self.odd]
-        lines += [f"changed: {each.line}" for each in self.alarms]
+        lines += [f"stands out: {robot.line}" for robot in self.odd]
+        lines += [f"changed: {alarm.line}" for alarm in self.alarms]
         return "\n".join(lines)
 
 
@@ -165,9 +165,9 @@ def find_trends(store: str | Path, *, logs_per_false_alarm: float = 1000.0) -> T
         first[change.first : change.stop, change.channel] = False
     friction, odd = [], list[OddRobot]()
     for channel in range(len(fleet.channels)):
-        found, own = _type_friction(fleet, channel, variance[:, channel], first[:, channel], float(visible[channel]))
-        friction.append(found)
-        odd += own
+        fit, robots = _type_friction(fleet, channel, variance[:, channel], first[:, channel], float(visible[channel]))
+        friction.append(fit)
+        odd += robots
     return Trends(
         friction=friction,
         parameters=read_parameters(store),
@@ -191,7 +191,7 @@ def _type_friction(
     kept = np.setdiff1d(np.arange(len(robots)), odd)
     usual, error, spread = reml(mean[kept], 1 / total[kept])
     friction, between_logs = float(np.exp(usual)), float(np.sqrt(np.median(variance[used])))
-    found = TypeFriction(
+    fit = TypeFriction(
         **place,
         friction=friction,
         standard_error=friction * error,
@@ -201,7 +201,7 @@ def _type_friction(
         robots=len(robots),
         logs=int(used.sum()),
     )
-    return found, [
+    return fit, [
         OddRobot(
             **place, robot=str(robots[k]), friction=float(np.exp(mean[k])), usual=friction, spread=friction * spread
         )
@@ -211,28 +211,28 @@ def _type_friction(
 
 def _clearest(odd: list[OddRobot]) -> list[OddRobot]:
     """Keep the speed of each robot's joint at which it stands out most, the largest first."""
-    found: dict[tuple[str, str], OddRobot] = {}
-    ordered = sorted(odd, key=lambda each: -abs(np.log(each.friction / each.usual)))
-    for each in ordered:
-        found.setdefault((each.robot, each.joint), each)
-    return list(found.values())
+    robots: dict[tuple[str, str], OddRobot] = {}
+    ordered = sorted(odd, key=lambda robot: -abs(np.log(robot.friction / robot.usual)))
+    for robot in ordered:
+        robots.setdefault((robot.robot, robot.joint), robot)
+    return list(robots.values())
 
 
 def _alarms(fleet: Fleet, changes: list[Change]) -> list[FrictionChange]:
     """Make one alarm of the changes of a joint at its speeds; the most significant speed is shown."""
     groups: dict[tuple[str, str], list[list[Change]]] = {}
-    for change in sorted(changes, key=lambda each: each.first):
-        own = groups.setdefault((str(fleet.robots[change.first]), fleet.channels[change.channel].joint), [])
-        if own and change.first <= max(each.seen for each in own[-1]):
-            own[-1].append(change)
+    for change in sorted(changes, key=lambda change: change.first):
+        clusters = groups.setdefault((str(fleet.robots[change.first]), fleet.channels[change.channel].joint), [])
+        if clusters and change.first <= max(member.seen for member in clusters[-1]):
+            clusters[-1].append(change)
         else:
-            own.append([change])
-    found = []
+            clusters.append([change])
+    alarms = []
     for (robot, _), joined in groups.items():
         for group in joined:
-            change = max(group, key=lambda each: abs(each.after - each.before) / each.error)
-            seen = min(each.seen for each in group)
-            found.append(
+            change = max(group, key=lambda member: abs(member.after - member.before) / member.error)
+            seen = min(member.seen for member in group)
+            alarms.append(
                 FrictionChange(
                     **asdict(fleet.channels[change.channel]),
                     robot=robot,
@@ -244,4 +244,4 @@ def _alarms(fleet: Fleet, changes: list[Change]) -> list[FrictionChange]:
                     standard_error=float(np.exp(change.after)) * change.error,
                 )
             )
-    return sorted(found, key=lambda each: -abs(np.log(each.after / each.before)))
+    return sorted(alarms, key=lambda alarm: -abs(np.log(alarm.after / alarm.before)))

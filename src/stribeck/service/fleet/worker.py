@@ -119,20 +119,20 @@ def _in_process(path: str, job: Job, store: Path, about: dict[str, Any], limits:
     process.start()
     sender.close()
     process.join(limits.timeout)
-    late = process.is_alive()
-    if late:
+    overrun = process.is_alive()
+    if overrun:
         process.kill()
         process.join()
-    found = dict[str, str]()
+    answer = dict[str, str]()
     with suppress(EOFError):
         while True:
-            found |= receiver.recv()
-    if "status" in found:
-        return found
+            answer |= receiver.recv()
+    if "status" in answer:
+        return answer
     status, error = (
-        ("timeout", f"took more than {limits.timeout:g} s; allow more time") if late else _ended(process, limits)
+        ("timeout", f"took more than {limits.timeout:g} s; allow more time") if overrun else _ended(process, limits)
     )
-    return found | {"status": status, "error": f"{job.log}: {error}"}
+    return answer | {"status": status, "error": f"{job.log}: {error}"}
 
 
 def _ended(process: BaseProcess, limits: Limits) -> tuple[str, str]:
@@ -203,45 +203,45 @@ def _local(url: str, folder: Path) -> str:
 def rows_of(result: Result) -> dict[str, list[dict[str, Any]]]:
     """Make the tables of a log from its result."""
     rows: dict[str, list[dict[str, Any]]] = {name: [] for name in TABLES}
-    for joint, found in result.all_friction.items():
-        own = {"joint": joint, "verdict": found.verdict, "reason": found.reason, "samples": found.samples}
-        own |= {"top_speed": max(map(abs, found.velocity_range)), "residual_rms": found.residual_rms}
-        rows["joints"].append(own | {"torque_r2": found.torque_r2.best if found.torque_r2 else None})
-        rows["curves"] += _curve(joint, found)
+    for joint, estimate in result.all_friction.items():
+        row = {"joint": joint, "verdict": estimate.verdict, "reason": estimate.reason, "samples": estimate.samples}
+        row |= {"top_speed": max(map(abs, estimate.velocity_range)), "residual_rms": estimate.residual_rms}
+        rows["joints"].append(row | {"torque_r2": estimate.torque_r2.best if estimate.torque_r2 else None})
+        rows["curves"] += _curve(joint, estimate)
     rows["parameters"] = [row for row in parameter_rows(result.all_friction) if row["parameter"]]
     rows["findings"] = [
-        {"check": each.check, "joints": list(each.joints), "text": each.text, "remedy": each.remedy}
-        for each in result.findings
+        {"check": finding.check, "joints": list(finding.joints), "text": finding.text, "remedy": finding.remedy}
+        for finding in result.findings
     ]
     rows["corrections"] = list(_corrections(result))
     return rows
 
 
-def _curve(joint: str, found: JointResult) -> Iterator[dict[str, Any]]:
+def _curve(joint: str, estimate: JointResult) -> Iterator[dict[str, Any]]:
     """Evaluate the friction of a joint at common speeds that its log reaches: mean of both directions."""
     # the same speeds [rad/s], [m/s] for all logs, so that they can be compared
     speeds = tuple(digit * 10.0**power for power in range(-3, 3) for digit in (1, 2, 5))
-    reached = [v for v in speeds if found.curve and found.curve[0].velocity <= v <= found.curve[-1].velocity]
-    forward, backward = (found.band(sign * np.array(reached)) for sign in (1.0, -1.0))
+    reached = [v for v in speeds if estimate.curve and estimate.curve[0].velocity <= v <= estimate.curve[-1].velocity]
+    forward, backward = (estimate.band(sign * np.array(reached)) for sign in (1.0, -1.0))
     if not reached or forward is None or backward is None or forward[1] is None:
         return
     half = (forward[1][1] - forward[1][0]) / 2
-    units = dict(zip(("speed_unit", "unit"), found.units(), strict=True))
+    units = dict(zip(("speed_unit", "unit"), estimate.units(), strict=True))
     for k, velocity in enumerate(reached):
-        friction, own = float(forward[0][k] - backward[0][k]) / 2, float(half[k])
-        ends = {"standard_error": own / 1.96, "low": friction - own, "high": friction + own}
+        friction, margin = float(forward[0][k] - backward[0][k]) / 2, float(half[k])
+        ends = {"standard_error": margin / 1.96, "low": friction - margin, "high": friction + margin}
         yield {"joint": joint, "velocity": velocity, "friction": friction} | ends | units
 
 
 def _corrections(result: Result) -> Iterator[dict[str, Any]]:
-    found = result.corrections
-    if found is None:
+    estimates = result.corrections
+    if estimates is None:
         return
     by_joint = (("torque_gain", "1"), ("encoder_zero", "rad"), ("command_delay", "s"))
-    pairs = [(name, joint, *pair, unit) for name, unit in by_joint for joint, pair in getattr(found, name).items()]
-    pairs += [("mass", body, own.mass[1] - own.mass[0], own.mass_error, "kg") for body, own in found.bodies.items()]
+    pairs = [(name, joint, *pair, unit) for name, unit in by_joint for joint, pair in getattr(estimates, name).items()]
+    pairs += [("mass", body, fit.mass[1] - fit.mass[0], fit.mass_error, "kg") for body, fit in estimates.bodies.items()]
     for name in ("torque_delay", "base_delay"):
-        if getattr(found, name):
-            pairs.append((name, "", *getattr(found, name), "s"))
+        if getattr(estimates, name):
+            pairs.append((name, "", *getattr(estimates, name), "s"))
     for name, of, value, error, unit in pairs:
         yield {"correction": name, "of": of, "value": value, "standard_error": error, "unit": unit}

@@ -111,14 +111,14 @@ class Watchdog:
         payload
             Mass relative to the robot's, and its standard error; infinite if unknown.
         """
-        own, own_variance = changes - self.reference, self._reference_variance()
+        shift, variance = changes - self.reference, self._reference_variance()
         noise = covariance.sum(axis=(1, 2))
-        shared, shared_error = self._fit_shared(own, covariance, own_variance, moved)
-        total = own.sum(axis=1) - (self._shapes * shared).sum(axis=1)
+        shared, shared_error = self._fit_shared(shift, covariance, variance, moved)
+        total = shift.sum(axis=1) - (self._shapes * shared).sum(axis=1)
         strongest = int(np.argmax(np.abs(shared) / shared_error))
         mass, mass_error = payload[0] - self.payload[0], payload[1]
         change = np.concatenate([total, [shared[strongest], mass]])
-        normal = np.append(own_variance, np.square([SHARED_LEAST, PAYLOAD_LEAST]) / self._quantiles[0] ** 2)
+        normal = np.append(variance, np.square([SHARED_LEAST, PAYLOAD_LEAST]) / self._quantiles[0] ** 2)
         random = np.concatenate([noise, [shared_error[strongest] ** 2, mass_error**2]])
         known = self.learned >= 5.0  # [s] of motion, until a joint's noise is known
         seen = np.concatenate([moved & known, [moved.sum() >= FEWEST, np.isfinite(mass_error)]])
@@ -141,7 +141,7 @@ class Watchdog:
             mean, seconds = self.payload
             self.payload[:] = mean + (payload[0] - mean) / (PRIOR + seconds + 1), seconds + 1
 
-    def _fit_shared(self, own: Array, covariance: Array, normal: Array, moved: BoolArray) -> tuple[Array, Array]:
+    def _fit_shared(self, shift: Array, covariance: Array, normal: Array, moved: BoolArray) -> tuple[Array, Array]:
         """Fit factors of all friction and of viscous friction to the changes, shape (2,), with standard errors.
 
         Robust generalized least squares; zero for few joints.
@@ -149,19 +149,19 @@ class Watchdog:
         if moved.sum() < FEWEST:
             return np.zeros(2), np.full(2, np.inf)
         inverse = np.linalg.inv(covariance[moved] + normal[moved, None, None] / 2 * np.eye(2))
-        shapes, changes = self._shapes[moved], own[moved]
+        shapes, changes = self._shapes[moved], shift[moved]
         information = shapes[:, :, None] * inverse * shapes[:, None, :]
         right = shapes * (inverse @ changes[:, :, None])[:, :, 0]
         weight: Array = np.ones(len(changes))
         huber = 2.0  # deviation of a joint beyond which it loses weight [standard deviations]
-        found, matrix = np.zeros(2), np.eye(2)
+        factors, matrix = np.zeros(2), np.eye(2)
         for _ in range(4):
             matrix = np.asarray(np.tensordot(weight, information, 1) + np.eye(2))  # a change by 100 % is unlikely
-            found = np.asarray(np.linalg.solve(matrix, weight @ right))
-            left = changes - shapes * found
-            square = (left[:, None] @ inverse @ left[:, :, None])[:, 0, 0]
+            factors = np.asarray(np.linalg.solve(matrix, weight @ right))
+            residual = changes - shapes * factors
+            square = (residual[:, None] @ inverse @ residual[:, :, None])[:, 0, 0]
             weight = np.minimum(1.0, huber / np.sqrt(np.maximum(square, 1e-18)))
-        return found, np.sqrt(np.diag(np.linalg.inv(matrix)))
+        return factors, np.sqrt(np.diag(np.linalg.inv(matrix)))
 
     def _decide(self, time: float, change: Array, normal: Array, random: Array, seen: BoolArray) -> list[Alarm]:
         """Raise and clear alarms with hysteresis."""

@@ -15,9 +15,9 @@ from stribeck.core.robot import Robot
 def joined(shape: tuple[int, int], **channels: ArrayLike) -> Array:
     """Join channels of the joints, shape (c, T, n); a single sample may have shape (n,)."""
     with suppress(ValueError):  # channels of different shapes
-        found = np.array(list(channels.values()), dtype=np.float64)
-        if found.shape[1:] in (shape, shape[1:][: shape[0] == 1]):
-            return found.reshape(len(channels), *shape)
+        signals = np.array(list(channels.values()), dtype=np.float64)
+        if signals.shape[1:] in (shape, shape[1:][: shape[0] == 1]):
+            return signals.reshape(len(channels), *shape)
     return np.array([rows_of(name, values, shape) for name, values in channels.items()])
 
 
@@ -35,7 +35,7 @@ def standing_contacts(robot: Robot, contact: ArrayLike | Literal["hung"] | None,
 
 def rows_of(name: str, values: object, shape: tuple[int, int]) -> Array:
     """Convert an argument to one row per sample."""
-    found = np.asarray(values, dtype=np.float64)
-    if found.shape != shape and (found.shape != shape[1:] or shape[0] != 1):
-        raise LogError(f"{name}: found shape {found.shape}, expected {shape[1:]} or {shape}")
-    return found.reshape(shape)
+    rows = np.asarray(values, dtype=np.float64)
+    if rows.shape != shape and (rows.shape != shape[1:] or shape[0] != 1):
+        raise LogError(f"{name}: found shape {rows.shape}, expected {shape[1:]} or {shape}")
+    return rows.reshape(shape)

@@ -49,14 +49,14 @@ class Baseline:
                 "of this robot"
             )
         coupled = set().union(*(coupling.joints for coupling in result.couplings.values()))
-        found = {name: own for name, own in result.joints.items() if _is_tracked(own) and name not in coupled}
-        if not found:
+        results = {name: joint for name, joint in result.joints.items() if _is_tracked(joint) and name not in coupled}
+        if not results:
             raise SettingsError(
                 f"{result.path or 'result'}: no joint has friction in N m or N; expected an identified joint"
             )
-        self.names = tuple(found)
-        self.columns: IntArray = np.array([robot.joint_names.index(name) for name in found])
-        joints = list(found.values())
+        self.names = tuple(results)
+        self.columns: IntArray = np.array([robot.joint_names.index(name) for name in results])
+        joints = list(results.values())
         self.sure = np.array([joint.verdict == "identified" for joint in joints])
         curve = np.array([[(p.velocity, p.value, p.standard_error) for p in joint.curve] for joint in joints])
         self.speeds, values, errors = np.maximum(curve.transpose(2, 1, 0), 1e-9)
@@ -88,15 +88,15 @@ class Baseline:
         `warmer` is the temperature minus the mean temperature of the joint's log [K].
         """
         if isinstance(self._law, Stribeck) and not isinstance(self._law, LawWithState):
-            own = self._law.torque(velocity, self._values[:, None])
+            friction = self._law.torque(velocity, self._values[:, None])
         else:  # other laws may not broadcast over joints
             pairs = zip(velocity.T, self._values.T, strict=True)
-            own = np.column_stack([self._law.torque(v, values) for v, values in pairs])
+            friction = np.column_stack([self._law.torque(v, values) for v, values in pairs])
         if self._beyond.keys().isdisjoint(parameter.name for parameter in BEYOND_VELOCITY):
-            return np.asarray(own)
+            return np.asarray(friction)
         places = position, self._range, self._direction
-        motion = signals(velocity, self._beyond.get("slope", JUMP), *places, load=torque - own, temperature=warmer)
-        return np.asarray(own + beyond_velocity(self._beyond, motion | self._settings))
+        motion = signals(velocity, self._beyond.get("slope", JUMP), *places, load=torque - friction, temperature=warmer)
+        return np.asarray(friction + beyond_velocity(self._beyond, motion | self._settings))
 
 
 def _is_tracked(joint: JointResult) -> bool:

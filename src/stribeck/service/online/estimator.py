@@ -109,8 +109,8 @@ class OnlineFriction:
         phase = np.pi * (np.arange(rows) + 0.5) / rows
         self._weight = np.sin(phase) ** 2 * 2 / rows
         self._slope = np.sin(2 * phase) * 2 * np.pi / (rows**2 * self._period)
-        late = np.clip(phase - np.pi * self._delay / (rows * self._period), 0.0, np.pi)
-        self._late = np.sin(late) ** 2 / np.sum(np.sin(late) ** 2)
+        delayed_phase = np.clip(phase - np.pi * self._delay / (rows * self._period), 0.0, np.pi)
+        self._late = np.sin(delayed_phase) ** 2 / np.sum(np.sin(delayed_phase) ** 2)
         self._signals = np.empty((6, rows, self._joints))  # position, velocity, torque, p, b, temperature
         self._filled, self._span = 0, rows * self._period
         self._pending: tuple[float, Array, Array, BoolArray, BoolArray] | None = None
@@ -162,14 +162,14 @@ class OnlineFriction:
         spin = None if base is None or base[1] is None else rows_of("angular velocity", base[1], (samples, 3))
         sums = signals.sum(axis=(0, 2))
         known = np.isfinite(sums if turn is None else sums + turn.sum(axis=1)).tolist()
-        found: list[Alarm] = []
+        alarms: list[Alarm] = []
         for k, (stamp, feet) in enumerate(
             zip(stamps.tolist(), standing_contacts(self.robot, contact, samples), strict=True)
         ):
             if self._follow(stamp, feet, known[k]):
                 base_now = None if turn is None else turn[k], None if spin is None else spin[k]
-                found += self._add(stamp, base_now, signals[:, k], None if warm is None else warm[k])
-        return found
+                alarms += self._add(stamp, base_now, signals[:, k], None if warm is None else warm[k])
+        return alarms
 
     def _follow(self, stamp: float, feet: tuple[str, ...], known: bool) -> bool:
         """Follow the clock and the contacts; return whether the sample can be used."""
@@ -246,12 +246,12 @@ class OnlineFriction:
         self.checked = self.time
         state, covariance, payload = self.filters.with_shared_payload()
         moved, self._moved = self._moved & self.baseline.sure, np.zeros_like(self._moved)
-        found = self.watchdog.check(self.time, state[:, ::2], covariance[:, ::2, ::2], moved, payload)
-        for alarm in found:
+        alarms = self.watchdog.check(self.time, state[:, ::2], covariance[:, ::2, ::2], moved, payload)
+        for alarm in alarms:
             self.alarms.pop(alarm.name, None)
             if alarm.raised:
                 self.alarms[alarm.name] = alarm
-        return found
+        return alarms
 
     def state(self) -> dict[str, FrictionState]:
         """Return the current friction by joint."""
@@ -260,7 +260,7 @@ class OnlineFriction:
         now = 1 + state[:, 0] + state[:, 2]
         half = 1.96 * np.sqrt(covariance[:, 0, 0] + 2 * covariance[:, 0, 2] + covariance[:, 2, 2])
         normal = 1.96 * of.spread
-        limits = [level * np.maximum(each, 0.0) for each in (now - half, now + half, 1 - normal, 1 + normal)]
+        limits = [level * np.maximum(bound, 0.0) for bound in (now - half, now + half, 1 - normal, 1 + normal)]
         corrections = 1 + state[:, 0], level * state[:, 1], level / of.speed * state[:, 2]
         rows = np.stack([*corrections, level * now, level, self.motion, *limits], axis=1).tolist()
         return {

@@ -77,8 +77,8 @@ class JointFilters:
         noise = noise * np.maximum(size / CLIP, 1.0) ** 2
         gain *= (used / (variance + noise))[:, None]
         self.state += gain * innovation[:, None]
-        left = np.eye(STATES) - gain[:, :, None] * regressor[:, None, :]
-        P = left @ P @ left.transpose(0, 2, 1) + (gain * noise[:, None])[:, :, None] * gain[:, None, :]
+        complement = np.eye(STATES) - gain[:, :, None] * regressor[:, None, :]
+        P = complement @ P @ complement.transpose(0, 2, 1) + (gain * noise[:, None])[:, :, None] * gain[:, None, :]
         self.covariance = (P + P.transpose(0, 2, 1)) / 2
         self._learn_noise(np.sign(regressor[:, 0]) * innovation, variance, used & np.stack([~stands, stands]))
 
@@ -108,8 +108,8 @@ class JointFilters:
         variance = scatter / total
         gain = P[:, :, 3] / P[:, 3, 3, None]
         state = x + gain * (mass - x[:, 3])[:, None]
-        left = np.maximum(P[:, 3, 3] - variance, 0.0)
-        covariance = P - gain[:, :, None] * gain[:, None, :] * left[:, None, None]
+        excess = np.maximum(P[:, 3, 3] - variance, 0.0)
+        covariance = P - gain[:, :, None] * gain[:, None, :] * excess[:, None, None]
         return state, covariance, (mass, float(np.sqrt(variance)) if joints >= 2 else np.inf)
 
     def _learn_noise(self, error: Array, variance: Array, used: BoolArray) -> None:

@@ -63,9 +63,9 @@ class Tree:
         momentum = self._project(self._at).copy()
         change = (self._project(self._near) - momentum) / STEP
         change -= pin.rnea(self._model, self._data, self._at, rates, self._accelerations)
-        found = np.empty((2, len(columns)))
-        found[:, columns] = momentum[size:], change[size:]
-        return found
+        result = np.empty((2, len(columns)))
+        result[:, columns] = momentum[size:], change[size:]
+        return result
 
     def payload(self, position: Array, base: Base) -> Array:
         """Compute the joint torques that carry 1 kg at the payload's link at rest [N m], [N], shape (n,)."""
@@ -73,14 +73,14 @@ class Tree:
         self._at[self._first :] = position[self._columns]
         if self._size:
             self._move_root(position, np.zeros_like(position), base)
-        found = np.empty(len(position))
-        found[self._columns] = pin.rnea(model, data, self._at, self._rest, self._accelerations)[self._size :]
-        return found
+        torque = np.empty(len(position))
+        torque[self._columns] = pin.rnea(model, data, self._at, self._rest, self._accelerations)[self._size :]
+        return torque
 
     def _project(self, configuration: Array) -> Array:
         """Compute M v at a configuration."""
-        found: Array = pin.rnea(self._weightless, self._other, configuration, self._rest, self._rates)
-        return found
+        momentum: Array = pin.rnea(self._weightless, self._other, configuration, self._rest, self._rates)
+        return momentum
 
     def _move_root(self, position: Array, velocity: Array, base: Base) -> None:
         """Set gravity and velocity of a floating root, in its coordinates."""
@@ -111,23 +111,23 @@ class Tree:
         model, data, rates = self._model, self._data, np.zeros(self._model.nv)
         rates[6:] = velocity[self._columns]
         pin.forwardKinematics(model, data, self._at, rates)
-        found = np.zeros(3)
+        total = np.zeros(3)
         for foot in self._mode.feet:
             contact = self._robot.contacts[foot]
             frame = model.getFrameId(contact.frame)
             place = pin.updateFramePlacement(model, data, frame).translation
             motion = pin.getFrameVelocity(model, data, frame, pin.LOCAL_WORLD_ALIGNED)
             rolled = np.cross(omega + motion.angular, contact.radius * up)
-            found -= motion.linear - rolled + np.cross(omega, place)
-        return np.asarray(found / len(self._mode.feet))
+            total -= motion.linear - rolled + np.cross(omega, place)
+        return np.asarray(total / len(self._mode.feet))
 
 
 def _rotation(robot: Robot, position: Array, quaternion: Array) -> Array:
     """Compute the rotation from the root link to the world, shape (3, 3)."""
     if robot.base_frame != BASE_FRAME:
         quaternion = root_quaternions(robot, position[None], quaternion[None])[0]
-    found: Array = pin.Quaternion(*quaternion[[3, 0, 1, 2]]).normalized().toRotationMatrix()
-    return found
+    rotation: Array = pin.Quaternion(*quaternion[[3, 0, 1, 2]]).normalized().toRotationMatrix()
+    return rotation
 
 
 def _payload_tree(robot: Robot, rooted: RootedModel) -> tuple[pin.Model, pin.Data]:

@@ -42,8 +42,8 @@ def feed(online: OnlineFriction, part: RobotLog) -> list[Alarm]:
 def stream_of(log: Path | None, mcap: Path | None, robot: Robot, result: Result) -> Iterator[tuple[RobotLog, float]]:
     """Yield the samples of a log, or of an MCAP as its messages arrive, and their rate [Hz]."""
     chunk = 2.0  # duration of the parts of a stream that are prepared together [s]
-    for each in [log] if log is not None else read_stream(mcap or Path("-"), robot, chunk):
-        yield from samples_of(each, robot, result)
+    for part in [log] if log is not None else read_stream(mcap or Path("-"), robot, chunk):
+        yield from samples_of(part, robot, result)
 
 
 def samples_of(log: LogLike, robot: Robot, result: Result) -> Iterator[tuple[RobotLog, float]]:
@@ -57,15 +57,15 @@ def samples_of(log: LogLike, robot: Robot, result: Result) -> Iterator[tuple[Rob
         If the torque of a joint is not in N m or N.
     """
     prepared = prepare(log, robot, robot.settings)
-    own, period = prepared.log, prepared.sampling.period
-    if own.unscaled:
-        joints = ", ".join(own.unscaled)
-        raise SettingsError(f"{own.path or 'log'}: torques of {joints} are not in N m; set torque constants or kp")
-    if own.command is not None:
+    record, period = prepared.log, prepared.sampling.period
+    if record.unscaled:
+        joints = ", ".join(record.unscaled)
+        raise SettingsError(f"{record.path or 'log'}: torques of {joints} are not in N m; set torque constants or kp")
+    if record.command is not None:
         known = result.corrections.command_delay if result.corrections else {}
         given = np.zeros(len(robot.joint_names)) if robot.command_delay is None else robot.command_delay
         pairs = zip(robot.joint_names, given.tolist(), strict=True)
-        own = with_command_delay(own, np.array([known.get(name, (late, 0.0))[0] for name, late in pairs]))
+        record = with_command_delay(record, np.array([known.get(name, (delay, 0.0))[0] for name, delay in pairs]))
     smoothed = 0.03  # length of the filter [s]: shorter than motion, long compared with encoder noise
     window = max(5, 2 * round(smoothed / period / 2) + 1)
     smoother = make_filter(FilterSettings(kind="savitzky-golay", window=window, order=2), period)
@@ -74,11 +74,11 @@ def samples_of(log: LogLike, robot: Robot, result: Result) -> Iterator[tuple[Rob
     for part in prepared.sampling.segments:
         rows = slice(part.start + smoother.half_width, part.stop - smoother.half_width)
         if rows.stop > rows.start:
-            state, torque = differentiate(robot, own, rows, smoother, smoother, settings)
-            turn, warm = state.orientation, own.temperature
+            state, torque = differentiate(robot, record, rows, smoother, smoother, settings)
+            turn, warm = state.orientation, record.temperature
             samples = RobotLog(
-                time=own.time[rows],
-                joint_names=own.joint_names,
+                time=record.time[rows],
+                joint_names=record.joint_names,
                 position=state.position,
                 velocity=state.velocity,
                 torque=torque,

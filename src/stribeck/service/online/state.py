@@ -52,7 +52,7 @@ def load_state(online: Restorable, path: Path) -> None:
     text = read_text(path, "a state file of stribeck watch", SettingsError)
     try:
         document = json.loads(text)
-        alarms = {alarm.name: alarm for alarm in (Alarm(**each) for each in document["alarms"])}
+        alarms = {alarm.name: alarm for alarm in (Alarm(**fields) for fields in document["alarms"])}
         owner, values = document["result"], {}
         for name in KEPT:
             current = np.asarray(attrgetter(name)(online))

@@ -64,15 +64,15 @@ def mjcf_of_urdf(path: Path, folder: Path, *, floating: bool) -> tuple[str, list
 
 def _is_light(body: Element) -> bool:
     """Check that a moving body and its first fixed bodies have no inertia, and raise the body's inertia."""
-    own, *fixed = [body, *(below for below in body.findall("body") if below.find("joint") is None)]
+    root, *fixed = [body, *(below for below in body.findall("body") if below.find("joint") is None)]
     values = [
         [float(word) for name in ("mass", "diaginertia") for word in inertial.get(name, "").split()]
-        for inertial in (each.find("inertial") for each in (own, *fixed))
+        for inertial in (element.find("inertial") for element in (root, *fixed))
         if inertial is not None
     ]
-    if any(min(each) > 0 for each in values):
+    if any(min(numbers) > 0 for numbers in values):
         return False
-    inertial = own.find("inertial")
+    inertial = root.find("inertial")
     assert inertial is not None  # _add_inertial writes one per body
     inertial.set("mass", str(max(values[0][0], LEAST)))
     inertial.set("diaginertia", " ".join(str(max(value, LEAST)) for value in values[0][1:]))
@@ -89,7 +89,7 @@ def _prepare(path: Path, source: Element) -> tuple[str, list[str]]:
             raise SettingsError(f"{path}: joint '{joint.get('name')}' is {kind}, which MJCF lacks; export to urdf")
         source.remove(joint)
         source.append(joint)
-    folders = [path.parent / own.get("meshdir", "") for own in source.iterfind("mujoco/compiler")]
+    folders = [path.parent / compiler.get("meshdir", "") for compiler in source.iterfind("mujoco/compiler")]
     for extension in source.findall("mujoco"):
         source.remove(extension)
     SubElement(SubElement(source, "mujoco"), "compiler", fusestatic="false", discardvisual="false", strippath="false")
@@ -127,7 +127,7 @@ def _found(name: str, folders: list[Path], path: Path) -> Path | None:
     """Find a mesh file that MuJoCo can read; packages are searched in the folders above the URDF."""
     scheme, _, rest = name.rpartition("://")
     folders = [*folders, *(path.resolve().parents if scheme in ("package", "model") else [])]
-    places = [folder / each for folder in folders for each in (rest, Path(rest).name)]
+    places = [folder / tail for folder in folders for tail in (rest, Path(rest).name)]
     return next((place.resolve() for place in places if place.is_file() and _readable(place)), None)
 
 
@@ -147,15 +147,15 @@ def _fill(element: Element, body: Any) -> None:
         size = (
             {"mesh": geom.meshname} if kind == "mesh" else {"size": geom.size[: {"sphere": 1, "box": 3}.get(kind, 2)]}
         )
-        own = _add(element, "geom", type=kind, **size, pos=geom.pos, quat=geom.quat)
+        shape = _add(element, "geom", type=kind, **size, pos=geom.pos, quat=geom.quat)
         if geom.group == 1:  # seen only
-            own.attrib |= {"contype": "0", "conaffinity": "0", "group": "1", "rgba": _text(geom.rgba)}
+            shape.attrib |= {"contype": "0", "conaffinity": "0", "group": "1", "rgba": _text(geom.rgba)}
     for below in body.bodies:
-        own = _add(element, "body", name=below.name, pos=below.pos, quat=below.quat)
+        child = _add(element, "body", name=below.name, pos=below.pos, quat=below.quat)
         for joint in below.joints:
-            _add_joint(own, joint)
-        _add_inertial(own, below)
-        _fill(own, below)
+            _add_joint(child, joint)
+        _add_inertial(child, below)
+        _fill(child, below)
 
 
 def _add_joint(body: Element, joint: Any) -> None:
@@ -180,7 +180,7 @@ def _add_inertial(element: Element, body: Any) -> None:
 
 
 def _add(parent: Element, tag: str, **attributes: str | Array) -> Element:
-    texts = {name: own if isinstance(own, str) else _text(own) for name, own in attributes.items()}
+    texts = {name: value if isinstance(value, str) else _text(value) for name, value in attributes.items()}
     return SubElement(parent, tag, texts)
 
 

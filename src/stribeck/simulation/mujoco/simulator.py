@@ -205,4 +205,4 @@ def foot_wrenches(body: Body, touch: Array) -> Array:
     force = touch[..., VERTICAL_FORCE - 2 : VERTICAL_FORCE + 1]
     moment = touch[..., :3] + np.cross(touch[..., 9:12] - place, force)
     world = turn @ rotation
-    return np.concatenate([(each[..., None, :] @ world)[..., 0, :] for each in (force, moment)], axis=-1)
+    return np.concatenate([(vector[..., None, :] @ world)[..., 0, :] for vector in (force, moment)], axis=-1)

@@ -115,16 +115,16 @@ def walk_picture(robot: Robot, log: RobotLog, base_position: Array, soles: Mappi
         raise SettingsError(
             f"{robot.name}: a walk cannot be drawn; expected a floating base, base_orientation and contact"
         )
-    found = stances(log.time, log.contact)
+    phases = stances(log.time, log.contact)
     model, data = robot.tree.model, robot.tree.model.createData()
     configurations = _configurations(robot, log, base_position)
     poses, names = [], ()
-    for row in _pose_rows(found, base_position):
+    for row in _pose_rows(phases, base_position):
         pin.forwardKinematics(model, data, configurations[row])
         names, segments = zip(*stick_figure(robot, data, soles), strict=True)
         poses.append(Pose(time=float(log.time[row]), segments=np.array(segments), configuration=configurations[row]))
     footprints = []
-    for start, end, foot in found:  # half way through a stance, where the foot rests
+    for start, end, foot in phases:  # half way through a stance, where the foot rests
         pin.framesForwardKinematics(model, data, configurations[(start + end) // 2])
         name = log.foot_names[foot]
         pose, sole = data.oMf[model.getFrameId(robot.contacts[name].frame)], soles.get(name, NO_SOLE)
@@ -156,23 +156,23 @@ def stances(time: Array, contact: NDArray[np.bool_]) -> list[tuple[int, int, int
 
     A contact of less than 50 ms does not count as a stance, and an interruption of less than 100 ms as a swing.
     """
-    found = []
+    phases = []
     for foot, flags in enumerate(contact.T):
         edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
         spans = edges.reshape(-1, 2) - [0, 1]
         spans = spans[time[spans[:, 1]] - time[spans[:, 0]] >= 0.05]
         lifted = np.flatnonzero(time[spans[1:, 0]] - time[spans[:-1, 1]] >= 0.1) + 1
-        found += [(int(run[0, 0]), int(run[-1, 1]), foot) for run in np.split(spans, lifted) if len(run)]
-    return sorted(found)
+        phases += [(int(run[0, 0]), int(run[-1, 1]), foot) for run in np.split(spans, lifted) if len(run)]
+    return sorted(phases)
 
 
-def _pose_rows(found: list[tuple[int, int, int]], base_position: Array) -> NDArray[np.int64]:
+def _pose_rows(phases: list[tuple[int, int, int]], base_position: Array) -> NDArray[np.int64]:
     """Select rows of the longest stride (within 0.1 m) that is nearest to the middle, between touchdowns of a foot.
 
     If the robot only stands, the poses cover the entire time.
     """
     middle = len(base_position) // 2
-    touchdowns = [(start, foot) for start, _, foot in found if start > 0]
+    touchdowns = [(start, foot) for start, _, foot in phases if start > 0]
     strides = [
         (start, next_start)
         for k, (start, foot) in enumerate(touchdowns)

@@ -89,7 +89,7 @@ def keep_from_tipping(motion: Motion, sway: Sines) -> Shift:
         change = -np.linalg.solve(system, moment[:, :, None])[:, :, 0]
         phi = phi + change
         if np.abs(change).max() < 1e-12:  # [m]
-            return Shift([piece for found in zip(lines, time, phi, strict=True) for piece in _pieces(*found)])
+            return Shift([piece for row in zip(lines, time, phi, strict=True) for piece in _pieces(*row)])
     raise SettingsError(
         "gait: no balanced trot is near this posture; give a posture with the feet about under the hips"
     )
@@ -105,7 +105,7 @@ def _collocation(swing: Swing) -> tuple[Array, Array, Array]:
     """Compute Chebyshev points of a swing [s], shape (N,), and the matrices of first and second derivative there."""
     nodes = 0.5 * (swing.start + swing.end) - 0.5 * (swing.end - swing.start) * np.cos(np.linspace(0, np.pi, NODES))
     basis = [Chebyshev.basis(k, domain=[swing.start, swing.end]) for k in range(NODES)]
-    values, first, second = (np.column_stack([one.deriv(order)(nodes) for one in basis]) for order in range(3))
+    values, first, second = (np.column_stack([series.deriv(order)(nodes) for series in basis]) for order in range(3))
     inverse = np.linalg.inv(values)
     return nodes, first @ inverse, second @ inverse
 

@@ -237,8 +237,8 @@ def _require_supports(robot: Robot, supports: Sequence[Support]) -> None:
     for support in supports:
         for foot in support.feet:
             if foot not in robot.contacts:
-                there = ", ".join(robot.contacts) or "none"
-                raise SettingsError(f"supports: robot has no contact '{foot}'; it has {there}")
+                contacts = ", ".join(robot.contacts) or "none"
+                raise SettingsError(f"supports: robot has no contact '{foot}'; it has {contacts}")
     times = [support.start for support in supports]
     if times and (times[0] != 0.0 or np.any(np.diff(times) <= 0)):
         raise SettingsError(

@@ -92,20 +92,20 @@ def find_support_phases(
             note = "No foot ever stands: the robot is taken as hung up at its base, which may move."
             return SupportPhases(phases=fixed_phases(segments, "hung"), source=source, notes=(note,))
     standing, touching = without_flicker(standing, touching, log.time, segments)
-    found = [
+    phases = [
         phase
         for segment in segments
         for phase in phases_of_segment(standing, touching, tuple(robot.contacts), log.time, segment, settings)
     ]
     if fall is not None:
-        found = [phase for phase in found if phase.stop < fall]
+        phases = [phase for phase in phases if phase.stop < fall]
         notes.append(
             f"The robot falls: its base tilts by more than {np.rad2deg(FALLEN):.0f}° at "
             f"{log.time[fall]:.2f} s; the phase of the fall and all later ones are ignored."
         )
-    if not any(phase.feet for phase in found):
+    if not any(phase.feet for phase in phases):
         raise LogError(_describe_no_standing(log, robot, source, settings, fall))
-    return SupportPhases(phases=tuple(found), source=source, notes=(*notes, *_note_short_phases(found, settings)))
+    return SupportPhases(phases=tuple(phases), source=source, notes=(*notes, *_note_short_phases(phases, settings)))
 
 
 def _choose_source(log: RobotLog, settings: SupportSettings) -> Source:

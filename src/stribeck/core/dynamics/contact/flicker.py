@@ -37,14 +37,14 @@ def _with_fewer_changes(standing: BoolArray, shortest: int) -> BoolArray:
     The result has the fewest rows that differ from `standing`, where each change counts as half of `shortest` rows
     (Potts functional). Raw flags flicker around touchdown, where it follows the majority.
     """
-    found = standing.copy()
+    contacts = standing.copy()
     for foot in range(standing.shape[1]):
         edges = np.flatnonzero(np.diff(standing[:, foot], prepend=~standing[:1, foot])).tolist()
         lengths = np.diff([*edges, len(standing)])
         if (lengths[1:-1] >= shortest).all():
             continue
-        found[:, foot] = np.repeat(_fewest_changes(lengths.tolist(), bool(standing[0, foot]), shortest / 2), lengths)
-    return found
+        contacts[:, foot] = np.repeat(_fewest_changes(lengths.tolist(), bool(standing[0, foot]), shortest / 2), lengths)
+    return contacts
 
 
 def _fewest_changes(lengths: list[int], first: bool, price: float) -> list[bool]:
@@ -59,8 +59,8 @@ def _fewest_changes(lengths: list[int], first: bool, price: float) -> list[bool]
         changed = off > on + price, on > off + price
         cost = min(off, on + price) + length * stands, min(on, off + price) + length * (not stands)
         origins.append(changed)
-    state, found = cost[1] < cost[0], []
+    state, states = cost[1] < cost[0], []
     for changed in reversed(origins):
-        found.append(state)
+        states.append(state)
         state ^= changed[state]
-    return found[::-1]
+    return states[::-1]

@@ -83,7 +83,7 @@ def _check_total(log: RobotLog, total: Array, weight: float) -> list[str]:
     carried = total[size > 0.3 * np.percentile(size, 95)]  # [1]; below, the feet are off the ground
     share = float(np.median(carried)) / weight if len(carried) else 0.0
     units = {1 / 9.81: ("kgf", 9.81), 1e-3: ("kN", 1000.0), 1e3: ("mN", 0.001)}  # load divided by weight -> unit
-    unit = next((found for ratio, found in units.items() if abs(abs(share) / ratio - 1) < tolerance), None)
+    unit = next((unit for ratio, unit in units.items() if abs(abs(share) / ratio - 1) < tolerance), None)
     name, channel = log.path or "log", force_channel(log)
     if unit is not None:
         raise LogError(

@@ -84,12 +84,12 @@ def share_at_rest(log: RobotLog, robot: Robot, segments: Segments) -> float | No
     moving = np.abs(np.diff(legs, axis=0)).max(axis=1, initial=0.0) / duration
     rates = []  # of soles [rad/s], and of points divided by the length of their legs [1/s]
     for rotation, _ in (pose for kind, pose in zip(kinds, poses, strict=True) if kind == "surface"):
-        own = turn * Rotation.from_matrix(rotation)
-        rates.append((own[:-1].inv() * own[1:]).magnitude() / duration)
+        orientation = turn * Rotation.from_matrix(rotation)
+        rates.append((orientation[:-1].inv() * orientation[1:]).magnitude() / duration)
     points = [place for kind, (_, place) in zip(kinds, poses, strict=True) if kind != "surface"]
-    for one, other in combinations(points, 2):
-        between = np.diff(turn.apply(one - other), axis=0)
-        rates.append(np.linalg.norm(between, axis=1) / np.linalg.norm(one, axis=1)[1:] / duration)
+    for point, other in combinations(points, 2):
+        between = np.diff(turn.apply(point - other), axis=0)
+        rates.append(np.linalg.norm(between, axis=1) / np.linalg.norm(point, axis=1)[1:] / duration)
     if not rates or np.median(moving) < 0.05:  # [rad/s]
         return None
     return 1 - float(np.clip(np.median(np.min(rates, axis=0)) / np.median(moving), 0, 1))

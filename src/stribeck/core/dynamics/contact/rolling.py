@@ -39,21 +39,21 @@ def with_rolling_feet(
     """
     # Smallest and largest plausible radius [m]; smaller feet count as points.
     radii = (0.008, 0.06)
-    points = {name: each for name, each in robot.contacts.items() if each.kind == "point" and not each.given}
+    points = {name: foot for name, foot in robot.contacts.items() if foot.kind == "point" and not foot.given}
     usable = [log for log in logs if log[0].base_orientation is not None]
     parts = [part for log in usable for part in _pairs(robot, *log)] if points and robot.base == "floating" else []
     if not parts:
         return robot, []
-    turn, speed = np.concatenate([own for own, _ in parts]), np.concatenate([own for _, own in parts])
+    turn, speed = np.concatenate([turn for turn, _ in parts]), np.concatenate([speed for _, speed in parts])
     weight, product = np.sum(turn**2, axis=1), np.sum(turn * speed, axis=1)
     ratio = product / np.maximum(weight, 1e-12)
     order = np.argsort(ratio)
     total = np.cumsum(np.sqrt(weight[order]))
     radius = float(ratio[order][np.searchsorted(total, total[-1] / 2)])
     ball = max(
-        (rolling_radius(Path(robot.model_path), each.frame, meshes=True) for each in points.values()), default=0.0
+        (rolling_radius(Path(robot.model_path), point.frame, meshes=True) for point in points.values()), default=0.0
     )
-    rolled, slid = (float(np.median(np.linalg.norm(speed - each * turn, axis=1))) for each in (ball, 0.0))
+    rolled, slid = (float(np.median(np.linalg.norm(speed - guess * turn, axis=1))) for guess in (ball, 0.0))
     if ball and rolled < 2 * slid:
         balls = {name: replace(contact, radius=ball, given=True) for name, contact in points.items()}
         note = f"The feet are balls of {1e3 * ball:.0f} mm, from the collision geometry of the model."
@@ -90,11 +90,11 @@ def _pairs(
         if last - first < 3:
             continue
         wide = slice(first - half, last + half)
-        position, velocity = (each[::step] for each in correlate_valid(log.position[wide], kernels[:2], (0, 1)))
+        position, velocity = (signal[::step] for signal in correlate_valid(log.position[wide], kernels[:2], (0, 1)))
         assert log.base_orientation is not None
         quaternions = root_quaternions(robot, log.position[wide], log.base_orientation[wide])
         derivatives = correlate_valid(quaternions, kernels, (0, 1, 2))
-        turn = orientation_from_derivatives(*(each[::step] for each in derivatives))
+        turn = orientation_from_derivatives(*(derivative[::step] for derivative in derivatives))
         up = gravity_in_root_link(turn.quaternion, robot.up)
         moves = {}
         for foot in phase.feet:
@@ -102,6 +102,6 @@ def _pairs(
                 frame = robot.tree.model.getFrameId(robot.contacts[foot].frame)
                 point = point_motion(robot.tree, frame, position, velocity, np.zeros_like(position))
                 moves[foot] = point.velocity + np.cross(turn.angular_velocity, point.position), point.turning
-        for (one, its_turn), (other, other_turn) in combinations(moves.values(), 2):
-            apart = one - other
+        for (move, its_turn), (other, other_turn) in combinations(moves.values(), 2):
+            apart = move - other
             yield np.cross(its_turn - other_turn, up), apart - np.sum(apart * up, axis=1, keepdims=True) * up

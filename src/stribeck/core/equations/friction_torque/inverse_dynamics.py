@@ -123,32 +123,32 @@ def torque_chunks(
         rows = kept + span.start
         mode = mode_of_row[rows]
         if observer:
-            found = observer(modes, mode, log.time[rows], state, torque, settings)
+            estimate = observer(modes, mode, log.time[rows], state, torque, settings)
         else:
             wrenches = _select_wrenches(robot, log, wide, motion_filter, settings)
             measured = {foot: wrench[kept + reach] for foot, wrench in wrenches.items()}
-            found = by_inverse_dynamics(modes, mode, state, torque, measured, settings)
+            estimate = by_inverse_dynamics(modes, mode, state, torque, measured, settings)
         yield Chunk(
             rows=rows,
-            wrench=found.wrench,
+            wrench=estimate.wrench,
             samples=FrictionSamples(
                 joint_names=tuple(robot.joint_names[c] for c in known),
                 period=period,
                 time=log.time[rows],
-                velocity=found.velocity[:, known],
-                acceleration=found.acceleration[:, known],
-                friction_torque=found.friction[:, known],
-                usable=found.usable[:, known] & (steady[rows, None] | swinging[mode]),
+                velocity=estimate.velocity[:, known],
+                acceleration=estimate.acceleration[:, known],
+                friction_torque=estimate.friction[:, known],
+                usable=estimate.usable[:, known] & (steady[rows, None] | swinging[mode]),
                 block=block_of_row[rows],
                 support=name_of[mode],
                 support_names=names,
                 stride=stride,
                 prismatic=tuple(robot.prismatic[c] for c in known),
-                nodes=found.nodes or nodes,
-                jerk=jerk if found.jerk is None else found.jerk[:, known],
-                snap=snap if found.snap is None else found.snap[:, known],
+                nodes=estimate.nodes or nodes,
+                jerk=jerk if estimate.jerk is None else estimate.jerk[:, known],
+                snap=snap if estimate.snap is None else estimate.snap[:, known],
                 sharp_velocity=_compute_velocity(log, span, sharper)[np.ix_(kept, known)] if sharper else None,
-                torque=found.torque[:, known],
+                torque=estimate.torque[:, known],
             ),
         )
 

@@ -44,9 +44,9 @@ def timeline(
     friction: LogsFriction, prepared: Logs, set_aside: Sequence[Sequence[Span]]
 ) -> list[tuple[float, float, str, bool]]:
     """List the phases of all logs, as in `Evidence`: contact modes, and spans that are excluded or set aside."""
-    found: list[tuple[float, float, str, bool]] = []
-    for k, (part, log) in enumerate(zip(friction.logs, (each.log for each in prepared), strict=True)):
+    phases: list[tuple[float, float, str, bool]] = []
+    for k, (part, log) in enumerate(zip(friction.logs, (source.log for source in prepared), strict=True)):
         kinds = {"set aside": set_aside[k] if set_aside else (), "excluded": log.excluded}
-        spans = [(log.start + a, log.start + b, kind, False) for kind, own in kinds.items() for a, b, _ in own]
-        found += sorted([*part.phases, *spans], key=lambda phase: phase[0])
-    return found
+        spans = [(log.start + a, log.start + b, kind, False) for kind, cuts in kinds.items() for a, b, _ in cuts]
+        phases += sorted([*part.phases, *spans], key=lambda phase: phase[0])
+    return phases

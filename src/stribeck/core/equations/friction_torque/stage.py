@@ -122,7 +122,7 @@ class FrictionTorqueStage:
         rough = self._given[0].log.unscaled
         with friction_table(self._table, rough) if self._table else nullcontext(_drop) as write:
             parts = [log_friction(logs, k, robot, settings, write, self._progress) for k in range(len(logs))]
-        samples = join_logs([each.samples for each in parts])
+        samples = join_logs([part.samples for part in parts])
         return LogsFriction(logs=tuple(parts), samples=samples, settings=settings, notes=notes)
 
 

@@ -84,8 +84,8 @@ class WeakForm:
         """
         if abs(self.delay) <= 0.02:
             return segment
-        late, whole = round(self.delay / self.period), segment.unbroken
-        first, last = max(segment.first, whole.start - late), min(segment.last, whole.stop - late)
+        lag, whole = round(self.delay / self.period), segment.unbroken
+        first, last = max(segment.first, whole.start - lag), min(segment.last, whole.stop - lag)
         return replace(segment, first=first, last=last) if last - first >= self.filters.shortest else None
 
     @property
@@ -102,14 +102,14 @@ class WeakForm:
     def equations(self, segment: Segment, gait: int) -> WeakEquations:
         """Compute the weak form of one segment, which is part of a numbered gait phase."""
         log, joints, window = self.log, self.joints, self.filters.window
-        mode, here = self.contact_modes[segment.feet], slice(segment.first, segment.last)
+        mode, rows = self.contact_modes[segment.feet], slice(segment.first, segment.last)
         if self.corrected:
             mode = replace(mode, robot=self.corrected)
         state, torque = self._state(segment), self._torque(segment)
         foot = None if mode.sensor is None else log.foot_names.index(mode.surface)
-        wrench = None if foot is None or log.foot_wrench is None else log.foot_wrench[here, foot]
-        external = 0.0 if log.external_torque is None else log.external_torque[here]
-        left = mode.left_side(state, torque + external, wrench)
+        wrench = None if foot is None or log.foot_wrench is None else log.foot_wrench[rows, foot]
+        external = 0.0 if log.external_torque is None else log.external_torque[rows]
+        remainder = mode.left_side(state, torque + external, wrench)
         centers = self._at_windows(state, segment)
         up = None
         if centers.orientation is not None:
@@ -118,8 +118,8 @@ class WeakForm:
         free, half, slip = None, len(window.taps) // 2, None
         if unknowns is not None:
             free = null_projection(unknowns)
-            slip = unknown_acceleration(window.apply(left), unknowns) if mode.slides else None
-            left = without_forces(left, unknowns, half, window.step)
+            slip = unknown_acceleration(window.apply(remainder), unknowns) if mode.slides else None
+            remainder = without_forces(remainder, unknowns, half, window.step)
 
         def summed(of_rows: Array) -> Array:
             """Return the sums P^T of rows, shape (K, rows, c) -> (K, m, c)."""
@@ -143,7 +143,7 @@ class WeakForm:
             )
             own = [each.columns(signals) for each in CORRECTIONS if each.columns and self.corrections.sizes[each.name]]
             regressors = summed(np.concatenate(own, axis=2))
-        residual = summed(window.apply(left)[:, :, None])[:, :, 0]
+        residual = summed(window.apply(remainder)[:, :, None])[:, :, 0]
         if self.corrected and regressors is not None:
             residual += regressors[:, :, self.corrections.part("bodies")] @ self._change
         time = log.time[segment.first + half :: window.step][: len(centers.position)]
@@ -173,7 +173,7 @@ class WeakForm:
             torque=self._padded(smooth_torque, 0.0),
             elapsed=time - log.time[0],
             position=self._padded(np.where(np.array(self.robot.prismatic)[joints], np.nan, position)),
-            temperature=None if log.temperature is None else self._padded(window.apply(log.temperature[here, joints])),
+            temperature=None if log.temperature is None else self._padded(window.apply(log.temperature[rows, joints])),
             position_noise=self._padded(self.noise.position[joints], 0.0),
             couplings=self.couplings if self.couplings.size else None,
             wrench_noise=np.zeros(0) if foot is None else self.noise.wrench[foot],
@@ -188,7 +188,7 @@ class WeakForm:
     def _carried(self, segment: Segment) -> list[bool]:
         """Find which payloads the robot carries in the middle of a segment."""
         middle = float(self.log.time[(segment.first + segment.last) // 2]) - self.log.start
-        return [each.present(middle, self.log.path) for each in self.robot.payloads]
+        return [payload.present(middle, self.log.path) for payload in self.robot.payloads]
 
     def _padded(self, of_joints: Array, value: float = np.nan) -> Array:
         """Append a column per coupling."""
@@ -212,9 +212,9 @@ class WeakForm:
         if turn is not None and filters.turn is not None:
             reach = filters.turn.margin
             quaternions = self._quaternions(slice(segment.first - reach, segment.last + reach))
-            here = slice(reach, len(quaternions) - reach)
-            change = filters.turn.windows(quaternions, here.start, here.stop)
-            of_windows = orientation_from_derivatives(smooth(quaternions[here]), change, change)
+            rows = slice(reach, len(quaternions) - reach)
+            change = filters.turn.windows(quaternions, rows.start, rows.stop)
+            of_windows = orientation_from_derivatives(smooth(quaternions[rows]), change, change)
             turn = replace(of_windows, angular_velocity=smooth(turn.angular_velocity))
         acceleration = filters.joints.windows(self.log.position, segment.first, segment.last)
         return State(smooth(state.position), smooth(state.velocity), acceleration, turn)
@@ -233,7 +233,7 @@ class WeakForm:
         first = max(segment.unbroken.start + self.filters.margin, segment.first - round(0.5 / self.period))
         rows = first - edge, segment.last + edge
         motion = derivatives(self.log.position, *rows, self.filters.smooth, (0, 1))
-        position, velocity = (window.refine(each[:, self.joints]) for each in motion)
+        position, velocity = (window.refine(signal[:, self.joints]) for signal in motion)
         count = (segment.first - first) * window.fineness
         return velocity[:count], velocity[count:], position[count:]
 
@@ -248,10 +248,10 @@ class WeakForm:
         """
         if self.delay == 0:
             return self.log.torque[segment.first : segment.last]
-        late = round(self.delay / self.period)
-        rows = np.arange(segment.first + late, segment.last + late)
+        lag = round(self.delay / self.period)
+        rows = np.arange(segment.first + lag, segment.last + lag)
         torque = self.log.torque[rows.clip(segment.unbroken.start, segment.unbroken.stop - 1)]
-        return np.asarray(torque + (self.delay - late * self.period) * np.gradient(torque, self.period, axis=0))
+        return np.asarray(torque + (self.delay - lag * self.period) * np.gradient(torque, self.period, axis=0))
 
 
 def acting(couplings: Array) -> Array:
@@ -320,7 +320,7 @@ def _with_turn(
     """Add the filter of the root link's orientation, by its noise and motion in the rows that are used."""
     assert log.base_orientation is not None
     rows = zip(leading_rows(log.position, used), leading_rows(log.base_orientation, used), strict=True)
-    quaternions = [root_quaternions(robot, *each) for each in rows if len(each[0])]
+    quaternions = [root_quaternions(robot, *pair) for pair in rows if len(pair[0])]
     rate = np.zeros(3) if log.angular_velocity is None else white_noise(log.angular_velocity, unbroken)
     noise = float(np.linalg.norm(rate)) / np.sqrt(3)
     return replace(filters, turn=turn_filter(quaternions, noise, period, filters.window, filters.smooth[2]))

@@ -50,8 +50,8 @@ class EquationSequence(Sequence[WeakEquations]):
         relative = equations.velocity[:, :joints] / self.top_speed[:joints]
         shapes = np.stack([np.ones_like(relative), np.tanh(relative / SMOOTH_SIGN), relative], axis=1)[:, :effects]
         shapes = through_windows(shapes, equations.taps, equations.step)[: len(equations.residual)]
-        own, weights = contrasts_of_logs(contrasts + 1)[:, log], equations.weights[:, :, :joints]
-        columns = np.einsum("c,kmj,kej->kmcej", own, weights, shapes).reshape(*equations.residual.shape, -1)
+        contrast, weights = contrasts_of_logs(contrasts + 1)[:, log], equations.weights[:, :, :joints]
+        columns = np.einsum("c,kmj,kej->kmcej", contrast, weights, shapes).reshape(*equations.residual.shape, -1)
         others = [] if equations.regressors is None else [equations.regressors]
         return replace(equations, regressors=np.concatenate([*others, columns], axis=2))
 
@@ -63,8 +63,8 @@ class EquationSequence(Sequence[WeakEquations]):
         """
         forms = tuple(replace(form, delay=delay) for form in self.forms)
         cut = ((log, forms[log].delayed(segment), gait) for log, segment, gait in self.parts)
-        own = tuple((log, segment, gait) for log, segment, gait in cut if segment)
-        return EquationSequence(forms, own, self.top_speed)
+        parts = tuple((log, segment, gait) for log, segment, gait in cut if segment)
+        return EquationSequence(forms, parts, self.top_speed)
 
     @property
     def corrections(self) -> Layout:
@@ -82,12 +82,12 @@ class EquationSequence(Sequence[WeakEquations]):
         standing leg appear only while it stands. Evenly spaced segments of a walk could all have the same standing
         foot.
         """
-        supports, found = [segment.feet for _, segment, _ in self.parts], set[int]()
+        supports, choice = [segment.feet for _, segment, _ in self.parts], set[int]()
         for support in set(supports):
-            own = [place for place, feet in enumerate(supports) if feet == support]
-            share = max(1, round(count * len(own) / len(supports)))
-            found.update(own[k] for k in np.linspace(0, len(own) - 1, share).astype(int))
-        return sorted(found)
+            places = [place for place, feet in enumerate(supports) if feet == support]
+            share = max(1, round(count * len(places) / len(supports)))
+            choice.update(places[k] for k in np.linspace(0, len(places) - 1, share).astype(int))
+        return sorted(choice)
 
     def folds(self, most: int) -> tuple[list[list[int]], list[int]]:
         """Choose up to `most` segments, evenly spread, in `FOLDS` parts, and other segments that are held out."""

@@ -71,13 +71,13 @@ class Window:
         has one lag or more.
         """
         longest = max(len(kernel) for kernel in kernels) + len(self.taps) - 1
-        found = np.zeros((len(kernels), longest // self.step + 2))
-        for own, kernel in zip(found, kernels, strict=True):
+        overlaps = np.zeros((len(kernels), longest // self.step + 2))
+        for overlap, kernel in zip(overlaps, kernels, strict=True):
             response = np.convolve(self.taps, kernel)
             lags = np.correlate(response, response, mode="full")[len(response) - 1 :: self.step]
-            own[: len(lags)] = lags
-        reached = np.abs(found) > 1e-4 * found[:, :1]  # smaller correlations are negligible
-        return found[:, : max(1, int(np.flatnonzero(reached.any(axis=0))[-1])) + 1]
+            overlap[: len(lags)] = lags
+        reached = np.abs(overlaps) > 1e-4 * overlaps[:, :1]  # smaller correlations are negligible
+        return overlaps[:, : max(1, int(np.flatnonzero(reached.any(axis=0))[-1])) + 1]
 
 
 def smooth_window(period: float) -> Window:
@@ -121,8 +121,8 @@ def lengthened(kernels: Array, position: Array, noise: Array, unbroken: tuple[sl
 
     def windows(kernel: Array) -> Array:
         parts = [part for part in leading_rows(position, unbroken) if len(part) > len(kernel)]
-        found = [correlate_valid(part, kernel[None], (1,))[0] for part in parts]
-        return np.concatenate(found) if found else np.full((1, 1), np.inf)  # too few rows: nothing grows
+        velocities = [correlate_valid(part, kernel[None], (1,))[0] for part in parts]
+        return np.concatenate(velocities) if velocities else np.full((1, 1), np.inf)  # too few rows: nothing grows
 
     motion = np.mean(windows(kernels[1]) ** 2, axis=0) / noise**2
     best, least = kernels, len(noise) * np.sum(kernels[1] ** 2)
@@ -169,9 +169,9 @@ class Acceleration:
     def windows(self, signal: Array, first: int, last: int) -> Array:
         """Compute the accelerations at the windows of rows [first, last), which have the margin, shape (K, n)."""
         rows = np.ascontiguousarray(signal[first - self.margin : last + self.margin].T)
-        own = sliding_window_view(rows, self.kernels.shape[1], axis=1)[:, :: self.window.step]  # (n, K, L)
-        middle = own[:, :, self.kernels.shape[1] // 2, None]  # a derivative of nearly equal numbers loses digits
-        return np.ascontiguousarray(((own - middle) @ self.kernels[:, :, None])[:, :, 0].T)
+        windows = sliding_window_view(rows, self.kernels.shape[1], axis=1)[:, :: self.window.step]  # (n, K, L)
+        middle = windows[:, :, self.kernels.shape[1] // 2, None]  # a derivative of nearly equal numbers loses digits
+        return np.ascontiguousarray(((windows - middle) @ self.kernels[:, :, None])[:, :, 0].T)
 
 
 def acceleration_filter(
@@ -197,13 +197,13 @@ def acceleration_filter(
     plain = Acceleration(np.tile(kernel, (len(noise), 1)), Window(np.ones(1), window.step))
     parts = [part for part in leading_rows(signal, unbroken) if len(part) > 2 * plain.margin]
     noise_power = noise**2 * float(np.sum(kernel**2))
-    found = [plain.windows(part, plain.margin, len(part) - plain.margin) for part in parts]
-    power = np.mean(np.concatenate(found) ** 2, axis=0) if found else noise_power
+    accelerations = [plain.windows(part, plain.margin, len(part) - plain.margin) for part in parts]
+    power = np.mean(np.concatenate(accelerations) ** 2, axis=0) if accelerations else noise_power
     share = NOISE_SHARE * np.maximum(power - noise_power, 1e-9 * noise_power)
     lengths = np.clip(len(kernel) * period * (noise_power / share) ** (1 / 5), *ACCELERATION_LENGTHS)
-    own = [np.convolve(window.taps, savgol(length, period)[2]) for length in lengths.tolist()]
-    longest = max(len(each) for each in own)
-    return Acceleration(np.stack([np.pad(each, (longest - len(each)) // 2) for each in own]), window)
+    responses = [np.convolve(window.taps, savgol(length, period)[2]) for length in lengths.tolist()]
+    longest = max(len(response) for response in responses)
+    return Acceleration(np.stack([np.pad(response, (longest - len(response)) // 2) for response in responses]), window)
 
 
 def turn_filter(
@@ -220,8 +220,8 @@ def turn_filter(
     period, window, kernel
         As for `acceleration_filter`.
     """
-    ends = np.cumsum([len(each) for each in quaternions]).tolist()
-    parts = tuple(slice(end - len(each), end) for end, each in zip(ends, quaternions, strict=True))
+    ends = np.cumsum([len(segment) for segment in quaternions]).tolist()
+    parts = tuple(slice(end - len(segment), end) for end, segment in zip(ends, quaternions, strict=True))
     signal = np.concatenate(quaternions) if quaternions else np.zeros((0, 4))
     white = np.linalg.norm(white_noise(signal, parts)) / np.sqrt(3)
     integrated = rate_noise / 2 * period * np.linalg.norm(np.cumsum(kernel)) / np.linalg.norm(kernel)

@@ -80,13 +80,13 @@ class ModeRows(ContactMode):
     def rows(self) -> IntArray:
         """Rows of the equation of motion: the root's six, if free or sensed, the joints'; as in `inertia_matrix`."""
         without = self.hung or (self.surface and self.sensor is None)
-        own = np.arange(0 if without else self.rooted.root_size)
-        return np.concatenate([own, self.rooted.root_size + self.joints[self.with_rows]])
+        root_rows = np.arange(0 if without else self.rooted.root_size)
+        return np.concatenate([root_rows, self.rooted.root_size + self.joints[self.with_rows]])
 
     def on_rows(self, on_joints: Array) -> Array:
         """Select the effects on the used rows from effects on the joints, shape (n, c) -> (rows, c)."""
-        own = on_joints[self.with_rows]
-        return np.vstack([np.zeros((len(self.rows) - len(own), own.shape[1])), own])
+        effects = on_joints[self.with_rows]
+        return np.vstack([np.zeros((len(self.rows) - len(effects), effects.shape[1])), effects])
 
     def left_side(self, state: State, torque: Array, measured: Array | None) -> Array:
         """Compute torque minus inverse dynamics in all rows, contact forces still in it, shape (T, rows).
@@ -119,12 +119,12 @@ class ModeRows(ContactMode):
         (T, 3); without it, the root link is level.
         """
         (model, data), contacts = workspace(self.rooted), [self.robot.contacts[foot] for foot in self.loaded]
-        frames = [(model.getFrameId(each.frame), each, np.array(each.axle)) for each in contacts]
+        frames = [(model.getFrameId(contact.frame), contact, np.array(contact.axle)) for contact in contacts]
         up = np.tile(self.robot.up, (len(position), 1)) if up is None else up
         configuration = np.tile(pin.neutral(model), (len(position), 1))
         configuration[:, 7:] = position[:, self.rooted.columns]
-        found = np.empty((len(position), self.forces, model.nv))
-        for own, row, above in zip(found, configuration, up, strict=True):  # Pinocchio has no batched call for it
+        jacobians = np.empty((len(position), self.forces, model.nv))
+        for stack, row, above in zip(jacobians, configuration, up, strict=True):  # Pinocchio has no batched call for it
             pin.computeJointJacobians(model, data, row)
             rows = []
             for frame, contact, axle in frames:
@@ -136,8 +136,8 @@ class ModeRows(ContactMode):
                 if contact.axle:  # the moment about the heading
                     heading = np.cross(axle, local)
                     rows.append(heading[None] / np.linalg.norm(heading) @ jacobian[3:])
-            own[:] = np.vstack(rows)
-        return found[:, :, self.rooted.order]
+            stack[:] = np.vstack(rows)
+        return jacobians[:, :, self.rooted.order]
 
     def responses(self, position: Array, up: Array | None = None) -> tuple[Array, Array, Array | None]:
         """Compute the responses of the rows to errors of accelerations of the joints and the root, and to unknowns.
@@ -225,9 +225,9 @@ def _root_from_joints(jacobian: Array) -> Array:
 
     The base orientation gives rotations, which do not depend on the joints.
     """
-    found = np.zeros((len(jacobian), 6, jacobian.shape[2] - 6))
-    found[:, :3] = -np.linalg.pinv(jacobian[:, :, :3]) @ jacobian[:, :, 6:]
-    return found
+    response = np.zeros((len(jacobian), 6, jacobian.shape[2] - 6))
+    response[:, :3] = -np.linalg.pinv(jacobian[:, :, :3]) @ jacobian[:, :, 6:]
+    return response
 
 
 def null_projection(jacobian: Array) -> Array:
@@ -240,28 +240,28 @@ def null_projection(jacobian: Array) -> Array:
     return np.asarray(right[:, rank:])
 
 
-def unknown_acceleration(left: Array, unknowns: Array) -> Array:
+def unknown_acceleration(remainder: Array, unknowns: Array) -> Array:
     """Estimate the last three unknowns, the base's acceleration, that explain most of the rows, shape (K, 3) [m/s^2].
 
     The rows have the shape (K, rows), and the unknowns' effects on them (K, u, rows).
     """
-    found = np.linalg.pinv(unknowns.transpose(0, 2, 1)) @ left[:, :, None]
-    return np.asarray(found[:, -3:, 0])
+    solution = np.linalg.pinv(unknowns.transpose(0, 2, 1)) @ remainder[:, :, None]
+    return np.asarray(solution[:, -3:, 0])
 
 
-def without_forces(left: Array, at_centers: Array, first: int, step: int) -> Array:
+def without_forces(remainder: Array, at_centers: Array, first: int, step: int) -> Array:
     """Subtract the contact forces that explain most of the rows, r - J^T (J J^T)^-1 J r, shape (T, rows).
 
     J is interpolated from the windows' centers, every `step` rows from row `first` on, shape (K, u, rows).
     The product with P^T of the same sample is unchanged; with P^T of a neighboring sample, contact forces nearly
     vanish.
     """
-    place = (np.arange(len(left)) - first) / step
+    place = (np.arange(len(remainder)) - first) / step
     before = np.clip(place.astype(int), 0, len(at_centers) - 2)
     share = (place - before)[:, None, None]
     jacobian = (1 - share) * at_centers[before] + share * at_centers[before + 1]
     transposed = jacobian.transpose(0, 2, 1)
     square = jacobian @ transposed
     damping = 1e-14 * np.trace(square, axis1=1, axis2=2)[:, None, None] * np.eye(square.shape[1])
-    forces = np.linalg.solve(square + damping, jacobian @ left[:, :, None])
-    return np.asarray(left - (transposed @ forces)[:, :, 0])
+    forces = np.linalg.solve(square + damping, jacobian @ remainder[:, :, None])
+    return np.asarray(remainder - (transposed @ forces)[:, :, 0])

@@ -55,10 +55,10 @@ def measure_noise(
 
 def leading_rows(signal: Array, unbroken: tuple[slice, ...]) -> list[Array]:
     """Return the first rows of a signal's unbroken parts, shape (T, n) -> (t, n) each, 60,000 in all to save time."""
-    left, parts = 60_000, []
+    budget, parts = 60_000, []
     for part in unbroken:
-        parts.append(signal[part.start : min(part.stop, part.start + left)])
-        left -= len(parts[-1])
+        parts.append(signal[part.start : min(part.stop, part.start + budget)])
+        budget -= len(parts[-1])
     return parts
 
 

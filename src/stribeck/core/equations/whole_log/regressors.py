@@ -29,15 +29,15 @@ def inertia_regressors(
     (model, data), motion = workspace(rooted), (state.position, state.velocity, state.acceleration)
     places, moves = _bodies_in(rooted, robot.tree)
     blocks = (rooted.order[rows][:, None] * (model.njoints - 1) + places).ravel()
-    found = np.empty((len(state.position), len(blocks), SIZE))
-    for own, *each in zip(found, *model_motion(rooted, *motion, root), strict=True):  # Pinocchio has no batched call
-        regressor = pin.computeJointTorqueRegressor(model, data, *each)
-        regressor.reshape(-1, SIZE).take(blocks, axis=0, out=own, mode="clip")  # unlike "raise", without a copy
-    found = found.reshape(len(found), len(rows), -1)
+    slopes = np.empty((len(state.position), len(blocks), SIZE))
+    for slope, *args in zip(slopes, *model_motion(rooted, *motion, root), strict=True):  # Pinocchio has no batched call
+        regressor = pin.computeJointTorqueRegressor(model, data, *args)
+        regressor.reshape(-1, SIZE).take(blocks, axis=0, out=slope, mode="clip")  # unlike "raise", without a copy
+    slopes = slopes.reshape(len(slopes), len(rows), -1)
     for body, move in moves.items():
-        block = found[:, :, SIZE * body : SIZE * (body + 1)]
+        block = slopes[:, :, SIZE * body : SIZE * (body + 1)]
         block[:] = block @ move
-    return found
+    return slopes
 
 
 @cache
@@ -69,15 +69,15 @@ def zero_regressors(rooted: RootedModel, rows: IntArray, state: State, root: Roo
     slopes = np.empty((len(state.position), model.nv, model.nv))
     lift = np.zeros((len(slopes), model.nv, 3))
     axes = np.zeros((len(slopes), 3, model.nv + 3))
-    for k, each in enumerate(zip(*model_motion(rooted, *motion, root), strict=True)):  # Pinocchio has no batched call
-        slopes[k], _, inertia = pin.computeRNEADerivatives(model, data, *each)
+    for k, args in enumerate(zip(*model_motion(rooted, *motion, root), strict=True)):  # Pinocchio has no batched call
+        slopes[k], _, inertia = pin.computeRNEADerivatives(model, data, *args)
         if size:
             lift[k], axes[k, :, :-3] = inertia[:, :3], data.J[3:]
             axes[k, :, -3:] = -data.oMi[joint].rotation @ placement
     columns = np.zeros((len(slopes), len(rows), count + 3))
     columns[:, :, :count] = -slopes[:, order[rows, None], order[size:]]
     if size and state.orientation is not None and root is not None:
-        turned = [int(model.idx_vs[each]) for each in rooted.path_to_root(joint)]
+        turned = [int(model.idx_vs[parent]) for parent in rooted.path_to_root(joint)]
         axes[:, :, np.setdiff1d(np.arange(model.nv), turned)] = 0.0
         used = axes[:, :, [*order[size:], -3, -2, -1]]
         columns += lift[:, order[rows]] @ np.cross(used, root.gravity[:, :, None], axis=1)

@@ -57,10 +57,10 @@ def cut_segments(
 
     def cut(hurried: bool) -> tuple[Segment, ...]:
         """Cut phases into segments up to `longest`; `hurried` phases are trimmed by a share of their duration."""
-        found: list[Segment] = []
+        segments: list[Segment] = []
         before: tuple[str, ...] = ()
         for phase in (phase for phase in phases if phase.kind != "touching"):
-            part = next(each for each in unbroken if each.start <= phase.start < each.stop)
+            part = next(part for part in unbroken if part.start <= phase.start < part.stop)
             first, last = max(phase.start, part.start + margin), min(phase.stop, part.stop - margin)
             begins = phase.start if phase.steps and phase.start > part.start else None
             ends = phase.stop if phase.steps and phase.stop < part.stop else None
@@ -77,8 +77,8 @@ def cut_segments(
                 continue
             parts = -(-(last - first) // max(shortest, round(longest / period)))
             edges = [first + (last - first) * k // parts for k in range(parts + 1)]
-            found += [Segment(start, stop, feet, begins, ends, part) for start, stop in pairwise(edges)]
-        return tuple(found)
+            segments += [Segment(start, stop, feet, begins, ends, part) for start, stop in pairwise(edges)]
+        return tuple(segments)
 
-    found = cut(False)
-    return found if sum(segment.last - segment.first for segment in found) > 0.2 * rows else cut(True)
+    segments = cut(False)
+    return segments if sum(segment.last - segment.first for segment in segments) > 0.2 * rows else cut(True)

@@ -161,7 +161,7 @@ def find_causes(fit: Fit, statistics: Statistics, limbs: Mapping[str, BoolArray]
     if not tests or tests[0].evidence < max(LEAST, SHARE * strain):
         rivals = []
     more = _more_gains(score, causes, rivals[0], discount, noise) if len(rivals) == 1 and leading == "gain" else []
-    scale = min((float(score.test(each)[2][0]) for kind, _, each, _ in causes if kind == "scale"), default=0.0)
+    scale = min((float(score.test(columns)[2][0]) for kind, _, columns, _ in causes if kind == "scale"), default=0.0)
     return Causes(rivals, more, leading, scale, fit.corrections[model.layout.part("bodies")].reshape(-1, SIZE))
 
 
@@ -171,7 +171,7 @@ def _more_gains(score: _Score, causes: list[Columns], first: Cause, discount: fl
     A correction of only the first would move the errors of other gains to more joints.
     """
     gains = {places: columns for kind, places, columns, _ in causes if kind == "gain"}
-    along, found = gains[first.places], list[Cause]()
+    along, additions = gains[first.places], list[Cause]()
     taken = set(first.places)
     while True:
         tests = []
@@ -184,8 +184,8 @@ def _more_gains(score: _Score, causes: list[Columns], first: Cause, discount: fl
                 tests.append(Cause("gain", places, size[0] / discount, *size[1:]))
         best = max(tests, key=lambda cause: cause.evidence, default=first)
         if not tests or best.evidence < LEAST:
-            return found
-        found.append(best)
+            return additions
+        additions.append(best)
         taken |= set(best.places)
         along = np.hstack([along, gains[best.places]])
 
@@ -239,19 +239,19 @@ def _causes(fit: Fit, limbs: Mapping[str, BoolArray]) -> Iterator[Columns]:
         yield "scale", (), whole[:, None], 3 * priors.mass
     loaded = set(model.loaded.tolist()) if len(gains) else set(range(joints))
     places, unit = (gains, priors.torque_gain) if len(gains) else (c + 2 * joints + np.arange(joints), 1.0)
-    limb = [loaded & set(np.flatnonzero(own).tolist()) for own in limbs.values()]
-    for group in dict.fromkeys(tuple(sorted(own)) for own in (*limb, *({k} for k in loaded)) if own):
+    limb = [loaded & set(np.flatnonzero(mask).tolist()) for mask in limbs.values()]
+    for group in dict.fromkeys(tuple(sorted(members)) for members in (*limb, *({k} for k in loaded)) if members):
         column = every[:, places[list(group)]].sum(axis=1) / unit
         yield "gain", group, column[:, None], FAR * priors.torque_gain
-    for correction in (each for each in CORRECTIONS if each.kind):
-        own = layout.places(correction.name)
-        for k, some in enumerate(np.split(own, len(own) if correction.apart else 1) if len(own) else []):
+    for correction in (entry for entry in CORRECTIONS if entry.kind):
+        indices = layout.places(correction.name)
+        for k, some in enumerate(np.split(indices, len(indices) if correction.apart else 1) if len(indices) else []):
             scale = float(model.scales[some[0] - layout.part("bodies").stop])
             yield correction.kind, (k,) * correction.apart, every[:, some] / scale, FAR * scale
-    for k, own in enumerate(bodies):
+    for k, body in enumerate(bodies):
         if layout.inertial_parameters[k, 0] > 0:
             scales = [priors.mass, *3 * [priors.centre_of_mass]]
-            yield "body", (k,), every[:, own[:4]] / scales, FAR * min(scales)
+            yield "body", (k,), every[:, body[:4]] / scales, FAR * min(scales)
     for k in () if layout.command_delays else range(joints):  # found from the motion, before the fit
         yield "delay", (k,), every[:, [c + k]] / priors.torque_delay, FAR * priors.torque_delay
     if not layout.rotors:

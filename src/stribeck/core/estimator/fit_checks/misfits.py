@@ -24,7 +24,7 @@ from stribeck.core.friction.terms import LADDER
 from stribeck.core.judgement.curve import SPEEDS
 
 _TERMS = [term for term in (*LADDER, *ERRORS) if term.misfit]
-KINDS = {one.misfit: [term for term in _TERMS if term.misfit == one.misfit] for one in _TERMS}
+KINDS = {term.misfit: [other for other in _TERMS if other.misfit == term.misfit] for term in _TERMS}
 """Terms of each kind of misfit. The name of a check is the prefix `FRICTION` and the kind."""
 
 LEAST_EVIDENCE = 33.0
@@ -90,8 +90,8 @@ def find_misfits(
     heterogeneity
         Heterogeneity of the model over folds [1].
     """
-    known, sample, units = read.known, read.sample, _units(read)
-    across = [own[0] for own in sample.effects.values()]
+    known, sample, units = read.known, read.sample, _units(read, choice.trials)
+    across = [effect[0] for effect in sample.effects.values()]
     Z = np.hstack(across) if across else np.zeros((len(fit.values), 0))
     Z = Z * np.resize(effect_std, Z.shape[1]) * (known.count / sample.count)
     joints, count = units.shape
@@ -100,17 +100,17 @@ def find_misfits(
     lost = fitted[:, : len(terms)].T @ covariance
     N = known.information[np.ix_(terms, terms)] - lost @ fitted[:, : len(terms)]
     B = Z[terms] - lost @ fitted[:, len(terms) :]
-    found: list[tuple[Misfit, ...]] = []
+    misfits: list[tuple[Misfit, ...]] = []
     for joint, (kept, decided) in enumerate(zip(choice.kept, choice.decided, strict=True)):
-        own = slice(joint * count, (joint + 1) * count)
+        rows = slice(joint * count, (joint + 1) * count)
         curve = _Curve(fit, joint, choice.trials.scale * fit.covariance)
-        pull = curve.gradient @ lost[own, fit.layout.joint(joint)].T / curve.errors[:, None]
-        each = _Joint(choice.trials, joint, kept, decided, N[own, own], B[own], pull, curve.level, units[joint])
-        found.append(each.explanation(max(1.0, heterogeneity)))
-    return tuple(found)
+        pull = curve.gradient @ lost[rows, fit.layout.joint(joint)].T / curve.errors[:, None]
+        test = _Joint(choice.trials, joint, kept, decided, N[rows, rows], B[rows], pull, curve.level, units[joint])
+        misfits.append(test.explanation(max(1.0, heterogeneity)))
+    return tuple(misfits)
 
 
-def _units(read: Reading) -> Array:
+def _units(read: Reading, trials: Trials) -> Array:
     """Compute the effect of a unit coefficient of each column, shape (n, T): its largest torque [N m].
 
     For load, the mean replaces it [N m]; for delays, their unit [s].
@@ -119,7 +119,9 @@ def _units(read: Reading) -> Array:
     largest = np.max(
         [np.abs(read.columns.by_joint(part)[:, :, first:]).max(axis=0) for part in read.pilot.parts], axis=0
     )
-    largest[:, 0], largest[:, -1] = read.whole.mean_load, read.terms.delay
+    names = trials.names[len(trials.laws.law.parameters) :]
+    largest[:, names.index("load")] = read.whole.mean_load
+    largest[:, names.index("delay")] = read.terms.delay
     return np.asarray(largest)
 
 
@@ -136,7 +138,7 @@ class _Curve:
         """Derivatives by the coefficients of the basis, shape (3, R)."""
         basis, speeds = self.fit.laws.basis, self.fit.laws.top_speed[self.joint] * np.array(list(SPEEDS.values()))
         v = basis.velocity[self.joint]
-        both = [np.interp(speeds, v, each) - np.interp(-speeds, v, each) for each in basis.functions.T]
+        both = [np.interp(speeds, v, function) - np.interp(-speeds, v, function) for function in basis.functions.T]
         return np.stack(both, axis=1) / 2
 
     @property
@@ -148,8 +150,8 @@ class _Curve:
     @property
     def errors(self) -> Array:
         """Standard errors [N m], shape (3,)."""
-        own = self.fit.layout.joint(self.joint)
-        variance = np.einsum("sp,pq,sq->s", self.gradient, self.covariance[own, own], self.gradient)
+        places = self.fit.layout.joint(self.joint)
+        variance = np.einsum("sp,pq,sq->s", self.gradient, self.covariance[places, places], self.gradient)
         return np.asarray(np.sqrt(np.maximum(variance, 1e-300)))
 
     @property
@@ -179,42 +181,42 @@ class _Joint:
 
     def explanation(self, heterogeneity: float) -> tuple[Misfit, ...]:
         """Find the kind that explains the residual, or several that explain nearly as much; () if none."""
-        beside: list[str] = []
+        other_kinds: list[str] = []
         kinds = [kind for kind in KINDS if not self.decided.intersection(_parameters(kind))]
         while True:
-            tests = [self._test(kind, beside, heterogeneity) for kind in kinds if kind not in beside]
+            tests = [self._test(kind, other_kinds, heterogeneity) for kind in kinds if kind not in other_kinds]
             clear = sorted((t for t in tests if t and t.evidence > LEAST_EVIDENCE), key=lambda t: -t.evidence)
             rivals = tuple(test for test in clear if test.evidence > 0.5 * clear[0].evidence)
             if not clear or any(test.matters for test in rivals):
                 return rivals
-            beside.append(clear[0].kind)
+            other_kinds.append(clear[0].kind)
 
-    def _test(self, kind: str, beside: Sequence[str], heterogeneity: float) -> Misfit | None:
+    def _test(self, kind: str, other_kinds: Sequence[str], heterogeneity: float) -> Misfit | None:
         """Test a kind in addition to others; None if the law contains the kind, or if it has no columns."""
         law, trials = len(self.trials.laws.law.parameters), self.trials
         names = [name for name in _parameters(kind) if name in trials.names]
-        others = [name for other in beside for name in _parameters(other) if name in trials.names]
+        others = [name for other in other_kinds for name in _parameters(other) if name in trials.names]
         terms = np.array([trials.names.index(name) for name in (*names, *others)], dtype=np.int64) - law
-        without, own = [*self.kept, *others], terms[: len(names)]
-        if not names or trials.having(without)[own + law].any() or trials.folds.held_right.shape[1] < 2:
+        without, places = [*self.kept, *others], terms[: len(names)]
+        if not names or trials.having(without)[places + law].any() or trials.folds.held_right.shape[1] < 2:
             return None
         prior = trials.laws.prior[1][self.joint, terms + law]
         covariance = np.linalg.inv(self.information[np.ix_(terms, terms)] + np.diag(prior**-2.0))[: len(names)]
         noise = np.diag(covariance)
         if np.any(noise > 0.9 * prior[: len(names)] ** 2):
             return None
-        before, after = (trials.try_terms(self.joint, each) for each in (without, [*without, *names]))
-        falls, values = before.scores - after.scores, after.internal[own + law]
+        before, after = (trials.try_terms(self.joint, selection) for selection in (without, [*without, *names]))
+        falls, values = before.scores - after.scores, after.internal[places + law]
         repeated = np.sum((covariance @ self.bias[terms]) ** 2, axis=1)
         gain = float(falls.sum() * np.min(noise / (noise * heterogeneity + repeated)))
         sure = falls.sum() > 2 * np.std(falls, ddof=1) * np.sqrt(len(falls))
-        size = float(np.linalg.norm(values * self.units[own]))
+        size = float(np.linalg.norm(values * self.units[places]))
         return Misfit(
             kind=kind,
             evidence=gain if sure else 0.0,
             size=size,
             share=0.0 if kind == "delay" else size / self.level,
-            shift=float(np.max(np.abs(self.pull[:, own] @ values))),
+            shift=float(np.max(np.abs(self.pull[:, places] @ values))),
         )
 
 
@@ -229,17 +231,17 @@ def misfit_findings(
 
     `settings` are those of the terms by name, shape (n,) each.
     """
-    found: dict[str, dict[str, str]] = {kind: {} for kind in (*KINDS, "unclear")}
-    for joint, (name, own) in enumerate(zip(names, misfits, strict=True)):
-        if len(own) == 1:
-            found[own[0].kind][name] = _evidence(own[0], settings, joint)
-        elif own:
-            found["unclear"][name] = " or ".join(KINDS[each.kind][0].words for each in own)
+    reasons: dict[str, dict[str, str]] = {kind: {} for kind in (*KINDS, "unclear")}
+    for joint, (name, rivals) in enumerate(zip(names, misfits, strict=True)):
+        if len(rivals) == 1:
+            reasons[rivals[0].kind][name] = _evidence(rivals[0], settings, joint)
+        elif rivals:
+            reasons["unclear"][name] = " or ".join(KINDS[misfit.kind][0].words for misfit in rivals)
     return [
         Finding.of(
             FRICTION + kind, tuple(joints), evidence=", ".join(f"{name} ({why})" for name, why in joints.items())
         )
-        for kind, joints in found.items()
+        for kind, joints in reasons.items()
         if joints
     ]
 

@@ -53,14 +53,14 @@ class Residual:
     ----------
     time
         Time of the windows' centers [s], shape (K,).
-    left, weight
+    torque, weight
         Residual [N m], and its inverse standard deviation, shape (K, m) each.
     products
         Products of the columns of each body's parameters and of the residual, shape (bodies, 11, 11).
     """
 
     time: Array
-    left: Array
+    torque: Array
     weight: Array
     products: Array
 
@@ -80,24 +80,24 @@ def residual_in(equations: EquationSequence, span: tuple[int, float, float], rea
     number, start, end = span
     time, bodies = equations.forms[number].log.time, len(equations.corrections.bodies)
     empty = np.zeros((0, len(equations.forms[number].joints)))
-    found, products = [(np.zeros(0), empty, empty)], np.zeros((bodies, SIZE + 1, SIZE + 1))
+    pieces, products = [(np.zeros(0), empty, empty)], np.zeros((bodies, SIZE + 1, SIZE + 1))
     for place, (log, segment, _) in enumerate(equations.parts):
         if log != number or time[segment.last - 1] < start or time[segment.first] > end:
             continue
         part = equations[place]
         fitted = read.columns.design(part, read.columns.by_joint(part)) @ values
-        left = part.residual - fitted.reshape(part.residual.shape)
+        torque = part.residual - fitted.reshape(part.residual.shape)
         inside = (part.time > start + MARGIN) & (part.time < end - MARGIN)
-        left, weight = left[inside], 1 / np.sqrt(read.pilot.components.marginal(part)[inside])
-        found.append((part.time[inside], left, weight))
+        torque, weight = torque[inside], 1 / np.sqrt(read.pilot.components.marginal(part)[inside])
+        pieces.append((part.time[inside], torque, weight))
         if bodies:
             assert part.regressors is not None
-            own = part.regressors[inside][:, :, : SIZE * bodies].reshape(*left.shape, bodies, SIZE)
-            own = np.concatenate([own, np.broadcast_to(left[:, :, None, None], (*own.shape[:3], 1))], axis=3)
-            own *= weight[:, :, None, None]
-            products += np.einsum("kmbi,kmbj->bij", own, own, optimize=True)
-    times, lefts, weights = map(np.concatenate, zip(*found, strict=True))
-    return Residual(times, lefts, weights, products)
+            design = part.regressors[inside][:, :, : SIZE * bodies].reshape(*torque.shape, bodies, SIZE)
+            design = np.concatenate([design, np.broadcast_to(torque[:, :, None, None], (*design.shape[:3], 1))], axis=3)
+            design *= weight[:, :, None, None]
+            products += np.einsum("kmbi,kmbj->bij", design, design, optimize=True)
+    times, torques, weights = map(np.concatenate, zip(*pieces, strict=True))
+    return Residual(times, torques, weights, products)
 
 
 def find_payloads(residuals: Mapping[tuple[int, float, float], Residual]) -> list[Payload]:
@@ -112,8 +112,8 @@ def find_payloads(residuals: Mapping[tuple[int, float, float], Residual]) -> lis
         if not len(products):
             continue
         fits = [_point_mass(product) for product in products]
-        left = np.array([1 - explained for _, explained in fits])
-        body = int(np.flatnonzero(left <= 1.5 * left.min())[-1])  # of bodies that explain as much, the last one
+        rests = np.array([1 - explained for _, explained in fits])
+        body = int(np.flatnonzero(rests <= 1.5 * rests.min())[-1])  # of bodies that explain as much, the last one
         (mass, *_), explained = fits[body]
         if explained < EXPLAINED or mass <= 0:
             continue
@@ -123,20 +123,20 @@ def find_payloads(residuals: Mapping[tuple[int, float, float], Residual]) -> lis
             same[3].append(span)
         else:
             groups.append((body, mass, products[body].copy(), [span]))
-    found = []
-    single = [all(_of_one_joint(residuals[span]) for span in own) for *_, own in groups]
+    payloads = []
+    single = [all(_of_one_joint(residuals[span]) for span in spans) for *_, spans in groups]
     bodies = [body for (body, *_), alone in zip(groups, single, strict=True) if alone]
-    for (body, _, product, own), alone in zip(groups, single, strict=True):
+    for (body, _, product, spans), alone in zip(groups, single, strict=True):
         if alone and bodies.count(body) > 1:
             continue
         (mass, *centre), _ = _point_mass(product)
-        found.append(Payload(body, mass, np.array(centre), tuple(own)))
-    return found
+        payloads.append(Payload(body, mass, np.array(centre), tuple(spans)))
+    return payloads
 
 
 def _of_one_joint(residual: Residual) -> bool:
     """Whether one joint has most of the residual, although others are measured."""
-    squares = ((residual.left * residual.weight) ** 2).sum(axis=0)
+    squares = ((residual.torque * residual.weight) ** 2).sum(axis=0)
     return len(squares) > 1 and bool(squares.max() > EXPLAINED * squares.sum())
 
 
@@ -151,8 +151,8 @@ def _point_mass(product: Array) -> tuple[list[float], float]:
         slopes = np.stack([(_parameters(point + step) - _parameters(point - step)) / 2e-4 for step in 1e-4 * np.eye(4)])
         right = slopes @ (product[:-1, -1] - product[:-1, :-1] @ _parameters(point))
         point = point + np.linalg.lstsq(slopes @ product[:-1, :-1] @ slopes.T, right, rcond=1e-9)[0]
-    own = _parameters(point)
-    explained = own @ (2 * product[:-1, -1] - product[:-1, :-1] @ own) / max(product[-1, -1], 1e-300)
+    parameters = _parameters(point)
+    explained = parameters @ (2 * product[:-1, -1] - product[:-1, :-1] @ parameters) / max(product[-1, -1], 1e-300)
     return point.tolist(), float(explained)
 
 

@@ -25,8 +25,8 @@ def validate(read: Reading, values: Array) -> tuple[Validation | None, ...]:
     coulomb = coulomb_curves(read.known, read.columns, values[f:], read.unseen[0].joints)
     rms = friction_residual_rms(read, read.unseen, values, np.stack([values[:f], np.zeros(f), coulomb]))
     return tuple(
-        Validation(rms=float(own), rms_zero_friction=float(zero), rms_coulomb_only=float(only))
-        for own, zero, only in rms.T
+        Validation(rms=float(law), rms_zero_friction=float(zero), rms_coulomb_only=float(only))
+        for law, zero, only in rms.T
     )
 
 
@@ -41,12 +41,12 @@ def friction_residual_rms(read: Reading, equations: Sequence[WeakEquations], val
     squares, weights = np.zeros((len(candidates), joints)), np.zeros(joints)
     changes = (values[:friction] - candidates).reshape(len(candidates), joints, -1)
     for part in equations:
-        own = columns.by_joint(part)
-        residual = part.residual.ravel() - columns.design(part, own) @ values
+        by_joint = columns.by_joint(part)
+        residual = part.residual.ravel() - columns.design(part, by_joint) @ values
         share = part.weights**2 / components.marginal(part)[:, :, None] * part.used[:, None, None]
         share = share.reshape(-1, joints)
         weights += share.sum(axis=0)
-        for k, torque in enumerate(np.einsum("kjr,cjr->ckj", own, changes)):
+        for k, torque in enumerate(np.einsum("kjr,cjr->ckj", by_joint, changes)):
             error = residual[:, None] + (part.weights * torque[:, None]).reshape(-1, joints)
             squares[k] += (share * error**2).sum(axis=0)
     return np.asarray(np.sqrt(squares / np.maximum(weights, 1e-300)))
@@ -57,9 +57,9 @@ def coulomb_curves(statistics: Statistics, columns: Columns, corrections: Array,
 
     The first `joints` have offsets; the couplings after them do not.
     """
-    basis, f, beside = columns.basis, statistics.friction, np.zeros((columns.terms.size, 2))
+    basis, f, zeros = columns.basis, statistics.friction, np.zeros((columns.terms.size, 2))
     curves = [
-        np.vstack([basis.functions.T @ np.column_stack([np.sign(v), np.full_like(v, k < joints)]), beside])
+        np.vstack([basis.functions.T @ np.column_stack([np.sign(v), np.full_like(v, k < joints)]), zeros])
         for k, v in enumerate(basis.velocity)
     ]
     whole = block_diag(*curves)

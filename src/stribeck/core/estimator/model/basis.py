@@ -88,7 +88,7 @@ def make_basis(law: FrictionLaw, top_speed: Array, tolerance: float = 1e-3) -> B
     nonlinear = [parameter for parameter in law.parameters if parameter.starts]
     points = itertools.product(*(grid_of(p) for p in nonlinear))
     shapes = [{p.name: float(x) for p, x in zip(nonlinear, point, strict=True)} for point in points]
-    curves = np.hstack([law.basis(shape, each) for each in shapes])
+    curves = np.hstack([law.basis(shape, parameters) for parameters in shapes])
     curves /= np.maximum(np.abs(curves).max(axis=0), 1e-12)
     functions, sizes, _ = np.linalg.svd(curves, full_matrices=False)
     missed = (curves**2).sum(axis=0) - np.cumsum((functions.T @ curves) ** 2, axis=0)

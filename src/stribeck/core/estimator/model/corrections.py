@@ -52,8 +52,8 @@ class Slopes:
 
     def _times(self, bodies: Array, rows: Array) -> Array:
         of_bodies, others = np.split(rows, [len(bodies) * SIZE])
-        own = bodies @ of_bodies.reshape(len(bodies), SIZE, rows.shape[1])
-        return np.concatenate([own.reshape(of_bodies.shape), self.others[:, None] * others])
+        product = bodies @ of_bodies.reshape(len(bodies), SIZE, rows.shape[1])
+        return np.concatenate([product.reshape(of_bodies.shape), self.others[:, None] * others])
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,8 +98,8 @@ class ModelCorrections:
     @property
     def common_gain(self) -> float:
         """Standard deviation of the mean gain [1], which logs cannot determine."""
-        own = self.prior_std[self.layout.part("gains")][self.loaded]
-        return self.priors.torque_gain * float(np.linalg.norm(own)) / max(len(self.loaded), 1)
+        deviations = self.prior_std[self.layout.part("gains")][self.loaded]
+        return self.priors.torque_gain * float(np.linalg.norm(deviations)) / max(len(self.loaded), 1)
 
     @property
     def precision(self) -> Array:
@@ -130,12 +130,12 @@ class ModelCorrections:
     def scales(self) -> Array:
         """Units of the coordinates of all corrections but bodies."""
         c = self.layout
-        own = {
-            each.name: np.full(c.sizes[each.name], each.scales(self.priors, c)) for each in CORRECTIONS if each.scales
+        units = {
+            kind.name: np.full(c.sizes[kind.name], kind.scales(self.priors, c)) for kind in CORRECTIONS if kind.scales
         }
-        own["gains"][np.setdiff1d(np.arange(len(own["gains"])), self.loaded)] = 0.0
-        own["log_effects"] = self.priors.log_offset * self.torque * own["log_effects"]
-        return np.concatenate(list(own.values()))
+        units["gains"][np.setdiff1d(np.arange(len(units["gains"])), self.loaded)] = 0.0
+        units["log_effects"] = self.priors.log_offset * self.torque * units["log_effects"]
+        return np.concatenate(list(units.values()))
 
     def _groups(self) -> Iterator[IntArray]:
         """Yield groups of coordinates that share a prior standard deviation.
@@ -144,7 +144,7 @@ class ModelCorrections:
         floating base has no group, because its load says nothing about the errors of other bodies.
         """
         bodies = self.layout.places("bodies").reshape(-1, SIZE)[int(self.layout.floating) :]
-        calibration = [self.layout.places(each.name) for each in CORRECTIONS if each.grouped]
+        calibration = [self.layout.places(correction.name) for correction in CORRECTIONS if correction.grouped]
         contrasts = self.layout.places("log_effects").reshape(self.layout.log_effects[0] or 1, -1).T
         groups = (bodies[:, 0], bodies[:, 1:4].ravel(), bodies[:, 4:].ravel(), *calibration, *contrasts)
         yield from (group for group in groups if len(group) and not np.all(self.prior_std[group] == HELD))
@@ -199,9 +199,9 @@ class ModelCorrections:
 
         If the estimated delay is larger than its prior, the estimate determines the prior.
         """
-        mean, deviation, own = self.prior_mean.copy(), self.prior_std.copy(), self.layout.places("torque_delay")
-        mean[own] = -delay / self.priors.torque_delay
-        deviation[own] = np.maximum(1.0, np.abs(mean[own]))
+        mean, deviation, places = self.prior_mean.copy(), self.prior_std.copy(), self.layout.places("torque_delay")
+        mean[places] = -delay / self.priors.torque_delay
+        deviation[places] = np.maximum(1.0, np.abs(mean[places]))
         return replace(self, prior_mean=mean, prior_std=deviation)
 
 

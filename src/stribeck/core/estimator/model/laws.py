@@ -60,9 +60,9 @@ class Laws:
 
     @property
     def shared(self) -> list[int]:
-        """Mask of parameters with a group prior: logarithms, and dimensionless numbers without a sign."""
-        own = self.law.parameters
-        return [k for k, p in enumerate(own) if p.logarithmic or (p.unit == "1" and p.lower >= 0)]
+        """Indices of parameters with a group prior: logarithms, and dimensionless numbers without a sign."""
+        parameters = self.law.parameters
+        return [k for k, p in enumerate(parameters) if p.logarithmic or (p.unit == "1" and p.lower >= 0)]
 
     def of(self, joints: Sequence[int] | IntArray) -> Self:
         """Select the laws of some joints; repeated joints are repeated."""
@@ -112,17 +112,17 @@ class Laws:
         """Compute the derivatives of the coefficients by each joint's internal coordinates, shape (n, q, w)."""
         values, count, v = self.external(internal), len(self.law.parameters), self.basis.velocity
         if self.law.name == AUTO:  # all joints' at once
-            own = self.law.jacobian(v.ravel(), np.repeat(values[:, :count].T, v.shape[1], axis=1))
-            own = own.reshape(*v.shape, count)
+            derivatives = self.law.jacobian(v.ravel(), np.repeat(values[:, :count].T, v.shape[1], axis=1))
+            derivatives = derivatives.reshape(*v.shape, count)
         else:
-            own = np.stack([self.law.jacobian(each, p[:count]) for each, p in zip(v, values, strict=True)])
+            derivatives = np.stack([self.law.jacobian(speeds, p[:count]) for speeds, p in zip(v, values, strict=True)])
         functions = self.basis.functions.shape[1]
-        found = np.zeros((len(values), functions + len(self.terms), len(self.parameters)))
-        found[:, :functions, :count] = self.basis.functions.T @ (
-            own * np.where(self.logarithmic, values, 1.0)[:, None, :count]
+        jacobians = np.zeros((len(values), functions + len(self.terms), len(self.parameters)))
+        jacobians[:, :functions, :count] = self.basis.functions.T @ (
+            derivatives * np.where(self.logarithmic, values, 1.0)[:, None, :count]
         )
-        found[:, functions:, count:] = np.eye(len(self.terms))
-        return found
+        jacobians[:, functions:, count:] = np.eye(len(self.terms))
+        return jacobians
 
     @cached_property
     def prior(self) -> tuple[Array, Array]:
@@ -156,25 +156,25 @@ class Laws:
             [s * speed**p.start_speed_power for s in p.starts] if free[p.name] else [float(p.neutral or 0.0)]
             for p in nonlinear
         ]
-        own, functions = np.flatnonzero(self.free[joint, count:]), self.basis.functions.shape[1]
-        starts = np.tile(self.neutral, (int(np.prod([len(each) for each in tried])), 1))
+        places, functions = np.flatnonzero(self.free[joint, count:]), self.basis.functions.shape[1]
+        starts = np.tile(self.neutral, (int(np.prod([len(grid) for grid in tried])), 1))
         scores = np.empty(len(starts))
         for k, point in enumerate(product(*tried)):
             shape = dict(zip((p.name for p in nonlinear), point, strict=True))
             columns = self.basis.functions.T @ self.law.basis(self.basis.velocity[joint], shape)
             linear = columns.shape[1]
-            whole = np.zeros((len(right), linear + len(own)))
-            whole[:functions, :linear], whole[functions + own, linear + np.arange(len(own))] = columns, 1.0
+            whole = np.zeros((len(right), linear + len(places)))
+            whole[:functions, :linear], whole[functions + places, linear + np.arange(len(places))] = columns, 1.0
             matrix, vector = whole.T @ information @ whole, whole.T @ right
-            found = np.linalg.solve(
+            coefficients = np.linalg.solve(
                 matrix + np.diag(1e-6 * np.diag(matrix) + 1e-9 * max(float(matrix.max()), 1e-30)), vector
             )
             bounded = [i for i in range(linear) if i not in self.law.free_coefficients]
-            found[bounded] = np.maximum(found[bounded], 1e-2 * self.torque[joint])
+            coefficients[bounded] = np.maximum(coefficients[bounded], 1e-2 * self.torque[joint])
             starts[k, :count] = to_internal(
-                self.law.from_linear(np.asarray(found[:linear]), shape), self.logarithmic[:count]
+                self.law.from_linear(np.asarray(coefficients[:linear]), shape), self.logarithmic[:count]
             )
-            starts[k, count + own] = found[linear:]
+            starts[k, count + places] = coefficients[linear:]
         starts = np.clip(starts, *self.bounds[:, joint])
         values = self.of([joint] * len(starts)).coefficients(starts)
         scores = np.einsum("sq,sq->s", values, values @ information - 2 * right)

@@ -80,8 +80,8 @@ class Terms:
     def own(self) -> list[Term]:
         """Terms with columns that some joint can have, then errors."""
         absent = "temperature" if self.mean_temperature is None else "time"
-        found = [term for term in (*LADDER, *ERRORS) if term.columns and term.over != absent]
-        return [term for term in found if all(np.isfinite(self.settings[name]).any() for name in term.settings)]
+        terms = [term for term in (*LADDER, *ERRORS) if term.columns and term.over != absent]
+        return [term for term in terms if all(np.isfinite(self.settings[name]).any() for name in term.settings)]
 
     @property
     def size(self) -> int:
@@ -101,8 +101,8 @@ class Terms:
     def columns(self, part: WeakEquations, windows: Array) -> Array:
         """Return the columns, shape (K, n, T), given the windows of the basis, shape (K, n, R)."""
         signals = {**self.signals(part, windows), **self._error_signals(part)}
-        own = [np.nan_to_num(evaluate(column, signals)) for term in self.own for column in term.columns]
-        return np.stack(own, axis=2)
+        columns = [np.nan_to_num(evaluate(column, signals)) for term in self.own for column in term.columns]
+        return np.stack(columns, axis=2)
 
     def _error_signals(self, part: WeakEquations) -> dict[str, Array]:
         """Collect the signals of `ERRORS`, shape (K, n)."""
@@ -151,11 +151,11 @@ class Terms:
         """
         if part.projection is None:
             return np.abs(part.torque - part.residual)
-        own = np.einsum("kjr,jr->kj", windows, self.friction)
+        friction = np.einsum("kjr,jr->kj", windows, self.friction)
         if part.couplings is not None:
-            own[:, : part.joints] += own[:, part.joints :] @ part.couplings.T
-            own[:, part.joints :] = 0.0
-        return np.asarray(np.abs(part.torque - own))
+            friction[:, : part.joints] += friction[:, part.joints :] @ part.couplings.T
+            friction[:, part.joints :] = 0.0
+        return np.asarray(np.abs(part.torque - friction))
 
 
 class Beside(Protocol):
@@ -193,22 +193,22 @@ class Columns:
         windows = self.basis.windows(part.velocity, part.taps, part.step, len(part.residual))
         return np.concatenate([windows, self.terms.columns(part, windows)], axis=2)
 
-    def design(self, part: WeakEquations, own: Array, *behind: Array) -> Array:
+    def design(self, part: WeakEquations, columns: Array, *behind: Array) -> Array:
         """Join the derivatives of the equations by coefficients, by corrections, and the additional columns `behind`.
 
-        The result has shape (K m, D), each of `behind` (K m, any), and the joints' `own` columns (K, n, q). These are
+        The result has shape (K m, D), each of `behind` (K m, any), and the joints' `columns` (K, n, q). These are
         zero where a joint's friction does not act.
         """
         windows, rows = part.residual.shape
-        friction = own.shape[1] * own.shape[2]
+        friction = columns.shape[1] * columns.shape[2]
         end = friction + (0 if part.regressors is None else part.regressors.shape[2])
-        matrix = np.empty((windows, rows, end + sum(each.shape[1] for each in behind)))
-        by_joint = matrix[:, :, :friction].reshape(windows, rows, *own.shape[1:])  # a view: its last axis in two
+        matrix = np.empty((windows, rows, end + sum(block.shape[1] for block in behind)))
+        by_joint = matrix[:, :, :friction].reshape(windows, rows, *columns.shape[1:])  # a view: its last axis in two
         if part.projection is None:
             by_joint[:] = 0.0
-            np.einsum("kjjr->kjr", by_joint)[:] = own
+            np.einsum("kjjr->kjr", by_joint)[:] = columns
         else:
-            np.multiply(part.projection[:, :, :, None], own[:, None], out=by_joint)
+            np.multiply(part.projection[:, :, :, None], columns[:, None], out=by_joint)
         if part.regressors is not None:
             matrix[:, :, friction:end] = part.regressors
         if behind:

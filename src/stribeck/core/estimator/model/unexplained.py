@@ -39,15 +39,15 @@ class Unexplained:
     position: Array
 
     @classmethod
-    def of(cls, left: Sequence[tuple[WeakEquations, Array, Array]], basis: Basis, terms: Terms) -> Self:
+    def of(cls, residuals: Sequence[tuple[WeakEquations, Array, Array]], basis: Basis, terms: Terms) -> Self:
         """Compute the residual torques of joints."""
-        found = []
-        for part, residual, variance in left:
+        parts = []
+        for part, residual, variance in residuals:
             shares = part.weights / variance[:, :, None] * part.used[:, None, None]
-            found.append((np.einsum("kmj,km->kj", shares, residual), np.einsum("kmj,kmj->kj", shares, part.weights)))
-        score, information = map(np.concatenate, zip(*found, strict=True))
-        position = np.concatenate([part.windows(part.position) for part, _, _ in left])
-        return cls(left, found, basis, terms, score, information, position)
+            parts.append((np.einsum("kmj,km->kj", shares, residual), np.einsum("kmj,kmj->kj", shares, part.weights)))
+        score, information = map(np.concatenate, zip(*parts, strict=True))
+        position = np.concatenate([part.windows(part.position) for part, _, _ in residuals])
+        return cls(residuals, parts, basis, terms, score, information, position)
 
     @property
     def rms(self) -> Array:
@@ -69,8 +69,8 @@ class Unexplained:
     @property
     def settings(self) -> dict[str, Array]:
         """Settings of all terms by name, shape (n,) each."""
-        found = [(term.settings, term.find(self)) for term in LADDER if term.find]
-        return {name: own for names, values in found for name, own in zip(names, values, strict=True)}
+        settings = [(term.settings, term.find(self)) for term in LADDER if term.find]
+        return {name: setting for names, values in settings for name, setting in zip(names, values, strict=True)}
 
     def falls(self, column: str, candidates: Sequence[Mapping[str, Array]]) -> Array:
         """Compute the decrease of chi^2 by a column (`Term.columns`) in addition to the curve, shape (n, c).
@@ -81,21 +81,21 @@ class Unexplained:
         for (part, _, _), (score, known) in zip(self.left, self.parts, strict=True):
             windows = self.basis.windows(part.velocity, part.taps, part.step, len(part.residual))
             signals = self.terms.signals(part, windows)
-            own = [np.nan_to_num(evaluate(column, {**signals, **settings})) for settings in candidates]
-            whole = np.concatenate([windows, np.stack(own, axis=2)], axis=2)
+            columns = [np.nan_to_num(evaluate(column, {**signals, **settings})) for settings in candidates]
+            whole = np.concatenate([windows, np.stack(columns, axis=2)], axis=2)
             information = information + np.einsum("kj,kjr,kjs->jrs", known, whole, whole, optimize=True)
             right = right + np.einsum("kj,kjr->jr", score, whole)
         r = self.basis.functions.shape[1]
-        return np.array([_falls(*each, r) for each in zip(np.asarray(information), np.asarray(right), strict=True)])
+        return np.array([_falls(*system, r) for system in zip(np.asarray(information), np.asarray(right), strict=True)])
 
 
 def _falls(information: Array, right: Array, r: int) -> Array:
     """Compute the decrease of chi^2 by each column after the first r, with a positive coefficient."""
     ridge = 1e-9 * np.trace(information[:r, :r]) * np.eye(r)
-    beside = np.linalg.solve(information[:r, :r] + ridge, np.column_stack([information[:r, r:], right[:r]]))
-    left = np.diag(information[r:, r:] - information[r:, :r] @ beside[:, :-1])
-    score = right[r:] - information[r:, :r] @ beside[:, -1]
-    return np.asarray(np.where(left > 1e-6, np.maximum(score, 0.0) ** 2 / np.maximum(left, 1e-6), 0.0))
+    solution = np.linalg.solve(information[:r, :r] + ridge, np.column_stack([information[:r, r:], right[:r]]))
+    remainder = np.diag(information[r:, r:] - information[r:, :r] @ solution[:, :-1])
+    score = right[r:] - information[r:, :r] @ solution[:, -1]
+    return np.asarray(np.where(remainder > 1e-6, np.maximum(score, 0.0) ** 2 / np.maximum(remainder, 1e-6), 0.0))
 
 
 def find_terms(pilot: Sequence[WeakEquations], **known: Any) -> Terms:
@@ -105,8 +105,8 @@ def find_terms(pilot: Sequence[WeakEquations], **known: Any) -> Terms:
     mean = None
     if logged:
         whole = np.concatenate(temperature)
-        there = np.isfinite(whole)
-        sums, count = np.where(there, whole, 0.0).sum(axis=0), there.sum(axis=0)
+        mask = np.isfinite(whole)
+        sums, count = np.where(mask, whole, 0.0).sum(axis=0), mask.sum(axis=0)
         mean = np.where(count, sums / np.maximum(count, 1), np.nan)
     direction = np.concatenate([direction_of(part) for part in pilot]).mean(axis=0)
     duration = max(2e-9, *(float(part.elapsed[-1]) for part in pilot))
@@ -162,5 +162,5 @@ def _time_from_speed(pilot: Sequence[WeakEquations]) -> Array:
     speed = np.concatenate([part.windows(np.abs(part.velocity)) for part in pilot])
     time = np.concatenate([part.elapsed for part in pilot])
     classes = np.array_split(time[np.argsort(speed, axis=0)], min(10, len(time)))
-    squares = [len(each) * (each.mean(axis=0) - time.mean()) ** 2 for each in classes]
+    squares = [len(times) * (times.mean(axis=0) - time.mean()) ** 2 for times in classes]
     return np.asarray(np.sum(squares, axis=0) / max(len(time) * time.var(), 1e-300))

@@ -61,7 +61,7 @@ class Groups:
 
     def whitener(self, components: VarianceComponents) -> Array:
         """Compute L^-1 of each group, where L L^T is its covariance, shape (g, b, b)."""
-        errors = [replace(each, response=each.response[self.places]) for each in components.errors(self.part)]
+        errors = [replace(error, response=error.response[self.places]) for error in components.errors(self.part)]
         covariance = covariance_of_groups(errors, 0, slice(None), slice(None))
         scale = 1 / np.sqrt(np.einsum("gii->gi", covariance))
         factors = np.linalg.cholesky(covariance * scale[:, :, None] * scale[:, None])
@@ -104,9 +104,9 @@ def more_likely(
         of_each = []
         for response, correlation in kinds:
             effect = inverse @ _innovations(groups.of_windows(response), correlation)
-            left = (effect.transpose(0, 2, 1) @ white)[:, :, 0] ** 2 * freedom
+            squares = (effect.transpose(0, 2, 1) @ white)[:, :, 0] ** 2 * freedom
             size = (2, len(white), part.lags, effect.shape[2] // part.lags)
-            of_each.append(np.stack([left, (effect**2).sum(axis=1)]).reshape(size))
+            of_each.append(np.stack([squares, (effect**2).sum(axis=1)]).reshape(size))
         bins, which = groups.of_windows(bin_of(part)), components.which(part)
         for k in range(2):
             np.add.at(sums[k], (which, bins[:, :, None]), of_each[0][k])
@@ -116,7 +116,7 @@ def more_likely(
         sums[:, first : first + 3] = sums[:, first : first + 3].sum(axis=1, keepdims=True)
     values = components.away_from_contacts * _ratio(*sums.sum(axis=2))
     by_kind = [sums[:, components.kinds == kind].sum(axis=1) for kind in (0, 1)]
-    contact_scale = components.contact_scale * np.stack([_ratio(*own) for own in by_kind])
+    contact_scale = components.contact_scale * np.stack([_ratio(*sides) for sides in by_kind])
     contact_scale /= np.maximum(contact_scale[:, [AWAY]], 1e-12)
     contact_scale[np.stack(by_kind)[:, 1] == 0] = 1.0  # where no window is
     root, wrench = np.split(values[joints:], [len(components.root)])
@@ -138,11 +138,11 @@ def _innovations(response: Array, correlation: Array) -> Array:
     return np.asarray(np.einsum("glmc,lk->glmkc", response, factor)).reshape(groups, lags * rows, lags * kinds)
 
 
-def _ratio(left: Array, right: Array) -> Array:
+def _ratio(squares: Array, expected: Array) -> Array:
     """Compute the factor of standard deviations; one if no window has the component.
 
     The factor is bounded, so that variances grow slowly and outliers stay visible.
     """
-    known = right > 0
-    ratio = np.where(known, left / np.where(known, right, 1.0), 1.0)
+    known = expected > 0
+    ratio = np.where(known, squares / np.where(known, expected, 1.0), 1.0)
     return np.asarray(np.sqrt(np.clip(ratio, 1 / 30, 30)))

@@ -42,10 +42,10 @@ class Prediction:
         `rows` are the derivatives of the equations by all values in the first columns, left sides in the last.
         """
         shape = part.residual.shape
-        own = rows[:, : len(self.values)].reshape(*shape, -1)
-        left = rows[:, -1].reshape(shape) - own @ self.values
-        sizes = self._standardized(part, own, left, 1)
-        of_means = self._standardized(part, own, left, part.lags + 1)  # show pushes, which encoder noise hides
+        slopes = rows[:, : len(self.values)].reshape(*shape, -1)
+        residual = rows[:, -1].reshape(shape) - slopes @ self.values
+        sizes = self._standardized(part, slopes, residual, 1)
+        of_means = self._standardized(part, slopes, residual, part.lags + 1)  # show pushes, which encoder noise hides
         for k in range(part.lags + 1):
             those = sizes[k : k + len(of_means)]
             np.maximum(those, of_means, out=those)
@@ -55,12 +55,12 @@ class Prediction:
         reach = np.ones(2 * part.lags + 1)  # windows that share errors with it go too
         return replace(part, set_aside=np.convolve(outlying, reach)[part.lags : -part.lags] > 0)
 
-    def _standardized(self, part: WeakEquations, own: Array, left: Array, windows: int) -> Array:
+    def _standardized(self, part: WeakEquations, slopes: Array, residual: Array, windows: int) -> Array:
         """Standardize means of the residuals of consecutive windows."""
-        size, variance = np.abs(means(left, windows)), self.components.marginal(part, windows)
+        size, variance = np.abs(means(residual, windows)), self.components.marginal(part, windows)
         far = size > SHOULDER * np.sqrt(variance)  # the others are not, with a larger variance
         if (size > OUTLIER * np.sqrt(variance)).any():
-            near = means(own, windows)[far]
+            near = means(slopes, windows)[far]
             variance[far] += np.sum((near @ self.covariance) * near, axis=1)
         return np.asarray(size / np.sqrt(variance))
 
@@ -81,35 +81,35 @@ def without_outliers(parts: Sequence[tuple[Groups, Array]], components: Variance
     the same feet, divided by the median of a normal distribution, but at least the components' expectation.
     """
     scaled = [_scaled(parts, components, mean=False), _scaled(parts, components, mean=True)]
-    found = []
+    result = []
     for (groups, _), of_windows, of_means in zip(parts, *scaled, strict=True):
         if not groups.part.used.any():  # a disturbed whole segment must not come back and spoil the scale
-            found.append(groups)
+            result.append(groups)
             continue
         outlying = outlying_windows(of_windows, PILOT_OUTLIER) | outlying_windows(of_means, PILOT_OUTLIER_OF_MEANS)
         aside = np.zeros(len(groups.part.time), dtype=bool)
         places = groups.of_windows(np.arange(len(aside))).ravel()
         aside[places] = outlying
-        found.append(replace(groups, part=replace(groups.part, set_aside=aside if outlying.any() else None)))
-    return found
+        result.append(replace(groups, part=replace(groups.part, set_aside=aside if outlying.any() else None)))
+    return result
 
 
 def _scaled(parts: Sequence[tuple[Groups, Array]], components: VarianceComponents, *, mean: bool) -> list[Array]:
     """Standardize the residuals of windows, or their means over each group, by a robust scale, shape (g lags, m)."""
     sizes, modes, used = [], [], []
-    for groups, left in parts:
+    for groups, residual in parts:
         part, lags = groups.part, groups.part.lags
-        size = np.abs(left.reshape(groups.of_windows(part.residual).shape))
+        size = np.abs(residual.reshape(groups.of_windows(part.residual).shape))
         deviation = np.sqrt(groups.of_windows(components.marginal(part)))
         if mean:
-            size = np.abs(left.reshape(size.shape).mean(axis=1, keepdims=True)).repeat(lags, axis=1)
+            size = np.abs(residual.reshape(size.shape).mean(axis=1, keepdims=True)).repeat(lags, axis=1)
             deviation = np.sqrt(components.marginal(part, lags)[::lags][groups.places])[:, None]
         sizes.append((size / deviation).reshape(-1, size.shape[2]))
         modes.append((part.standing.tobytes(), size.shape[2]))
         used.append(sizes[-1][groups.of_windows(part.used).ravel()])
     scaled = []
     for size, mode in zip(sizes, modes, strict=True):
-        same_mode = np.concatenate([other for other, own in zip(used, modes, strict=True) if own == mode])
+        same_mode = np.concatenate([other for other, other_mode in zip(used, modes, strict=True) if other_mode == mode])
         scale = np.median(same_mode, axis=0) / 0.6745 if len(same_mode) else np.ones(size.shape[1])
         scaled.append(size / np.maximum(scale, 1.0))
     return scaled

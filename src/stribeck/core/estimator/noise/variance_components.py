@@ -133,12 +133,12 @@ class VarianceComponents:
         if equations.set_aside is not None:
             large = 1e3 * np.sqrt(self.marginal(equations).max())
             kinds.append((large * equations.set_aside[:, None, None] * np.eye(rows), np.eye(lags + 1)[0]))
-        found = []
+        errors = []
         for response, correlation in kinds:
             groups = np.zeros((-(-windows // lags), lags * rows, response.shape[2]))
             groups.reshape(-1, response.shape[2])[: windows * rows] = response.reshape(windows * rows, -1)
-            found.append(Errors(groups, _between_groups(correlation[: lags + 1], rows)))
-        return found
+            errors.append(Errors(groups, _between_groups(correlation[: lags + 1], rows)))
+        return errors
 
 
 def _between_groups(correlation: Array, rows: int) -> Array:

@@ -40,12 +40,12 @@ class Whitener:
         half = -(-size // self.rows // 2) * self.rows  # whole windows
         product = np.empty((size, rows.shape[1]))
         for k, (inverse, coupling) in enumerate(zip(self.inverse, self.coupling, strict=True)):
-            before, here = rows[max(k - 1, 0) * size : k * size], rows[k * size : (k + 1) * size]
-            halves = [slice(first, min(first + half, len(here))) for first in range(0, len(here), half)]
+            before, block = rows[max(k - 1, 0) * size : k * size], rows[k * size : (k + 1) * size]
+            halves = [slice(first, min(first + half, len(block))) for first in range(0, len(block), half)]
             for part in halves if k else ():
-                here[part] -= np.matmul(coupling[part, part.start :], before[part.start :], out=product[part])
+                block[part] -= np.matmul(coupling[part, part.start :], before[part.start :], out=product[part])
             for part in halves[::-1]:  # the later half needs the unchanged earlier half
-                here[part] = np.matmul(inverse[part, : part.stop], here[: part.stop], out=product[part])
+                block[part] = np.matmul(inverse[part, : part.stop], block[: part.stop], out=product[part])
 
     def whiten_back(self, rows: Array) -> None:
         """Multiply whitened rows, shape (K m, c), by the transposed whitener in place: Sigma^-1 times the rows."""
@@ -54,15 +54,15 @@ class Whitener:
         product = np.empty((size, rows.shape[1]))
         after = rows[:0]
         for k in reversed(range(len(self.inverse))):
-            here = rows[k * size : (k + 1) * size]
-            halves = [slice(first, min(first + half, len(here))) for first in range(0, len(here), half)]
+            block = rows[k * size : (k + 1) * size]
+            halves = [slice(first, min(first + half, len(block))) for first in range(0, len(block), half)]
             for part in halves if len(after) else ():  # block k + 1 is missing for the last one
-                late = slice(0, min(part.stop, len(after)))
-                here[part] -= np.matmul(self.coupling[k + 1][late, part].T, after[late], out=product[part])
-            inverse = self.inverse[k, : len(here), : len(here)].T
+                head = slice(0, min(part.stop, len(after)))
+                block[part] -= np.matmul(self.coupling[k + 1][head, part].T, after[head], out=product[part])
+            inverse = self.inverse[k, : len(block), : len(block)].T
             for part in halves:  # the earlier half needs the unchanged later half
-                here[part] = np.matmul(inverse[part, part.start :], here[part.start :], out=product[part])
-            after = here
+                block[part] = np.matmul(inverse[part, part.start :], block[part.start :], out=product[part])
+            after = block
 
 
 def make_whitener(equations: WeakEquations, components: VarianceComponents) -> Whitener:
@@ -83,11 +83,11 @@ def make_whitener(equations: WeakEquations, components: VarianceComponents) -> W
     return Whitener(inverse, coupling, rows)
 
 
-def covariance_of_groups(errors: list[Errors], apart: int, late: slice, early: slice) -> Array:
+def covariance_of_groups(errors: list[Errors], apart: int, later_groups: slice, earlier_groups: slice) -> Array:
     """Compute the covariances of late groups with early groups at a distance of `apart` groups, shape (B, b, b)."""
-    parts = [each.response[late] @ each.response[early].transpose(0, 2, 1) for each in errors]
-    for part, each in zip(parts, errors, strict=True):
-        part *= each.correlation[apart]
+    parts = [error.response[later_groups] @ error.response[earlier_groups].transpose(0, 2, 1) for error in errors]
+    for part, error in zip(parts, errors, strict=True):
+        part *= error.correlation[apart]
     for part in parts[1:]:
         parts[0] += part
     return parts[0]

@@ -34,20 +34,20 @@ class _Trimmed:
     modes: NDArray[np.int64]
     linear: LinearModel
 
-    def sizes(self, own: NDArray[np.bool_]) -> Array:
+    def sizes(self, masks: NDArray[np.bool_]) -> Array:
         """Compute all segments' chi^2 per equation for fits to some of them, shape (s, G)."""
-        sums = np.tensordot(own.astype(float), self.products, axes=1)
-        values = np.stack([self.linear.fitted(each) for each in sums], axis=1)
+        sums = np.tensordot(masks.astype(float), self.products, axes=1)
+        values = np.stack([self.linear.fitted(product) for product in sums], axis=1)
         return np.asarray(np.sum((self.products @ values) * values, axis=1).T / np.maximum(self.counts, 1))
 
     def share(self, size: Array, parts: int) -> NDArray[np.bool_]:
         """Select the fraction 1 / `parts` of each contact mode's segments that each fit explains best."""
-        found = np.zeros(size.shape, dtype=bool)
+        masks = np.zeros(size.shape, dtype=bool)
         for mode in np.unique(self.modes):
-            own = np.flatnonzero(self.modes == mode)
-            best = np.argsort(size[:, own], axis=1, kind="stable")[:, : -(-len(own) // parts)]
-            np.put_along_axis(found, own[best], True, axis=1)
-        return found
+            places = np.flatnonzero(self.modes == mode)
+            best = np.argsort(size[:, places], axis=1, kind="stable")[:, : -(-len(places) // parts)]
+            np.put_along_axis(masks, places[best], True, axis=1)
+        return masks
 
     def best_explained(
         self, first: Array, parts: int, random: np.random.Generator
@@ -58,18 +58,18 @@ class _Trimmed:
         """
         everything, few = np.arange(len(self.counts)), max(3, len(self.counts) // 6)
         starts = [*(random.permutation(everything)[:few] for _ in range(11)), *np.array_split(everything, 6)]
-        own = np.vstack([self.share(first, parts), [np.isin(everything, start) for start in starts]])
-        size, active = np.empty(own.shape), np.arange(len(own))
+        masks = np.vstack([self.share(first, parts), [np.isin(everything, start) for start in starts]])
+        size, active = np.empty(masks.shape), np.arange(len(masks))
         for _ in range(MOST_ROUNDS):
-            size[active] = self.sizes(own[active])
-            before = own[active]
-            own[active] = self.share(size[active], parts)
-            active = active[np.any(own[active] != before, axis=1)]
+            size[active] = self.sizes(masks[active])
+            before = masks[active]
+            masks[active] = self.share(size[active], parts)
+            active = active[np.any(masks[active] != before, axis=1)]
             if not len(active):
                 break
-        means = [float(each[part].mean()) for each, part in zip(size, own, strict=True)]
+        means = [float(row[part].mean()) for row, part in zip(size, masks, strict=True)]
         best = int(np.argmin(means))
-        return means[best], own[best], size[best]
+        return means[best], masks[best], size[best]
 
 
 def consistent(
@@ -85,8 +85,8 @@ def consistent(
     are predicted far better without them: the segments of a poor model differ as much, but teach about each other.
     Only the consistent part is used for the delay, because a delay partly explains any disturbance.
     """
-    linear, counts = LinearModel.of(model.widest, precision), np.array([each.count for each in groups])
-    modes = np.unique([each.part.standing for each in groups], axis=0, return_inverse=True)[1]
+    linear, counts = LinearModel.of(model.widest, precision), np.array([group.count for group in groups])
+    modes = np.unique([group.part.standing for group in groups], axis=0, return_inverse=True)[1]
     products = products_of(groups, components, linear)
     trimmed, random = _Trimmed(products, counts, modes, linear), np.random.default_rng(0)
     everything = np.arange(len(groups))
@@ -100,7 +100,7 @@ def consistent(
     far = size > INCONSISTENT * np.median(size[chosen])
     if not far.any():
         return groups
-    of_all, of_rest = (held_out(products, counts, own, linear) for own in (everything, everything[~far]))
+    of_all, of_rest = (held_out(products, counts, places, linear) for places in (everything, everything[~far]))
     of_all = of_all[~far]
     if np.median(of_all) < WORSE or np.median(of_all / np.maximum(of_rest, 1e-300)) < WORSE:
         return groups
@@ -119,20 +119,20 @@ def undisturbed(
 
     The weight of a group with a chi^2 above the median is reduced by their ratio (Holland and Welsch 1977).
     """
-    whitened = [each.whitened(components) for each in groups]
+    whitened = [group.whitened(components) for group in groups]
     weighted = whitened
-    used = np.concatenate([each.of_windows(each.part.used).any(axis=1) for each in groups])
+    used = np.concatenate([group.of_windows(group.part.used).any(axis=1) for group in groups])
     if not used.any():
         return groups
     linear = LinearModel.of(model, precision)
     for number in range(2 * ROUNDS):
         values = linear.values(linear.fitted(linear.in_coordinates(product_of(weighted))))
-        sizes = [np.mean((each @ values) ** 2, axis=1) for each in whitened]
+        sizes = [np.mean((equations @ values) ** 2, axis=1) for equations in whitened]
         usual = np.median(np.concatenate(sizes)[used])
         if not number and max(size.max(initial=0.0) for size in sizes) < INCONSISTENT * usual:
             return groups
         weighted = [
-            each / np.sqrt(np.maximum(size / usual, 1.0))[:, None, None]
-            for each, size in zip(whitened, sizes, strict=True)
+            equations / np.sqrt(np.maximum(size / usual, 1.0))[:, None, None]
+            for equations, size in zip(whitened, sizes, strict=True)
         ]
     return without_outliers(residuals(groups, values), components)

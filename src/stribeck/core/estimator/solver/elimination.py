@@ -50,14 +50,14 @@ def eliminate(statistics: Statistics, model: ModelCorrections, around: Array) ->
     """Eliminate the corrections from chi^2, linearized around coordinates u, shape (c,)."""
     f = statistics.friction
     cross, inner, right = linearised(statistics, model, around)
-    own = right[f:] + model.precision @ model.prior_mean
+    inner_right = right[f:] + model.precision @ model.prior_mean
     covariance = inverse_of(inner + model.precision)
     follow = covariance @ cross
     return Eliminated(
         statistics.information[:f, :f] - cross.T @ follow,
-        right[:f] - follow.T @ own,
+        right[:f] - follow.T @ inner_right,
         follow,
-        covariance @ own,
+        covariance @ inner_right,
         covariance,
     )
 
@@ -143,8 +143,8 @@ class EachJoint:
 
     def best(self, starts: Array) -> tuple[Array, Array]:
         """Run descents from starts, shape (b, w); return their ends and half of chi^2 there, shape (b,)."""
-        found = minimise(self, starts, *self.laws.bounds)
-        return found.x, found.cost
+        minimum = minimise(self, starts, *self.laws.bounds)
+        return minimum.x, minimum.cost
 
 
 def solve(statistics: Statistics, start: Fit) -> Fit:
@@ -169,11 +169,11 @@ def _descend(statistics: Statistics, start: Fit) -> Fit:
     low, high = (bound.reshape(1, -1) for bound in laws.bounds)
     cost, tolerance = _cost(statistics, laws, model, x, u), max(20 * CONVERGED, ROUNDING * statistics.square)
     for _ in range(30):
-        left = eliminate(statistics, model, u)
-        problem = AllJoints(laws, left.information, left.right)
-        found = minimise(problem, x.reshape(1, -1), low, high)
-        to_x = found.x.reshape(x.shape) - x
-        to_u = left.alone - left.follow @ laws.coefficients(x + to_x).ravel() - u
+        system = eliminate(statistics, model, u)
+        problem = AllJoints(laws, system.information, system.right)
+        minimum = minimise(problem, x.reshape(1, -1), low, high)
+        to_x = minimum.x.reshape(x.shape) - x
+        to_u = system.alone - system.follow @ laws.coefficients(x + to_x).ravel() - u
         linear = model.values(u) + model.slopes(u).pushed(to_u[:, None])[:, 0]
         expected = _cost(statistics, laws, model, x + to_x, u + to_u, linear)
         before, share = cost, 1.0
@@ -187,18 +187,18 @@ def _descend(statistics: Statistics, start: Fit) -> Fit:
     gradient, hessian = problem.derivatives(x.reshape(1, -1))
     held = bounds_hold(x.reshape(1, -1), gradient, low, high)
     jacobians = laws.jacobians(x)
-    own = inverse_of(hessian[0])
-    follow = times_blocks(left.follow, jacobians)
-    cross = -own @ follow.T
+    covariance = inverse_of(hessian[0])
+    follow = times_blocks(system.follow, jacobians)
+    cross = -covariance @ follow.T
     values = np.concatenate([laws.coefficients(x).ravel(), model.values(u)])
     return replace(
         start,
         internal=x,
         corrections=u,
-        covariance=np.block([[own, cross], [cross.T, left.covariance - follow @ cross]]),
+        covariance=np.block([[covariance, cross], [cross.T, system.covariance - follow @ cross]]),
         at_bound=held.reshape(x.shape),
         chi_square=statistics.chi_square(values),
-        converged=bool(found.converged[0]),
+        converged=bool(minimum.converged[0]),
     )
 
 
@@ -228,11 +228,11 @@ def with_other_starts(statistics: Statistics, fit: Fit) -> Fit:
     Some minima have no gradient towards a better one: without a Stribeck effect, for example, the Stribeck velocity
     has no effect on the curve.
     """
-    left, laws = eliminate(statistics, fit.model, fit.corrections), fit.laws
+    system, laws = eliminate(statistics, fit.model, fit.corrections), fit.laws
     theta = laws.coefficients(fit.internal)
-    information = blocks(left.information, len(theta))
-    others = (left.information @ theta.ravel()).reshape(theta.shape) - (information @ theta[:, :, None])[:, :, 0]
-    right = left.right.reshape(theta.shape) - others
+    information = blocks(system.information, len(theta))
+    others = (system.information @ theta.ravel()).reshape(theta.shape) - (information @ theta[:, :, None])[:, :, 0]
+    right = system.right.reshape(theta.shape) - others
     internal, costs = best_starts(laws, information, right)
     better = costs < EachJoint(laws, information, right).costs(fit.internal) - 0.05  # less: the same minimum
     if not better.any():
@@ -246,8 +246,8 @@ def best_starts(laws: Laws, information: Array, right: Array) -> tuple[Array, Ar
 
     The joints' normal equations have shape (n, q, q) and (n, q).
     """
-    starts = [laws.linear_starts(k, *each)[:4] for k, each in enumerate(zip(information, right, strict=True))]
-    owners = np.repeat(np.arange(len(starts)), [len(each) for each in starts])
+    starts = [laws.linear_starts(k, *equations)[:4] for k, equations in enumerate(zip(information, right, strict=True))]
+    owners = np.repeat(np.arange(len(starts)), [len(joint_starts) for joint_starts in starts])
     ends, costs = EachJoint(laws.of(owners), information[owners], right[owners]).best(np.concatenate(starts))
     places = [np.flatnonzero(owners == k)[np.argmin(costs[owners == k])] for k in range(len(starts))]
     return ends[places], costs[places]

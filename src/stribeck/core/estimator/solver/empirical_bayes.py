@@ -52,31 +52,31 @@ def group_mean_covariance(fit: Fit) -> Array:
     assert fit.laws.group_prior is not None  # set by empirical Bayes
     added = np.zeros_like(fit.covariance)
     for k in np.flatnonzero(np.isfinite(fit.laws.group_prior[1])).tolist():
-        own, known = _determined(fit, k)
+        joints, known = _determined(fit, k)
         variance = fit.laws.group_prior[1, k] ** 2
-        follow = fit.covariance[:, own * fit.internal.shape[1] + k].sum(axis=1) / variance
+        follow = fit.covariance[:, joints * fit.internal.shape[1] + k].sum(axis=1) / variance
         added += np.outer(follow, follow) * variance / (known.sum() + PSEUDO_COUNT)
     return added
 
 
 def _determined(fit: Fit, parameter: int) -> tuple[NDArray[np.int64], Array]:
     """Find the joints with a parameter, shape (k,), and the share of each that the log determines, from 0 to 1."""
-    own = np.flatnonzero(fit.laws.free[:, parameter])
-    return own, (1 - fit.variance[own, parameter] / fit.laws.prior[1][own, parameter] ** 2).clip(0, 1)
+    joints = np.flatnonzero(fit.laws.free[:, parameter])
+    return joints, (1 - fit.variance[joints, parameter] / fit.laws.prior[1][joints, parameter] ** 2).clip(0, 1)
 
 
 def learn_group_prior(fit: Fit) -> Laws:
     """Update the group prior by equations (24) and (25)."""
     mean, group_prior = fit.laws.prior[0], np.full((2, fit.internal.shape[1]), np.nan)
     for k in fit.laws.shared:
-        own, known = _determined(fit, k)
-        if not len(own):
+        joints, known = _determined(fit, k)
+        if not len(joints):
             continue
-        off = fit.internal[own, k] - mean[own, k]
+        off = fit.internal[joints, k] - mean[joints, k]
         total = known.sum() + PSEUDO_COUNT
-        group_mean = (np.sum(known * mean[own, k] + off) + PSEUDO_COUNT * mean[own, k].mean()) / total
-        squares = np.sum((off + known * (mean[own, k] - group_mean)) ** 2)
-        beside = max(known.sum() - 1, 0.0) + PSEUDO_COUNT  # one of them has gone into the mean
-        deviation = np.sqrt((squares + PSEUDO_COUNT * 0.5**2) / beside)  # 0.5 before any joint contributes
+        group_mean = (np.sum(known * mean[joints, k] + off) + PSEUDO_COUNT * mean[joints, k].mean()) / total
+        squares = np.sum((off + known * (mean[joints, k] - group_mean)) ** 2)
+        degrees = max(known.sum() - 1, 0.0) + PSEUDO_COUNT  # one of them has gone into the mean
+        deviation = np.sqrt((squares + PSEUDO_COUNT * 0.5**2) / degrees)  # 0.5 before any joint contributes
         group_prior[:, k] = group_mean, deviation
     return replace(fit.laws, group_prior=group_prior)

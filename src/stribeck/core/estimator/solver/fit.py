@@ -78,8 +78,8 @@ class Fit:
 
     def curvature(self, statistics: Statistics) -> Array:
         """Compute Gauss-Newton's second derivatives of half of chi^2, including the prior, shape (m, m)."""
-        found = self.pulled(self.pulled(statistics.information).T)
+        hessian = self.pulled(self.pulled(statistics.information).T)
         n = self.internal.size
-        found[range(n), range(n)] += self.laws.prior[1].ravel() ** -2.0
-        found[n:, n:] += self.model.precision
-        return found
+        hessian[range(n), range(n)] += self.laws.prior[1].ravel() ** -2.0
+        hessian[n:, n:] += self.model.precision
+        return hessian

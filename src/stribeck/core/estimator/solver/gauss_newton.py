@@ -48,14 +48,14 @@ def minimise(problem: Problem, start: Array, low: Array, high: Array) -> Minimum
     """Run descents from `start`, shape (b, m), between bounds of the same shape."""
     x = np.clip(start, low, high)
     cost, damping = problem.costs(x), np.full(len(x), 1e-3)
-    converged, going, own = np.zeros(len(x), dtype=bool), np.arange(len(x)), problem
+    converged, going, subproblem = np.zeros(len(x), dtype=bool), np.arange(len(x)), problem
     for _ in range(100):
-        gradient, hessian = own.derivatives(x[going])
+        gradient, hessian = subproblem.derivatives(x[going])
         free = ~bounds_hold(x[going], gradient, low[going], high[going])
         step = _steps(gradient, hessian, free, damping[going])
         tried = np.clip(x[going] - step, low[going], high[going])
         with np.errstate(over="ignore", invalid="ignore"):  # infinity and NaN after a long step are never better
-            after = own.costs(tried)
+            after = subproblem.costs(tried)
         gain = cost[going] - after
         better = gain > 0
         x[going[better]], cost[going[better]] = tried[better], after[better]
@@ -67,7 +67,7 @@ def minimise(problem: Problem, start: Array, low: Array, high: Array) -> Minimum
             going = np.flatnonzero(~converged)
             if not len(going):
                 break
-            own = problem.of(going)
+            subproblem = problem.of(going)
     return Minimum(x, cost, converged)
 
 
@@ -79,9 +79,9 @@ def bounds_hold(x: Array, gradient: Array, low: Array, high: Array) -> NDArray[n
 def _steps(gradient: Array, hessian: Array, free: NDArray[np.bool_], damping: Array) -> Array:
     """Compute damped Newton steps of the free coordinates, shape (b, m); scaled rows allow different units."""
     if len(gradient) == 1 and not free.all():  # skip fixed coordinates to save time
-        own = free[0]
+        mask = free[0]
         step = np.zeros_like(gradient)
-        step[:, own] = _steps(gradient[:, own], hessian[:, own][:, :, own], free[:, own], damping)
+        step[:, mask] = _steps(gradient[:, mask], hessian[:, mask][:, :, mask], free[:, mask], damping)
         return step
     diagonal = np.arange(hessian.shape[1])
     free = free & (hessian[:, diagonal, diagonal] > 0)  # rounding may make undetermined coordinates concave

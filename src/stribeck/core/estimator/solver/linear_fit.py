@@ -47,10 +47,10 @@ class LinearModel:
 
     def in_coordinates(self, product: Array) -> Array:
         """Convert products of values and left sides, shape (D + 1, D + 1), from corrections to their coordinates."""
-        found, own = product.copy(), self.corrections
-        found[own] = self.slopes.pulled(found[own])
-        found[:, own] = self.slopes.pulled(found[:, own].T).T
-        return found
+        result, places = product.copy(), self.corrections
+        result[places] = self.slopes.pulled(result[places])
+        result[:, places] = self.slopes.pulled(result[:, places].T).T
+        return result
 
     def information(self, product: Array) -> tuple[Array, Array]:
         """Compute information and right side, with the prior, from products in coordinates."""
@@ -62,9 +62,9 @@ class LinearModel:
 
     def values(self, fitted: Array) -> Array:
         """Convert coordinates among D values or more to corrections."""
-        found, own = fitted.copy(), self.corrections
-        found[own] = self.slopes.pushed(found[own, None])[:, 0]
-        return found
+        result, places = fitted.copy(), self.corrections
+        result[places] = self.slopes.pushed(result[places, None])[:, 0]
+        return result
 
 
 def predict(
@@ -74,47 +74,47 @@ def predict(
 
     Friction has a prior with mean zero and this `precision`, shape (n q,); bodies are linearized at the model.
     """
-    linear, count = LinearModel.of(model, precision), sum(each.count for each in groups)
-    product = product_of([each.whitened(components) for each in groups])
+    linear, count = LinearModel.of(model, precision), sum(group.count for group in groups)
+    product = product_of([group.whitened(components) for group in groups])
     information, right = linear.information(linear.in_coordinates(product))
     covariance = inverse_of(information)
     values = covariance @ right
-    known, own = len(values) - np.sum(linear.precision * covariance), linear.corrections
-    covariance[own] = linear.slopes.pushed(covariance[own])
-    covariance[:, own] = linear.slopes.pushed(covariance[:, own].T).T
+    known, places = len(values) - np.sum(linear.precision * covariance), linear.corrections
+    covariance[places] = linear.slopes.pushed(covariance[places])
+    covariance[:, places] = linear.slopes.pushed(covariance[:, places].T).T
     return Prediction(linear.values(values), covariance, components), count / max(count - known, 1.0)
 
 
 def product_of(whitened: Sequence[Array]) -> Array:
     """Compute the products of the columns of some whitened groups, shape (D + 1, D + 1)."""
-    rows = np.concatenate([each.reshape(-1, each.shape[-1]) for each in whitened])
+    rows = np.concatenate([group.reshape(-1, group.shape[-1]) for group in whitened])
     return np.asarray(rows.T @ rows)
 
 
 def products_of(groups: Sequence[Groups], components: VarianceComponents, linear: LinearModel) -> Array:
     """Compute the products of each segment in coordinates, shape (G, D + 1, D + 1)."""
-    return np.stack([linear.in_coordinates(product_of([each.whitened(components)])) for each in groups])
+    return np.stack([linear.in_coordinates(product_of([group.whitened(components)])) for group in groups])
 
 
-def held_out(products: Array, counts: NDArray[np.int64], own: NDArray[np.int64], linear: LinearModel) -> Array:
+def held_out(products: Array, counts: NDArray[np.int64], segments: NDArray[np.int64], linear: LinearModel) -> Array:
     """Compute chi^2 per equation of some segments [1], each predicted by a fit to the others, shape (S,).
 
     Parameters
     ----------
     products, counts
         Products of all segments in coordinates, and their numbers of equations.
-    own
+    segments
         Indices of these segments, shape (S,).
     linear
         Model of these fits.
     """
-    together = products[own].sum(axis=0)
-    values = (linear.fitted(together - products[k]) for k in own)
-    return np.array([each @ products[k] @ each for k, each in zip(own, values, strict=True)]) / np.maximum(
-        counts[own], 1
+    together = products[segments].sum(axis=0)
+    values = (linear.fitted(together - products[k]) for k in segments)
+    return np.array([vector @ products[k] @ vector for k, vector in zip(segments, values, strict=True)]) / np.maximum(
+        counts[segments], 1
     )
 
 
 def residuals(groups: list[Groups], values: Array) -> list[tuple[Groups, Array]]:
     """Compute the residuals, shape (g, b), of the groups' equations at values, shape (D + 1,), the last being -1."""
-    return [(each, -each.design @ values) for each in groups]
+    return [(group, -group.design @ values) for group in groups]

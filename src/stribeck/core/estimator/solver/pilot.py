@@ -93,20 +93,20 @@ class Pilot:
     @property
     def parts(self) -> list[WeakEquations]:
         """Equations of the pilot's segments."""
-        return [each.part for each in self.groups]
+        return [group.part for group in self.groups]
 
     @property
     def late(self) -> tuple[float, float]:
         """Remaining delay of the torques, and its standard error [s]; zeros if the delay is not corrected."""
-        own = len(self.precision) + self.model.layout.places("torque_delay")
-        variance = self.prediction.covariance[own, own]
-        return float(self.prediction.values[own].sum()), float(np.sqrt(variance).sum())
+        places = len(self.precision) + self.model.layout.places("torque_delay")
+        variance = self.prediction.covariance[places, places]
+        return float(self.prediction.values[places].sum()), float(np.sqrt(variance).sum())
 
     def later(self, delay: float) -> Pilot:
         """Adapt the pilot to torques that are shifted by an additional delay [s]."""
         delay = float(np.clip(self.delay + delay, -LONGEST_DELAY, LONGEST_DELAY))
-        own, values = len(self.precision) + self.model.layout.places("torque_delay"), self.prediction.values.copy()
-        values[own] = 0.0
+        places, values = len(self.precision) + self.model.layout.places("torque_delay"), self.prediction.values.copy()
+        values[places] = 0.0
         return replace(
             self, delay=delay, model=self.model.late(delay), prediction=replace(self.prediction, values=values)
         )
@@ -133,22 +133,22 @@ class _PilotFits:
 
         @lru_cache(maxsize=3)  # delays return: zero, and the last one of the search
         def delayed(delay: float) -> tuple[list[WeakEquations], list[Array]]:
-            late = self.equations.delayed(delay)
-            parts = [late[place] for place in late.spread(size)]
+            equations = self.equations.delayed(delay)
+            parts = [equations[place] for place in equations.spread(size)]
             return parts, [self.columns.by_joint(part) for part in parts]
 
         return delayed
 
     def fit(self, delay: float | None, operations: float, rounds: int, half_alone: bool, equal: bool = True) -> Pilot:
         """Fit the pilot for a delay [s], None to hold it at zero; `equal` logs have the same friction."""
-        parts, own = self._delayed(delay or 0.0)
+        parts, by_joint = self._delayed(delay or 0.0)
         layout, rest = self.equations.corrections, self.rest
         torque = max(float(np.sqrt(np.mean(np.concatenate([_torques(part) for part in parts]) ** 2))), 1e-9)
         model = model_corrections(layout, _loads(parts, layout), self.priors, torque).late(delay or 0.0)
         model = model.held(layout.places("torque_delay"), 0.0) if delay is None else model
         model = model.with_equal_logs if equal else model
         components = first_components(parts[0], rest, np.where(rest > 0, torque, 0.0), layout.sizes["wrenches"] > 0)
-        groups, precision = _groups(parts, own, self.columns, torque, operations)
+        groups, precision = _groups(parts, by_joint, self.columns, torque, operations)
         groups = consistent(groups, model, components, precision, half_alone)
         groups = undisturbed(groups, model, components, precision)
         components, groups = _alternate(groups, model, components, precision, rounds, self.basis)
@@ -175,38 +175,38 @@ def fit_pilot(equations: EquationSequence, basis: Basis, rest: Array, priors: Pr
     layout, fit = equations.corrections, _PilotFits(equations, basis, rest, priors).fit
     rounds, tried = ROUNDS, list[tuple[float, float]]()
     for _ in range(MOST_ROUNDS if layout.sizes["torque_delay"] else 0):  # on few windows, to save time
-        late, error = fit(delay, OPERATIONS / 4, rounds, True).late
-        if abs(late) < max(LINEAR, 3 * error):
+        remainder, error = fit(delay, OPERATIONS / 4, rounds, True).late
+        if abs(remainder) < max(LINEAR, 3 * error):
             break
-        rounds, tried = 1, [*tried, (delay, late)]
+        rounds, tried = 1, [*tried, (delay, remainder)]
         delay = float(np.clip(delay + secant_step(tried), -LONGEST_DELAY, LONGEST_DELAY))
     equal = not layout.log_effects[0]
-    found = fit(delay, OPERATIONS, MOST_ROUNDS, False, equal)
+    pilot = fit(delay, OPERATIONS, MOST_ROUNDS, False, equal)
     if not equal:
-        own, without_logs = _log_errors(found, found.components, found.model, found.model.with_equal_logs)
-        if np.median(without_logs - own) < np.log(DIFFER):
-            equal, found = True, fit(delay, OPERATIONS, MOST_ROUNDS, False)
-    if abs(delay + found.late[0]) >= LINEAR:
+        with_logs, without_logs = _log_errors(pilot, pilot.components, pilot.model, pilot.model.with_equal_logs)
+        if np.median(without_logs - with_logs) < np.log(DIFFER):
+            equal, pilot = True, fit(delay, OPERATIONS, MOST_ROUNDS, False)
+    if abs(delay + pilot.late[0]) >= LINEAR:
         without = fit(None, OPERATIONS, MOST_ROUNDS, False, equal)
-        found = found if abs(delay) < LONGEST_DELAY and _delay_pays(found, without) else without
-    wide, narrow = _log_errors(found, found.components, found.model.widest, found.model)
-    largest = found.model.widest.largest if _clearly_positive(narrow - wide) else found.model.largest
-    return replace(found, model=replace(found.model, largest=largest))
+        pilot = pilot if abs(delay) < LONGEST_DELAY and _delay_pays(pilot, without) else without
+    wide, narrow = _log_errors(pilot, pilot.components, pilot.model.widest, pilot.model)
+    largest = pilot.model.widest.largest if _clearly_positive(narrow - wide) else pilot.model.largest
+    return replace(pilot, model=replace(pilot.model, largest=largest))
 
 
-def _delay_pays(found: Pilot, without: Pilot) -> bool:
+def _delay_pays(pilot: Pilot, without: Pilot) -> bool:
     """Check that a pilot with a delay predicts held-out segments better than one without."""
-    shifted, held = (_log_errors(each, found.components, each.model)[0] for each in (found, without))
-    places = (np.linspace(0, 1, len(each)) for each in (shifted, held))  # a long delay may lose a segment at an end
+    shifted, held = (_log_errors(candidate, pilot.components, candidate.model)[0] for candidate in (pilot, without))
+    places = (np.linspace(0, 1, len(errors)) for errors in (shifted, held))  # a long delay may lose a segment at an end
     return _clearly_positive(np.interp(next(places), next(places), held) - shifted)
 
 
 def _log_errors(pilot: Pilot, components: VarianceComponents, *models: ModelCorrections) -> list[Array]:
     """Compute the logarithm of chi^2 of held-out segments with each of some models, shape (S,) each."""
-    counts, linear = np.array([each.count for each in pilot.groups]), LinearModel.of(pilot.model, pilot.precision)
+    counts, linear = np.array([group.count for group in pilot.groups]), LinearModel.of(pilot.model, pilot.precision)
     products = products_of(pilot.groups, components, linear)  # models with other priors have the same coordinates
-    own = (LinearModel.of(model, pilot.precision) for model in models)
-    return [np.log(held_out(products, counts, np.flatnonzero(counts), linear)) for linear in own]
+    linear_models = (LinearModel.of(model, pilot.precision) for model in models)
+    return [np.log(held_out(products, counts, np.flatnonzero(counts), linear)) for linear in linear_models]
 
 
 def _clearly_positive(gain: Array) -> bool:
@@ -219,19 +219,19 @@ def secant_step(tried: list[tuple[float, float]]) -> float:
 
     Friction that builds up after a reversal explains about the same share of the residual at every delay.
     """
-    delay, late = tried[-1]
+    delay, remainder = tried[-1]
     if len(tried) == 1:
-        return late
+        return remainder
     if delay == tried[-2][0]:  # the longest one
         return 0.0
-    slope = (late - tried[-2][1]) / (delay - tried[-2][0])
-    return late / min(max(-slope, 0.2), 1.0)
+    slope = (remainder - tried[-2][1]) / (delay - tried[-2][0])
+    return remainder / min(max(-slope, 0.2), 1.0)
 
 
 def with_terms(pilot: Pilot, columns: Columns) -> Pilot:
     """Extend the pilot by the columns of all terms, and keep the variance components of the first fit."""
-    own = [columns.by_joint(part) for part in pilot.parts]
-    groups, precision = _groups(pilot.parts, own, columns, pilot.torque, OPERATIONS)
+    by_joint = [columns.by_joint(part) for part in pilot.parts]
+    groups, precision = _groups(pilot.parts, by_joint, columns, pilot.torque, OPERATIONS)
     prediction, _ = predict(groups, pilot.components, pilot.model, precision)
     return replace(pilot, groups=groups, prediction=prediction, precision=precision)
 
@@ -250,18 +250,18 @@ def _alternate(
     after `ROUNDS`, the fit starts again without them and searches again in every round.
     """
     first = components
-    outliers = any(each.part.set_aside is not None for each in groups)
+    outliers = any(group.part.set_aside is not None for group in groups)
     for number in range(1, rounds + 1):
         prediction, freedom = predict(groups, components, model, precision)
-        left = residuals(groups, np.append(prediction.values, -1.0))
+        group_residuals = residuals(groups, np.append(prediction.values, -1.0))
         if number == ROUNDS or outliers:
-            groups = without_outliers(left, components)
-            left = [(each, residual) for each, (_, residual) in zip(groups, left, strict=True)]
-            found = any(each.part.set_aside is not None for each in groups)
-            components = first if found and not outliers else components
-            outliers = found
+            groups = without_outliers(group_residuals, components)
+            group_residuals = [(group, residual) for group, (_, residual) in zip(groups, group_residuals, strict=True)]
+            rejections = any(group.part.set_aside is not None for group in groups)
+            components = first if rejections and not outliers else components
+            outliers = rejections
         components = replace(components, reversal=_near_standstill(prediction.values[: len(precision)], basis))
-        before, components = components, more_likely(components, left, freedom)
+        before, components = components, more_likely(components, group_residuals, freedom)
         grown = float(np.max(components.model / np.maximum(before.model, 1e-12)))
         if number >= (2 if outliers else 1) * ROUNDS and grown < 1.2:
             break
@@ -299,7 +299,7 @@ def _groups(
         for k, (part, design) in enumerate(zip(parts, designs, strict=True))
     ]
     functions = len(columns.basis.variance)
-    largest = np.sqrt(np.mean(np.concatenate([each[:, :, functions:] for each in own]) ** 2, axis=0))
+    largest = np.sqrt(np.mean(np.concatenate([block[:, :, functions:] for block in own]) ** 2, axis=0))
     load = np.maximum(np.sqrt(np.mean(np.concatenate([part.torque for part in parts]) ** 2, axis=0)), 0.05 * torque)
     of_terms = 0.3 * load[:, None] / np.maximum(largest, 1e-9) * np.where(columns.terms.held, 1e-6, 1.0)
     deviation = np.hstack([load[:, None] * np.sqrt(columns.basis.variance), of_terms])
@@ -313,6 +313,6 @@ def _torques(part: WeakEquations) -> Array:
 
 def _loads(parts: list[WeakEquations], layout: Layout) -> Array:
     """Compute the torque of each sensor with a corrected gain, root mean square [N m]."""
-    own = layout.part("gains")
-    squares = [(part.regressors[:, :, own] ** 2).sum(axis=1) for part in parts if part.regressors is not None]
-    return np.sqrt(np.concatenate(squares).mean(axis=0)) if own.stop > own.start else np.zeros(0)
+    places = layout.part("gains")
+    squares = [(part.regressors[:, :, places] ** 2).sum(axis=1) for part in parts if part.regressors is not None]
+    return np.sqrt(np.concatenate(squares).mean(axis=0)) if places.stop > places.start else np.zeros(0)

@@ -51,9 +51,9 @@ class Statistics:
     def __add__(self, other: Statistics) -> Statistics:
         """Add the statistics of two parts."""
         effects = dict(self.effects)
-        for gait, own in other.effects.items():
+        for gait, effect in other.effects.items():
             before = effects.get(gait)
-            effects[gait] = own if before is None else tuple(a + b for a, b in zip(before, own, strict=True))  # type: ignore[assignment]
+            effects[gait] = effect if before is None else tuple(a + b for a, b in zip(before, effect, strict=True))  # type: ignore[assignment]
         return Statistics(
             self.friction,
             self.information + other.information,
@@ -130,7 +130,7 @@ def accumulate(
     done, every = [0], sum(map(len, folds))
 
     def add_up(number: int) -> list[Statistics]:
-        own: list[Statistics] = []
+        totals: list[Statistics] = []
         for place in folds[number]:
             if over.is_set():
                 break
@@ -138,20 +138,20 @@ def accumulate(
                 part = equations[place]
                 done[0] += 1
                 progress(done[0] / every)
-            found, used = _of(part, columns, prediction, number < sampled)
+            statistics, used = _of(part, columns, prediction, number < sampled)
             windows[place] = used.time, used.used
-            own = [own[0] + found] if own else [found]
+            totals = [totals[0] + statistics] if totals else [statistics]
             if number == len(folds) - 1:
                 kept[place] = used
-        return own
+        return totals
 
     with ThreadPoolExecutor(max_workers=2) as pool:
         tasks = [pool.submit(add_up, number) for number in range(len(folds))]
         try:
-            found = [task.result() for task in tasks]
+            results = [task.result() for task in tasks]
         finally:
             over.set()  # after an error or Ctrl-C, the remaining results are useless
-    return [own[0] for own in found if own], kept, windows
+    return [totals[0] for totals in results if totals], kept, windows
 
 
 def _of(
@@ -160,12 +160,12 @@ def _of(
     """Compute the statistics of a segment, and its equations without rejected windows."""
     joints, size = part.velocity.shape[1], len(prediction.values)
     sampled = sampled and part.gait >= 0
-    own = columns.by_joint(part)
+    by_joint = columns.by_joint(part)
     behind = [part.gait_phase_effects()] if sampled else []
-    design = columns.design(part, own, *behind, part.residual.reshape(-1, 1))
-    load = columns.terms.load(part, own[:, :, : columns.basis.functions.shape[1]])
+    design = columns.design(part, by_joint, *behind, part.residual.reshape(-1, 1))
+    load = columns.terms.load(part, by_joint[:, :, : columns.basis.functions.shape[1]])
     part = prediction.set_aside(part, design)
-    product = _weighed(part, own, design, make_whitener(part, prediction.components))
+    product = _weighed(part, by_joint, design, make_whitener(part, prediction.components))
     count = int(part.used.sum()) * part.residual.shape[1]
     if not prediction.explains(product, count):
         part, count, product = replace(part, set_aside=np.ones(len(part.time), dtype=bool)), 0, 0 * product
@@ -182,13 +182,13 @@ def _of(
     return statistics, part
 
 
-def _weighed(part: WeakEquations, own: Array, design: Array, whitener: Whitener) -> Array:
+def _weighed(part: WeakEquations, columns: Array, design: Array, whitener: Whitener) -> Array:
     """Compute X^T Sigma^-1 X of a design X, which is overwritten.
 
-    Friction of a joint acts through its `own` columns, shape (K, n, q). Their product with Sigma^-1 X joint by joint
+    Friction of a joint acts through its `columns`, shape (K, n, q). Their product with Sigma^-1 X joint by joint
     takes a fraction of the operations of a full product.
     """
-    windows, joints, per_joint = own.shape
+    windows, joints, per_joint = columns.shape
     friction = joints * per_joint
     product = np.empty((design.shape[1],) * 2)
     whitener.whiten(design)
@@ -199,6 +199,6 @@ def _weighed(part: WeakEquations, own: Array, design: Array, whitener: Whitener)
     if part.projection is not None:
         on_joints = part.projection.transpose(0, 2, 1) @ on_joints
     for joint in range(joints):
-        product[joint * per_joint : (joint + 1) * per_joint] = own[:, joint].T @ on_joints[:, joint]
+        product[joint * per_joint : (joint + 1) * per_joint] = columns[:, joint].T @ on_joints[:, joint]
     product[friction:, :friction] = product[:friction, friction:].T
     return product

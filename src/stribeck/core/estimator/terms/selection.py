@@ -50,27 +50,27 @@ def select_stepwise(
     """
     tried: dict[Kept, Candidate] = {}
     kept = usual - set(refused)
-    while new := [own for own in (kept, *_neighbours(kept, refused)) if own not in tried]:
-        tried |= {own: try_terms(own) for own in new}
-        kept = _simplest_unbeaten({own: one for own, one in tried.items() if not one.objection} or tried, usual)
+    while new := [terms for terms in (kept, *_neighbours(kept, refused)) if terms not in tried]:
+        tried |= {terms: try_terms(terms) for terms in new}
+        kept = _simplest_unbeaten({terms: fit for terms, fit in tried.items() if not fit.objection} or tried, usual)
     return {term.name: _verdict(term, kept, tried, refused, usual) for term in LADDER}
 
 
 def _neighbours(kept: Kept, refused: Mapping[str, str]) -> list[Kept]:
     """List the sets with one term more or less; a part replaces its whole, and vice versa."""
-    found = []
+    neighbours = []
     for term in LADDER:
         if term.name in BASE & kept:
             continue
         if term.name in kept:
             less = frozenset(other.name for other in LADDER if other.name in kept and other.needs != term.name)
-            found += [
+            neighbours += [
                 less - {term.name},
                 *(less - {term.name} | {part} for part in _parts(term) if part not in refused),
             ]
         elif term.name not in refused and term.part_of not in kept and (not term.needs or term.needs in kept):
-            found.append(kept - _parts(term) | {term.name})
-    return found
+            neighbours.append(kept - _parts(term) | {term.name})
+    return neighbours
 
 
 def _parts(term: Term) -> Kept:
@@ -79,10 +79,10 @@ def _parts(term: Term) -> Kept:
 
 def _simplest_unbeaten(tried: Mapping[Kept, Candidate], usual: Kept) -> Kept:
     """Find the terms nearest to the usual ones, in number of parameters, that no other terms clearly improve."""
-    scores = np.stack([one.scores for one in tried.values()])
+    scores = np.stack([fit.scores for fit in tried.values()])
     falls = scores[:, None] - scores
     beaten = np.any(_pays(falls.sum(axis=2), _errors(falls)), axis=1)
-    costs = [sum(len(term.parameters) for term in LADDER if term.name in own ^ usual) for own in tried]
+    costs = [sum(len(term.parameters) for term in LADDER if term.name in terms ^ usual) for terms in tried]
     order = np.lexsort((scores.sum(axis=1), costs, beaten))
     return list(tried)[int(order[0])]
 
@@ -100,8 +100,8 @@ def _verdict(
     if term.name in BASE:
         return TermVerdict(verdict="kept", reason="every joint has it")
     more = kept - _parts(term) | {term.name}
-    less = (own for own in tried if own in _neighbours(more, refused) and own <= (more | _parts(term)) - {term.name})
-    without = min((tried[own] for own in less), key=lambda candidate: candidate.scores.sum())
+    less = (key for key in tried if key in _neighbours(more, refused) and key <= (more | _parts(term)) - {term.name})
+    without = min((tried[key] for key in less), key=lambda candidate: candidate.scores.sum())
     gain, error = held_out_gain(without.scores, tried[more].scores)
     objection = tried[more].objection if _pays(gain, error) else None
     verdict: TermDecision = "kept" if term.name in kept else "refused"
@@ -175,23 +175,23 @@ def with_terms(joint: JointResult, terms: JointTerms, noise: float = 0.0) -> Joi
     weak instead of without friction, unless its residual is sensor noise: at most twice `noise`, the smallest residual
     of the joints whose load the model explains [N m].
     """
-    parameters, found = joint.parameters, joint
+    parameters, result = joint.parameters, joint
     open_terms = [verdict.reason for verdict in terms.verdicts.values() if verdict.verdict == "open"]
     divided = [name for name in ("viscous", "coulomb") if name in parameters and open_terms]
     shared = {name: replace(parameters[name], verdict="weak") for name in divided}
     if shared:
         reason = f"{' and '.join(shared)} hold only for these speeds: {open_terms[0]}"
         reason = joint.reason if joint.verdict == "weak" else f"{joint.reason}; {reason}"
-        found = replace(joint, parameters=parameters | shared, reason=reason)
+        result = replace(joint, parameters=parameters | shared, reason=reason)
     if joint.verdict == "no friction" and (joint.residual_rms or 0.0) > max(2 * noise, 0.5 * terms.mean_load):
         unit = joint.torque_unit or "N m"
         sizes = f"residual torque {joint.residual_rms:.2g} {unit} and mean load {terms.mean_load:.2g} {unit}"
         cause = "check for noise, a dead sensor, a wrong sign or a wrong model"
-        found = replace(found, verdict="weak", **Reason(f"{sizes} are similar", remedy=cause).fields)
+        result = replace(result, verdict="weak", **Reason(f"{sizes} are similar", remedy=cause).fields)
     kept = (term for term in LADDER if terms.verdicts[term.name].kept)
     settings: dict[str, Any] = {name: terms.settings[name] for term in kept for name in term.settings}
     return replace(
-        found,
+        result,
         terms=terms.verdicts,
         mean_load=terms.mean_load,
         load_deviation=terms.load_deviation,

@@ -39,13 +39,13 @@ class Choice:
     @property
     def kept(self) -> list[Kept]:
         """Terms of each joint."""
-        return [frozenset(name for name, said in own.items() if said.kept) for own in self.verdicts]
+        return [frozenset(name for name, said in verdicts.items() if said.kept) for verdicts in self.verdicts]
 
     @property
     def decided(self) -> list[frozenset[str]]:
         """Parameters of each joint's terms that have a held-out score."""
-        tried = [[name for name, said in own.items() if said.gain is not None] for own in self.verdicts]
-        return [frozenset(parameter for name in own for parameter in PARAMETERS[name]) for own in tried]
+        tried = [[name for name, said in verdicts.items() if said.gain is not None] for verdicts in self.verdicts]
+        return [frozenset(parameter for name in names for parameter in PARAMETERS[name]) for names in tried]
 
 
 def select_terms(
@@ -71,24 +71,24 @@ def select_terms(
         return _chosen([said for _ in refused], trials, fit)
     joints = range(len(refused))
     verdicts = [_select(trials, joint, refused[joint], BASE) for joint in joints]
-    found = solve(whole, _chosen(verdicts, trials, fit).start)
-    usual = _shared_by_most(verdicts, found)
+    refit = solve(whole, _chosen(verdicts, trials, fit).start)
+    usual = _shared_by_most(verdicts, refit)
     if usual:
-        trials = replace(trials, laws=replace(trials.laws, group_prior=learn_group_prior(found).group_prior))
-        for joint, own in enumerate(verdicts):
-            if any(not own[name].kept for name in usual - refused[joint].keys()):
+        trials = replace(trials, laws=replace(trials.laws, group_prior=learn_group_prior(refit).group_prior))
+        for joint, by_term in enumerate(verdicts):
+            if any(not by_term[name].kept for name in usual - refused[joint].keys()):
                 verdicts[joint] = _select(trials, joint, refused[joint], BASE | usual)
     for _ in range(ROUNDS):
         choice = _chosen(verdicts, trials, fit)
-        found = solve(whole, choice.start)
-        if not any(dropped := unproven(choice, found, found.covariance + effects(found), BASE | usual)):
+        refit = solve(whole, choice.start)
+        if not any(dropped := unproven(choice, refit, refit.covariance + effects(refit), BASE | usual)):
             break
         viscous, coulomb = (trials.names.index(name) for name in ("viscous", "coulomb"))
-        errors = np.sqrt(found.variance[:, viscous]) * found.laws.top_speed  # [N m]; zero for laws without the term
-        unclear = 2 * errors > WIDEST * found.internal[:, coulomb]
+        errors = np.sqrt(refit.variance[:, viscous]) * refit.laws.top_speed  # [N m]; zero for laws without the term
+        unclear = 2 * errors > WIDEST * refit.internal[:, coulomb]
         refused = [
-            dict(out) | {name: said.reason for name, said in own.items()}
-            for out, own in zip(refused, dropped, strict=True)
+            dict(out) | {name: said.reason for name, said in drops.items()}
+            for out, drops in zip(refused, dropped, strict=True)
         ]
         for joint in (joint for joint in joints if dropped[joint]):  # a refusal may make another term acceptable
             kept = {"viscous": verdicts[joint]["viscous"]} if unclear[joint] else {}
@@ -136,38 +136,38 @@ def _objection(trials: Trials, joint: int, kept: Kept, tried: Tried) -> Objectio
     return None
 
 
-def _shared_by_most(verdicts: Verdicts, found: Fit) -> Kept:
+def _shared_by_most(verdicts: Verdicts, fit: Fit) -> Kept:
     """Find terms that most joints with Coulomb friction have and whose parameters have a group prior.
 
     If the log cannot decide on such a term, the joint follows the other joints, as its parameters do.
     """
-    column = [parameter.name for parameter in found.laws.parameters].index("coulomb")
-    has_friction = found.internal[:, column] ** 2 > LEAST_GAIN * found.variance[:, column]
-    with_friction = [own for own, has in zip(verdicts, has_friction, strict=True) if has]
-    counts = {name: sum(own[name].kept for own in with_friction) for name in ("rounding", "stribeck")}
+    column = [parameter.name for parameter in fit.laws.parameters].index("coulomb")
+    has_friction = fit.internal[:, column] ** 2 > LEAST_GAIN * fit.variance[:, column]
+    with_friction = [by_term for by_term, has in zip(verdicts, has_friction, strict=True) if has]
+    counts = {name: sum(by_term[name].kept for by_term in with_friction) for name in ("rounding", "stribeck")}
     return frozenset(name for name, count in counts.items() if count > len(with_friction) / 2)
 
 
-def unproven(choice: Choice, found: Fit, covariance: Array, usual: Kept = BASE) -> list[dict[str, TermVerdict]]:
+def unproven(choice: Choice, fit: Fit, covariance: Array, usual: Kept = BASE) -> list[dict[str, TermVerdict]]:
     """Find the terms of each joint that are refused because random effects of the gait phase may explain them.
 
     Random effects recur in held-out steps, therefore a term that explains them also has a good score. Its gain is
     multiplied by the ratio of its variance in the fit to its variance in `covariance`, which includes random effects.
     """
     names = choice.trials.names
-    share = found.variance / replace(found, covariance=covariance).variance
-    low = np.broadcast_to(found.laws.bounds[0], found.internal.shape)
+    share = fit.variance / replace(fit, covariance=covariance).variance
+    low = np.broadcast_to(fit.laws.bounds[0], fit.internal.shape)
     dropped: list[dict[str, TermVerdict]] = []
-    for joint, own in enumerate(choice.verdicts):
+    for joint, by_term in enumerate(choice.verdicts):
         dropped.append({})
-        for name, said in own.items():
+        for name, said in by_term.items():
             if not said.kept:
                 continue
             first = names.index(PARAMETERS[name][0])
             worth = (said.gain or 0.0) * float(share[joint, first])
             if worth < LEAST_GAIN and name not in usual:
                 why = f"{said.reason}, of which all but {worth:.1f} may be errors that every step repeats"
-            elif found.internal[joint, first] <= low[joint, first]:
+            elif fit.internal[joint, first] <= low[joint, first]:
                 none = "in the log as a whole it is none"
                 why = none if name in BASE else f"{said.reason}, but {none}"
             else:
@@ -179,7 +179,7 @@ def unproven(choice: Choice, found: Fit, covariance: Array, usual: Kept = BASE) 
 def _chosen(verdicts: Verdicts, trials: Trials, fit: Fit) -> Choice:
     """Apply these verdicts; fits start from each joint's values, and from neutral values of absent terms."""
     choice = Choice(verdicts, trials, fit)
-    free = np.stack([trials.having(own) for own in choice.kept])
+    free = np.stack([trials.having(terms) for terms in choice.kept])
     laws = fit.laws.only(free)
-    internal = np.stack([trials.try_terms(joint, own).internal for joint, own in enumerate(choice.kept)])
+    internal = np.stack([trials.try_terms(joint, terms).internal for joint, terms in enumerate(choice.kept)])
     return replace(choice, start=replace(fit, laws=laws, internal=np.clip(internal, *laws.bounds)))

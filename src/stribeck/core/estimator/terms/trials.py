@@ -57,8 +57,8 @@ class JointFolds:
 
 def joint_folds(whole: Statistics, folds: Sequence[Statistics], fit: Fit) -> JointFolds:
     """Compute the joints' folds from a fit of all joints with all terms to the whole log."""
-    found = [list(_eliminated(whole, None, fit)), *(list(_eliminated(whole, fold, fit)) for fold in folds)]
-    A, b, held, held_right = (np.stack([[own[k] for own in joints] for joints in found], axis=1) for k in range(4))
+    splits = [list(_eliminated(whole, None, fit)), *(list(_eliminated(whole, fold, fit)) for fold in folds)]
+    A, b, held, held_right = (np.stack([[joint[k] for joint in joints] for joints in splits], axis=1) for k in range(4))
     return JointFolds(A, b, held[:, 1:], held_right[:, 1:])
 
 
@@ -66,20 +66,20 @@ def _eliminated(whole: Statistics, fold: Statistics | None, fit: Fit) -> Iterabl
     """Yield A and b of each joint for the training folds, then for the held-out fold."""
     laws, u, f = fit.laws, fit.corrections, whole.friction
     training = whole if fold is None else whole.without(fold)
-    left = eliminate(training, fit.model, u)
+    system = eliminate(training, fit.model, u)
     theta = laws.coefficients(fit.internal)
     free = (laws.free & ~fit.at_bound).ravel()
     blocks, y = laws.jacobians(fit.internal), theta.ravel()
     mean, deviation = laws.prior
-    SJ = times_blocks(left.information, blocks)[:, free]
-    slope = left.information @ y - left.right
+    SJ = times_blocks(system.information, blocks)[:, free]
+    slope = system.information @ y - system.right
     gradient = times_blocks(slope[None], blocks)[0, free] + ((fit.internal - mean) / deviation**2).ravel()[free]
     held, held_right = np.zeros((f, f)), np.zeros(f)
     if fold is not None:
         cross, inner, right = linearised(fold, fit.model, u)
-        across = (cross - 0.5 * inner @ left.follow).T @ left.follow
+        across = (cross - 0.5 * inner @ system.follow).T @ system.follow
         held = fold.information[:f, :f] - across - across.T
-        held_right = right[:f] - cross.T @ left.alone - left.follow.T @ (right[f:] - inner @ left.alone)
+        held_right = right[:f] - cross.T @ system.alone - system.follow.T @ (right[f:] - inner @ system.alone)
     FJ, beyond = times_blocks(held, blocks)[:, free], held @ y - held_right
     JFJ, tilted = times_blocks(FJ.T, blocks)[:, free], times_blocks(beyond[None], blocks)[0, free]
     hessian = times_blocks(SJ.T, blocks)[:, free] + np.diag(deviation.ravel()[free] ** -2.0)
@@ -90,7 +90,7 @@ def _eliminated(whole: Statistics, fold: Statistics | None, fit: Fit) -> Iterabl
         cross = SJ[rows][:, rest]
         follow = _without(inverse, ~rest, rest, np.column_stack([cross.T, gradient[rest]]))
         back, shift = follow[:, :-1], -follow[:, -1]  # all else is shift - back times the joint's change
-        information = left.information[rows, rows] - cross @ back
+        information = system.information[rows, rows] - cross @ back
         bent = FJ[rows][:, rest] @ back
         inner = JFJ[np.ix_(rest, rest)]
         curved = held[rows, rows] - bent - bent.T + back.T @ inner @ back
@@ -98,11 +98,11 @@ def _eliminated(whole: Statistics, fold: Statistics | None, fit: Fit) -> Iterabl
         yield information, information @ own_theta - slope[rows] - cross @ shift, curved, curved @ own_theta - tilt
 
 
-def _without(inverse: Array, own: BoolArray, rest: BoolArray, vectors: Array) -> Array:
+def _without(inverse: Array, rows: BoolArray, rest: BoolArray, vectors: Array) -> Array:
     """Multiply vectors by the inverse of a matrix without some rows and columns, given the inverse of the whole."""
-    cross = inverse[np.ix_(own, rest)]
+    cross = inverse[np.ix_(rows, rest)]
     return np.asarray(
-        inverse[np.ix_(rest, rest)] @ vectors - cross.T @ np.linalg.solve(inverse[np.ix_(own, own)], cross @ vectors)
+        inverse[np.ix_(rest, rest)] @ vectors - cross.T @ np.linalg.solve(inverse[np.ix_(rows, rows)], cross @ vectors)
     )
 
 
@@ -155,7 +155,7 @@ class Trials:
 
     def having(self, kept: Iterable[str]) -> BoolArray:
         """Mark the parameters of a joint with these terms, shape (w,)."""
-        without = {name for own in PARAMETERS.values() for name in own} | NO_TERM
+        without = {name for names in PARAMETERS.values() for name in names} | NO_TERM
         if self.laws.law.name != AUTO:  # the shape is fixed
             without -= {parameter.name for parameter in self.laws.law.parameters}
         without -= {name for term in kept for name in PARAMETERS.get(term, (term,))}
@@ -180,7 +180,7 @@ class Trials:
 
     def _near(self, joints: IntArray, internal: Array) -> Around:
         """Expand chi^2 around coordinates of some joints in each fold, shape (j, F + 1, w)."""
-        folds, (mean, deviation) = self.folds, (each[joints, None] for each in self.laws.prior)
+        folds, (mean, deviation) = self.folds, (moment[joints, None] for moment in self.laws.prior)
         j, count, w = internal.shape
         laws, x = self.laws.of(np.repeat(joints, count)), internal.reshape(-1, w)
         theta, jacobians = laws.coefficients(x).reshape(j, count, -1), laws.jacobians(x).reshape(j, count, -1, w)

@@ -51,19 +51,19 @@ class CovarianceBudget:
         """Sum of all parts."""
         return np.asarray(sum(getattr(self, field.name) for field in fields(self)))
 
-    def terms(self, own: NDArray[np.int64], gain: Array) -> dict[str, Array]:
+    def terms(self, rows: NDArray[np.int64], gain: Array) -> dict[str, Array]:
         """Compute all terms for some coordinates by name, shape (k, k) each.
 
         Parameters
         ----------
-        own
+        rows
             Places of the coordinates, shape (k,).
         gain
             Standard deviations due to a gain common to all torques, shape (k,).
         """
-        found = {field.name.replace("_", " "): getattr(self, field.name)[np.ix_(own, own)] for field in fields(self)}
-        found["heterogeneity over folds"] = found.pop("heterogeneity")
-        return found | {"common gain": np.outer(gain, gain)}
+        terms = {field.name.replace("_", " "): getattr(self, field.name)[np.ix_(rows, rows)] for field in fields(self)}
+        terms["heterogeneity over folds"] = terms.pop("heterogeneity")
+        return terms | {"common gain": np.outer(gain, gain)}
 
 
 def covariance_budget(
@@ -98,7 +98,7 @@ def covariance_budget(
     )
 
 
-def through(fit: Fit, own: NDArray[np.int64]) -> Array:
+def through(fit: Fit, places: NDArray[np.int64]) -> Array:
     """Compute the share of a fit's covariance due to some coordinates b, C[:, b] C[b, b]^-1 C[b, :]."""
-    across = fit.covariance[own]
-    return np.asarray(across.T @ (inverse_of(across[:, own]) @ across)) if len(across) else 0 * fit.covariance
+    across = fit.covariance[places]
+    return np.asarray(across.T @ (inverse_of(across[:, places]) @ across)) if len(across) else 0 * fit.covariance

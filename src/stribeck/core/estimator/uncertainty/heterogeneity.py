@@ -46,11 +46,11 @@ def heterogeneity(whole: Statistics, parts: Sequence[Statistics], fit: Fit) -> H
     places, steps = np.arange(layout.size), _fold_steps(whole, parts, fit)
     model = layout.places("bodies", "rotors") if len(layout.places("bodies", "base_delay")) else places[:0]
     of_model = steps.ratio(np.intersect1d(steps.free, model))[0]
-    own = [np.intersect1d(steps.free, places[layout.joint(k)][free]) for k, free in enumerate(fit.laws.free)]
-    found, squares = np.array([steps.ratio(each) for each in own]).T
-    mean = float(found @ squares / max(squares.sum(), 1.0))
+    groups = [np.intersect1d(steps.free, places[layout.joint(k)][free]) for k, free in enumerate(fit.laws.free)]
+    ratios, squares = np.array([steps.ratio(group) for group in groups]).T
+    mean = float(ratios @ squares / max(squares.sum(), 1.0))
     covariance = len(parts) / (len(parts) - 1) * steps.steps @ steps.steps.T
-    return Heterogeneity(max(1.0, of_model), np.maximum(1.0, (found + mean) / 2), covariance)
+    return Heterogeneity(max(1.0, of_model), np.maximum(1.0, (ratios + mean) / 2), covariance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,12 +62,12 @@ class _FoldSteps:
     steps: Array
     prior: Array
 
-    def ratio(self, own: NDArray[np.int64]) -> tuple[float, float]:
+    def ratio(self, places: NDArray[np.int64]) -> tuple[float, float]:
         """Compute D of some coordinates, and the number of squares in this mean."""
-        block, folds = np.ix_(own, own), self.steps.shape[1]
-        known = np.eye(len(own)) - self.covariance[block] @ self.prior[block]
+        block, folds = np.ix_(places, places), self.steps.shape[1]
+        known = np.eye(len(places)) - self.covariance[block] @ self.prior[block]
         expected = float(np.trace(known) - np.sum(known * known.T) / folds)
-        squares = float(np.sum(self.steps[own] * (inverse_of(self.covariance[block]) @ self.steps[own])))
+        squares = float(np.sum(self.steps[places] * (inverse_of(self.covariance[block]) @ self.steps[places])))
         return (squares / expected, expected * folds) if expected > 0.5 else (1.0, 0.0)
 
 
@@ -76,12 +76,12 @@ def _fold_steps(whole: Statistics, parts: Sequence[Statistics], fit: Fit) -> _Fo
     values, size, friction = fit.values, fit.layout.size, fit.internal.size
     slopes = fit.pulled(np.stack([part.information @ values - part.right for part in parts], axis=1))
     free = np.append(~fit.at_bound.ravel() & fit.laws.free.ravel(), np.ones(size - friction, dtype=bool))
-    own = np.flatnonzero(free)
+    places = np.flatnonzero(free)
     covariance, steps = np.zeros((size, size)), np.zeros((size, len(parts)))
-    covariance[np.ix_(own, own)] = inverse_of(fit.curvature(whole)[np.ix_(own, own)])
-    steps[own] = covariance[np.ix_(own, own)] @ slopes[own]
+    covariance[np.ix_(places, places)] = inverse_of(fit.curvature(whole)[np.ix_(places, places)])
+    steps[places] = covariance[np.ix_(places, places)] @ slopes[places]
     prior = block_diag(np.diag(fit.laws.prior[1].ravel() ** -2.0), fit.model.precision)
-    return _FoldSteps(own, covariance, steps, prior)
+    return _FoldSteps(places, covariance, steps, prior)
 
 
 def solve_overdispersed(

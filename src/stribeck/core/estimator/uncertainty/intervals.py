@@ -53,31 +53,31 @@ def joint_coordinates(fit: WholeLogFit, joint: int) -> JointCoordinates:
     """Collect the coordinates of a joint."""
     inner, model, layout = fit.fit, fit.fit.model, fit.fit.layout
     has = np.flatnonzero(inner.laws.free[joint])
-    own, unit = layout.joint(joint).start + has, np.ones(len(has))
+    places, unit = layout.joint(joint).start + has, np.ones(len(has))
     parameters = tuple(inner.laws.parameters[k] for k in has)
     held = inner.at_bound[joint, has]
     if joint in layout.rotors:
         number = layout.rotors.index(joint)
-        own = np.append(own, layout.part("rotors").start + number)
-        unit = np.append(unit, model.scales[own[-1] - layout.part("bodies").stop])
+        places = np.append(places, layout.part("rotors").start + number)
+        unit = np.append(unit, model.scales[places[-1] - layout.part("bodies").stop])
         rotor = replace(ARMATURE, lower=0.0 - float(layout.armature[number]))
         parameters = (*parameters, rotor)
-        held = np.append(held, inner.x[own[-1]] * unit[-1] <= rotor.lower)
+        held = np.append(held, inner.x[places[-1]] * unit[-1] <= rotor.lower)
     logs = np.array([parameter.logarithmic for parameter in parameters])
     least = np.array([p.lower if p.name == ARMATURE.name else -np.inf for p in parameters])  # held almost there
-    values = np.maximum(to_external(inner.x[own], logs) * unit, least)
+    values = np.maximum(to_external(inner.x[places], logs) * unit, least)
     torques = np.array([parameter.unit.startswith(("N m", "kg m^2")) for parameter in parameters])
     gain = model.common_gain * np.where(torques, np.where(logs, 1.0, values), 0.0) / unit
-    return JointCoordinates(places=own, unit=unit, parameters=parameters, values=values, held=held, gain=gain)
+    return JointCoordinates(places=places, unit=unit, parameters=parameters, values=values, held=held, gain=gain)
 
 
 def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> JointFit:
-    own = joint_coordinates(fit, joint)
-    parameters, values, unit = own.parameters, own.values, own.unit
+    coordinates = joint_coordinates(fit, joint)
+    parameters, values, unit = coordinates.parameters, coordinates.values, coordinates.unit
     degrees = np.full(len(values), freedom)
     logs = np.array([parameter.logarithmic for parameter in parameters])
     bounds = np.array([(parameter.lower, parameter.upper) for parameter in parameters])
-    terms = fit.budget.terms(own.places, own.gain)
+    terms = fit.budget.terms(coordinates.places, coordinates.gain)
     covariance = np.sum(list(terms.values()), axis=0) * np.outer(unit, unit)
     deviation = np.sqrt(np.diag(covariance))
     shares = {name: np.diag(term) * unit**2 / deviation**2 for name, term in terms.items()}
@@ -90,7 +90,7 @@ def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> Joi
         covariance=covariance * np.outer(factor, factor),
         intervals=np.clip(intervals_95(values, deviation, degrees, logs), bounds[:, :1], bounds[:, 1:]),
         degrees_of_freedom=degrees,
-        at_bound=own.held | near_bound(parameters, values, deviation, units),
+        at_bound=coordinates.held | near_bound(parameters, values, deviation, units),
         rms=float(fit.residual_rms[joint]),
         samples=fit.read.whole.count // joints,
         blocks=len(fit.read.windows),

@@ -17,7 +17,7 @@ def shape_errors(fit: WholeLogFit) -> Array:
     """Compute standard errors of the coordinates of each body's shape, shape (L, 6)."""
     places = fit.fit.layout.places("bodies").reshape(-1, SIZE)
     slopes = _slopes(fit)[:, 4:]
-    covariance = np.array([fit.fit.covariance[np.ix_(own, own)] for own in places]).reshape(-1, SIZE, SIZE)
+    covariance = np.array([fit.fit.covariance[np.ix_(body, body)] for body in places]).reshape(-1, SIZE, SIZE)
     variances = np.einsum("lij,ljk,lik->li", slopes, covariance, slopes)
     return np.asarray(np.sqrt(variances))
 
@@ -35,10 +35,10 @@ def error_correlation(fit: WholeLogFit, names: tuple[str, ...]) -> ErrorCorrelat
     layout, bodies = fit.fit.layout, fit.fit.layout.bodies
     places, gain, labels = [], [], []
     for joint, name in enumerate(names):
-        own = joint_coordinates(fit, joint)
-        places += own.places.tolist()
-        gain += own.gain.tolist()
-        labels += [f"{name}.{parameter.name}" for parameter in own.parameters]
+        coordinates = joint_coordinates(fit, joint)
+        places += coordinates.places.tolist()
+        gain += coordinates.gain.tolist()
+        labels += [f"{name}.{parameter.name}" for parameter in coordinates.parameters]
     friction = len(places)
     places += layout.places("bodies").tolist()
     labels += [f"{body}.{coordinate}" for body in bodies for coordinate in BODY_COORDINATES]
@@ -53,11 +53,11 @@ def error_correlation(fit: WholeLogFit, names: tuple[str, ...]) -> ErrorCorrelat
 
 def _slopes(fit: WholeLogFit) -> Array:
     """Compute the derivatives of the bodies' log-Cholesky coordinates by the fit's coordinates, shape (L, 10, 10)."""
-    own = fit.bodies
+    bodies = fit.bodies
     h = 1e-5  # in prior standard deviations
     steps = h * np.eye(SIZE)
     columns = [
-        (fit.fit.model.bodies.log_cholesky(own + step) - fit.fit.model.bodies.log_cholesky(own - step)) / (2 * h)
+        (fit.fit.model.bodies.log_cholesky(bodies + step) - fit.fit.model.bodies.log_cholesky(bodies - step)) / (2 * h)
         for step in steps
     ]
     return np.stack(columns, axis=2)

@@ -51,19 +51,19 @@ def random_effect_covariance(
     effects = joints + len(root_turns)
     if not sample.effects or not sample.count:
         return np.zeros(effects), np.zeros_like(fit.covariance)
-    across, own, right = zip(*(sample.effects[gait] for gait in sorted(sample.effects)), strict=True)
+    across, inner, right = zip(*(sample.effects[gait] for gait in sorted(sample.effects)), strict=True)
     torques = np.arange(len(right) * len(right[0])) % effects < joints
     cross = fit.pulled(np.hstack(across))  # for all coordinates
-    gradient = np.hstack([fit.values @ each for each in across]) - np.concatenate(right)
+    gradient = np.hstack([fit.values @ columns for columns in across]) - np.concatenate(right)
     free = np.flatnonzero(~fit.at_bound.ravel() & fit.laws.free.ravel())  # friction, which explains what it can of them
     blocks, f = fit.laws.jacobians(fit.internal), sample.friction
     hessian = times_blocks(times_blocks(sample.information[:f, :f], blocks).T, blocks)[np.ix_(free, free)]
     hessian += np.diag(fit.laws.prior[1].ravel()[free] ** -2.0)
     explained = np.linalg.solve(hessian, cross[free][:, torques]).T
-    left = sample.information @ fit.values - sample.right
+    slope = sample.information @ fit.values - sample.right
     mean, deviation = fit.laws.prior
-    pull = fit.pulled(left[:, None])[:friction, 0] + ((fit.internal - mean) / deviation**2).ravel()
-    information = block_diag(*own)[np.ix_(torques, torques)] - explained @ cross[free][:, torques]
+    pull = fit.pulled(slope[:, None])[:friction, 0] + ((fit.internal - mean) / deviation**2).ravel()
+    information = block_diag(*inner)[np.ix_(torques, torques)] - explained @ cross[free][:, torques]
     variance = reml_variances(information, explained @ pull[free] - gradient[torques], joints)
     effect_std = np.clip(np.sqrt(variance), least, np.maximum(largest, least))
     effect_std = np.concatenate([effect_std, ROOT_EFFECT_FACTOR * root_turns])

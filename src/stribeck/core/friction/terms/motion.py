@@ -65,17 +65,17 @@ def _lag(velocity: Array, period: float | None, top_speed: float, travel: float)
 
 def beyond_velocity(values: Mapping[str, Any], motion: Mapping[str, Any]) -> Array:
     """Compute the friction of the terms beyond velocity [N m] from values and signals by name."""
-    found = np.zeros(motion["velocity"].shape)
+    friction = np.zeros(motion["velocity"].shape)
     for term in LADDER:
         if values.keys().isdisjoint(term.names) or any(motion.get(name) is None for name in term.settings):
             continue
         for name, column in zip(term.names, term.columns, strict=False):
-            own = values.get(name, 0.0) * evaluate(column, motion)
-            found = found + (np.nan_to_num(own) if term.over == "position" else own)
-    return found
+            torque = values.get(name, 0.0) * evaluate(column, motion)
+            friction = friction + (np.nan_to_num(torque) if term.over == "position" else torque)
+    return friction
 
 
 def drift(values: Mapping[str, float], velocity: Array) -> Array:
     """Compute the change of friction from the start of a log to its end [N m]."""
-    own = {name: values[name] for name in parameters_over("time") if name in values}
-    return beyond_velocity(own, signals(velocity, values.get("slope", JUMP), elapsed=1.0))
+    drifts = {name: values[name] for name in parameters_over("time") if name in values}
+    return beyond_velocity(drifts, signals(velocity, values.get("slope", JUMP), elapsed=1.0))

@@ -25,10 +25,10 @@ def _find(pilot: Any) -> list[Array]:
 def _best_travels(pilot: Any, travels: Array) -> Array:
     """Find the best of c travels, shape (c, n), with interpolation."""
     resolved = travels >= pilot.resolution
-    falls = np.where(resolved.T, pilot.falls("lag(travel)", [{"travel": each} for each in travels]), 0.0)
+    falls = np.where(resolved.T, pilot.falls("lag(travel)", [{"travel": travel} for travel in travels]), 0.0)
     places = np.arange(len(travels))
-    each = zip(falls, resolved.T, np.log(travels).T, strict=True)
-    return np.exp(np.array([np.interp(_best(*own[:2]), places, own[2]) for own in each], dtype=np.float64))
+    joints = zip(falls, resolved.T, np.log(travels).T, strict=True)
+    return np.exp(np.array([np.interp(_best(*joint[:2]), places, joint[2]) for joint in joints], dtype=np.float64))
 
 
 def _best(falls: Array, resolved: Array) -> float:
@@ -36,8 +36,8 @@ def _best(falls: Array, resolved: Array) -> float:
     best = int(np.argmax(falls))
     if not 0 < best < len(falls) - 1 or not resolved[best - 1]:
         return np.nan
-    before, here, after = falls[best - 1 : best + 2]
-    return best + 0.5 * float((before - after) / (before - 2 * here + after))
+    before, middle, after = falls[best - 1 : best + 2]
+    return best + 0.5 * float((before - after) / (before - 2 * middle + after))
 
 
 def _refuse(seen: Seen) -> str:

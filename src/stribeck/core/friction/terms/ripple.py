@@ -18,7 +18,7 @@ def _find(pilot: Any) -> list[Array]:
     decides whether a ripple exists.
     """
     joints = zip(pilot.position.T, pilot.score.T, pilot.information.T, pilot.speed.tolist(), strict=True)
-    return [np.array([_per_turn(*each) for each in joints])]
+    return [np.array([_per_turn(*joint) for joint in joints])]
 
 
 def _refuse(seen: Seen) -> str:
@@ -31,15 +31,15 @@ def _per_turn(position: Array, score: Array, known: Array, speed: float) -> floa
     At least two periods are required, because one would be a spring or gravity. Limits are 25 periods per second,
     because the window averages faster ones, and 300 per turn. A whole number is taken if it has nearly the most power.
     """
-    there = (known > 0) & np.isfinite(position)
-    span = float(np.ptp(position[there])) if there.any() else 0.0
+    mask = (known > 0) & np.isfinite(position)
+    span = float(np.ptp(position[mask])) if mask.any() else 0.0
     lowest, highest = 2 * np.pi * np.array([2 / max(span, 1e-9), 25 / max(speed, 1e-9)])
     highest = min(highest, 300.0)
-    if lowest >= highest or not score[there].any():
+    if lowest >= highest or not score[mask].any():
         return np.nan
-    known, place = known[there], position[there]
+    known, place = known[mask], position[mask]
     weights = known / known.sum()
-    torque = score[there] / known
+    torque = score[mask] / known
     torque -= weights @ torque
 
     def power(frequencies: Array) -> Array:

@@ -90,8 +90,8 @@ class Term:
 
 def evaluate(column: str, signals: Mapping[str, Any]) -> Array:
     """Compute a column from signals by name."""
-    found: Array = eval(column, {"__builtins__": {}}, signals)  # columns are constants  # nosec B307
-    return found
+    values: Array = eval(column, {"__builtins__": {}}, signals)  # columns are constants  # nosec B307
+    return values
 
 
 def linear(name: str, symbol: str, unit: str, lower: float = float("-inf")) -> Parameter:

@@ -151,11 +151,11 @@ def build(
     wrench_rest = rest[balance] = root.to_base.T @ (rest[balance] + terms.bias[:BASE])
 
     wanted = np.concatenate([*(task.wanted for task in tasks), wishes.wrenches[0]]) - rest[:asked]
-    own = np.concatenate([wishes.joints, *wishes.wrenches[1:]])
+    targets = np.concatenate([wishes.joints, *wishes.wrenches[1:]])
     weighted = weights.rows[:, None] * reduced[:asked]
     cost = reduced[:asked].T @ weighted
     cost.ravel()[:: m + 1] += weights.unknowns
-    gradient = -(wanted @ weighted) - weights.unknowns * own
+    gradient = -(wanted @ weighted) - weights.unknowns * targets
 
     size = len(cones[0])
     rows = np.zeros((size * len(cones) + len(reduced) - asked, m))

@@ -69,12 +69,12 @@ class StepAdjuster:
             return Shift(self._done + zmp * self._more, self._done + lead * self._more, self._done)
         if number != self._step:
             self._done, self._more, self._step = self._done + self._more, np.zeros(2), number
-        left = (1 - float(plan.progress[sample])) * plan.steps[number].kind.single_support
+        remainder = (1 - float(plan.progress[sample])) * plan.steps[number].kind.single_support
         if plan.progress[sample] < LAST and self._goes_on(number):
-            change = self._wanted(number, dcm - plan.dcm[sample] - self._done, left) - self._more
+            change = self._wanted(number, dcm - plan.dcm[sample] - self._done, remainder) - self._more
             self._more = self._more + np.clip(change, -SPEED * elapsed, SPEED * elapsed)
         _, lead = self._in_double_support(number + 1, 0.0)
-        ahead = lead * exp(-self.pulsation * left)
+        ahead = lead * exp(-self.pulsation * remainder)
         return Shift(self._done, self._done + ahead * self._more, self._done + self._more)
 
     def _goes_on(self, number: int) -> bool:
@@ -94,14 +94,14 @@ class StepAdjuster:
         row = round(100 * progress)
         return float(zmp[row, 0]), float(lead[row, 0])
 
-    def _wanted(self, number: int, error: Array, left: float) -> Array:
+    def _wanted(self, number: int, error: Array, remainder: float) -> Array:
         """Compute the extension of the step for an error of the DCM and the time until touchdown."""
         step, sole = self.plan.steps[number], self.soles[1 - self.plan.steps[number].foot]
         if np.abs(error).max() < LEFT * min(sole.half_length, sole.half_width):
             return np.zeros(2)
         cosine, sine = np.cos(step.stance.yaw), np.sin(step.stance.yaw)
         turn = np.array([[cosine, sine], [-sine, cosine]])  # into the standing foot's coordinates
-        growth = exp(self.pulsation * left)
+        growth = exp(self.pulsation * remainder)
         _, lead = self._in_double_support(number + 1, 0.0)
         reach = [(-REACH[0], REACH[0]), self._aside((turn @ (step.goal.place - step.stance.place))[1], sole)]
         wanted = np.zeros(2)

@@ -40,20 +40,20 @@ def find_corrections(
     modelled = dict(zip(robot.joint_names, robot.armature.tolist(), strict=True))
     armature = np.array([modelled.get(names[k], 0.0) for k in rotors])
     guessed = np.array([names[k] not in robot.known_rotors for k in rotors], dtype=bool)
-    own = dict(zip(robot.joint_names, command_delays, strict=False))
-    late = tuple(own[name][1] for name in names if name in own)
+    delays = dict(zip(robot.joint_names, command_delays, strict=False))
+    errors = tuple(delays[name][1] for name in names if name in delays)
     if settings.corrections == "none":
-        return lay_out({}, Layout(rotors=rotors, armature=armature, guessed=guessed, command_delays=late))
-    counts = {"torque_delay": int(not late), "wrenches": sum(calibration.WRENCH) * wrenches}
+        return lay_out({}, Layout(rotors=rotors, armature=armature, guessed=guessed, command_delays=errors))
+    counts = {"torque_delay": int(not errors), "wrenches": sum(calibration.WRENCH) * wrenches}
     if settings.corrections == "calibration":
-        counts |= {each.name: each.count(robot, names) for each in CORRECTIONS if each.count}
-        counts["base_delay"] *= not late
+        counts |= {correction.name: correction.count(robot, names) for correction in CORRECTIONS if correction.count}
+        counts["base_delay"] *= not errors
     bodies = list(robot.tree.model.names)[1:]
     layout = Layout(
         bodies=tuple(map(str, bodies)),
         floating=robot.base == "floating",
         inertial_parameters=inertial_parameters_of(robot),
-        command_delays=late,
+        command_delays=errors,
         rotors=rotors,
         armature=armature,
         guessed=guessed,
@@ -69,5 +69,5 @@ def inertial_parameters_of(robot: Robot) -> Array:
 
 def lay_out(counts: Mapping[str, int], layout: Layout) -> Layout:
     """Add the sizes of all corrections to a layout; `counts` are the sizes of sensor corrections by name."""
-    sizes = {each.name: each.size(layout) if each.size else counts.get(each.name, 0) for each in CORRECTIONS}
+    sizes = {entry.name: entry.size(layout) if entry.size else counts.get(entry.name, 0) for entry in CORRECTIONS}
     return replace(layout, sizes=sizes)

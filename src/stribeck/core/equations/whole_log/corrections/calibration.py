@@ -53,8 +53,8 @@ def _turned(log: RobotLog, robot: Robot, _: IntArray, tilt: Array) -> RobotLog:
 
 
 def _tilt_finding(_: Sequence[int], values: Array, errors: Array, __: Robot) -> Finding:
-    each = zip(np.rad2deg(values), 2 * np.rad2deg(errors), "xyz", strict=True)
-    sure = (f"{angle:.2g} ± {error:.1g}° about {axis}" for angle, error, axis in each if abs(angle) > 2 * error)
+    angles = zip(np.rad2deg(values), 2 * np.rad2deg(errors), "xyz", strict=True)
+    sure = (f"{angle:.2g} ± {error:.1g}° about {axis}" for angle, error, axis in angles if abs(angle) > 2 * error)
     return Finding.of("imu-tilt", angles=", ".join(sure))
 
 
@@ -82,28 +82,28 @@ def _base_delay_finding(_: Sequence[int], values: Array, __: Array, robot: Robot
 
 
 def _wrench_scales(priors: Priors, layout: Layout) -> Array:
-    own = np.repeat([priors.wrench_force, priors.wrench_moment, priors.wrench_gain], WRENCH)
-    return np.tile(own, layout.sizes["wrenches"] // len(own))
+    scales = np.repeat([priors.wrench_force, priors.wrench_moment, priors.wrench_gain], WRENCH)
+    return np.tile(scales, layout.sizes["wrenches"] // len(scales))
 
 
 def _wrench_columns(signals: Signals) -> Array:
     sensors, size = signals.layout.sizes["wrenches"] // sum(WRENCH), sum(WRENCH)
-    found = np.zeros((len(signals.state.position), len(signals.acting), sensors, size))
+    columns = np.zeros((len(signals.state.position), len(signals.acting), sensors, size))
     if signals.wrench is not None:
-        found[:, :6, signals.mode.sensor, :6], found[:, :6, signals.mode.sensor, 6] = np.eye(6), signals.wrench
-    return found.reshape(*found.shape[:2], -1)
+        columns[:, :6, signals.mode.sensor, :6], columns[:, :6, signals.mode.sensor, 6] = np.eye(6), signals.wrench
+    return columns.reshape(*columns.shape[:2], -1)
 
 
 CALIBRATION: tuple[Correction, ...] = (
     # Gains of torque sensors [1]. Their mean is one, because a common gain scales all friction.
     Correction(
         name="gains",
-        columns=lambda signals: signals.torque[:, None] * signals.own,
+        columns=lambda signals: signals.torque[:, None] * signals.torque_effects,
         scales=lambda priors, _: priors.torque_gain,
         count=lambda robot, names: sum(name in robot.joint_names for name in names),
         apply=_scaled,
         grouped=True,
-        describe=lambda found: {"torque_gain": {k: v for k, v in zip(found.joints, found.pairs, strict=False) if v[1]}},
+        describe=lambda fit: {"torque_gain": {k: v for k, v in zip(fit.joints, fit.pairs, strict=False) if v[1]}},
     ),
     # Zeros of encoders [rad].
     Correction(
@@ -116,7 +116,7 @@ CALIBRATION: tuple[Correction, ...] = (
         kind="zero",
         apart=True,
         finding=_zero_finding,
-        describe=lambda found: {"encoder_zero": dict(zip(found.encoders, found.pairs, strict=False))},
+        describe=lambda fit: {"encoder_zero": dict(zip(fit.encoders, fit.pairs, strict=False))},
     ),
     # Tilt of the base's orientation about the axes of the root link [rad].
     Correction(
@@ -132,9 +132,9 @@ CALIBRATION: tuple[Correction, ...] = (
     # Delay of all torques relative to the encoders [s]; a log is corrected by the total delay of the fit.
     Correction(
         name="torque_delay",
-        columns=lambda signals: -(signals.own @ signals.torque_rate[:, :, None]),
+        columns=lambda signals: -(signals.torque_effects @ signals.torque_rate[:, :, None]),
         scales=lambda priors, _: priors.torque_delay,
-        describe=lambda found: {"torque_delay": next(iter(found.pairs), None)},
+        describe=lambda fit: {"torque_delay": next(iter(fit.pairs), None)},
     ),
     # Delay of the base's orientation relative to the encoders [s].
     Correction(
@@ -145,12 +145,12 @@ CALIBRATION: tuple[Correction, ...] = (
         apply=_shifted,
         kind="base delay",
         finding=_base_delay_finding,
-        describe=lambda found: {"base_delay": next(iter(found.pairs), None)},
+        describe=lambda fit: {"base_delay": next(iter(fit.pairs), None)},
     ),
     # Delays of commands [s]. They were found before the fit, and only their errors matter.
     Correction(
         name="command_delays",
-        columns=lambda signals: signals.torque_rate[:, None] * signals.own,
+        columns=lambda signals: signals.torque_rate[:, None] * signals.torque_effects,
         scales=lambda _, layout: CONSIDERED * np.array(layout.command_delays),
         size=lambda layout: len(layout.command_delays),
     ),

@@ -20,7 +20,7 @@ from stribeck.core.settings import Priors
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Layout:
-    """Corrections of a log, and named slices of the parameter vector; only this class computes offsets.
+    """Corrections of a log, and named slices of the parameter vector, whose offsets `places` and `part` compute.
 
     Friction comes first, joint by joint with `per_joint` entries each, then the corrections. The order is the same for
     coordinates and for the values that enter the equations linearly. `lay_out` makes a layout without friction.
@@ -121,7 +121,7 @@ class Signals:
         return self.mode.on_rows(self.on_joints)
 
     @property
-    def own(self) -> Array:
+    def torque_effects(self) -> Array:
         """Effect of the joints' torques on the rows, shape (rows, n)."""
         return self.acting[:, : len(self.mode.joints)]
 
@@ -138,8 +138,8 @@ class Signals:
         """Derivatives by the bodies' inertial parameters, shape (K, rows, 10 bodies)."""
         mode, loops = self.mode, self.mode.robot.loops
         rows = np.arange(len(mode.rooted.order)) if loops else mode.rows
-        found = inertia_regressors(mode.robot, mode.rooted, rows, self.state, self.root)
-        return mode.used(self.state.position, found) if loops else found
+        regressors = inertia_regressors(mode.robot, mode.rooted, rows, self.state, self.root)
+        return mode.used(self.state.position, regressors) if loops else regressors
 
     @cached_property
     def by_angles(self) -> Array:

@@ -20,13 +20,13 @@ BODIES = Correction(
 def _by_payloads(signals: Signals) -> Array:
     """Select the derivatives by the payloads' parameters in their links' frames, zero of absent ones."""
     robot, rows = signals.mode.robot, signals.by_inertia.shape[:2]
-    found = np.zeros((*rows, len(robot.payloads), SIZE))
+    derivatives = np.zeros((*rows, len(robot.payloads), SIZE))
     for k, payload in enumerate(robot.payloads):
         frame = robot.tree.model.frames[robot.tree.model.getFrameId(payload.link)]
         if signals.carried[k]:
-            own = signals.by_inertia[:, :, SIZE * (frame.parentJoint - 1) : SIZE * frame.parentJoint]
-            found[:, :, k] = own @ carried(frame.placement.homogeneous)
-    return found.reshape(*rows, -1)
+            block = signals.by_inertia[:, :, SIZE * (frame.parentJoint - 1) : SIZE * frame.parentJoint]
+            derivatives[:, :, k] = block @ carried(frame.placement.homogeneous)
+    return derivatives.reshape(*rows, -1)
 
 
 def _payload_scales(_: Priors, layout: Layout) -> Array:
@@ -53,15 +53,15 @@ def _log_scales(_: Priors, layout: Layout) -> Array:
     return np.tile(np.repeat([1.0, *2 * [FRICTION_OF_LOGS]][:effects], joints), contrasts)
 
 
-def _describe_offsets(found: Found) -> dict[str, dict[str, tuple[float, ...]]]:
-    offsets = effects_of_logs(found.layout, found.values)[:1].sum(axis=0).T.tolist()
-    return {"log_offsets": {joint: tuple(own) for joint, own in zip(found.joints, offsets, strict=False)}}
+def _describe_offsets(fit: Found) -> dict[str, dict[str, tuple[float, ...]]]:
+    offsets = effects_of_logs(fit.layout, fit.values)[:1].sum(axis=0).T.tolist()
+    return {"log_offsets": {joint: tuple(offset) for joint, offset in zip(fit.joints, offsets, strict=False)}}
 
 
 def effects_of_logs(layout: Layout, contrasts: Array) -> Array:
     """Convert contrasts to the difference of each log's effects from their mean, shape (effects, logs, joints)."""
-    own = contrasts.reshape(layout.log_effects).transpose(1, 0, 2)
-    return np.asarray(contrasts_of_logs(layout.log_effects[0] + 1).T @ own)
+    effects = contrasts.reshape(layout.log_effects).transpose(1, 0, 2)
+    return np.asarray(contrasts_of_logs(layout.log_effects[0] + 1).T @ effects)
 
 
 def contrasts_of_logs(logs: int) -> Array:
