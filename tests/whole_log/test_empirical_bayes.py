@@ -1,13 +1,11 @@
 """What is believed beforehand is what the log shows: of the model's errors, and of what joints have in common."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from tests.whole_log.synthetic import make_laws, make_model, no_fit, statistics
 
 from stribeck.core.base.typing import Array
-from stribeck.core.estimator.solver.elimination import best_starts, blocks, cost_of, solve, with_other_starts
+from stribeck.core.estimator.solver.elimination import best_starts, blocks, solve
 from stribeck.core.estimator.solver.empirical_bayes import (
     group_mean_covariance,
     learn_group_prior,
@@ -133,16 +131,3 @@ def test_a_joint_without_information_has_the_uncertainty_of_the_group() -> None:
     assert fit.covariance[3, 3] == pytest.approx(prior_std**2, rel=0.01)
     assert added[0, 3] == pytest.approx(prior_std**2 / (JOINTS - 1), rel=0.05)  # that of the others' mean
     assert added[1:, 3].max() < 0.01 * added[0, 3]  # which know their own
-
-
-def test_a_curve_that_lost_its_stribeck_effect_gets_it_back() -> None:
-    known = measured(*moving(), noise=0.3 * NOISE)
-    best = solve(known, best_of(known))
-    internal = best.internal.copy()
-    internal[4, 2:4] = 0.0, np.log(3.0)
-    values = np.concatenate([LAWS.coefficients(internal).ravel(), best.corrections])
-    lost = replace(best, internal=internal, chi_square=known.chi_square(values))
-    found = with_other_starts(known, lost)
-    assert cost_of(found) == pytest.approx(cost_of(best), abs=0.01)
-    assert LAWS.external(found.internal)[4] == pytest.approx(moving()[1][4], rel=0.2, abs=0.01)
-    assert found.internal == pytest.approx(best.internal, abs=5e-3)

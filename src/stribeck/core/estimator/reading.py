@@ -19,7 +19,7 @@ from stribeck.core.estimator.model.basis import Basis, make_basis
 from stribeck.core.estimator.model.laws import Laws
 from stribeck.core.estimator.model.terms import NO_TERM, Columns, Terms
 from stribeck.core.estimator.model.unexplained import Unexplained, find_terms
-from stribeck.core.estimator.solver.elimination import best_of_linear, blocks, eliminate, solve, with_other_starts
+from stribeck.core.estimator.solver.elimination import best_of_linear, blocks, eliminate, solve
 from stribeck.core.estimator.solver.fit import Fit
 from stribeck.core.estimator.solver.pilot import (
     LINEAR,
@@ -241,4 +241,4 @@ def _first_fit(known: Statistics, laws: Laws, pilot: Pilot) -> Fit:
         chi_square=0.0,
         converged=False,
     )
-    return with_other_starts(known, solve(known, start))
+    return solve(known, start)

@@ -210,35 +210,11 @@ def _cost(
     return 0.5 * float(statistics.chi_square(values) + _prior_share(laws, model, x, u))
 
 
-def cost_of(fit: Fit) -> float:
-    """Compute half of chi^2, with the prior's share."""
-    return 0.5 * float(fit.chi_square + _prior_share(fit.laws, fit.model, fit.internal, fit.corrections))
-
-
 def _prior_share(laws: Laws, model: ModelCorrections, x: Array, u: Array) -> float:
     """Compute the prior's part of chi^2 at internal coordinates x of the laws, and u of the corrections."""
     mean, deviation = laws.prior
     off = u - model.prior_mean
     return float(np.sum(((x - mean) / deviation) ** 2) + off @ model.precision @ off)
-
-
-def with_other_starts(statistics: Statistics, fit: Fit) -> Fit:
-    """Try other starts for each joint with all else fixed, and return the best fit.
-
-    Some minima have no gradient towards a better one: without a Stribeck effect, for example, the Stribeck velocity
-    has no effect on the curve.
-    """
-    system, laws = eliminate(statistics, fit.model, fit.corrections), fit.laws
-    theta = laws.coefficients(fit.internal)
-    information = blocks(system.information, len(theta))
-    others = (system.information @ theta.ravel()).reshape(theta.shape) - (information @ theta[:, :, None])[:, :, 0]
-    right = system.right.reshape(theta.shape) - others
-    internal, costs = best_starts(laws, information, right)
-    better = costs < EachJoint(laws, information, right).costs(fit.internal) - 0.05  # less: the same minimum
-    if not better.any():
-        return fit
-    other = solve(statistics, replace(fit, internal=np.where(better[:, None], internal, fit.internal)))
-    return min(fit, other, key=cost_of)
 
 
 def best_starts(laws: Laws, information: Array, right: Array) -> tuple[Array, Array]:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from stribeck.core.base.typing import Array
 from stribeck.core.equations.constants import ROUNDS
 from stribeck.core.estimator.model.laws import Laws
-from stribeck.core.estimator.solver.elimination import solve, with_other_starts
+from stribeck.core.estimator.solver.elimination import solve
 from stribeck.core.estimator.solver.fit import Fit
 from stribeck.core.estimator.solver.statistics import Statistics
 
@@ -27,18 +27,11 @@ PSEUDO_COUNT = 0.03
 
 
 def solve_with_empirical_bayes(statistics: Statistics, fit: Fit) -> Fit:
-    """Fit with priors by empirical Bayes.
-
-    A joint may be in a local minimum that was as good as others without the common prior, but is far from the other
-    joints. Therefore all joints try their other starts once they share the prior.
-    """
+    """Fit with priors by empirical Bayes."""
     fit = solve(statistics, fit)
     for _ in range(ROUNDS + 1):
-        first = fit.laws.group_prior is None
         model = fit.model.learned(fit.corrections, fit.model_variance)
         fit = solve(statistics, replace(fit, laws=learn_group_prior(fit), model=model))
-        if first:
-            fit = with_other_starts(statistics, fit)
     return fit
 
 
