@@ -15,10 +15,6 @@ from stribeck.core.equations.weak_equations import WeakEquations
 from stribeck.core.estimator.noise.likelihood import Groups
 from stribeck.core.estimator.noise.variance_components import VarianceComponents, means
 
-INCONSISTENT = 20.0
-"""Chi^2 per equation relative to consistent segments, from which a segment is rejected [1]; undisturbed ones reach
-17."""
-
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
@@ -63,15 +59,6 @@ class Prediction:
             near = means(slopes, windows)[far]
             variance[far] += np.sum((near @ self.covariance) * near, axis=1)
         return np.asarray(size / np.sqrt(variance))
-
-    def explains(self, product: Array, count: int) -> bool:
-        """Check whether the prediction explains a segment, from the product of its whitened rows and their number.
-
-        The rows come from `set_aside`. A disturbance of all windows, each below an outlier, shows in their sum.
-        """
-        information, right = product[: len(self.values), : len(self.values)], product[: len(self.values), -1]
-        square = float(product[-1, -1] + self.values @ (information @ self.values - 2 * right))
-        return square < INCONSISTENT * (count + float(np.sum(information * self.covariance)))
 
 
 def without_outliers(parts: Sequence[tuple[Groups, Array]], components: VarianceComponents) -> list[Groups]:

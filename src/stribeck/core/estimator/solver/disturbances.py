@@ -9,10 +9,13 @@ from stribeck.core.base.typing import Array
 from stribeck.core.equations.constants import MOST_ROUNDS, ROUNDS
 from stribeck.core.estimator.model.corrections import ModelCorrections
 from stribeck.core.estimator.noise.likelihood import Groups
-from stribeck.core.estimator.noise.outliers import INCONSISTENT, without_outliers
+from stribeck.core.estimator.noise.outliers import without_outliers
 from stribeck.core.estimator.noise.variance_components import VarianceComponents
 from stribeck.core.estimator.solver.linear_fit import LinearModel, held_out, product_of, products_of, residuals
 
+INCONSISTENT = 20.0
+"""Chi^2 per equation relative to consistent segments, from which a segment is rejected [1]; undisturbed ones reach
+17."""
 WORSE = 10.0
 """Chi^2 per equation of undisturbed segments, predicted from all others, from which disturbances are sought, and its
 ratio to the prediction without the disturbed ones [1]. Undisturbed logs reach a ratio of 6, payloads start at 60."""

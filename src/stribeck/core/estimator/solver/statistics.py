@@ -167,8 +167,6 @@ def _of(
     part = prediction.set_aside(part, design)
     product = _weighed(part, by_joint, design, make_whitener(part, prediction.components))
     count = int(part.used.sum()) * part.residual.shape[1]
-    if not prediction.explains(product, count):
-        part, count, product = replace(part, set_aside=np.ones(len(part.time), dtype=bool)), 0, 0 * product
     effects = (product[:size, size:-1], product[size:-1, size:-1], product[size:-1, -1])
     statistics = Statistics(
         friction=joints * columns.per_joint,
