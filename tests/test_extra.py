@@ -27,6 +27,6 @@ def test_a_package_adds_a_reader_a_law_and_a_target(tmp_path: Path) -> None:
         subprocess.run([sys.executable, "-m", "stribeck", *arguments], cwd=tmp_path, check=True, env=os.environ | found)
 
     run("identify", "log.txt", "-r", "robot.toml", "--law", "quadratic", "-o", "out", "-q")
-    assert set(read_result(tmp_path / "out/result.json").joints["elbow"].values) >= {"coulomb", "drag"}
+    assert set(read_result(tmp_path / "out").joints["elbow"].values) >= {"coulomb", "drag"}
     run("export", "out", "-r", "robot.toml", "--to", "names", "-o", "names.txt", "-q")
     assert (tmp_path / "names.txt").read_text() == "shoulder elbow slide"

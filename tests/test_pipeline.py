@@ -9,7 +9,6 @@ import pytest
 from tests.arm import TRUTH, arm_log, save_npz, write_arm
 
 import stribeck.core.equations.friction_torque.inverse_dynamics
-import stribeck.core.equations.friction_torque.thinning
 from stribeck import Robot, Settings, identify, inspect_log, plan, read_log, read_result, write_report
 from stribeck.core.errors import LogError, SettingsError
 from stribeck.core.friction import get_law
@@ -130,6 +129,7 @@ def test_a_log_read_without_the_robot_is_refused_where_its_settings_matter(tmp_p
     result = identify(path, robot, method="curve-fit")
     assert all(joint.verdict == "identified" for joint in result.joints.values())
     raw = read_log(path)
+    np.testing.assert_array_equal(read_log(path, robot.path).torque, -raw.torque)
     for run in (identify, inspect_log, lambda log, robot: replay(log, robot, robot.model_path)):
         with pytest.raises(LogError, match=r"log.npz: was read without the robot.*pass the robot to read_log"):
             run(raw.between(0.0, 10.0), robot)

@@ -207,7 +207,7 @@ class Result:
 
 
 def read_result(path: str | Path) -> Result:
-    """Read a result.json.
+    """Read a result.json, or the one in an output folder of `stribeck identify`.
 
     Raises
     ------
@@ -216,10 +216,11 @@ def read_result(path: str | Path) -> Result:
 
     Examples
     --------
-    >>> read_result("out/result.json") == result
+    >>> read_result("out") == result
     True
     """
-    text = read_text(Path(path), "a result.json", SettingsError)
+    path = Path(path, "result.json") if Path(path).is_dir() else Path(path)
+    text = read_text(path, "a result.json", SettingsError)
     try:
         document = from_json(text)
         json.dumps(document, allow_nan=False)  # JSON has no infinity or NaN
@@ -232,8 +233,7 @@ def read_result(path: str | Path) -> Result:
         raise SettingsError(f"{path}: contains the number {largest:.3g}; expected numbers up to {LARGEST:g}")
     try:
         corrections = document.get("corrections")
-        if isinstance(corrections, dict) and "correlations" in corrections:  # written by earlier versions
-            del corrections["correlations"]
+        if isinstance(corrections, dict) and corrections.pop("correlations", ...) is not ...:  # of earlier versions
             text = json.dumps(document)
         content: dict[str, Any] = {**TypeAdapter(_Document).validate_json(text, strict=True)}
         del content["warnings"]  # the findings as text

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 @np.errstate(over="ignore", invalid="ignore")  # damaged numbers may overflow; `regularise` removes such rows
-def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
+def read_log(path: str | Path, robot: Robot | str | Path | None = None) -> RobotLog:
     """Read a log.
 
     Parameters
@@ -36,7 +36,8 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
         A `.npz`, `.h5`, `.mat`, `.csv`, `.parquet`, `.mcap` or `.bag` file, or the folder of a rosbag2, of a LeRobot
         dataset or of tables.
     robot
-        Robot whose joint order and `[log]` settings are applied. If None, all joints of the log are read.
+        Robot, or the path of its robot file, whose joint order and `[log]` settings are applied. If None, all joints of
+        the log are read.
 
     Returns
     -------
@@ -50,6 +51,8 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
         If the file cannot be read, or lacks joints of the robot.
     SettingsError
         If a setting of `[log]` is not valid for its channel.
+    RobotFileError
+        If the robot file cannot be used.
 
     Examples
     --------
@@ -59,10 +62,10 @@ def read_log(path: str | Path, robot: Robot | None = None) -> RobotLog:
     >>> log.torque.shape
     (12000, 3)
     """
-    path = Path(path)
+    path, machine = Path(path), _robot_of(robot)
     opener = choose_opener(path)
-    table, where = _check_settings(robot, csv=opener is open_csv)
-    return _read(opener(path, table), robot, table, where, str(path))
+    table, where = _check_settings(machine, csv=opener is open_csv)
+    return _read(opener(path, table), machine, table, where, str(path))
 
 
 def read_stream(path: Path, robot: Robot, seconds: float) -> Iterator[RobotLog]:
@@ -85,6 +88,15 @@ def read_frame(frame: object, robot: Robot | None = None) -> RobotLog:
     """Read a log from a table in memory: `RobotLog.from_frame`."""
     table, where = _check_settings(robot, csv=False)
     return _read(source_of_columns(table_of_frame(frame), table), robot, table, where, "")
+
+
+def _robot_of(robot: Robot | str | Path | None) -> Robot | None:
+    """Read a robot file, if a path is given."""
+    if not isinstance(robot, str | Path):
+        return robot
+    from stribeck.core.robot import Robot  # Pinocchio is slow to import
+
+    return Robot.from_file(robot)
 
 
 def _check_settings(robot: Robot | None, *, csv: bool) -> tuple[LogTable, str]:
