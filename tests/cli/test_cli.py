@@ -21,7 +21,7 @@ from tests.exporters.found import found_in
 from tests.report.conftest import build_result
 from tests.result.made import point
 
-from stribeck import Robot, identify
+from stribeck import Robot, Settings, identify
 from stribeck.app.cli import console, main
 from stribeck.app.cli.app import app
 from stribeck.app.cli.options import FORMATS, LAW_NAMES, METHOD_NAMES
@@ -262,7 +262,9 @@ def test_an_interrupted_run_leaves_nothing(stop: signal.Signals, arm: Path, long
     assert os.listdir(tmp_path) == []
 
 
-def test_the_help_names_every_law_method_and_format() -> None:
+def test_the_help_names_every_law_method_and_format(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("identify", "--help") == 0
+    assert f"[default: {Settings().method}, or as" in " ".join(capsys.readouterr().out.split())
     assert set(LAW_NAMES) == {*LAWS, *LAWS_WITH_STATE, AUTO}
     assert set(METHOD_NAMES) == set(METHODS)
     assert set(FORMATS) == set(TARGETS)

@@ -174,8 +174,10 @@ def explain(
     typer.echo("\n".join(explanation_names()) if name is None else explanation(name))
 
 
-for name, function in Parts[Callable[..., None]]("stribeck.commands").items():
-    app.command(name, cls=options.Command)(function)
+commands = Parts[Callable[..., None]]("stribeck.commands")
+usual = ["init", "inspect", "identify", "export", "compare", "plan", "replay", "convert", "fleet", "trends", "rehearse"]
+for name in dict.fromkeys([*usual, "watch", "simulate", "demo", "explain", *commands]):
+    app.command(name, cls=options.Command)(commands[name])
 
 
 def run() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -43,7 +44,7 @@ def robot_option(text: str) -> Any:
     return option("FILE", text, "--robot", "-r")
 
 
-def _choice(metavar: str, text: str, names: tuple[str, ...], default: str = "", *flags: str) -> Any:
+def _choice(metavar: str, text: str, names: Sequence[str], default: str = "", *flags: str) -> Any:
     """Build an option whose help and completion list its values; `default` applies without a robot file's entry."""
     text += f": {', '.join(names)}." + f"  [default: {default}, or as in the robot file]" * bool(default)
     return option(metavar, text, *flags, autocompletion=lambda: names)
@@ -67,10 +68,8 @@ Set = Annotated[
 ]
 LAW_NAMES = (*Parts[object]("stribeck.laws"), *Parts[object]("stribeck.laws_with_state"), "auto")
 METHOD_NAMES = tuple(Parts[object]("stribeck.methods"))
-FORMATS = (
-    *("mjcf", "urdf", "drake", "c", "python", "yaml", "table", "isaaclab", "mjlab", "pinocchio", "bam", "usd"),
-    *Parts[object]("stribeck.targets"),
-)
+FORMATS = ["mjcf", "urdf", "drake", "c", "python", "yaml", "table", "isaaclab", "mjlab", "pinocchio", "bam", "usd"]
+FORMATS += Parts[object]("stribeck.targets")
 Force = Annotated[bool, typer.Option("--force", help="Continue although the audit found a fatal error.")]
 From = Annotated[float | None, option("SECONDS", "Start of the used part of each log.", "--from")]
 To = Annotated[float | None, option("SECONDS", "End of the used part of each log.", "--to")]
@@ -79,7 +78,7 @@ Exclude = Annotated[
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Overwrite existing outputs.")]
 Law = Annotated[str | None, _choice("NAME", "Friction law", LAW_NAMES, "auto")]
-Method = Annotated[str | None, _choice("NAME", "Estimation method", METHOD_NAMES, METHOD_NAMES[0])]
+Method = Annotated[str | None, _choice("NAME", "Estimation method", METHOD_NAMES, "whole-log")]
 Format = Annotated[str, _choice("FORMAT", "Format", FORMATS)]
 Samples = Annotated[int | None, option("N", "Draw N models from the uncertainty of the result.")]
 Ranges = Annotated[bool, typer.Option("--ranges", help="Write 95 % ranges for domain randomization.")]

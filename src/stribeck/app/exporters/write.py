@@ -254,10 +254,8 @@ def _request(result: Result, robot: Robot, path: Path, target: str, choice: File
 
 def _text(target: str, request: Request) -> str:
     """Format the file of a target: a robot's model, or a template."""
-    of_package = TARGETS[target].text
-    if of_package:
-        return of_package(request)
-    return MODELS[target](request) if target in MODELS else file_text(f"{target}{TARGETS[target].suffix}", request)
+    text = TARGETS[target].text or MODELS.get(target)
+    return text(request) if text else file_text(f"{target}{TARGETS[target].suffix}", request)
 
 
 def _check(result: Result, robot: Robot, path: Path, models: Collection[str] = (), target: str = "") -> None:
