@@ -276,7 +276,7 @@ def _curve_at(joint: JointResult, speeds: Array, load: float) -> list[ParameterE
     """Evaluate a joint's friction curve at speeds within it, under a load [N m]; its relative error is interpolated."""
     known = np.array([(point.velocity, point.value, point.half_width) for point in joint.curve])
     before, error = (np.interp(speeds, known[:, 0], known[:, k]) for k in (1, 2))
-    law = get_law(joint.law) if joint.law in {**LAWS, **LAWS_WITH_STATE, AUTO: None} else None
+    law = get_law(joint.law) if joint.law in (*LAWS, *LAWS_WITH_STATE, AUTO) else None
     values = law_values(law, joint.values, load) if law else None
     friction = before if law is None or values is None else law.resisting(speeds, values)
     halves = error * (np.abs(friction) / np.maximum(np.abs(before), 1e-9 * np.abs(friction) + np.finfo(float).tiny))

@@ -24,8 +24,8 @@ def get_law(name: str) -> FrictionLaw:
     """
     if name == AUTO:
         return AutoLaw()
-    laws = {**LAWS, **LAWS_WITH_STATE}
+    laws = LAWS if name in LAWS else LAWS_WITH_STATE
     if name not in laws:
-        names = sorted([*laws, AUTO])
+        names = sorted([*LAWS, *LAWS_WITH_STATE, AUTO])
         raise SettingsError(f"law: found '{name}', expected one of {', '.join(names)}{did_you_mean(name, names)}")
     return laws[name]()
