@@ -1,9 +1,9 @@
-"""Freeze what logs give, results and arrays as read, and print the numbers that differ.
+"""Freeze the results and arrays of logs, and print the numbers that differ.
 
     python -m studies.golden [--write] [CASE ...]
 
-A change of the code's structure moves no number. With STRIBECK_EVERYDAY and STRIBECK_REAL_LOGS, logs of others are
-compared, too. `--write` freezes the present numbers; the commit says which of them moved, and why.
+A change of the code's structure moves no number. With STRIBECK_EVERYDAY and STRIBECK_REAL_LOGS, everyday logs
+and real robots are compared, too. `--write` freezes the present numbers; the commit says which of them moved, and why.
 """
 
 import argparse
@@ -73,14 +73,14 @@ def written(write: Callable[..., object], folder: Path, **settings: Any) -> File
     return [folder / "log.npz"], folder / "robot.toml"
 
 
-def everyday_folder(of: str) -> Path:
+def everyday_folder(name: str) -> Path:
     """Find the folder of an everyday log."""
-    return Path(os.environ["STRIBECK_EVERYDAY"]) / of
+    return Path(os.environ["STRIBECK_EVERYDAY"]) / name
 
 
-def shared(find: Callable[[str], Path], of: str, log: str, _: Path) -> Files:
+def shared(find: Callable[[str], Path], name: str, log: str, _: Path) -> Files:
     """Find an everyday log, or the log of a real robot."""
-    folder = find(of)
+    folder = find(name)
     return [folder / f"{log}.npz"], folder / "robot.toml"
 
 
@@ -130,26 +130,26 @@ def digest(array: np.ndarray) -> list[object]:
 
 def of_result(result: Result) -> dict[str, Any]:
     """List the numbers, verdicts and findings of a result."""
-    told = json.loads(replace(result, evidence=None).to_json())
-    joints = told["joints"] | told.get("couplings", {})
+    document = json.loads(replace(result, evidence=None).to_json())
+    joints = document["joints"] | document.get("couplings", {})
     kept = ("verdict", "reason", "torque_r2", "validation")
-    corrections = told.get("corrections") or {}
+    corrections = document.get("corrections") or {}
     corrections.pop("correlation", None)
     corrections["bodies"] = {name: list(body.values())[:3] for name, body in corrections.get("bodies", {}).items()}
     return {
         "joints": {
             name: {key: joint.get(key) for key in kept}
-            | {key: list(own.values())[:2] for key, own in joint["parameters"].items()}
+            | {key: list(estimate.values())[:2] for key, estimate in joint["parameters"].items()}
             | {"curve": [list(point.values())[1:3] for point in joint["curve"]]}
             for name, joint in joints.items()
         },
         "corrections": corrections,
-        "findings": [finding["text"] for finding in told.get("findings", [])],
+        "findings": [finding["text"] for finding in document.get("findings", [])],
     }
 
 
 def differences(before: object, now: object, tolerance: float, place: str = "") -> Iterator[str]:
-    """Name all places where numbers differ by more than a share of their size, or other values differ."""
+    """List the places where numbers differ by more than a share of their size, or other values differ."""
     if isinstance(before, dict) and isinstance(now, dict):
         for key in dict.fromkeys([*before, *now]):
             yield from differences(before.get(key), now.get(key), tolerance, f"{place} / {key}")
@@ -170,15 +170,15 @@ def read() -> dict[str, Any]:
 
 
 def main() -> int:
-    """Compare or freeze all cases whose logs are there; return 1 if a number differs."""
+    """Compare or freeze all cases with available logs; return 1 if a number differs."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--write", action="store_true", help="freeze the present numbers")
     parser.add_argument("cases", nargs="*", metavar="CASE")
     options = parser.parse_args()
     cases = dict(CASES)
     everyday, real = "STRIBECK_EVERYDAY" in os.environ, "STRIBECK_REAL_LOGS" in os.environ
-    cases |= {of: partial(shared, everyday_folder, of, log) for of, log in EVERYDAY.items() if everyday}
-    cases |= {of: partial(shared, real_robot, of, log) for of, log in REAL.items() if real}
+    cases |= {name: partial(shared, everyday_folder, name, log) for name, log in EVERYDAY.items() if everyday}
+    cases |= {name: partial(shared, real_robot, name, log) for name, log in REAL.items() if real}
     before = read() if FILE.exists() else {}
     count = 0
     for name in options.cases or cases:

@@ -23,8 +23,8 @@ def test_a_package_adds_a_reader_a_law_and_a_target(tmp_path: Path) -> None:
     arm_log(robot, 8.0, 250.0).to_frame().to_csv(tmp_path / "log.txt", index=False)
 
     def run(*arguments: str) -> None:
-        found = {"PYTHONPATH": str(tmp_path / "site")}
-        subprocess.run([sys.executable, "-m", "stribeck", *arguments], cwd=tmp_path, check=True, env=os.environ | found)
+        path = {"PYTHONPATH": str(tmp_path / "site")}
+        subprocess.run([sys.executable, "-m", "stribeck", *arguments], cwd=tmp_path, check=True, env=os.environ | path)
 
     run("identify", "log.txt", "-r", "robot.toml", "--law", "quadratic", "-o", "out", "-q")
     assert set(read_result(tmp_path / "out").joints["elbow"].values) >= {"coulomb", "drag"}

@@ -1,6 +1,6 @@
 """Whole-body joint friction of legged robots and arms, from the logs they already record.
 
-Public names are imported at first use to keep `import stribeck` fast. Rooms are described in the README.md of each.
+Public names are imported at first use to keep `import stribeck` fast. Each room has a README.md.
 """
 
 import sys

@@ -1,27 +1,44 @@
-"""Old names of modules, from before there were rooms: `stribeck.online` is `stribeck.service.online`."""
+"""Old names of modules: `import stribeck.online` imports `stribeck.service.online`."""
 
 from importlib import import_module
 from importlib.machinery import ModuleSpec
 from types import ModuleType
 
-_ROOMS = {
-    **dict.fromkeys(("errors", "settings", "friction", "robot", "log", "result", "judgement"), "core"),
-    **dict.fromkeys(("log.readers", "log.writers"), "io"),
-    **dict.fromkeys(("audit", "drives", "init", "inspection"), "check"),
-    **dict.fromkeys(("cli", "report", "exporters"), "app"),
-    **dict.fromkeys(("fleet", "online"), "service"),
+_NAMES = {
+    "errors": "core.errors",
+    "settings": "core.settings",
+    "friction": "core.friction",
+    "robot": "core.robot",
+    "log": "core.log",
+    "log.readers": "io.readers",
+    "log.writers": "io.writers",
+    "contact": "core.dynamics.contact",
+    "friction_torque": "core.equations.friction_torque",
+    "friction_torque.observer": "paper.observer",
+    "whole_log": "core.estimator",
+    "judgement": "core.judgement",
+    "methods": "core.identify",
+    "pipeline": "core.identify.pipeline",
+    "result": "core.result",
+    "result.compare": "app.comparison",
+    "audit": "check.audit",
+    "drives": "check.drives",
+    "init": "check.init",
+    "inspection": "check.inspection",
+    "cli": "app.cli",
+    "report": "app.report",
+    "exporters": "app.exporters",
+    "fleet": "service.fleet",
+    "online": "service.online",
 }
-_NAMES = {old: f"{room}.{old.removeprefix('log.') if room == 'io' else old}" for old, room in _ROOMS.items()}
-_NAMES |= {"result.compare": "app.comparison", "friction_torque": "core.equations.friction_torque"}
-_NAMES |= {"friction_torque.observer": "paper.observer", "pipeline": "core.identify.pipeline"}
-_NAMES |= {"methods": "core.identify", "whole_log": "core.estimator", "contact": "core.dynamics.contact"}
+"""Old name of a module -> its name, both below `stribeck`."""
 
 
 class MovedModules:
     """Finder and loader of modules by their old names; both names stand for one module."""
 
     def find_spec(self, name: str, *_: object) -> ModuleSpec | None:
-        """Find an old name."""
+        """Find a module by its old name."""
         old = name.removeprefix("stribeck.")
         for head in sorted(_NAMES, key=len, reverse=True) if name != old else ():
             if f"{old}.".startswith(f"{head}."):

@@ -4,7 +4,7 @@ from .demo import truth_reference as truth_reference
 from .files import truth_file as truth_file
 from .files import write_simulated as write_simulated
 from .friction.parameters import Parameters as Parameters
-from .mujoco.mjcf_of_urdf import LEAST as LEAST
+from .mujoco.mjcf_of_urdf import LIGHTEST as LIGHTEST
 from .mujoco.mjcf_of_urdf import mjcf_of_urdf as mjcf_of_urdf
 from .pictures.walk import Footprint as Footprint
 from .pictures.walk import Pose as Pose

@@ -15,7 +15,7 @@ from stribeck.core.base.typing import Array
 from stribeck.core.robot import Robot
 from stribeck.core.robot.model_file import kind_of
 from stribeck.core.robot.xml_file import read_xml
-from stribeck.simulation import LEAST, mjcf_of_urdf
+from stribeck.simulation import LIGHTEST, mjcf_of_urdf
 
 STEP = 2e-3
 """Simulation step at which LuGre friction is stable, unless its bristles are identified [s]; MuJoCo's default."""
@@ -168,7 +168,7 @@ def _smallest_inertia(robot: Robot, stated: Mapping[str, Mapping[str, float]]) -
         position = pin.integrate(model, pin.neutral(model), generator.uniform(-np.pi, np.pi, model.nv))
         inverse = pin.computeMinverse(model, data, position)
         largest = np.fmax(largest, np.diag(inverse))
-    return {name: float(1 / min(largest[place], 1 / LEAST)) for name, place in places.items()}
+    return {name: float(1 / min(largest[place], 1 / LIGHTEST)) for name, place in places.items()}
 
 
 def _set_mjcf_friction(

@@ -47,4 +47,4 @@ class Parts(MutableMapping[str, T], Generic[T]):
 
 
 SERVICES = Parts[Any]("stribeck.services")
-"""Functions of other rooms that the core calls: readers of logs, and checks before a fit."""
+"""Functions by name that the core calls in other rooms: readers of logs, checks before a fit, filters, an observer."""

@@ -1,4 +1,4 @@
-"""Findings of checks before a fit: what they change, and how they go together with those of the fit."""
+"""Findings of the audit: joints that they exclude, and their combination with the findings of the fit."""
 
 from collections.abc import Sequence
 from dataclasses import replace

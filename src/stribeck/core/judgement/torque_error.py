@@ -72,7 +72,7 @@ def torque_errors(
 
 
 def friction_errors(samples: FrictionSamples, fits: Mapping[str, JointFit], law: FrictionLaw) -> Array:
-    """Compute the friction torque minus that of the fits [N m], [N], shape (T, n); NaN where unknown.
+    """Compute the friction torque minus the friction of the fits [N m], [N], shape (T, n); NaN where unknown.
 
     Parameters
     ----------
@@ -119,8 +119,8 @@ def change_by_inertias(torque: Array, given: Array, corrected: Array) -> tuple[f
     enough = count >= 8
     before, after = np.add.reduceat(squares, edges, axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        halves = np.where(enough, np.log(after / before) / 2, 0.0)
-        blocks = (halves.sum(axis=1) / enough.sum(axis=1))[enough.any(axis=1)]
+        changes = np.where(enough, np.log(after / before) / 2, 0.0)
+        blocks = (changes.sum(axis=1) / enough.sum(axis=1))[enough.any(axis=1)]
     if len(blocks) < 2:
         return None
     return float(blocks.mean()), float(blocks.std(ddof=1) / len(blocks) ** 0.5)

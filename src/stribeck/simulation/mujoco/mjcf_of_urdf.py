@@ -17,7 +17,7 @@ from stribeck.core.errors import SettingsError
 from stribeck.core.robot.model_check import check_urdf
 from stribeck.core.robot.xml_file import read_xml
 
-LEAST = 1e-6
+LIGHTEST = 1e-6
 """Mass [kg] and moments of inertia [kg m^2] of moving links without, which MuJoCo refuses."""
 
 
@@ -55,7 +55,7 @@ def mjcf_of_urdf(path: Path, folder: Path, *, floating: bool) -> tuple[str, list
             root.remove(element)
     notes = [f"The root link {base} moves freely."] if floating else []
     if light:
-        notes.append(f"Raised to {LEAST:g} kg or kg m^2, because MuJoCo requires inertia: links {', '.join(light)}.")
+        notes.append(f"Raised to {LIGHTEST:g} kg or kg m^2, because MuJoCo requires inertia: links {', '.join(light)}.")
     if left_out:
         notes.append(f"Omitted, because MuJoCo cannot read these meshes: {', '.join(left_out)}.")
     indent(root)
@@ -74,8 +74,8 @@ def _is_light(body: Element) -> bool:
         return False
     inertial = root.find("inertial")
     assert inertial is not None  # _add_inertial writes one per body
-    inertial.set("mass", str(max(values[0][0], LEAST)))
-    inertial.set("diaginertia", " ".join(str(max(value, LEAST)) for value in values[0][1:]))
+    inertial.set("mass", str(max(values[0][0], LIGHTEST)))
+    inertial.set("diaginertia", " ".join(str(max(value, LIGHTEST)) for value in values[0][1:]))
     return True
 
 

@@ -59,7 +59,7 @@ class Term:
         Quantity that the friction depends on in addition to velocity.
     settings, find
         Fields of `JointResult` with settings, and the function that finds them from the residual of the pilot
-        (`whole_log/model/unexplained.py`): one array of shape (n,) per setting, NaN for a joint without the term.
+        (`estimator/model/unexplained.py`): one array of shape (n,) per setting, NaN for a joint without the term.
     refuse
         Function that states why the log cannot show the term; "" if it can.
     doubt
