@@ -70,27 +70,30 @@ def _clock(evidence: AuditData) -> float:
     closed = np.array(["+" in name for name in evidence.support_names], dtype=bool)[evidence.support]
     early, half = (time - log.time[0] < compared) & ~closed, 0.02
     every = max(1, round(half / (evidence.stride * period)))  # bins overlap by half
-    bases: list[tuple[int, Array, Array]] = []
+    columns, places, bases = [], [], []
     for k in range(len(evidence.joints)):
         rows = np.flatnonzero(early & np.isfinite(evidence.model[:, k]))
         if evidence.moves(k) and len(rows) > 100:
             rows = rows[::every]
-            columns = np.column_stack([friction_shapes(evidence, k, rows), evidence.model[rows, k]])
-            bases.append((evidence.robot.torque_controlled[k], time[rows], np.linalg.qr(columns)[0]))
+            shapes = np.column_stack([friction_shapes(evidence, k, rows), evidence.model[rows, k]])
+            columns.append(evidence.robot.torque_controlled[k])
+            places.append(rows)
+            bases.append(np.linalg.qr(shapes)[0])
     if len(bases) < 2:
         return 0.0
-    sums = np.concatenate([np.zeros((1, log.torque.shape[1])), np.cumsum(log.torque, axis=0)])
+    sums = np.concatenate([np.zeros((1, len(columns))), np.cumsum(log.torque[:, columns], axis=0)])
     edges = np.append(log.time, log.time[-1] + period) - period / 2
+    together, first = np.unique(np.concatenate(places)), log.time[0]
 
     def misfit(clock: float, delay: float) -> float:
         """Compute the median over the joints of the share of the torque that stays unexplained."""
-        shares = []
-        for column, times, basis in bases:
-            now = log.time[0] + (times - log.time[0]) * (1 + clock) + delay
-            torque = np.interp(now + half, edges, sums[:, column]) - np.interp(now - half, edges, sums[:, column])
-            shares.append(
-                float(_unexplained(basis, torque) / max(float(np.sum((torque - torque.mean()) ** 2)), 1e-300))
-            )
+        now = first + (time[together] - first) * (1 + clock) + delay
+        torques = np.empty((len(time), len(columns)))
+        torques[together] = _between(sums, edges, now + half) - _between(sums, edges, now - half)
+        shares = [
+            _unexplained(basis, torque) / max(float(np.sum((torque - torque.mean()) ** 2)), 1e-300)
+            for basis, torque in zip(bases, (torques[rows, k] for k, rows in enumerate(places)), strict=True)
+        ]
         return float(np.median(shares))
 
     reach = min(compared, float(log.time[-1] - log.time[0]))
@@ -100,6 +103,14 @@ def _clock(evidence: AuditData) -> float:
     best = min(clocks, key=lambda clock: misfit(clock, 0.0))
     best = min(np.linspace(best - 0.02 / reach, best + 0.02 / reach, 9), key=lambda clock: misfit(clock, 0.0))
     return float(best) if abs(best) > 0.03 / reach and misfit(best, 0.0) < 0.5 * plain else 0.0
+
+
+def _between(values: Array, times: Array, at: Array) -> Array:
+    """Interpolate values, shape (T, c), at some times, shape (K,) -> (K, c)."""
+    place = np.interp(at, times, np.arange(len(times)))
+    before = np.minimum(place.astype(np.int64), len(times) - 2)
+    share = (place - before)[:, None]
+    return np.asarray((1 - share) * values[before] + share * values[before + 1])
 
 
 def _lag(evidence: AuditData, k: int) -> Lag | None:
