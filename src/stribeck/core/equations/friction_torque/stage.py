@@ -157,7 +157,7 @@ def thinned_samples(
 def log_friction(
     logs: Logs, index: int, robot: Robot, settings: Settings, write: Callable[[int, Chunk], None], progress: Progress
 ) -> LogFriction:
-    """Compute the friction torque of log `index`: pass every sample to `write`, keep a thinned selection.
+    """Compute the friction torque of log `index`: pass every sample to a table's `write`, keep a thinned selection.
 
     Raises
     ------
@@ -169,16 +169,16 @@ def log_friction(
     stride = _choose_stride(prepared, count, MOST_KEPT)
     kept, used, moments = [], 0, np.zeros((3, 6))
     with errors_about(log.path):
-        for chunk in torque_chunks(prepared, robot, settings):
+        for chunk in torque_chunks(prepared, robot, settings, stride=stride if write is _drop else 1):
             write(index, chunk)
             kept.append(thin(chunk, stride))
-            used += int(chunk.samples.usable.any(axis=1).sum())
+            used += chunk.samples.stride * int(chunk.samples.usable.any(axis=1).sum())
             moments += _compare_wrenches(log, chunk)
             progress(f"friction torque of log {index + 1} of {count}", (index + chunk.rows[-1] / len(log.time)) / count)
         samples = join(kept)
     notes, findings = _note_ground_reaction(moments, robot)
     return LogFriction(
-        used=used,
+        used=min(used, len(log.time)),  # of thinned samples, each counts as many
         samples=samples,
         close_up=_cut_close_up(prepared, robot, settings, samples),
         phases=[
