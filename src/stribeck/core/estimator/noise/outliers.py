@@ -56,7 +56,8 @@ class Prediction:
         size, variance = np.abs(means(residual, windows)), self.components.marginal(part, windows)
         far = size > SHOULDER * np.sqrt(variance)  # the others are not, with a larger variance
         if (size > OUTLIER * np.sqrt(variance)).any():
-            near = means(slopes, windows)[far]
+            places, rows = np.nonzero(far)
+            near = sum(slopes[places + k, rows] for k in range(windows)) / windows
             variance[far] += np.sum((near @ self.covariance) * near, axis=1)
         return np.asarray(size / np.sqrt(variance))
 
