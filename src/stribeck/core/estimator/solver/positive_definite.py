@@ -13,24 +13,26 @@ def inverse_of(matrix: Array) -> Array:
     """
     if not len(matrix):
         return np.zeros((0, 0))
-    scale, scaled, factor, failed = _factor(matrix)
+    scale, factor, failed = _factor(matrix)
     if not failed:
-        inverse = np.tril(dpotri(factor, lower=1)[0])
-        inverse += np.tril(inverse, -1).T
+        half = dpotri(factor, lower=1, overwrite_c=1)[0]
+        inverse = half + half.T
+        np.einsum("ii->i", inverse)[:] /= 2
     else:
-        values, vectors = np.linalg.eigh(scaled)
+        values, vectors = np.linalg.eigh(matrix * np.outer(scale, scale))
         inverse = (vectors / np.maximum(values, np.finfo(float).eps * values[-1])) @ vectors.T
-    return np.asarray(inverse * np.outer(scale, scale))
+    inverse *= np.outer(scale, scale)
+    return np.asarray(inverse)
 
 
 def solution_of(matrix: Array, right: Array) -> Array:
     """Solve positive definite equations with one right side, as by `inverse_of`."""
-    scale, _, factor, failed = _factor(matrix)
+    scale, factor, failed = _factor(matrix)
     return inverse_of(matrix) @ right if failed else scale * dpotrs(factor, scale * right, lower=1)[0]
 
 
-def _factor(matrix: Array) -> tuple[Array, Array, Array, int]:
-    """Scale the rows and columns of a matrix, and factor it; return the scale and the scaled matrix, too."""
+def _factor(matrix: Array) -> tuple[Array, Array, int]:
+    """Scale the rows and columns of a matrix, and factor it into a lower triangle; return the scale, too."""
     scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), np.finfo(float).tiny))
     scaled = matrix * np.outer(scale, scale)
-    return scale, scaled, *dpotrf(scaled, lower=1)
+    return scale, *dpotrf(scaled.T, lower=1, overwrite_a=1)  # symmetric: in LAPACK's order, nothing is copied
