@@ -86,24 +86,18 @@ def _eliminated(whole: Statistics, fold: Statistics | None, fit: Fit) -> Iterabl
     inverse = inverse_of(hessian + SEEN * JFJ)
     owner, q = np.repeat(np.arange(len(theta)), fit.internal.shape[1])[free], theta.shape[1]
     for joint, own_theta in enumerate(theta):
-        rows, rest = slice(joint * q, (joint + 1) * q), owner != joint
-        cross = SJ[rows][:, rest]
-        follow = _without(inverse, ~rest, rest, np.column_stack([cross.T, gradient[rest]]))
+        rows, own = slice(joint * q, (joint + 1) * q), owner == joint
+        vectors = np.column_stack([SJ[rows].T, gradient])
+        vectors[own] = 0.0  # rows of the joint itself stay zero in all that follows
+        follow = inverse @ vectors  # by the inverse without these rows, given the inverse of the whole
+        follow -= inverse[:, own] @ np.linalg.solve(inverse[np.ix_(own, own)], follow[own])
+        follow[own] = 0.0
         back, shift = follow[:, :-1], -follow[:, -1]  # all else is shift - back times the joint's change
-        information = system.information[rows, rows] - cross @ back
-        bent = FJ[rows][:, rest] @ back
-        inner = JFJ[np.ix_(rest, rest)]
-        curved = held[rows, rows] - bent - bent.T + back.T @ inner @ back
-        tilt = beyond[rows] + FJ[rows][:, rest] @ shift - back.T @ (tilted[rest] + inner @ shift)
-        yield information, information @ own_theta - slope[rows] - cross @ shift, curved, curved @ own_theta - tilt
-
-
-def _without(inverse: Array, rows: BoolArray, rest: BoolArray, vectors: Array) -> Array:
-    """Multiply vectors by the inverse of a matrix without some rows and columns, given the inverse of the whole."""
-    cross = inverse[np.ix_(rows, rest)]
-    return np.asarray(
-        inverse[np.ix_(rest, rest)] @ vectors - cross.T @ np.linalg.solve(inverse[np.ix_(rows, rows)], cross @ vectors)
-    )
+        information = system.information[rows, rows] - SJ[rows] @ back
+        bent = FJ[rows] @ back
+        curved = held[rows, rows] - bent - bent.T + back.T @ JFJ @ back
+        tilt = beyond[rows] + FJ[rows] @ shift - back.T @ (tilted + JFJ @ shift)
+        yield information, information @ own_theta - slope[rows] - SJ[rows] @ shift, curved, curved @ own_theta - tilt
 
 
 @dataclass(frozen=True, eq=False)
