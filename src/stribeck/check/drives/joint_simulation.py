@@ -83,30 +83,44 @@ def simulate(pieces: Pieces, parameters: Array, starts: Array, longest: float = 
     """
     order = np.argsort(-pieces.known.sum(axis=0), kind="stable")  # pieces that end are the last columns
     pieces, parameters, starts = pieces.take(order), parameters[:, :, order], starts[:, :, order]
-    kp, kd, limit = pieces.kp, pieces.kd, pieces.limit
     delay, rotor, viscous, coulomb, offset = parameters.transpose(1, 0, 2)
-    position, velocity = starts.transpose(1, 0, 2)
+    position, velocity = starts.transpose(1, 0, 2).copy()
     parts = max(1, int(np.ceil(pieces.period.max() / longest)))
     step, share = pieces.period / parts, (np.arange(1, parts + 1) / parts)[:, None, None]
     delays, same = np.unique(delay, axis=0, return_inverse=True)
     shift, most = pieces.lead - delays * pieces.stride / pieces.period, len(pieces.command) - 2
     slow = (1e-3 * np.abs(pieces.velocity).max(axis=0)) ** 2
-    column, braked = np.arange(len(order)), kd + kp * step
+    column, braked, rotor = np.arange(len(order)), pieces.kd + pieces.kp * step, rotor / step
     positions = np.repeat(position[:, None], len(pieces.position), axis=1)
     for k, b in enumerate(pieces.known[1:].sum(axis=1).tolist()):
         place = np.clip((k + share) * pieces.stride[:b] + shift[:, :b], 0, most)
         before = place.astype(np.int64)
         after = place - before
         command = (1 - after) * pieces.command[before, column[:b]] + after * pieces.command[before + 1, column[:b]]
+        command = command[:, same]
         others = (1 - share) * pieces.others[k, :b] + share * pieces.others[k + 1, :b] + offset[:, :b]
-        inertia = ((1 - share) * pieces.inertia[k, :b] + share * pieces.inertia[k + 1, :b] + rotor[:, :b]) / step[:b]
-        position, velocity = position[:, :b], velocity[:, :b]
-        for part in range(parts):
-            force = command[part, same] - kp[:b] * position
-            free = np.abs(force - kd[:b] * velocity) < limit[:b]  # else the drive is at its limit
-            drag = viscous[:, :b] + coulomb[:, :b] / np.sqrt(velocity**2 + slow[:b]) + free * braked[:b]
-            force = np.where(free, force, np.copysign(limit[:b], force))
-            velocity = (inertia[part] * velocity + force - others[part]) / (inertia[part] + drag)
-            position = position + step[:b] * velocity
+        inertia = ((1 - share) * pieces.inertia[k, :b] + share * pieces.inertia[k + 1, :b]) / step[:b] + rotor[:, :b]
+        if b < position.shape[1]:
+            position, velocity = position[:, :b].copy(), velocity[:, :b].copy()
+            viscous, coulomb = viscous[:, :b].copy(), coulomb[:, :b].copy()
+        kp, kd, limit, period = pieces.kp[:b], pieces.kd[:b], pieces.limit[:b], step[:b]
+        for force, against, mass in zip(command, others, inertia, strict=True):  # in place: a new array costs as much
+            force -= kp * position
+            drag = velocity * velocity
+            drag += slow[:b]
+            np.divide(coulomb, np.sqrt(drag, out=drag), out=drag)
+            drag += viscous
+            free = np.abs(force - kd * velocity) < limit
+            if free.all():
+                drag += braked[:b]
+            else:  # a drive is at its limit
+                drag += free * braked[:b]
+                np.copysign(limit, force, out=force, where=~free)
+            velocity *= mass
+            velocity += force
+            velocity -= against
+            drag += mass
+            velocity /= drag
+            position += period * velocity
         positions[:, k + 1, :b] = position
     return positions[:, :, np.argsort(order)]
