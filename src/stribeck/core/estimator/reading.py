@@ -147,7 +147,7 @@ def _read(
     columns = Columns(basis, terms)
     sequence = equations.delayed(pilot.delay)
     size = np.mean([part.residual.size for part in pilot.parts])  # equations of a segment
-    needed = (_friction_error(pilot, columns) / constants.ENOUGH) ** 2 * sum(each.count for each in pilot.groups) / size
+    needed = (_friction_error(pilot) / constants.ENOUGH) ** 2 * sum(each.count for each in pilot.groups) / size
     enough = max(constants.LEAST_SEGMENTS, int(min(constants.MOST_SEGMENTS, float(needed))))
     most = min(constants.MOST_SEGMENTS, enough, max(constants.FOLDS, int(constants.MOST_EQUATIONS / size)))
     folds, held_out = sequence.folds(most)
@@ -176,9 +176,9 @@ def _read(
     )
 
 
-def _friction_error(pilot: Pilot, columns: Columns) -> float:
+def _friction_error(pilot: Pilot) -> float:
     """Compute the standard error of the friction torque relative to the joint's torque [1], median over joints."""
-    by_joint = np.concatenate([columns.by_joint(part) for part in pilot.parts])
+    by_joint = np.concatenate(pilot.by_joint)
     joints, q = by_joint.shape[1:]
     covariance = pilot.prediction.covariance[: joints * q, : joints * q].reshape(joints, q, joints, q)
     joint_blocks = covariance[range(joints), :, range(joints)]

@@ -116,9 +116,7 @@ def _units(read: Reading, trials: Trials) -> Array:
     For load, the mean replaces it [N m]; for delays, their unit [s].
     """
     first = read.columns.basis.functions.shape[1]
-    largest = np.max(
-        [np.abs(read.columns.by_joint(part)[:, :, first:]).max(axis=0) for part in read.pilot.parts], axis=0
-    )
+    largest = np.max([np.abs(by_joint[:, :, first:]).max(axis=0) for by_joint in read.pilot.by_joint], axis=0)
     names = trials.names[len(trials.laws.law.parameters) :]
     largest[:, names.index("load")] = read.whole.mean_load
     largest[:, names.index("delay")] = read.terms.delay

@@ -80,6 +80,8 @@ class Pilot:
         Torque that moves the joints, root mean square [N m].
     precision
         Prior precision of the friction coefficients, shape (n q,).
+    by_joint
+        Columns of friction of each segment, shape (K, n, q).
     """
 
     groups: list[Groups]
@@ -89,6 +91,7 @@ class Pilot:
     delay: float
     torque: float
     precision: Array
+    by_joint: list[Array]
 
     @property
     def parts(self) -> list[WeakEquations]:
@@ -153,7 +156,7 @@ class _PilotFits:
         groups = undisturbed(groups, model, components, precision)
         components, groups = _alternate(groups, model, components, precision, rounds, self.basis)
         prediction, _ = predict(groups, components, model, precision)
-        return Pilot(groups, model, components, prediction, delay or 0.0, torque, precision)
+        return Pilot(groups, model, components, prediction, delay or 0.0, torque, precision, by_joint)
 
 
 def fit_pilot(equations: EquationSequence, basis: Basis, rest: Array, priors: Priors, delay: float = 0.0) -> Pilot:
@@ -233,7 +236,7 @@ def with_terms(pilot: Pilot, columns: Columns) -> Pilot:
     by_joint = [columns.by_joint(part) for part in pilot.parts]
     groups, precision = _groups(pilot.parts, by_joint, columns, pilot.torque, OPERATIONS)
     prediction, _ = predict(groups, pilot.components, pilot.model, precision)
-    return replace(pilot, groups=groups, prediction=prediction, precision=precision)
+    return replace(pilot, groups=groups, prediction=prediction, precision=precision, by_joint=by_joint)
 
 
 def _alternate(
