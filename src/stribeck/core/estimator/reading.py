@@ -125,7 +125,8 @@ def read_with_pilot(
     tried: list[tuple[float, float]] = []
     laws, terms, pilot = start()
     while True:
-        read = _read(equations, pilot, basis, terms, laws, progress)
+        sequence = replace(equations, effects=pilot.model.layout.log_effects[1])
+        read = _read(sequence, pilot, basis, terms, laws, progress)
         remainder = remaining_delay(read.fit)
         rows = read.fit.layout.places("torque_delay")
         error = (

@@ -32,11 +32,14 @@ class EquationSequence(Sequence[WeakEquations]):
         Number of the log, segment, and gait phase of each part.
     top_speed
         Top speed of each joint [rad/s], shape (n,).
+    effects
+        Largest number of effects that differ between logs, of `EFFECTS`.
     """
 
     forms: tuple[WeakForm, ...]
     parts: tuple[tuple[int, Segment, int], ...]
     top_speed: Array
+    effects: int = EFFECTS
 
     def __len__(self) -> int:
         return len(self.parts)
@@ -64,13 +67,13 @@ class EquationSequence(Sequence[WeakEquations]):
         forms = tuple(replace(form, delay=delay) for form in self.forms)
         cut = ((log, forms[log].delayed(segment), gait) for log, segment, gait in self.parts)
         parts = tuple((log, segment, gait) for log, segment, gait in cut if segment)
-        return EquationSequence(forms, parts, self.top_speed)
+        return replace(self, forms=forms, parts=parts)
 
     @property
     def corrections(self) -> Layout:
         """Corrections of every log, and contrasts of the effects that differ between logs; the fewer, the more logs."""
         contrasts, joints = len(self.forms) - 1, len(self.forms[0].joints)
-        effects = min(EFFECTS, MOST_EFFECTS // max(contrasts * joints, 1))
+        effects = min(self.effects, MOST_EFFECTS // max(contrasts * joints, 1))
         of_logs = (contrasts, effects, joints) if effects else (0, 0, 0)
         layout = self.forms[0].corrections
         return replace(layout, log_effects=of_logs, sizes={**layout.sizes, "log_effects": math.prod(of_logs)})

@@ -17,7 +17,7 @@ from stribeck.core.base.typing import Array
 from stribeck.core.equations.constants import MOST_ROUNDS, PILOT_SEGMENTS, ROUNDS
 from stribeck.core.equations.weak_equations import WeakEquations
 from stribeck.core.equations.whole_log.corrections.correction import Layout
-from stribeck.core.equations.whole_log.equation_sequence import EquationSequence
+from stribeck.core.equations.whole_log.equation_sequence import EFFECTS, EquationSequence
 from stribeck.core.estimator.model.basis import Basis
 from stribeck.core.estimator.model.corrections import ModelCorrections, model_corrections
 from stribeck.core.estimator.model.terms import Columns
@@ -142,14 +142,13 @@ class _PilotFits:
 
         return delayed
 
-    def fit(self, delay: float | None, operations: float, rounds: int, half_alone: bool, equal: bool = True) -> Pilot:
-        """Fit the pilot for a delay [s], None to hold it at zero; `equal` logs have the same friction."""
+    def fit(self, delay: float | None, operations: float, rounds: int, half_alone: bool) -> Pilot:
+        """Fit the pilot for a delay [s], None to hold it at zero."""
         parts, by_joint = self._delayed(delay or 0.0)
         layout, rest = self.equations.corrections, self.rest
         torque = max(float(np.sqrt(np.mean(np.concatenate([_torques(part) for part in parts]) ** 2))), 1e-9)
         model = model_corrections(layout, _loads(parts, layout), self.priors, torque).late(delay or 0.0)
         model = model.held(layout.places("torque_delay"), 0.0) if delay is None else model
-        model = model.with_equal_logs if equal else model
         components = first_components(parts[0], rest, np.where(rest > 0, torque, 0.0), layout.sizes["wrenches"] > 0)
         groups, precision = _groups(parts, by_joint, self.columns, torque, operations)
         groups = consistent(groups, model, components, precision, half_alone)
@@ -175,22 +174,22 @@ def fit_pilot(equations: EquationSequence, basis: Basis, rest: Array, priors: Pr
     delay
         Initial delay of the torques in the search [s].
     """
-    layout, fit = equations.corrections, _PilotFits(equations, basis, rest, priors).fit
-    rounds, tried = ROUNDS, list[tuple[float, float]]()
+    fit, apart = (_PilotFits(replace(equations, effects=count), basis, rest, priors).fit for count in (1, EFFECTS))
+    layout, rounds, tried = equations.corrections, ROUNDS, list[tuple[float, float]]()
     for _ in range(MOST_ROUNDS if layout.sizes["torque_delay"] else 0):  # on few windows, to save time
         remainder, error = fit(delay, OPERATIONS / 4, rounds, True).late
         if abs(remainder) < max(LINEAR, 3 * error):
             break
         rounds, tried = 1, [*tried, (delay, remainder)]
         delay = float(np.clip(delay + secant_step(tried), -LONGEST_DELAY, LONGEST_DELAY))
-    equal = not layout.log_effects[0]
-    pilot = fit(delay, OPERATIONS, MOST_ROUNDS, False, equal)
-    if not equal:
+    if layout.log_effects[0] and layout.log_effects[1] > 1:  # logs may have their own friction
+        pilot = apart(delay, OPERATIONS, MOST_ROUNDS, False)
         with_logs, without_logs = _log_errors(pilot, pilot.components, pilot.model, pilot.model.with_equal_logs)
-        if np.median(without_logs - with_logs) < np.log(DIFFER):
-            equal, pilot = True, fit(delay, OPERATIONS, MOST_ROUNDS, False)
+        fit = fit if np.median(without_logs - with_logs) < np.log(DIFFER) else apart
+    if fit is not apart:
+        pilot = fit(delay, OPERATIONS, MOST_ROUNDS, False)
     if abs(delay + pilot.late[0]) >= LINEAR:
-        without = fit(None, OPERATIONS, MOST_ROUNDS, False, equal)
+        without = fit(None, OPERATIONS, MOST_ROUNDS, False)
         pilot = pilot if abs(delay) < LONGEST_DELAY and _delay_pays(pilot, without) else without
     wide, narrow = _log_errors(pilot, pilot.components, pilot.model.widest, pilot.model)
     largest = pilot.model.widest.largest if _clearly_positive(narrow - wide) else pilot.model.largest
