@@ -2,11 +2,9 @@
 
     python -m benchmarks.fleet
 
-Logs of an arm with three joints, 20 s at 200 Hz each, are identified by the default method, with one and two workers of
-each engine. Rates are those of running workers, from the times at which logs end, the best of some rounds. "processes"
-are one or two processes that only identify: what the machine can do. The throughput is that of their processor time,
-and the overhead the median time from the end of a log to the start of the next. The store of `trends` is synthetic
-and compacted: robots with 200 logs each, and curves at four speeds per joint.
+Logs of an arm with three joints, 20 s at 200 Hz each, are identified by the default method. The throughput is that of
+the processor time of `identify`, and the overhead the median time from the end of a log to the start of the next. The
+store of `trends` is synthetic and compacted: robots with 200 logs each, and curves at four speeds per joint.
 """
 
 import resource
@@ -15,16 +13,14 @@ import time
 from argparse import ArgumentParser
 from pathlib import Path
 
-import joblib
 import numpy as np
 from tests.arm import arm_log, save_npz, write_arm
 from tests.fleet.synthetic import write_store
 
 from stribeck import Robot, identify
 from stribeck.service.fleet import compact, connect, find_trends, run_fleet
-from stribeck.service.fleet.jobs import Job, jobs_of_logs
+from stribeck.service.fleet.jobs import jobs_of_logs
 
-BACKENDS = ("processes", "loky", "ray")
 CLUSTER = 100 * 32
 """Cores of the cluster that a million logs are estimated for [1]."""
 
@@ -33,64 +29,37 @@ def main() -> None:
     """Print the figures."""
     parser = ArgumentParser(description=__doc__)
     parser.add_argument("--logs", type=int, default=12, help="logs of each run; 0 for trends only")
-    parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--robots", type=int, default=500, help="robots of the synthetic store; 0 for none")
     parser.add_argument("--joints", type=int, default=29)
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         if options.logs:
-            throughput(Path(folder), options.logs, options.rounds)
+            throughput(Path(folder), options.logs)
         if options.robots:
             trends(Path(folder) / "synthetic", options.robots, options.joints)
 
 
-def throughput(folder: Path, logs: int, rounds: int) -> None:
-    """Print logs per hour, the share of overhead, the gain of a second worker, and the size of the store."""
+def throughput(folder: Path, logs: int) -> None:
+    """Print logs per hour, the overhead, and the size of the store."""
     robot_file = write_arm(folder)
     (folder / "R1").mkdir()
     for seed in range(logs):
         save_npz(arm_log(Robot.from_file(robot_file), 20.0, 200.0, seed), folder / f"R1/log_{seed:02d}.npz")
     jobs = jobs_of_logs([str(folder / "R1")], robot_file)
-    rates = {(backend, workers): list[float]() for backend in BACKENDS for workers in (1, 2)}
-    for turn in range(rounds):
-        for (backend, workers), found in rates.items():
-            found.append(rate(jobs, folder / f"{backend}-{workers}-{turn}", backend, workers))
-    for backend in BACKENDS:
-        one, two = (max(rates[backend, workers]) for workers in (1, 2))
-        print(f"{backend}: {one:.2f} logs per second, {two:.2f} by two workers, {two / one:.2f} times as many")
+    run_fleet(jobs, folder / "store", workers=1, backend="loky")
     cpu = -time.process_time()
     for job in jobs[:4]:
         identify(job.log, job.robot_file)
     cpu = (cpu + time.process_time()) / 4
-    with connect(folder / "loky-1-0") as store:
+    with connect(folder / "store") as store:
         run = store.execute("SELECT epoch(finished) AS ends, seconds FROM logs ORDER BY finished").fetchnumpy()
     overhead = float(np.median(np.diff(run["ends"]) - run["seconds"][1:]))
-    compact(folder / "loky-1-0")
-    size = sum(path.stat().st_size for path in (folder / "loky-1-0").glob("robot=*/*.parquet")) / logs
+    compact(folder / "store")
+    size = sum(path.stat().st_size for path in (folder / "store").glob("robot=*/*.parquet")) / logs
     hourly = 3600 / (cpu + overhead)
     print(f"{cpu:.2f} s of processor time and {overhead:.3f} s of overhead per log: {hourly:,.0f} per hour and core")
     hours = 1e6 / hourly / CLUSTER
     print(f"a million such logs on {CLUSTER:,} cores: {hours:.2f} h, {size / 1e3:.1f} GB")
-
-
-def rate(jobs: list[Job], store: Path, backend: str, workers: int) -> float:
-    """Identify the logs and return how many end per second, after the first two of each worker."""
-    if backend == "processes":
-        with joblib.parallel_config(backend="loky", n_jobs=workers):
-            ends = joblib.Parallel(batch_size=1)(joblib.delayed(end_of)(job) for job in jobs)
-    else:
-        run_fleet(jobs, store, workers=workers, backend=backend)
-        with connect(store) as connection:
-            ends = connection.execute("SELECT epoch(finished) AS ends FROM logs").fetchnumpy()["ends"]
-    first = 2 * workers
-    ends = np.sort(ends)
-    return float((len(ends) - first) / (ends[-1] - ends[first - 1]))
-
-
-def end_of(job: Job) -> float:
-    """Identify a log, and return the time."""
-    identify(job.log, job.robot_file)
-    return time.time()
 
 
 def trends(store: Path, robots: int, joints: int) -> None:

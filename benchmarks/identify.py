@@ -63,7 +63,7 @@ def main() -> None:
         figures[f"{kind} [s]"] = seconds
         figures[f"{kind}, over the unit of work"] = seconds / unit
         figures[f"{kind}, peak memory [GB]"] = peak
-    report(figures, options)
+    report(figures)
 
 
 def write_logs(folder: Path, samples: int) -> None:

@@ -36,14 +36,14 @@ class Score(schema.Table):
         Name of the contestant, robot and condition of the case.
     asked
         Number of queried joints.
-    error
-        Estimate minus truth, by parameter and joint [N m], [N m s/rad].
+    offset
+        Error of the offset by joint [N m].
     relative
         Absolute relative error of Coulomb and viscous friction, by parameter and joint [1].
     curve
         RMS difference between estimated and true curve, divided by the RMS of the true curve, by joint [1].
     covered
-        Whether the 95 % interval covers the truth, by parameter and joint; only for numbers with an interval.
+        Number of 95 % intervals that cover the truth, and of all.
     far, beyond
         Count of good numbers with a relative error above `FAR`, or an error above `ERRORS` standard errors.
     good, with_errors
@@ -63,10 +63,10 @@ class Score(schema.Table):
     asked: int
     version: str = ""
     needs: list[schema.Need] = []
-    error: dict[str, dict[str, Rounded]] = {}
+    offset: dict[str, Rounded] = {}
     relative: dict[str, dict[str, Rounded]] = {}
     curve: dict[str, Rounded] = {}
-    covered: dict[str, dict[str, bool]] = {}
+    covered: tuple[int, int] = (0, 0)
     far: list[str] = []
     beyond: list[str] = []
     good: int = 0
@@ -120,17 +120,14 @@ def against_truth(
         for name in schema.PARAMETERS
         if (estimate := getattr(found, name)) is not None
     ]
-    error: dict[str, dict[str, float]] = {name: {} for name in schema.PARAMETERS}
     relative: dict[str, dict[str, float]] = {name: {} for name in schema.PARAMETERS[:2]}
-    covered: dict[str, dict[str, bool]] = {name: {} for name in schema.PARAMETERS}
+    offset, covered = dict[str, float](), list[bool]()
     curve, far, beyond = {}, [], []
     for name, joint, estimate, true in pairs:
         off = estimate.value - true
-        error[name][joint] = _rounded(off)
-        if name in relative:
-            relative[name][joint] = _rounded(abs(off / true))
+        relative.get(name, offset)[joint] = _rounded(abs(off / true if name in relative else off))
         if interval := _interval(estimate):
-            covered[name][joint] = interval[0] <= true <= interval[1]
+            covered.append(interval[0] <= true <= interval[1])
         if estimate.good and name in relative and abs(off) > FAR * true:
             far.append(f"{joint} {name}")
         if estimate.good and estimate.standard_error is not None and abs(off) > ERRORS * estimate.standard_error:
@@ -142,9 +139,9 @@ def against_truth(
     good = [estimate for _, _, estimate, _ in pairs if estimate.good]
     shares = {"good": len(good), "with_errors": sum(each.standard_error is not None for each in good)}
     return {
-        "error": error,
+        "offset": offset,
         "relative": relative,
-        "covered": covered,
+        "covered": (sum(covered), len(covered)),
         "curve": curve,
         "far": far,
         "beyond": beyond,

@@ -50,8 +50,7 @@ def summary_table(scores: Sequence[Score]) -> list[str]:
 
 
 def _coverage(own: Sequence[Score]) -> str:
-    covered = [value for each in own for joints in each.covered.values() for value in joints.values()]
-    return _share(sum(covered), len(covered))
+    return _share(*(sum(each.covered[k] for each in own) for k in range(2)))
 
 
 def _confident(own: Sequence[Score]) -> str:
@@ -66,7 +65,7 @@ def _row(group: str, name: str, own: Sequence[Score]) -> list[str]:
         _share(answered, asked),
         spread(own, lambda each: each.relative.get("coulomb", {}).values(), _percent),
         spread(own, lambda each: each.relative.get("viscous", {}).values(), _percent),
-        spread(own, lambda each: np.abs(list(each.error.get("offset", {}).values())), _number),
+        spread(own, lambda each: each.offset.values(), _number),
         spread(own, lambda each: each.curve.values(), _percent),
         _coverage(own),
         _confident(own),

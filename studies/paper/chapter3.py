@@ -7,7 +7,6 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.optimize import brentq, minimize_scalar
 
-from studies.markdown import markdown_table
 from studies.paper import law_figures
 from studies.paper.laws import KNEE, SLOPE, STATIC, curve
 from studies.paper.study import Numbers
@@ -17,16 +16,13 @@ SLOPES = (10.0, 20.0, 40.0, 100.0, 300.0, 1000.0)
 """Slopes of the smooth law [s/rad]."""
 TOLERANCE = 0.05
 """Tolerated difference between the smooth law and the jump, relative to Coulomb friction [1]."""
-LOAD = 0.5
-"""Torque on a joint at rest relative to its Coulomb friction [1]; a law with a jump keeps the joint at rest."""
 
 
 def smoothing(slope: float) -> dict[str, float]:
     """Compare the law of a slope [s/rad] with the law that jumps, both without viscous friction.
 
     Below the speed `band` [rad/s], the smooth law deviates from the jump by more than `TOLERANCE` times Fc. `kept` is
-    the share of the Stribeck excess S Fc that remains at the smooth law's peak, at the speed `peak_velocity` [rad/s].
-    `creep` is the speed [rad/s] of a joint under `LOAD`, which should be at rest.
+    the share of the Stribeck excess S Fc that remains at the smooth law's peak.
     """
 
     def smooth(v: float) -> float:
@@ -39,9 +35,7 @@ def smoothing(slope: float) -> dict[str, float]:
     peak = minimize_scalar(lambda v: -smooth(v), bounds=(0.0, 3 * vs), method="bounded", options={"xatol": 1e-9})
     return {
         "band": float(brentq(lambda v: missing(v) - TOLERANCE * Fc, 1e-6, 1e2)),
-        "creep": float(brentq(lambda v: smooth(v) - LOAD * Fc, 0.0, vs)),
         "kept": max(-float(peak.fun) - Fc, 0.0) / (STATIC - Fc),
-        "peak_velocity": float(peak.x),
     }
 
 
@@ -60,19 +54,7 @@ def drawings(_: Numbers) -> dict[str, Callable[[Figure], None]]:
 
 def texts(numbers: Numbers) -> dict[str, str]:
     found = numbers["smoothing"]
-    header = (
-        "slope a [s/rad]",
-        f"more than {100 * TOLERANCE:.0f} % of Fc off below [rad/s]",
-        f"creeps under {100 * LOAD:.0f} % of Fc at [rad/s]",
-        "peak at [rad/s]",
-        "Stribeck excess left at the peak",
-    )
-    rows = [
-        (slope, *(f"{row[key]:.2g}" for key in ("band", "creep", "peak_velocity")), f"{100 * row['kept']:.1f} %")
-        for slope, row in found.items()
-    ]
     return {
-        "smoothing": markdown_table(header, rows),
         "band": f"{found[f'{SLOPE:g}']['band']:.3f} rad/s",
         "kept": f"{100 * found[f'{SLOPE:g}']['kept']:.0f} %",
         "kept-least": f"{100 * found['10']['kept']:.0f} %",

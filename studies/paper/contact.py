@@ -12,7 +12,6 @@ import numpy as np
 from stribeck import Settings
 from stribeck.simulation.run import Simulated
 from stribeck.simulation.sensors.profiles import REALISTIC
-from studies.markdown import markdown_table, short
 from studies.paper.estimate import UNTRIMMED, Estimate, estimate, rms
 from studies.paper.study import Numbers
 from studies.paper.swing import JOINTS
@@ -93,16 +92,6 @@ def _by_distance(walk: Simulated) -> dict[str, dict[str, float]]:
 def texts(numbers: Numbers) -> dict[str, str]:
     """Format errors by case, by joint, and by the time from lift-off and touch-down."""
     knee, events = numbers["knee"], numbers["events"]
-    keys = ("friction", "swing", "stance")
-    cases, joints = (
-        [
-            (name.replace("_", " "), *(f"{row[key]:.2g}" for key in keys), short(row["stance"] / row["swing"]))
-            for name, row in numbers[part].items()
-        ]
-        for part in ("knee", "legs")
-    )
-    head = ("friction", "error, swings", "error, stands", "ratio")
-    near = [(label, *(f"{event[label]:.2g}" for event in events.values())) for label in NEAR]
     quoted = {
         "late": knee["torque a sample late"]["stance"],
         "tilt": knee["tilt"]["stance"],
@@ -115,9 +104,4 @@ def texts(numbers: Numbers) -> dict[str, str]:
         "trimmed-start": events["lift-off"][NEAR[2]],
         "trimmed-end": events["touch-down"][NEAR[1]],
     }
-    return {
-        **{name: f"{value:.2g} N m" for name, value in quoted.items()},
-        "knee": markdown_table(("log", *head), cases),
-        "legs": markdown_table(("joint", *head), joints),
-        "events": markdown_table(("time [s]", "after lift-off", "before touch-down"), near),
-    }
+    return {name: f"{value:.2g} N m" for name, value in quoted.items()}

@@ -6,7 +6,7 @@ from stribeck import Settings
 from stribeck.core.friction import get_law
 from stribeck.core.settings import FilterSettings
 from stribeck.simulation.run import Simulated
-from studies.markdown import markdown_table, percent
+from studies.markdown import percent
 from studies.paper.estimate import estimate, fit_law, rms
 from studies.paper.study import Numbers
 from studies.paper.swing import JOINTS, SIDE
@@ -48,11 +48,8 @@ def _curve_error(walk: Simulated, kind: FilterSettings) -> float:
 def texts(numbers: Numbers) -> dict[str, str]:
     """Format the errors by cutoff."""
     cutoffs, curves = numbers["cutoffs"], numbers["curves"]
-    rows = [(f"{f} Hz", *(f"{100 * each[k]:.2g} %" for each in curves.values())) for k, f in enumerate(cutoffs)]
-    rows.append(("auto", *(f"{100 * each:.2g} %" for each in numbers["auto"].values())))
     best, cutoff = min(zip(curves["realistic"], cutoffs, strict=True))
     return {
-        "table": markdown_table(("cutoff", *curves), rows),
         "paper-realistic": percent(curves["realistic"][cutoffs.index(PAPER)]),
         "best-realistic": f"{100 * best:.2g} % at {cutoff} Hz",
     }

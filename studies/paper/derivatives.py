@@ -12,7 +12,6 @@ from stribeck import Settings
 from stribeck.core.log import RobotLog
 from stribeck.core.settings import FilterSettings
 from stribeck.simulation.run import Simulated
-from studies.markdown import markdown_table
 from studies.paper.estimate import EXACT, Differences, estimate, rms
 from studies.paper.study import Numbers
 from studies.paper.walks import get_walk
@@ -73,18 +72,8 @@ def _delayed(walk: Simulated, delay: int) -> Simulated:
 
 def texts(numbers: Numbers) -> dict[str, str]:
     """Format the errors by scheme and by delay."""
-    tables = {}
-    for key, label in (("schemes", "accelerations"), ("delays", "delay of the others")):
-        literal, ideal = (numbers[key][walk] for walk in WALKS)
-        rows = [
-            (name, *(f"{each[name][phase]:.2g}" for each in (literal, ideal) for phase in ("swing", "stance")))
-            for name in literal
-        ]
-        head = ("Euler: swings", "Euler: stands", "new velocity: swings", "new velocity: stands")
-        tables[key] = markdown_table((label, *head), rows)
     schemes, delays = (numbers[key][WALKS[0]] for key in ("schemes", "delays"))
     return {
-        **tables,
         **{f"literal-{scheme}-{phase}": f"{schemes[scheme][phase]:.2g} N m" for scheme, phase in QUOTED},
         "literal-delayed": f"{delays[str(EULER)]['stance']:.2g} N m",
     }

@@ -16,7 +16,7 @@ from stribeck.core.base.typing import Array
 from stribeck.core.dynamics.state import Orientation, State
 from stribeck.simulation.run import Simulated
 from studies.dense import minimum_norm_friction_torque
-from studies.markdown import markdown_table, percent
+from studies.markdown import percent
 from studies.paper.estimate import EXACT, Estimate, estimate, rms
 from studies.paper.study import Numbers
 from studies.paper.walks import get_walk
@@ -113,25 +113,9 @@ def _state(walk: Simulated, rows: NDArray[np.int64]) -> State:
 
 def texts(numbers: Numbers) -> dict[str, str]:
     """Format the errors by phase and by weighting."""
-    keys = ("knee_friction_rms", "knee_error_rms", "other_error_rms", "largest_error")
-    phases = [
-        (NAMES[walk], phase, row["samples"], *(f"{row[key]:.2g}" for key in keys))
-        for walk, rows in numbers["phases"].items()
-        for phase, row in rows.items()
-    ]
-    literal, levelled = (numbers["weightings"][walk] for walk in WALKS)
-    weightings = [
-        (label, *(f"{row[label][key]:.2g}" for row in (literal, levelled) for key in keys[1:3])) for label in literal
-    ]
+    literal = numbers["weightings"][WALKS[0]]
     (one, two), (one_levelled, two_levelled) = (numbers["phases"][walk].values() for walk in WALKS)
     return {
-        "phases": markdown_table(
-            ("", "standing on", "samples", "knee: friction", "knee: error", "other joints: error", "largest error"),
-            phases,
-        ),
-        "weightings": markdown_table(
-            ("weights", "knee, as they land", "others, as they land", "knee, levelled", "others, levelled"), weightings
-        ),
         "single": f"{one['knee_error_rms']:.1g} N m",
         "single-levelled": f"{one_levelled['knee_error_rms']:.1g} N m",
         "double": f"{two['knee_error_rms']:.2g} N m",

@@ -16,7 +16,7 @@ from studies.markdown import percent
 from studies.paper.estimate import Estimate, estimate
 from studies.paper.inexact import drawn, with_bodies
 from studies.paper.study import Numbers
-from studies.paper.swing import JOINTS, joint_table, split, swinging
+from studies.paper.swing import JOINTS, split, swinging
 from studies.paper.walks import get_walk
 
 WALKS = ("harsh", "legs-contact")
@@ -27,7 +27,6 @@ SETTINGS = Settings(
     averaged_law=True,  # the torque goes through it, too
     support=SupportSettings(trim_start=0.1, trim_end=0.1),
 )
-LABELS = {"legs-contact": "exact log", "harsh": "harsh log", "exact": "exact model", "drawn": "inexact model"}
 
 
 def run(quick: bool) -> Numbers:
@@ -53,13 +52,8 @@ def _measures(found: Sequence[Estimate], joint: str) -> dict[str, float]:
 
 def texts(numbers: Numbers) -> dict[str, str]:
     """Format shares and splits by log, model and joint."""
-    cases = [(name, model) for name in ("legs-contact", "harsh") for model in ("exact", "drawn")]
-    head = [f"{LABELS[name]}, {LABELS[model]}" for name, model in cases]
-    rows = [[numbers[name][model][joint] for name, model in cases] for joint in JOINTS]
     exact, wrong = (numbers["harsh"][model]["knee"] for model in ("exact", "drawn"))
     return {
-        "feeding": joint_table(head, [[percent(each["feeding"]) for each in row] for row in rows]),
-        "split": joint_table(head, [[f"{each['split']:.2g}" for each in row] for row in rows]),
         "knee-exact": percent(exact["feeding"]),
         "knee-wrong": percent(wrong["feeding"]),
         "split-exact": f"{exact['split']:.2f} N m",

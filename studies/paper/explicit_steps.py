@@ -12,7 +12,6 @@ from stribeck.core.base.typing import Array
 from stribeck.core.friction import get_law
 from stribeck.simulation.friction import FrictionTruth, Instant, LawFriction
 from stribeck.simulation.rigid.constrained import ITERATIONS
-from studies.markdown import markdown_table
 from studies.paper.laws import KNEE, SLOPE, STATIC
 from studies.paper.study import Numbers
 
@@ -91,16 +90,7 @@ def run(quick: bool) -> Numbers:  # noqa: ARG001 - it takes seconds
 
 def texts(numbers: Numbers) -> dict[str, str]:
     jump = {place: each["the jump"]["explicit"] for place, each in numbers["integration"].items()}
-    header = ["slope a [s/rad]", "least inertia that rests [kg m²]"]
-    header += [f"{place}, {inertia:g} kg m²" for place, inertia in INERTIAS.items()]
-    rows = []
-    for slope in SLOPES:
-        least = numbers["least_inertia"].get(slope)
-        cells = [numbers["integration"][place][slope]["explicit"] for place in INERTIAS]
-        left = [f"{cell:.2g} rad/s" if cell else "rests" for cell in cells]
-        rows.append([slope, f"{least:.2g}" if least else "none", *left])
     return {
-        "table": markdown_table(header, rows),
         "jump": f"{jump['shank']:.4f} to {jump['foot']:.2f} rad/s",
         "least-inertia": f"{numbers['least_inertia'][f'{SLOPE:g}']:.3f} kg m²",
     }

@@ -55,9 +55,11 @@ def fill_page() -> None:
 
 
 def print_numbers() -> None:
-    """Print all statements, then each study's description, tables and numbers."""
+    """Print all statements, then each study's description, texts and numbers."""
     print(_table(read_statements(), all_texts()))
     for name, study in find_studies().items():
         print(f"\n# {name}\n\n{study.__doc__}")
-        for label, text in study.texts(json.loads((NUMBERS / f"{name}.json").read_text(encoding="utf-8"))).items():
+        numbers = json.loads((NUMBERS / f"{name}.json").read_text(encoding="utf-8"))
+        for label, text in study.texts(numbers).items():
             print(f"\n## {label}\n\n{text}\n" if "\n" in text else f"{label}: {text}")
+        print(json.dumps(numbers, indent=1))

@@ -12,11 +12,11 @@ from stribeck import Settings
 from stribeck.core.judgement.passivity import positive_power_fraction
 from stribeck.core.settings import FilterSettings, SupportSettings
 from stribeck.simulation.run import Simulated
-from studies.markdown import markdown_table, percent
+from studies.markdown import percent
 from studies.paper.estimate import Differences, estimate
 from studies.paper.inexact import drawn, scaled, with_bodies
 from studies.paper.study import Numbers
-from studies.paper.swing import JOINTS, LABELS, model_acceleration, swinging
+from studies.paper.swing import JOINTS, model_acceleration, swinging
 from studies.paper.walks import get_walk
 
 WALKS = ("legs-contact",)
@@ -28,8 +28,6 @@ FILTERS = {
     "window 151": AS_PAPER,
     "window 151, torque too": AS_PAPER.model_copy(update={"averaged_law": True}),
 }
-MODELS = {"exact": "exact", "+10 %": "inertias +10 %", "-10 %": "inertias -10 %", "drawn": "drawn"}
-"""Labels in the table, by key of the numbers."""
 SEEDS = range(1, 9)
 """Seeds of models with errors in every body."""
 
@@ -78,15 +76,7 @@ def _difference(walk: Simulated, settings: Settings) -> dict[str, float]:
 def texts(numbers: Numbers) -> dict[str, str]:
     """Format the shares of samples with positive power, per joint, by model and filter."""
     torque, difference = numbers["torque"], numbers["difference"]
-    rows = []
-    for model, label in MODELS.items():
-        for name, shares in torque[model].items():
-            cells = [*shares.values(), sum(shares.values()) / len(shares)]
-            rows.append((f"{label}, {name}", *(percent(share, 1) for share in cells)))
-    signs = [(name, *(percent(share, 1) for share in shares.values())) for name, shares in difference.items()]
     return {
-        "table": markdown_table(("model and filter", *LABELS, "mean"), rows),
-        "signs": markdown_table(("filter", *LABELS), signs),
         "sign-hip-roll": percent(difference["unfiltered"]["hip_roll"], 1),
         "exact-raw": percent(max(torque["exact"]["unfiltered"].values()), 1),
         "heavier-hip-pitch": percent(torque["+10 %"]["unfiltered"]["hip_pitch"], 1),

@@ -12,10 +12,10 @@ from stribeck.core.dynamics.rooted import joint_inertia
 from stribeck.core.dynamics.state import State
 from stribeck.simulation.run import Simulated
 from studies.dense import constrained_sample
-from studies.markdown import markdown_table, short
+from studies.markdown import short
 from studies.paper.estimate import EXACT, Differences, estimate, rms
 from studies.paper.study import Numbers
-from studies.paper.swing import JOINTS, joint_table
+from studies.paper.swing import JOINTS
 from studies.paper.walks import get_walk
 
 WALKS = ("right-knee-ideal",)
@@ -23,9 +23,9 @@ STRIDE = 25
 """Stride between the samples whose matrices are computed."""
 SINGULAR = 1e-9
 """Singular values below this share of the largest count as zero."""
-ERRORS = {"acceleration": "δa", "own": "diagonal × δa", "whole": "M_mod δa", "error": "error"}
-"""Labels in the table, by key of the numbers: the errors of the backward difference [rad/s^2], of friction predicted by
-the diagonal and by the row of M_mod, and of the estimated friction [N m]."""
+ERRORS = ("acceleration", "own", "whole", "error")
+"""Keys of the errors of the backward difference [rad/s^2], of friction predicted by the diagonal and by the row of
+M_mod, and of the estimated friction [N m]."""
 
 
 def run(quick: bool) -> Numbers:
@@ -102,26 +102,9 @@ def _ranks(walk: Simulated) -> dict[str, dict[str, float]]:
 def texts(numbers: Numbers) -> dict[str, str]:
     """Format inertias and errors per joint, and the ranks."""
     joints, ranks = numbers["joints"], numbers["ranks"]
-    sizes = [
-        (row["stance"]["inertia"], row["swing"]["inertia"], row["inertia_ratio"], row["largest_ratio"])
-        for row in joints.values()
-    ]
-    errors = [[f"{row[phase][key]:.2g}" for key in ERRORS for phase in ("stance", "swing")] for row in joints.values()]
-    by_feet = [
-        (label, *list(row.values())[:3], f"{row['largest_condition_of_A']:.2g}")
-        for label, row in zip(("one foot", "two feet"), ranks.values(), strict=True)
-    ]
     ratios = {joint.replace("_", " "): row["inertia_ratio"] for joint, row in joints.items()}
     most, least = (choose(ratios, key=ratios.__getitem__) for choose in (max, min))
     return {
-        "inertias": joint_table(
-            ("stands [kg m²]", "swings [kg m²]", "ratio", "largest ratio"),
-            [[short(x, 3) for x in row] for row in sizes],
-        ),
-        "errors": joint_table([f"{label}, {way}" for label in ERRORS.values() for way in ("stands", "swings")], errors),
-        "ranks": markdown_table(
-            ("standing on", "joints", "lowest rank", "highest rank", "largest condition of A"), by_feet
-        ),
         "knee": f"{ratios['knee']:.0f}",
         "knee-diagonal": f"{joints['knee']['stance']['own']:.2g} N m",
         "knee-error": f"{joints['knee']['stance']['error']:.2g} N m",

@@ -15,7 +15,7 @@ from stribeck.simulation.run import Simulated
 from studies.markdown import percent
 from studies.paper.estimate import estimate
 from studies.paper.study import Numbers
-from studies.paper.swing import JOINTS, joint_table, model_acceleration, swinging
+from studies.paper.swing import JOINTS, model_acceleration, swinging
 from studies.paper.walks import legs_by_sensors
 
 WALKS = ("legs-contact", "harsh")
@@ -80,13 +80,7 @@ def _beyond(spectra: Spectra) -> dict[str, float]:
 def texts(numbers: Numbers) -> dict[str, str]:
     """Format power above 10 Hz, and noise of measured accelerations."""
     beyond, noisier = numbers["beyond"], {name: row["noisier"] for name, row in numbers["logs"].items()}
-    rows = [
-        (percent(beyond[joint], 1), *(f"{noisier[name][joint]:.2g}" for name in ("realistic", "harsh")))
-        for joint in JOINTS
-    ]
-    head = ("power beyond 10 Hz", "measured / model, realistic", "measured / model, harsh")
     return {
-        "table": joint_table(head, rows),
         "beyond-most": f"{percent(max(beyond.values()))} ({max(beyond, key=beyond.__getitem__).replace('_', ' ')})",
         "noisier-knee": f"{noisier['realistic']['knee']:.0f}",
         "noisier-least": f"{min(noisier['realistic'].values()):.1f}",

@@ -1,6 +1,5 @@
 """Samples of the joints of a swinging leg, the right leg as in the paper, and measures of a friction curve."""
 
-from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -8,11 +7,9 @@ import numpy as np
 from stribeck.core.base.typing import Array
 from stribeck.core.dynamics.rooted import joint_inertia
 from stribeck.simulation.run import Simulated
-from studies.markdown import markdown_table
 from studies.paper.estimate import Estimate
 
 JOINTS = ("hip_roll", "hip_pitch", "hip_yaw", "knee", "ankle_roll", "ankle_pitch")
-LABELS = tuple(joint.replace("_", " ") for joint in JOINTS)
 """Names of the joints in tables."""
 SIDE = "right"
 SUPPORT = "left_foot"
@@ -43,11 +40,6 @@ def swinging(found: Estimate, joint: str) -> Swing:
         samples.friction_torque[rows, column],
         found.truth[rows, column],
     )
-
-
-def joint_table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Format a table with one row of cells per joint, in the order of `JOINTS`."""
-    return markdown_table(("joint", *head), [(label, *row) for label, row in zip(LABELS, rows, strict=True)])
 
 
 def model_acceleration(walk: Simulated, found: Estimate) -> Array:

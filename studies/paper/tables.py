@@ -82,17 +82,8 @@ def texts(numbers: Numbers) -> dict[str, str]:
     weak = [joint for joint, row in straight.items() if np.any(row["weak"])]
     known = [row["error"][k] for row in straight.values() for k in (3, 4)]
     printed = mean_and_worst(paper["straight-and-sideways"])
-    summary = [
-        (name, *(f"{_two(mean)} / {_two(worst)}" for mean, worst in zip(row["mean"], row["worst"], strict=True)))
-        for name, row in {"the paper": printed, **fits}.items()
-    ]
     return {
         **{walk: _table(paper[walk], numbers["found"][walk]) for walk in WALKS},
-        "reasons": markdown_table(
-            ("joint", "top speed [rad/s]", "errors of Fv, Fc, S here", "in the paper"),
-            [_reason(joint, straight[joint], paper["straight"][joint]) for joint in weak],
-        ),
-        "summary": markdown_table(("mean / worst error [%]", *SYMBOLS), summary),
         "weak": str(len(weak)),
         "weak-worst": f"{max(abs(straight[joint]['error'][0]) for joint in JOINTS):.0f} %",
         "straight-known": f"{max(map(abs, known)):.1f} %",
@@ -127,13 +118,3 @@ def _cell(value: float, half_width: float, error: float, weak: float) -> str:
         return "–"
     size = f"{abs(error):.2f} %"
     return f"{value:.4g} ± {half_width:.1g}<br>{f'*{size}, weak*' if weak else size}"
-
-
-def _reason(joint: str, row: Numbers, paper: Numbers) -> tuple[str, ...]:
-    ours, printed = (" / ".join(_two(abs(error)) for error in each["error"][:3]) + " %" for each in (row, paper))
-    return joint.replace("_", " "), f"{row['top_speed']:.2f}", ours, printed
-
-
-def _two(value: float) -> str:
-    """Format a number with two significant digits, from 100 on without decimals."""
-    return f"{value:.2g}" if value < 100 else f"{value:,.0f}"

@@ -70,8 +70,9 @@ def test_errors_are_those_of_a_known_answer(folder: Path, tmp_path: Path) -> Non
     truth = read(Truth, folder / "truth/arm/clean" / TRUTH).joints
     for joint, known in truth.items():
         assert found.relative["coulomb"][joint] == pytest.approx(0.2)
-        assert found.error["viscous"][joint] == pytest.approx(0.2 * known.viscous, rel=1e-3)
-        assert found.covered["offset"][joint] == (abs(0.2 * known.offset) < 1.96 * 0.01)
+        assert found.offset[joint] == pytest.approx(0.2 * abs(known.offset), rel=1e-3)
+    true = [getattr(known, name) for known in truth.values() for name in PARAMETERS]
+    assert found.covered == (sum(abs(0.2 * value) < 1.96 * 0.01 for value in true), len(true))
     assert found.curve["elbow"] == pytest.approx(0.2, abs=0.05)
     assert not found.far
     assert {name for name in found.beyond if name.endswith("coulomb")} == {f"{joint} coulomb" for joint in truth}
