@@ -11,7 +11,7 @@ CORE := contact differentiation dynamics friction friction_torque judgement meth
 # Modules are compiled when one is first imported, and kept: else each of many processes would compile them anew.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: demo test test-core pytest lint coverage bench benchmark fuzz paper docs accuracy real clean
+.PHONY: demo test test-core pytest lint coverage bench benchmark fuzz paper docs studies real clean
 
 .venv/bin/pip:
 	$(PYTHON) -m venv .venv
@@ -45,7 +45,7 @@ test-core: .venv/.dev
 
 coverage: .venv/.dev
 	$(PYTEST) -m "" $(UNTRACED:%=--ignore=%) --cov --cov-report=term-missing:skip-covered
-	$(PYTEST) -m long tests/simulation tests/studies/test_studies.py
+	$(PYTEST) -m long tests/simulation
 
 bench: .venv/.dev
 	for name in $(BENCHMARKS); do $(BIN)/python -m benchmarks.$$name || exit; done
@@ -67,9 +67,9 @@ paper: .venv/.dev
 docs: .venv/.dev
 	$(BIN)/python -m sphinx -W --keep-going -q docs site
 
-accuracy: .venv/.dev
-	$(BIN)/python -m studies.accuracy --save studies/accuracy.json
-	$(BIN)/python -m studies.summary
+# Repeats the studies whose figures are not those of this code; continues after an interruption.
+studies: .venv/.dev
+	$(BIN)/python -m studies run
 
 real: .venv/.dev
 	$(PYTEST) -m long tests/test_real_logs.py

@@ -18,7 +18,7 @@ For the next log, the interval contains 25 %, the spread of `core.result.log_spr
 also chosen without the robot's own logs.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -154,10 +154,22 @@ def beyond(a: JointResult, b: JointResult) -> Array:
     return np.asarray(np.sqrt(np.maximum((other - value) ** 2 - half**2, 0.0)) / value)
 
 
-def run_pair(robot: Robot, train: RobotLog, test: RobotLog) -> tuple[Row, dict[str, Result | None]]:
-    """Fit a log by all methods, and predict another one."""
+def logs_of(robot: str) -> tuple[Robot, list[RobotLog]]:
+    """Read a real robot and its logs, or the halves of its only log."""
+    folder = real_robot(robot)
+    machine = Robot.from_file(folder / "robot.toml")
+    logs = [read_log(path, machine) for path in sorted(folder.glob("log*.npz"))]
+    middle = len(logs[0].time) // 2
+    halves = [logs[0].take(slice(middle)), logs[0].take(slice(middle, None))]
+    return machine, logs if len(logs) > 1 else halves
+
+
+def run_pair(
+    robot: Robot, train: RobotLog, test: RobotLog, methods: Mapping[str, Mapping[str, object]] = METHODS
+) -> tuple[Row, dict[str, Result | None]]:
+    """Fit a log by some methods, and predict another one."""
     drive, results = robot.torque_source != "link_side_sensor", dict[str, Result | None]()
-    for method, settings in METHODS.items():
+    for method, settings in methods.items():
         try:
             results[method] = identify(train, robot, robot.settings.model_copy(update=settings))
         except NothingIdentifiedError:
@@ -177,12 +189,7 @@ def run_pair(robot: Robot, train: RobotLog, test: RobotLog) -> tuple[Row, dict[s
 
 def run(robot: str) -> Row:
     """Compare the methods on all logs of a robot."""
-    folder = real_robot(robot)
-    machine = Robot.from_file(folder / "robot.toml")
-    logs = [read_log(path, machine) for path in sorted(folder.glob("log*.npz"))]
-    if len(logs) == 1:
-        middle = len(logs[0].time) // 2
-        logs = [logs[0].take(slice(middle)), logs[0].take(slice(middle, None))]
+    machine, logs = logs_of(robot)
     pairs = [run_pair(machine, log, logs[(k + 1) % len(logs)]) for k, log in enumerate(logs)]
     row: Row = {"joints": list(machine.joint_names), "pairs": [pair for pair, _ in pairs]}
     for method in METHODS:

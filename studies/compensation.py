@@ -3,30 +3,25 @@
     python -m studies.compensation --save studies/compensation.json
 
 An arm with six joints makes an excitation motion with noisy encoders and torque sensors. Its friction is identified
-with default settings, exported as a C header, compiled, and compensated in a loop at 1 kHz:
-
-- tracking: slow sines through reversals, by computed torque;
-- guiding: gravity is compensated, and a hand drags the arm along slow sines by a spring;
-- rest: the arm starts away from its target and should stand still.
+with default settings, exported as a C header, compiled, and compensated in a loop at 1 kHz: computed torque tracks slow
+sines through reversals.
 
 Velocities are low-pass filtered differences of noisy positions. For comparison, the loop runs without compensation,
-with the true friction, with one and a half times the true friction (overestimation), and with the wrong sign. Without
-a log, a momentum observer compensates at three bandwidths; it cannot distinguish a hand from friction.
+with the true friction, and with one and a half times the true friction (overestimation).
 """
 
 import ctypes
 import subprocess
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
-from itertools import product
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 
-from stribeck import MomentumObserver, Robot, RobotLog, identify
+from stribeck import Robot, RobotLog, identify
 from stribeck.app.exporters import export
 from stribeck.app.exporters.joints import joint_terms
 from stribeck.core.base.typing import Array
@@ -38,7 +33,7 @@ from stribeck.simulation.prescribed.exact import exact_log
 from stribeck.simulation.rigid.constrained import BodyState, simulate_constrained
 from stribeck.simulation.robots import MODELS
 from stribeck.simulation.sensors.measure import with_noise
-from studies.command import Row, command, rounded
+from studies.command import Row, command
 from studies.markdown import markdown_table
 
 LAW = "stribeck"
@@ -58,24 +53,17 @@ RATE, SECONDS, SETTLED = 1000.0, 12.0, 2.0
 SIZE, SLOWEST = 0.35, 0.08
 """Amplitude of the sines [rad], and their lowest frequency [Hz]."""
 
-STIFF, HAND = 30.0, 30.0
-"""Natural frequency of the controller, and of a joint on the hand's spring [rad/s]."""
+STIFF = 30.0
+"""Natural frequency of the controller [rad/s]."""
 
 LOW_PASS = 0.01
 """Time constant of velocities [s]."""
 
 SETTINGS = {"gain": 0.9, "near": 0.05, "dead_zone": 0.01, "release": 0.005, "fade": 0.02, "limit": 50.0}
-OBSERVED = {f"observer, {bandwidth:g} Hz": bandwidth for bandwidth in (1.0, 3.0, 10.0)}
-"""Bandwidths of the observer [Hz]."""
+KINDS = ("none", "identified", "true", "half as much again")
 
-KINDS = ("none", "identified", "true", "half as much again", "wrong sign", *OBSERVED)
-TASKS = ("tracking", "guiding", "rest")
-
-ByLaw = Callable[[Array, Array], Array]
+Compensation = Callable[[Array, Array], Array]
 """Measured and desired velocities -> torques [N m], shape (n,) each."""
-
-Compensation = Callable[[Array, Array, Array, Array], Array]
-"""Measured positions and velocities, desired velocities, measured torques -> torques [N m], shape (n,) each."""
 
 
 def arm() -> Robot:
@@ -112,14 +100,8 @@ def with_truth(result: Result, truth: Parameters, factor: float = 1.0) -> Result
     return replace(result, law=LAW, joints=joints)
 
 
-def compiled(
-    result: Result,
-    robot: Robot,
-    sign: float = 1.0,
-    period: float = 1 / RATE,
-    settings: Mapping[str, float] = SETTINGS,
-) -> ByLaw:
-    """Compile the exported header as a compensation that runs every `period` [s]."""
+def compiled(result: Result, robot: Robot) -> Compensation:
+    """Compile the exported header as a compensation."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder)
         export(result, robot, path / "friction.h", "c", include_weak=True)
@@ -127,8 +109,8 @@ def compiled(
             '#include "friction.h"\n'
             "static friction_state state[FRICTION_JOINT_COUNT];\n"
             "double act(int k, double v, double w) {\n"
-            f"    static const friction_settings own = {{{', '.join(map(repr, settings.values()))}}};\n"
-            f"    return friction_compensation(k, v, w, 0, 0, {period!r}, &own, &state[k]);\n"
+            f"    static const friction_settings own = {{{', '.join(map(repr, SETTINGS.values()))}}};\n"
+            f"    return friction_compensation(k, v, w, 0, 0, {1 / RATE!r}, &own, &state[k]);\n"
             "}\n"
         )
         command = ["cc", "-std=c99", "-O2", "-shared", "-fPIC", "loop.c", "-o", "loop.so", "-lm"]
@@ -141,27 +123,26 @@ def compiled(
     def compensate(measured: Array, desired: Array) -> Array:
         torques = np.zeros(len(measured))
         for joint, k in number.items():
-            torques[joint] = sign * act(k, measured[joint], desired[joint])
+            torques[joint] = act(k, measured[joint], desired[joint])
         return torques
 
     return compensate
 
 
-def run(task: str, compensation: str) -> Row:
-    """Simulate a task with a compensation."""
+def run(compensation: str) -> Row:
+    """Simulate the arm with a compensation; return the tracking error, root mean square [mrad]."""
     robot = arm()
     compensate = _made(compensation, robot)
     model = robot.tree.model
-    data, generator, noise = model.createData(), np.random.default_rng(3), np.random.default_rng(4)
+    data, generator = model.createData(), np.random.default_rng(3)
     joints = np.arange(model.nv)
     speed = 2 * np.pi * SLOWEST * (1 + 0.35 * joints)
-    inertia = np.diag(pin.crba(model, data, np.zeros(model.nv))).copy()
-    seen = {name: np.zeros(model.nv) for name in ("position", "velocity", "torque")}
+    seen = {name: np.zeros(model.nv) for name in ("position", "velocity")}
     measured: list[Array] = []
 
     def aim(time: float) -> tuple[Array, Array, Array]:
-        size, phase = 0.0 if task == "rest" else SIZE, speed * time
-        return size * np.sin(phase), size * speed * np.cos(phase), -size * speed**2 * np.sin(phase)
+        phase = speed * time
+        return SIZE * np.sin(phase), SIZE * speed * np.cos(phase), -SIZE * speed**2 * np.sin(phase)
 
     def controller(time: float, state: BodyState) -> Array:
         position = state.configuration + ENCODER * generator.standard_normal(model.nv)
@@ -170,57 +151,38 @@ def run(task: str, compensation: str) -> Row:
             seen["velocity"] += share * ((position - seen["position"]) * RATE - seen["velocity"])
         seen["position"] = position
         velocity, (q, v, a) = seen["velocity"], aim(time)
-        hand = np.zeros(model.nv)
-        if task == "guiding":
-            hand = inertia * (HAND**2 * (q - state.configuration) + 2 * HAND * (v - state.velocity))
-            torque = pin.computeGeneralizedGravity(model, data, position)
-            wanted = velocity  # nobody knows where the hand wants to go
-        else:
-            push = STIFF**2 * (q - position) + 2 * STIFF * (v - velocity)
-            torque, wanted = pin.rnea(model, data, position, velocity, a + push), v
+        push = STIFF**2 * (q - position) + 2 * STIFF * (v - velocity)
+        torque = pin.rnea(model, data, position, velocity, a + push)
         if time > SETTLED:
-            measured.append({"tracking": q - state.configuration, "guiding": hand, "rest": state.velocity}[task])
-        if compensate is not None:
-            sensed = seen["torque"] + TORQUE * noise.standard_normal(model.nv)
-            torque = torque + compensate(position, velocity, wanted, sensed)
-        seen["torque"] = torque
-        return np.asarray(torque + hand)
+            measured.append(q - state.configuration)
+        return np.asarray(torque if compensate is None else torque + compensate(velocity, v))
 
     law = LawFriction(robot.joint_names, get_law(LAW), truth_of(robot))
-    start = np.full(model.nv, 0.05) if task == "rest" else np.zeros(model.nv)
-    friction = FrictionTruth(model.nv, [law])
+    start, friction = np.zeros(model.nv), FrictionTruth(model.nv, [law])
     simulate_constrained(robot, controller, (), friction, configuration=start, duration=SECONDS)
-    rms = float(np.sqrt(np.mean(np.square(measured))))
-    value, unit = {"tracking": (1e3 * rms, "mrad"), "guiding": (rms, "N m"), "rest": (1e3 * rms, "mrad/s")}[task]
-    return {"value": rounded(value, 4), "unit": unit}
+    return {"error": 1e3 * float(np.sqrt(np.mean(np.square(measured))))}
 
 
 def _made(kind: str, robot: Robot) -> Compensation | None:
     """Build a new compensation, which has its own state; None for no compensation."""
     if kind == "none":
         return None
-    if kind in OBSERVED:
-        observer = MomentumObserver(robot, 1 / RATE, OBSERVED[kind])
-        return lambda position, measured, _, torque: SETTINGS["gain"] * observer.update(position, measured, torque)
     result = identified()
-    if kind in ("true", "half as much again"):
+    if kind != "identified":
         result = with_truth(result, truth_of(robot), 1.0 if kind == "true" else 1.5)
-    by_law = compiled(result, robot, -1.0 if kind == "wrong sign" else 1.0)
-    return lambda _position, measured, desired, _torque: by_law(measured, desired)
+    return compiled(result, robot)
 
 
-def gain_of(rows: list[Row], task: str) -> float:
+def gain_of(rows: list[Row]) -> float:
     """Compute the gain of the identified compensation relative to the gain of the true one [1]."""
-    by = {row["compensation"]: row["value"] for row in rows if row["task"] == task}
+    by = {row["compensation"]: row["error"] for row in rows}
     return float((by["none"] - by["identified"]) / (by["none"] - by["true"]))
 
 
 def tables(rows: list[Row]) -> list[str]:
     """Format the table."""
-    by_task = [own for task in TASKS if (own := [row for row in rows if row["task"] == task])]
-    cells = [(f"{own[0]['task']} [{own[0]['unit']}]", *(f"{row['value']:.3g}" for row in own)) for own in by_task]
-    return [markdown_table(("task", *KINDS), cells, 9)]
+    return [markdown_table(KINDS, [[f"{row['error']:.3g} mrad" for row in rows]], 0)]
 
 
 if __name__ == "__main__":
-    command(__doc__, [{"task": task, "compensation": kind} for task, kind in product(TASKS, KINDS)], run, tables)
+    command(__doc__, [{"compensation": kind} for kind in KINDS], run, tables)

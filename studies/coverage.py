@@ -10,7 +10,7 @@ the interval and more than 15 % off. No constant of the estimator was chosen on 
 Four days of an arm have 0, 1.2, 0 and 2 kg at its flange and friction of 85 to 115 %.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -30,6 +30,7 @@ from studies.command import Row, command, rounded
 from studies.lugre import bristles_along
 from studies.markdown import markdown_table, percent
 from studies.misfits import Change, load, ripple
+from studies.remedies import WRONG
 
 SEEDS = 1
 ENCODER, TORQUE = 2e-5, 0.1
@@ -180,32 +181,53 @@ def four_days(robot: Robot, seed: int) -> tuple[list[RobotLog], Curve]:
     return logs, lambda joint, speed: means[joint] * sliding(truth[joint], speed)
 
 
+def points_of(result: Result, joints: Iterable[str], curve: Curve) -> list[list[float]]:
+    """List the points of curves: whether the joint is identified, whether the interval covers the truth, error [1]."""
+    points = []
+    for name in joints:
+        for point in result.joints[name].curve:
+            (low, high), true = point.interval_95, curve(name, point.velocity)
+            covered, error = low <= true <= high, rounded(abs(point.value / true - 1))
+            points.append([result.joints[name].verdict == "identified", covered, error])
+    return points
+
+
+def counts(points: list[list[float]]) -> list[int]:
+    """Count points: all, covered, and confidently wrong."""
+    sure, covered, error = np.array(points).reshape(-1, 3).T
+    return [len(sure), int(covered.sum()), int(np.sum((sure == 1) & (covered == 0) & (error > WRONG)))]
+
+
 def judged(result: Result, curve: Curve) -> Row:
     """Count the points of identified curves: all, inside their interval, confidently wrong; and their median width."""
     joints = [name for name, joint in result.joints.items() if joint.verdict == "identified"]
-    points = [(point, curve(name, point.velocity)) for name in joints for point in result.joints[name].curve]
-    outside = [(abs(p.value - true) / true, true) for p, true in points if abs(p.value - true) > p.half_width]
+    widths = [p.half_width / curve(name, p.velocity) for name in joints for p in result.joints[name].curve]
     return {
         "joints": [len(joints), sum(bool(joint.curve) for joint in result.joints.values())],
-        "points": [len(points), len(points) - len(outside), sum(off > 0.15 for off, _ in outside)],
-        "width": rounded(float(np.median([p.half_width / true for p, true in points])) if points else 0.0),
-        "checks": sorted({finding.check for finding in result.findings}),
+        "points": counts(points_of(result, joints, curve)),
+        "width": rounded(float(np.median(widths)) if widths else 0.0),
     }
 
 
-def run(case: str, seed: int) -> Row:
-    """Compute the row of a case."""
+def made(case: str, seed: int) -> tuple[list[RobotLog], Robot, Curve]:
+    """Make the logs of a case, their robot, and their true friction."""
     if case in DIRT:
         robot = robot_from(DIRT[case].machine.robot_file)
         log, curve = dirty(DIRT[case], robot, seed)
-        return judged(identify(log, robot), curve)
+        return [log], robot, curve
     logs, curve = four_days(robot := robot_from(UR5), seed)
     tables = [
         PayloadTable(link=FLANGE, mass=mass, com=REACH, spans=[(log.path, 0.0, 1e3)])
         for mass, log in zip(PAYLOADS, logs, strict=True)
         if mass
     ]
-    return judged(identify(logs, replace(robot, payloads=tuple(tables)) if DAYS[case] else robot), curve)
+    return logs, replace(robot, payloads=tuple(tables)) if DAYS[case] else robot, curve
+
+
+def run(case: str, seed: int) -> Row:
+    """Compute the row of a case."""
+    logs, robot, curve = made(case, seed)
+    return judged(identify(logs, robot), curve)
 
 
 def tables(rows: list[Row]) -> list[str]:

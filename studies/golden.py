@@ -3,7 +3,8 @@
     python -m studies.golden [--write] [CASE ...]
 
 A change of the code's structure moves no number. With STRIBECK_EVERYDAY and STRIBECK_REAL_LOGS, everyday logs
-and real robots are compared, too. `--write` freezes the present numbers; the commit says which of them moved, and why.
+and real robots are compared, too. `--write` freezes the present numbers of cases that differ; the commit says which
+moved, and why. Saved studies of estimates are then stale.
 """
 
 import argparse
@@ -172,7 +173,7 @@ def read() -> dict[str, Any]:
 def main() -> int:
     """Compare or freeze all cases with available logs; return 1 if a number differs."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--write", action="store_true", help="freeze the present numbers")
+    parser.add_argument("--write", action="store_true", help="freeze the present numbers of cases that differ")
     parser.add_argument("cases", nargs="*", metavar="CASE")
     options = parser.parse_args()
     cases = dict(CASES)
@@ -185,9 +186,9 @@ def main() -> int:
         now = frozen(cases[name], METHODS.get(name, ()))
         changes = list(differences(before.get(name), now, 1e-9, name))
         count += len(changes)
+        before[name] = now if changes else before[name]
         print(f"{name}: {len(changes)} differences", *changes[:20], sep="\n  ", flush=True)
-        before[name] = now
-    if options.write:
+    if options.write and count:
         rows = ",\n".join(f"{json.dumps(name)}: {json.dumps(numbers)}" for name, numbers in before.items())
         FILE.write_text(f"{{\n{rows}\n}}\n", encoding="utf-8")
     return int(bool(count))

@@ -47,8 +47,6 @@ REST = 0.01
 ENDS = 0.25
 """Duration excluded at both ends of a part, where its filters settle [s]."""
 METHODS: dict[str, dict[str, object]] = {
-    "whole-log, model trusted": {"law": "coulomb-viscous", "corrections": "none"},
-    "whole-log": {"law": "coulomb-viscous"},
     "default, model trusted": {"corrections": "none"},
     "default": {},
 }

@@ -1,7 +1,6 @@
 """Cache of simulated walks under build/, valid until the scenario, the robot or the simulator changes."""
 
 import hashlib
-from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
@@ -10,11 +9,11 @@ from stribeck import Robot, read_log
 from stribeck.simulation.files import read_truth, write_simulated
 from stribeck.simulation.run import Simulated, robot_file, run_scenario
 from stribeck.simulation.scenario import Scenario
+from studies.command import ROOT, of_code
 
-ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "build" / "walks"
-SOURCES = ("stribeck.simulation", "stribeck/friction", "stribeck/robot/robot.py", "stribeck/robot/rooting.py")
-"""Parts of the source that a simulated log depends on."""
+SOURCES = ("simulation", "core/friction", "core/robot")
+"""Packages that a simulated log depends on."""
 
 
 def kept_walk(label: str, scenario: Scenario, folder: Path = Path()) -> Simulated:
@@ -45,17 +44,5 @@ def _digest(scenario: Scenario, robot_file: Path) -> str:
     """Compute a short hash of all inputs of a simulated log."""
     there = str(Path(stribeck.__file__).parent)  # the package's location does not matter
     parts = [scenario.model_dump_json(), robot_file.read_text(encoding="utf-8").replace(there, "")]
-    text = "\n".join([*parts, version("mujoco"), version("pin"), _source_digest()])
+    text = "\n".join([*parts, version("mujoco"), version("pin"), of_code(*SOURCES)])
     return hashlib.sha256(text.encode()).hexdigest()[:12]
-
-
-@cache
-def _source_digest() -> str:
-    package = Path(stribeck.__file__).parents[1]
-    places = [package / source for source in SOURCES]
-    files = [file for place in places for file in ([place] if place.is_file() else sorted(place.rglob("*")))]
-    digest = hashlib.sha256()
-    for file in files:
-        if file.suffix in (".py", ".xml", ".toml"):
-            digest.update(file.read_bytes())
-    return digest.hexdigest()

@@ -23,10 +23,10 @@ from stribeck import Result, Robot, identify
 from stribeck.check.init import draft_robot_file
 from stribeck.core.errors import StribeckError
 from studies.baselines import METHODS, means
-from studies.command import ROOT, Row, command, rounded, saved
+from studies.command import ROOT, Row, command, saved
+from studies.coverage import counts, points_of
 from studies.markdown import markdown_table, percent
 from studies.quadrupeds import simulate
-from studies.remedies import WRONG
 
 WAYS = METHODS | {"uncorrected": {"corrections": "none"}}
 RUNS = (
@@ -46,18 +46,13 @@ def friction(truth: dict[str, float], velocity: float) -> float:
 
 
 def score(result: Result, truth: dict[str, dict[str, float]]) -> Row:
-    """Count identified joints, and list the points of all curves: whether identified, whether covered, and error."""
-    points = []
-    for name, known in truth.items():
-        for point in result.joints[name].curve:
-            (low, high), true = point.interval_95, friction(known, point.velocity)
-            identified = result.joints[name].verdict == "identified"
-            points.append([identified, low <= true <= high, rounded(abs(point.value / true - 1))])
+    """Count identified joints, and list the points of all curves."""
+    points = points_of(result, truth, lambda joint, speed: friction(truth[joint], speed))
     return {"identified": sum(result.joints[name].verdict == "identified" for name in truth), "points": points}
 
 
-def run(log: str) -> Row:
-    """Score a log, which is simulated unless it exists."""
+def made(log: str) -> tuple[Path, Robot, dict[str, dict[str, float]]]:
+    """Find a log, which is simulated unless it exists, its robot, and the true friction of its joints."""
     path = BUILT / log / "log.npz" if log in RUNS else EVERYDAY / log
     if log in RUNS and not path.exists():
         simulate(path.parent, *log.split("-"))
@@ -67,7 +62,12 @@ def run(log: str) -> Row:
         robot.parent.mkdir(parents=True, exist_ok=True)
         draft = draft_robot_file(str(next(path.parent.glob("*.urdf"))), path, robot)
         robot.write_text(draft.text, encoding="utf-8")
-    machine, truth = Robot.from_file(robot), truth.get("joints", truth)
+    return path, Robot.from_file(robot), truth.get("joints", truth)
+
+
+def run(log: str) -> Row:
+    """Score a log."""
+    path, machine, truth = made(log)
     row: Row = {"joints": len(truth)}
     for way, settings in WAYS.items():
         try:
@@ -85,10 +85,10 @@ def tables(rows: list[Row]) -> list[str]:
     cells: list[tuple[object, ...]] = []
     for (name, group), way in product(groups.items(), WAYS):
         identified = sum(row[way]["identified"] for row in group)
-        points = np.array([point for row in group for point in row[way]["points"]]).reshape(-1, 3)
-        wrong = np.sum((points[:, 0] == 1) & (points[:, 1] == 0) & (points[:, 2] > WRONG))
-        sizes = [percent(float(of(points[:, 2])), 1) if len(points) else "–" for of in (np.median, np.max)]
-        covered = f"{np.sum(points[:, 1]):.0f} of {len(points)}"
+        points = [point for row in group for point in row[way]["points"]]
+        count, inside, wrong = counts(points)
+        sizes = [percent(float(of([p[2] for p in points])), 1) if points else "–" for of in (np.median, np.max)]
+        covered = f"{inside} of {count}"
         joints = f"{identified} of {sum(row['joints'] for row in group)}"
         cells.append((name, way, joints, covered, wrong, *sizes, "", ""))
     for row, way in product(saved("baselines"), METHODS):

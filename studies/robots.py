@@ -1,20 +1,20 @@
 """Friction of real robots from published logs: write a result per robot into docs/robots, and a page with tables.
 
-    STRIBECK_REAL_LOGS=DATA_FOLDER python -m studies.robots [ROBOT ...]
+    STRIBECK_REAL_LOGS=DATA_FOLDER python -m studies.robots --save studies/robots.json
 
 Each result is that of `stribeck identify` with all logs and the robot file of examples/real_robots. The committed file
 omits the estimates of bodies, the decisions on terms and the sources of errors, and has numbers of six digits.
 """
 
 import json
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 from stribeck import identify, read_result
 from stribeck.core.result import JointResult, Result
 from stribeck.core.result.tables import friction_text, main_parameters
-from studies.command import ROOT, real_robot
+from studies.command import ROOT, Row, command, read, real_robot
+from studies.markdown import markdown_table
 
 PAGE, RESULTS = ROOT / "examples" / "real_robots" / "friction.md", ROOT / "docs" / "robots"
 BSD, COMMANDS, CURRENTS = "BSD-3-Clause", "commands", "motor currents"
@@ -56,7 +56,8 @@ def shortened(result: Result) -> str:
 
 def page() -> str:
     """Format the page from the committed results."""
-    sections = ["Printed by `python -m studies.robots`; see [Friction of real robots](../../docs/library.md).\n"]
+    date = read(ROOT / "studies" / "robots.json")["date"]
+    sections = [f"Printed by `python -m studies.robots`, {date}: [Friction of real robots](../../docs/library.md).\n"]
     for robot, (repository, commit, terms, torque) in SOURCES.items():
         result = read_result(RESULTS / f"{robot}.json")
         origin = f"[{repository.partition('/')[2]}](https://github.com/{repository})"
@@ -74,15 +75,21 @@ def _cells(joint: JointResult) -> list[str]:
     return [*values, middle, joint.verdict]
 
 
-def main() -> None:
-    """Identify the robots, and write their results and the page."""
-    for robot in sys.argv[1:] or SOURCES:
-        folder = real_robot(robot)
-        result = identify(sorted(folder.glob("log*.npz")), folder / "robot.toml")
-        (RESULTS / f"{robot}.json").write_text(shortened(result), encoding="utf-8")
-        print(result.summary(), flush=True)
-    PAGE.write_text(page(), encoding="utf-8")
+def run(robot: str) -> Row:
+    """Identify a robot, and write its result."""
+    folder = real_robot(robot)
+    result = identify(sorted(folder.glob("log*.npz")), folder / "robot.toml")
+    (RESULTS / f"{robot}.json").write_text(shortened(result), encoding="utf-8")
+    verdicts = [joint.verdict for joint in result.all_friction.values()]
+    return {"joints": len(verdicts), "identified": verdicts.count("identified")}
 
+
+def tables(rows: list[Row]) -> list[str]:
+    """Format the number of identified joints."""
+    return [markdown_table(HEADS, [[row[key] for key in HEADS] for row in rows])]
+
+
+HEADS = ("robot", "joints", "identified")
 
 if __name__ == "__main__":
-    main()
+    command(__doc__, [{"robot": robot} for robot in SOURCES], run, tables)

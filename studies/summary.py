@@ -1,6 +1,6 @@
 """Summarize the saved studies for docs/accuracy.md: one table and one figure per question.
 
-python -m studies.summary        writes the tables into the page, and the figures
+`python -m studies pages` writes the tables into the page, and the figures.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,7 +11,7 @@ from benchmarks.contest.run import read_scores
 from benchmarks.contest.table import summary_table
 from matplotlib.figure import Figure
 
-from studies import accuracy, coverage
+from studies import accuracy
 from studies.accuracy import CURVE_FIT, DEFAULT
 from studies.accuracy_cases import CASES
 from studies.command import ROOT, Row, saved
@@ -49,7 +49,7 @@ def coulomb_errors(rows: Sequence[Row]) -> list[float]:
     """Average the relative errors of Coulomb friction over the seeds, per joint [%]."""
     by_joint: dict[str, list[float]] = {}
     for row in rows:
-        for joint, value in zip(row["joints"], row["relative"], strict=True):
+        for joint, value in zip(row["joints"], row["coulomb"], strict=True):
             by_joint.setdefault(joint, []).append(100 * value)
     return [float(np.mean(values)) for values in by_joint.values()]
 
@@ -73,7 +73,6 @@ def tables() -> list[str]:
     scores = read_scores(SCORES)
     return [
         walks_table("walks", list(CASES)),
-        coverage.tables(saved("coverage"))[0],
         walks_table("disturbed walks", list(CONDITIONS)),
         "\n".join(summary_table(scores)),
     ]
@@ -120,7 +119,3 @@ def main() -> None:
     PAGE.write_text(page, encoding="utf-8")
     for name, (data, label) in dots().items():
         figures.save(name, partial(draw, data=data, label=label), ASSETS)
-
-
-if __name__ == "__main__":
-    main()

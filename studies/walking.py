@@ -6,16 +6,14 @@ The controller uses the estimated state; all leg joints have friction. Tilt, sli
 """
 
 from time import process_time
-from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import lfilter, savgol_filter
+from scipy.signal import savgol_filter
 
 from stribeck import Robot
 from stribeck.core.base.typing import Array
 from stribeck.core.friction import Stribeck
 from stribeck.simulation.friction import FrictionTruth, LawFriction
-from stribeck.simulation.friction.parameters import Parameters
 from stribeck.simulation.mujoco.model import PHYSICS_STEP, compile_body
 from stribeck.simulation.run import believed_model
 from stribeck.simulation.scenario import by_joint
@@ -24,7 +22,7 @@ from stribeck.simulation.walking.balance.terms import Dynamics
 from stribeck.simulation.walking.plan import BOTH
 from stribeck.simulation.walking.simulate import Conditions, FellError, Walk, simulate_walk
 from studies.accuracy_cases import COMMON
-from studies.command import Row, command
+from studies.command import Row, command, of_simulation
 from studies.markdown import markdown_table
 from studies.walking_cases import CASES, WALKERS, Case, robot_of
 
@@ -44,7 +42,7 @@ def walk_once(case: Case, seed: int, physics_step: float = PHYSICS_STEP) -> Row:
     """Simulate and measure one walk; all measures of a fall are zero."""
     robot, walker = robot_of(case.robot), WALKERS[case.robot]
     conditions = Conditions(
-        friction=leg_friction(robot, truth_of(case.robot, robot)),
+        friction=leg_friction(case.robot, robot),
         profile=get_profile(case.sensors),
         seed=seed,
         pushes=case.pushes,
@@ -58,47 +56,20 @@ def walk_once(case: Case, seed: int, physics_step: float = PHYSICS_STEP) -> Row:
     except FellError as fall:
         return dict.fromkeys(("steps", "seconds", "tilt", "slip", "error", "real_time"), 0) | {"fell": str(fall)}
     spent = process_time() - begin
-    course, seconds = how_it_went(case.robot, robot, walk), walk.plan.samples * walk.plan.period
-    return {
-        "steps": len(walk.plan.steps),
-        "seconds": round(seconds, 1),
-        "fell": "",
-        "tilt": round(course.tilt, 2),
-        "slip": round(course.slip, 1),
-        "error": round(course.error, 1),
-        "real_time": round(seconds / spent, 2),
-    }
+    seconds = walk.plan.samples * walk.plan.period
+    run = {"steps": len(walk.plan.steps), "seconds": round(seconds, 1), "fell": ""}
+    return run | how_it_went(case.robot, robot, walk) | {"real_time": round(seconds / spent, 2)}
 
 
-def truth_of(name: str, robot: Robot, factor: float = 1.0) -> Parameters:
-    """List the friction parameters of every leg joint, Coulomb and viscous friction times a factor."""
-    levels = {
-        pattern: {"coulomb": factor * level, "offset": level} for pattern, level in WALKERS[name].friction.items()
-    }
-    return by_joint(levels, COMMON | {"viscous": factor * COMMON["viscous"]}, _tree_joints(robot), "friction")
+def leg_friction(name: str, robot: Robot) -> FrictionTruth:
+    """Make the simulated friction of every leg joint."""
+    joints = tuple(robot.joint_names[column] for column in robot.tree.columns)
+    levels = {pattern: {"coulomb": level, "offset": level} for pattern, level in WALKERS[name].friction.items()}
+    return FrictionTruth(len(joints), [LawFriction(joints, Stribeck(), by_joint(levels, COMMON, joints, "friction"))])
 
 
-def leg_friction(robot: Robot, truth: Parameters) -> FrictionTruth:
-    """Make the simulated friction from parameters."""
-    joints = _tree_joints(robot)
-    return FrictionTruth(len(joints), [LawFriction(joints, Stribeck(), truth)])
-
-
-def _tree_joints(robot: Robot) -> tuple[str, ...]:
-    return tuple(robot.joint_names[column] for column in robot.tree.columns)
-
-
-class Course(NamedTuple):
-    """Measures of one walk; errors are relative to the foot in single support."""
-
-    tilt: float  # largest tilt of the base [deg]
-    slip: float  # largest slip of a standing foot [mm]
-    error: float  # largest error of the DCM [mm]
-    com: float  # root mean square of the horizontal error of the center of mass [mm]
-
-
-def how_it_went(name: str, robot: Robot, walk: Walk) -> Course:
-    """Measure a walk."""
+def how_it_went(name: str, robot: Robot, walk: Walk) -> dict[str, float]:
+    """Measure the largest tilt of the base [deg], slip, and DCM error relative to the foot in single support [mm]."""
     plan, truth = walk.plan, walk.truth
     assert truth.base_position is not None
     assert truth.base_orientation is not None
@@ -110,10 +81,7 @@ def how_it_went(name: str, robot: Robot, walk: Walk) -> Course:
     start = dynamics.at(np.concatenate([base[0], joints[0]]), np.zeros(dynamics.model.nv))
     pulsation = np.sqrt(-dynamics.gravity[2] / start.com[2])
     tilt = 2 * np.degrees(np.arcsin(np.hypot(base[:, 3], base[:, 4]).max()))
-    kept = np.exp(-pulsation * plan.period)
-    planned = lfilter([1 - kept], [1, -kept], plan.dcm, axis=0, zi=kept * plan.dcm[:1])[0]  # c' = w (xi - c) [m]
     slip = error = 0.0
-    apart: list[Array] = []
     for number, step in enumerate(plan.steps):
         places, errors = [], []
         for k in np.flatnonzero((plan.step == number) & (plan.swing != BOTH))[::EVERY]:
@@ -122,14 +90,12 @@ def how_it_went(name: str, robot: Robot, walk: Walk) -> Course:
             foot = terms.feet[1 - step.foot]
             dcm = terms.com[:2] + terms.com_velocity[:2] / pulsation
             places.append(foot.place[:2])
-            own = foot.place[:2], np.arctan2(foot.rotation[1, 0], foot.rotation[0, 0])
-            planned_own = step.stance.place, step.stance.yaw
-            errors.append(_seen_from(*own, dcm) - _seen_from(*planned_own, plan.dcm[k]))
-            apart.append(_seen_from(*own, terms.com[:2]) - _seen_from(*planned_own, planned[k]))
+            yaw = np.arctan2(foot.rotation[1, 0], foot.rotation[0, 0])
+            planned = _seen_from(step.stance.place, step.stance.yaw, plan.dcm[k])
+            errors.append(_seen_from(foot.place[:2], yaw, dcm) - planned)
         slip = max(slip, float(np.linalg.norm(np.array(places) - places[0], axis=1).max()))
         error = max(error, float(np.linalg.norm(errors, axis=1).max()))
-    com = float(np.sqrt(np.mean(np.sum(np.square(apart), axis=1)))) if apart else 0.0
-    return Course(float(tilt), 1e3 * slip, 1e3 * error, 1e3 * com)
+    return {"tilt": round(float(tilt), 2), "slip": round(1e3 * slip, 1), "error": round(1e3 * error, 1)}
 
 
 def _seen_from(place: Array, heading: float, point: Array) -> Array:
@@ -154,4 +120,4 @@ def tables(rows: list[Row]) -> list[str]:
 
 if __name__ == "__main__":
     keys = [{"case": name, "seed": seed} for name, case in CASES.items() for seed in case.seeds]
-    command(__doc__, keys, run, tables)
+    command(__doc__, keys, run, tables, of_simulation)

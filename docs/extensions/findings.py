@@ -18,7 +18,7 @@ The findings name the cause of 25 of 32 faults in the log of a UR5 with a wrong 
 Of 34 faults in the walk of a quadruped, they name the cause of 27; one cause is wrong, and three faults of torques
 leave a joint that is called identified although it is wrong. Of 45 faults in a simulated walk of the G1, on which no
 threshold was chosen, they name the cause of 38, and one is wrong. No remedy, applied as printed, makes a joint worse.
-Without a fault, only the UR5 has a finding (`python -m studies.first_hour --save studies/first_hour.json`). Friction
+Without a fault, only the UR5 has a finding (`python -m studies.first_hour`, 2026-11-26). Friction
 that drives compensate is not detected.
 
 *Generated from `src/stribeck/core/base/findings.toml`.*
@@ -35,7 +35,7 @@ A fit may converge although the law does not describe the friction, or although 
 Effects that move the friction curve by less than its interval are not reported.
 
 In simulation, these checks report 22 of 56 causes, with five false findings in 794 cases
-(`python -m studies.misfits --save studies/misfits.json`).
+(`python -m studies.misfits`, 2026-11-24).
 
 *Generated from `src/stribeck/core/base/findings.toml`.*
 """,
