@@ -36,6 +36,7 @@ STUDIES: dict[str, tuple[float, tuple[str, ...]]] = {
     "walking": (18, ()),
     "first_hour": (21, ()),
     "accuracy": (30, ()),
+    "ablation": (35, (REAL, EVERYDAY)),
 }
 """Processor time on one core [min], and the variables with folders of logs that are needed; `legs` shows baselines."""
 PAGES = [ROOT / "README.md", ROOT / "docs" / "extensions" / "findings.py", *sorted((ROOT / "docs").rglob("*.md"))]

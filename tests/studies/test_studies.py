@@ -8,11 +8,12 @@ from dataclasses import replace
 from datetime import date
 from functools import partial
 from pathlib import Path
+from pkgutil import resolve_name
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from studies import accuracy, compensation, plan, robots, summary
+from studies import ablation, accuracy, compensation, plan, robots, summary
 from studies.__main__ import PAGES, dated, path_of, state
 from studies.__main__ import STUDIES as COSTS
 from studies.accuracy_cases import NAMES
@@ -76,6 +77,10 @@ def test_a_study_continues_after_an_interruption_and_starts_anew_if_numbers_chan
             command("", [{"k": k} for k in range(3)], run, lambda _: [], partial(str, digest))
     assert done == [0, 1, 1, 2, 0, 1, 2]
     assert read(file)["rows"][2] == {"k": 2, "third": 0.3333}
+
+
+def test_all_mechanisms_exist() -> None:
+    assert all(resolve_name(f"stribeck.core.{place}") for off in ablation.MECHANISMS.values() for place in off)
 
 
 def test_the_page_on_accuracy_summarizes_the_saved_studies() -> None:
