@@ -30,7 +30,7 @@ STUDIES: dict[str, tuple[float, tuple[str, ...]]] = {
     "baselines": (4, (REAL,)),
     "legs": (10, (EVERYDAY,)),
     "plan": (10, ()),
-    "fleet": (10, ()),
+    "fleet": (25, ()),
     "misfits": (15, ()),
     "online": (15, ()),
     "walking": (18, ()),

@@ -109,4 +109,4 @@ def tables(rows: list[Row]) -> list[str]:
 
 
 if __name__ == "__main__":
-    command(__doc__, ({"seed": seed} for seed in range(20)), measure, tables)
+    command(__doc__, ({"seed": seed} for seed in range(10)), measure, tables)
