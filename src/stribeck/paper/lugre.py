@@ -9,7 +9,7 @@ import scipy  # its linalg is slow to import: loaded at its first use
 from stribeck.core.base.typing import Array
 from stribeck.core.friction.law import LawWithState, Motion, Parameter
 from stribeck.core.friction.stribeck import Stribeck, bell, from_coefficients
-from stribeck.core.friction.stribeck_exponent import StribeckExponent
+from stribeck.paper.stribeck_exponent import StribeckExponent
 
 
 class LuGre(LawWithState):

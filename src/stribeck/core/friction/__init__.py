@@ -12,4 +12,3 @@ from stribeck.core.friction.law import LawWithState as LawWithState
 from stribeck.core.friction.law import Parameter as Parameter
 from stribeck.core.friction.law import unit_for as unit_for
 from stribeck.core.friction.stribeck import Stribeck as Stribeck
-from stribeck.core.friction.stribeck_exponent import StribeckExponent as StribeckExponent
