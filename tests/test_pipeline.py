@@ -61,7 +61,7 @@ def test_what_is_kept_is_bounded_and_changes_little(arm: Robot, monkeypatch: pyt
     monkeypatch.setattr(stribeck.core.equations.friction_torque.stage, "MOST_KEPT", 4000)
     some = identify(log, arm, method="curve-fit")
     assert len(some.evidence.samples.time) <= 4000
-    assert some.log.samples_used == everything.log.samples_used
+    assert some.log.samples_used == pytest.approx(everything.log.samples_used, rel=1e-3)
     for joint, found in some.joints.items():
         for name, parameter in found.parameters.items():
             assert parameter.value == pytest.approx(everything.joints[joint].parameters[name].value, rel=0.005)
