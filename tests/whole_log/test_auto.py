@@ -231,3 +231,17 @@ def test_a_joint_that_shows_too_little_has_the_term_that_most_others_have(arm: R
     assert together.terms["stribeck"].reason.startswith("most joints with friction have it")
     low, high = together.parameters["coulomb"].interval_95
     assert low < 0.1 < high
+
+
+def test_the_interval_contains_a_curve_that_the_law_does_not_have(arm: Robot) -> None:
+    """Friction that rises up to a quarter of the top speed; and that of the law, whose interval stays narrow."""
+    log, widths = plain_log(arm, 30.0, 5)[0], []
+    for size in (0.36, 0.0):
+        torque = log.torque + size * np.tanh(log.velocity / 0.4)
+        noisy = with_noise(replace(log, torque=torque), position=5e-5, torque=0.1)
+        points = [point for joint in identify(noisy, arm, AUTO).joints.values() for point in joint.curve]
+        speed, value, half = np.array([(point.velocity, point.value, point.half_width) for point in points]).T
+        true = PLAIN["coulomb"] + PLAIN["viscous"] * speed + size * np.tanh(speed / 0.4)
+        assert np.mean(np.abs(value - true) > half) < 0.1
+        widths.append(np.median(half / true))
+    assert 10 * widths[1] < widths[0] < 0.15

@@ -114,12 +114,12 @@ def test_a_joint_whose_friction_changes_from_fold_to_fold_is_found() -> None:
     assert np.mean(np.abs(off) < 1.96) > 0.8
 
 
-def test_errors_that_folds_share_are_taken_to_be_as_large_as_those_that_differ() -> None:
+def test_errors_that_folds_share_are_taken_to_be_half_as_large_as_those_that_differ() -> None:
     lasting = 2.0 * ERROR * np.sqrt(PARTS)
     before, after = [], []
     for seed in range(4):
         zeros = 0.3 * ZERO * np.random.default_rng(seed).standard_normal(ZEROS)
-        parts = parts_of_a_log(zeros, lasting, lasting, seed)
+        parts = parts_of_a_log(zeros, lasting, lasting / 2, seed)
         whole, fit = fitted(parts)
         overdispersion = overdispersion_of(heterogeneity(whole, parts, fit).model, PARTS)
         wary = solve_with_empirical_bayes(whole, replace(fit, model=replace(fit.model, overdispersion=overdispersion)))
@@ -135,7 +135,7 @@ def test_errors_that_folds_share_are_taken_to_be_as_large_as_those_that_differ()
 def test_overdispersion_is_the_variance_of_a_mean_over_folds_with_shared_errors() -> None:
     folds, ratio, generator = 2, 3.0, np.random.default_rng(0)
     differing = np.sqrt(ratio) * generator.standard_normal((20_000, folds))
-    shared = np.sqrt(ratio - 1) * generator.standard_normal((20_000, 1))
+    shared = 0.5 * np.sqrt(ratio - 1) * generator.standard_normal((20_000, 1))
     mean = np.sqrt(folds) * (differing + shared).mean(axis=1)  # in units of its standard error without any
     assert overdispersion_of(ratio, folds) == pytest.approx(mean.var(), rel=0.05)
 

@@ -21,6 +21,7 @@ from stribeck.core.estimator.solver.fit import Fit
 from stribeck.core.estimator.terms.term_selection import Choice, make_trials, select_terms
 from stribeck.core.estimator.uncertainty.covariance_budget import CovarianceBudget, covariance_budget
 from stribeck.core.estimator.uncertainty.heterogeneity import solve_overdispersed
+from stribeck.core.estimator.uncertainty.law_misfit import law_misfits
 from stribeck.core.estimator.uncertainty.reml import random_effect_covariance
 from stribeck.core.friction import AUTO, FrictionLaw
 from stribeck.core.result import TermVerdict, Validation
@@ -40,6 +41,8 @@ class WholeLogFit:
         Fit of all laws and corrections to all segments, and the same without the held-out segments.
     budget
         Parts of the fit's covariance.
+    law_misfits
+        Standard error of each joint's resisting torque at three speeds due to its law, shape (n, 3) [N m].
     residual_rms
         Root mean square residual of each joint's friction torque in the segments of the pilot [N m], shape (n,).
     validation
@@ -58,6 +61,7 @@ class WholeLogFit:
     fit: Fit
     trained: Fit
     budget: CovarianceBudget
+    law_misfits: Array
     residual_rms: Array
     validation: tuple[Validation | None, ...]
     delay: float
@@ -139,6 +143,7 @@ def fit_whole_log(
         fit=replace(fit, covariance=budget.total),
         trained=trained,
         budget=budget,
+        law_misfits=law_misfits(fit, choice.trials, budget.total),
         residual_rms=residual_rms,
         validation=validate(read, trained.values),
         delay=read.pilot.delay + remaining_delay(fit),

@@ -35,6 +35,7 @@ def friction_curve(
     if single parameters are unknown or at a bound. The interval is Student's, clipped at zero; its degrees of freedom
     are those of the parameters, weighted by g^2 var. The square of a drift from start to end adds to its square:
     the interval contains the friction in 95 % of the log, also if it settles exponentially within a tenth of the log.
+    What another shape of the curve would change adds to it, too.
     """
     values = fit.law_values(law, fit.mean_load)
     speeds = top_speed(velocity) * np.array(list(SPEEDS.values()))
@@ -45,7 +46,7 @@ def friction_curve(
     parts = gradient**2 * np.diag(fit.covariance) + np.finfo(float).tiny
     freedom = parts.sum(axis=1) / (parts / fit.degrees_of_freedom).sum(axis=1)
     quantile = stdtrit(freedom, 0.975)
-    errors = np.hypot(errors, drift(fit.by_name, speeds) / quantile)
+    errors = np.sqrt(errors**2 + fit.law_misfit**2 + (drift(fit.by_name, speeds) / quantile) ** 2)
     return curve_points(speeds, resisting, errors, quantile, prismatic, torque_unit)
 
 

@@ -42,6 +42,8 @@ class JointFit:
         Contributions to each parameter's variance by name, with sum one; None if the method does not compute them.
     mean_load
         Mean torque that the joint carries [N m]; friction of the law "auto" can depend on it.
+    law_misfit
+        Standard error of the resisting torque at the `SPEEDS` due to the law, shape (3,), zero if unknown [N m].
     """
 
     parameters: tuple[Parameter, ...]
@@ -57,6 +59,7 @@ class JointFit:
     converged: bool
     variance_shares: tuple[dict[str, float], ...] | None = None
     mean_load: float = 0.0
+    law_misfit: Array | float = 0.0
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -139,6 +142,7 @@ def in_channel_unit(fit: JointFit, gain: float) -> JointFit:
         rms=fit.rms / gain,
         variance_shares=shares,
         mean_load=fit.mean_load / gain,
+        law_misfit=fit.law_misfit / gain,
     )
 
 

@@ -243,7 +243,7 @@ class JointResult:
         """Compute the friction torque of the fitted law at the mean load, and its 95 % band.
 
         The band uses the delta method, `var R = J C J^T`, with the covariance C of the parameters. It contains a drift
-        from the start of the log to its end.
+        from the start of the log to its end, and the intervals of `curve`.
 
         Parameters
         ----------
@@ -267,10 +267,18 @@ class JointResult:
         correlation = self.correlation_matrix()
         if correlation is None:
             return torque, None
-        errors = np.array([parameter.standard_error for parameter in self.parameters.values()])
-        J = (law.jacobian(velocity, values * kept) * kept) @ law_slopes(law, parameters, load) * errors
-        variance = np.einsum("ni,ij,nj->n", J, correlation, J)
-        half = np.hypot(self._errors_95(law) * np.sqrt(np.maximum(variance, 0.0)), drift(parameters, velocity))
+        slopes = law_slopes(law, parameters, load) * [p.standard_error for p in self.parameters.values()]
+
+        def half_width(speeds: Array) -> Array:
+            J = (law.jacobian(speeds, values * kept) * kept) @ slopes
+            variance = self._errors_95(law) ** 2 * np.einsum("ni,ij,nj->n", J, correlation, J)
+            return np.asarray(np.hypot(np.sqrt(np.maximum(variance, 0.0)), drift(parameters, speeds)))
+
+        half = half_width(velocity)
+        if self.curve:
+            speeds, ends = np.array([(point.velocity, point.interval_95[1] - point.value) for point in self.curve]).T
+            wider = np.maximum(ends**2 - half_width(speeds) ** 2, 0.0)
+            half = np.sqrt(half**2 + np.interp(np.abs(velocity), speeds, wider))
         return torque, np.stack([torque - half, torque + half])
 
     def correlation_matrix(self) -> Array | None:

@@ -134,10 +134,7 @@ class _Curve:
     @property
     def _odd(self) -> Array:
         """Derivatives by the coefficients of the basis, shape (3, R)."""
-        basis, speeds = self.fit.laws.basis, self.fit.laws.top_speed[self.joint] * np.array(list(SPEEDS.values()))
-        v = basis.velocity[self.joint]
-        both = [np.interp(speeds, v, function) - np.interp(-speeds, v, function) for function in basis.functions.T]
-        return np.stack(both, axis=1) / 2
+        return self.fit.laws.basis.odd(self.joint, self.fit.laws.top_speed[self.joint] * np.array([*SPEEDS.values()]))
 
     @property
     def gradient(self) -> Array:

@@ -66,6 +66,12 @@ class Basis:
         starts = np.arange(samples + 1, dtype=np.int32) * joints * 4
         return csr_array((weights.ravel(), columns.ravel(), starts), shape=(samples, joints * count))
 
+    def odd(self, joint: int, speeds: Array) -> Array:
+        """Compute the resisting torque of each function at some speeds [rad/s] of a joint, shape (s,) -> (s, R)."""
+        v = self.velocity[joint]
+        both = [np.interp(speeds, v, function) - np.interp(-speeds, v, function) for function in self.functions.T]
+        return np.stack(both, axis=1) / 2
+
     @cached_property
     def _spans(self) -> Array:
         """Products of the distances of each of four consecutive knots to the other three, by first knot, (n N, 4)."""

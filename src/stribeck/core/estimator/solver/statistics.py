@@ -88,10 +88,7 @@ class Statistics:
 
 def total(parts: Sequence[Statistics]) -> Statistics:
     """Add the statistics of all parts."""
-    whole = parts[0]
-    for part in parts[1:]:
-        whole = whole + part
-    return whole
+    return sum(parts[1:], parts[0])
 
 
 def accumulate(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, partial
 
 import numpy as np
 
@@ -17,7 +16,6 @@ from stribeck.core.estimator.solver.statistics import Statistics
 from stribeck.core.estimator.terms.selection import Candidate, Kept, Objection, select_stepwise
 from stribeck.core.estimator.terms.trials import PARAMETERS, Trials, Tried, joint_folds
 from stribeck.core.friction.terms import BASE, LADDER
-from stribeck.core.judgement.curve import WIDEST
 from stribeck.core.judgement.weakness import CLEARED, RISING
 from stribeck.core.result import TermVerdict
 
@@ -83,16 +81,12 @@ def select_terms(
         refit = solve(whole, choice.start)
         if not any(dropped := unproven(choice, refit, refit.covariance + effects(refit), BASE | usual)):
             break
-        viscous, coulomb = (trials.names.index(name) for name in ("viscous", "coulomb"))
-        errors = np.sqrt(refit.variance[:, viscous]) * refit.laws.top_speed  # [N m]; zero for laws without the term
-        unclear = 2 * errors > WIDEST * refit.internal[:, coulomb]
         refused = [
             dict(out) | {name: said.reason for name, said in drops.items()}
             for out, drops in zip(refused, dropped, strict=True)
         ]
         for joint in (joint for joint in joints if dropped[joint]):  # a refusal may make another term acceptable
-            kept = {"viscous": verdicts[joint]["viscous"]} if unclear[joint] else {}
-            verdicts[joint] = _select(trials, joint, refused[joint], BASE | usual) | dropped[joint] | kept
+            verdicts[joint] = _select(trials, joint, refused[joint], BASE | usual) | dropped[joint]
     return _chosen(verdicts, trials, fit)
 
 
@@ -109,12 +103,11 @@ def overdispersion(whole: Statistics, fit: Fit) -> float:
 
 
 def _select(trials: Trials, joint: int, refused: dict[str, str], usual: Kept) -> dict[str, TermVerdict]:
-    return select_stepwise(cache(partial(_candidate, trials, joint)), refused, usual)
+    def candidate(kept: Kept) -> Candidate:
+        tried = trials.try_terms(joint, kept)
+        return Candidate(tried.scores, _objection(trials, joint, kept, tried))
 
-
-def _candidate(trials: Trials, joint: int, kept: Kept) -> Candidate:
-    tried = trials.try_terms(joint, kept)
-    return Candidate(tried.scores, _objection(trials, joint, kept, tried))
+    return select_stepwise(candidate, refused, usual)
 
 
 def _objection(trials: Trials, joint: int, kept: Kept, tried: Tried) -> Objection | None:

@@ -194,7 +194,8 @@ class Trials:
     def try_terms(self, joint: int, kept: Iterable[str]) -> Tried:
         """Fit a joint with some terms; a change of shape by a tenth requires a second Newton step."""
         wanted, (low, high) = self.having(kept) & self.laws.free[joint], self.laws.bounds[:, joint]
-        near, place = self._shaped(kept), joint
+        shape = next(iter(set(kept) & set(SHAPES)), "") if self.laws.law.name == AUTO else ""
+        near, place = self.around[shape], joint
         step = _step(near, place, wanted, low, self.laws.neutral)
         if np.abs(step[:, self.laws.logarithmic & wanted]).max(initial=0.0) > 0.1:
             new = np.clip(near.internal[place] + step, np.where(wanted, low, -np.inf), np.where(wanted, high, np.inf))
@@ -204,10 +205,6 @@ class Trials:
         scores = near.score[place] + np.sum(held * (2 * near.tilt[place]), axis=1)
         scores = scores + (held[:, None] @ near.curved[place] @ held[..., None])[:, 0, 0]
         return Tried(near.internal[place, 0] + step[0], scores / self.scale)
-
-    def _shaped(self, kept: Iterable[str]) -> Around:
-        """Select the fits with the shape of these terms."""
-        return self.around[next(iter(set(kept) & set(SHAPES)), "") if self.laws.law.name == AUTO else ""]
 
 
 def _step(around: Around, joint: int, wanted: BoolArray, low: Array, neutral: Array) -> Array:

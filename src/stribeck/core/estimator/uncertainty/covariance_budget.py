@@ -78,16 +78,13 @@ def covariance_budget(
     across = fit.covariance[:, layout.places("bodies", "base_delay")]
     prior = across @ fit.model.precision[kept, kept] @ across.T
     rest = fit.covariance - prior
-    wider = np.append(
-        np.repeat(differing.joints, fit.internal.shape[1]), np.full(len(fit.corrections), differing.model)
-    )
+    wider = np.r_[np.repeat(differing.joints, fit.internal.shape[1]), np.full(len(fit.corrections), differing.model)]
     of_folds = np.sqrt(np.outer(wider, wider)) * rest
     if differing.covariance is not None:
         of_folds = (of_folds + share * differing.covariance) / 2
-        narrow = np.sqrt(
-            np.maximum(np.diag(rest), 0.0) / np.maximum(np.diag(of_folds), 1e-300)
-        )  # folds may agree by chance
-        of_folds *= np.outer(np.maximum(narrow, 1.0), np.maximum(narrow, 1.0))
+        ratio = np.maximum(np.diag(rest), 0.0) / np.maximum(np.diag(of_folds), 1e-300)
+        narrow = np.sqrt(np.maximum(ratio, 1.0))  # folds may agree by chance
+        of_folds *= np.outer(narrow, narrow)
     return CovarianceBudget(
         noise=fit.covariance - model,
         model=model + (fit.model.overdispersion - 1) * prior,

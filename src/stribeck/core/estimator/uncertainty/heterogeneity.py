@@ -98,10 +98,10 @@ def solve_overdispersed(
 
 
 def overdispersion_of(heterogeneity: float, parts: int) -> float:
-    """Compute the overdispersion [1] of the model's coordinates, 1 + (D - 1)(1 + F) for F folds: equation (27).
+    """Compute the overdispersion [1] of the model's coordinates, 1 + (D - 1)(1 + F / 4) for F folds: equation (27).
 
-    Errors that all folds share do not affect D. They are assumed to be as large as the errors that differ between
+    Errors that all folds share do not affect D. They are assumed to be half as large as the errors that differ between
     folds. Over F folds of equal size, the sum of differing errors has the variance D - 1 in units of the errors, and
-    the sum of shared errors F times as much.
+    the sum of shared errors F / 4 times as much.
     """
-    return 1 + (heterogeneity - 1) * (1 + parts)
+    return 1 + (heterogeneity - 1) * (1 + parts / 4)

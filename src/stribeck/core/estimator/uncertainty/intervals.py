@@ -97,4 +97,5 @@ def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> Joi
         converged=fit.fit.converged,
         variance_shares=tuple({name: float(share[k]) for name, share in shares.items()} for k in range(len(unit))),
         mean_load=float(fit.read.whole.mean_load[joint]) if fit.terms else 0.0,
+        law_misfit=fit.law_misfits[joint],
     )
