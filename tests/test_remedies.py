@@ -21,10 +21,12 @@ Log = dict[str, Any]
 def identify(folder: Path, capsys: pytest.CaptureFixture[str], options: Sequence[str]) -> dict[str, str]:
     """Identify the log of a folder: the message of each finding, or of the error as "error"."""
     command = ["identify", folder / "log.npz", "-r", folder / "robot.toml", "-o", folder / "out", "--overwrite"]
-    code = run(*command, *options)
-    if code:
+    if run(*command, *options):
         return {"error": capsys.readouterr().err.rpartition("stribeck: ")[2]}
-    return {each.check: str(each) for each in read_result(folder / "out/result.json").findings}
+    result = read_result(folder / "out/result.json")
+    doubted = [joint for finding in result.findings if finding.doubt for joint in finding.joints]
+    assert not [joint for joint in doubted if result.joints[joint].verdict == "identified"]
+    return {each.check: str(each) for each in result.findings}
 
 
 def follow(folder: Path, check: str, capsys: pytest.CaptureFixture[str], options: Sequence[str] = ()) -> dict[str, str]:

@@ -81,6 +81,7 @@ def _gain_finding(evidence: AuditData, gains: Mapping[int, tuple[float, float]])
         },
         gear=", as if a gear ratio were missing" if gear else "",
         settings=[scale_setting(evidence.robot, {evidence.joints[k]: 1 / abs(gain) for k, (gain, _) in pairs})],
+        gains={evidence.joints[k]: abs(gain) for k, (gain, _) in pairs},
     )
 
 
@@ -207,6 +208,7 @@ def _scale_of_all(evidence: AuditData, gains: dict[int, float]) -> Finding:
         guess=guess,
         evidence=", ".join(f"{evidence.joints[k]} {gain:.3g}" for k, gain in list(gains.items())[:6]),
         settings=[scale_setting(evidence.robot, dict.fromkeys(evidence.joints, 1 / (unit or 1.0)))],
+        gains={evidence.joints[k]: gain for k, gain in gains.items()},
         causes=possible_causes(middle if common else None),
     )
 

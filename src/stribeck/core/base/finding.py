@@ -2,7 +2,7 @@
 
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib.resources import files
 from pathlib import PurePath
@@ -57,6 +57,10 @@ class Finding:
         Paths of the affected logs, if there are several.
     stops
         Whether all results would be invalid: `identify` ends, unless `force` is set.
+    doubt
+        Why friction of the joints is weak until the fault is fixed; empty if it is not.
+    gains
+        Wrong gains of torques by joint [1].
     """
 
     check: str
@@ -68,6 +72,8 @@ class Finding:
     channel: str = ""
     logs: tuple[str, ...] = ()
     stops: bool = False
+    doubt: str = ""
+    gains: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -79,6 +85,7 @@ class Finding:
         stops: bool | None = None,
         settings: Sequence[Setting] = (),
         exclude: Sequence[Span] = (),
+        gains: Mapping[str, float] = {},
         **values: object,
     ) -> Self:
         """Make a finding from its entry in the catalogue.
@@ -95,6 +102,8 @@ class Finding:
             Settings that fix the problem; `{settings}` in the template lists them.
         exclude
             Spans to exclude; only the longest are kept.
+        gains
+            Wrong gains of torques by joint [1].
         values
             Values for the fields of the template.
         """
@@ -112,6 +121,8 @@ class Finding:
             joints=tuple(dict.fromkeys(joints)),
             channel=channel,
             stops=entry.get("stops") is True if stops is None else stops,
+            doubt=entry.get("doubt", ""),
+            gains=gains,
         )
 
     @property

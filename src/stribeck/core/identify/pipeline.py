@@ -105,7 +105,8 @@ def identify(
         fitted = replace(fitted, logs=())
         result = compose(fitted, samples, prepared, robot, friction_law, settings, chosen, gain_errors)
         held_out = [held_out_log(log, fitted, result, robot, samples.settings) for log in unseen]
-        return replace(result, held_out=held_out, findings=reconciled(audited, result, len(prepared)))
+        known = reconciled(audited, result, len(prepared))
+        return replace(result, joints=SERVICES["doubted"](result.joints, known), held_out=held_out, findings=known)
 
 
 def find_torques(

@@ -142,7 +142,9 @@ def cause_findings(causes: Causes, robot: Robot, joints: Sequence[str], model: L
         return findings
     check = "several-causes.gains" if causes.more_gains else "several-causes"
     named = tuple(dict.fromkeys(joint for finding in findings for joint in finding.joints))
-    return [Finding.of(check, named, causes="; ".join(f"{finding.check}: {finding.text}" for finding in findings))]
+    gains = {joint: gain for finding in findings for joint, gain in finding.gains.items()}
+    listed = "; ".join(f"{finding.check}: {finding.text}" for finding in findings)
+    return [Finding.of(check, named, causes=listed, gains=gains)]
 
 
 def _finding(cause: Cause, robot: Robot, joints: Sequence[str], model: Layout) -> Finding:
@@ -151,9 +153,10 @@ def _finding(cause: Cause, robot: Robot, joints: Sequence[str], model: Layout) -
     names = [joints[place] for place in cause.places] if cause.kind in ("gain", "rotor", "delay") else []
     if cause.kind in ("scale", "gain"):
         factor = np.exp(size) if cause.kind == "scale" else 1 / (1 - size)
-        check, scaled_joints = ("torque-gain.fit", names) if names else ("torque-scale.fit", _measured(robot))
-        settings = [scale_setting(robot, dict.fromkeys(scaled_joints, 1 / factor))]
-        return Finding.of(check, scaled_joints, factor=factor, error=error * factor, settings=settings, stops=False)
+        check, scaled = ("torque-gain.fit", names) if names else ("torque-scale.fit", _measured(robot))
+        gains, settings = dict.fromkeys(scaled, factor), [scale_setting(robot, dict.fromkeys(scaled, 1 / factor))]
+        error *= factor
+        return Finding.of(check, scaled, factor=factor, error=error, settings=settings, stops=False, gains=gains)
     if correction := next((correction for correction in CORRECTIONS if correction.kind == cause.kind), None):
         assert correction.finding is not None, "a kind of a cause has a finding"
         return correction.finding(cause.places, cause.values, cause.errors, robot)

@@ -36,11 +36,9 @@ ROUNDING = 1e-5
 RIVAL = 0.7
 """Decrease of chi^2 relative to the best cause from which another one is listed as well [1]."""
 
-FAR = 5.0
-"""Smallest size of a cause in prior standard deviations of the same error [1]."""
-
-SURE = 4.0
-"""Smallest size of the first wrong gain in standard errors [1], so that its interval is half as wide as its size."""
+FAR, SURE = 5.0, 4.0
+"""Smallest size of a cause in prior standard deviations of the same error [1], and of the first wrong gain in standard
+errors [1], so that its interval is half as wide as its size."""
 
 HEAVIEST = 5.0
 """Largest factor between the mass of a body and its mass in the model [1]."""

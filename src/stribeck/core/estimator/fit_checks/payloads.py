@@ -1,4 +1,4 @@
-"""Payloads that explain disturbed spans, and the residual in a span (docs/estimator.md, "Outliers").
+"""Payloads that explain disturbed spans, and the residual in a span (docs/estimator-fit.md, "Outliers").
 
 The residual of the fit in a span is regressed on the inertial parameters of each body: a payload, here a point mass,
 adds to the parameters of the body that carries it. A hand or a table, whose forces do not follow the motion, leaves

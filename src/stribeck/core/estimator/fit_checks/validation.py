@@ -1,4 +1,4 @@
-"""Validation on held-out segments (docs/estimator-fit.md, "Validation and verdicts")."""
+"""Validation on held-out segments (docs/estimator-fit.md, "Accumulation")."""
 
 from collections.abc import Sequence
 
