@@ -72,6 +72,8 @@ def check_motion(evidence: AuditData) -> list[Finding]:
         return [_turned(pooled, turned, normal)] if forward and pooled.residual < 0.5 else []
     if turned > reported / 2 or len(evidence.rows) < 125:  # model errors dominate the inertia of few bins
         return []
+    if evidence.prepared.log.velocity is not None:  # it agrees with the slope of the position: so does the clock
+        return []
     ratio = pooled.inertial * normal / size
     error = pooled.inertial_error * normal / size
     scale = 1 / np.sqrt(max(ratio, 1e-9))  # of time: accelerations are proportional to its inverse square

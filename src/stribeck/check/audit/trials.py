@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from stribeck.check.audit.base import contact_setting
 from stribeck.check.audit.evidence import AuditData, gather
-from stribeck.check.audit.regression import FEWEST, unexplained
+from stribeck.check.audit.regression import FEWEST, fit, unexplained
 from stribeck.core.base.finding import Finding
 from stribeck.core.base.typing import Array
 from stribeck.core.dynamics.state import root_quaternions
@@ -37,6 +37,7 @@ def check_by_trial(evidence: AuditData, settings: Settings) -> list[Finding]:
     examined = {evidence.robot.joint_names[column] for column in shown} & set(evidence.joints)
     legs, contacts = ({}, {}) if fixed else _exchanges(evidence)
     names: list[str] = []
+    resists = 0.5  # dissipation above which a position has the right sign [1]: with the wrong one, friction drives
     while len(names) < len(examined):
         signs = {name: (_inverted(evidence, name, settings if fixed else None),) for name in examined - set(names)}
         trials = signs if names else {**signs, **legs, **contacts}
@@ -44,6 +45,8 @@ def check_by_trial(evidence: AuditData, settings: Settings) -> list[Finding]:
         best, *others = sorted(costs, key=costs.__getitem__)
         better = 0.8  # largest cost relative to the cost without a change and to the next best trial's [1]
         if costs[best] > better * min([cost, *(costs[key] for key in others)]):
+            break
+        if fixed and (as_given := fit(evidence, evidence.joints.index(best))) and as_given.dissipation > resists:
             break
         if best in contacts:
             setting = contact_setting(evidence.prepared.support.source)
