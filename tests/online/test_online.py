@@ -71,7 +71,7 @@ def test_the_state_does_not_depend_on_how_the_stream_is_cut(robot: Robot, result
 
 def test_gaps_jumps_and_missing_samples_do_not_disturb(robot: Robot, result: Result) -> None:
     log = stream(robot, 60.0, same)
-    time, torque = log.time.copy(), log.torque.copy()
+    time, velocity, torque = log.time.copy(), log.velocity.copy(), log.torque.copy()
     time[1200:] += 500.0  # a pause
     time[2400:] -= 5000.0  # the clock is set back
     time[3600:] += 1e9  # and far ahead
@@ -79,14 +79,18 @@ def test_gaps_jumps_and_missing_samples_do_not_disturb(robot: Robot, result: Res
     torque[3200:3250] = np.nan
     time[3400] = np.nan
     torque[3800:3810] += 200.0  # a push
+    velocity[4200, 0], torque[4400, 1] = 1e160, 1e200
     online, calm = OnlineFriction(result, robot, RATE), OnlineFriction(result, robot, RATE)
-    assert not feed(online, replace(log, time=time, torque=torque))
+    assert not feed(online, replace(log, time=time, velocity=velocity, torque=torque))
     feed(calm, log)
     assert online.counts["missing"] == 51
     assert online.counts["repeated"] == 1
     assert online.counts["breaks"] >= 4
     change = numbers(online)[:, 0] - numbers(calm)[:, 0]
     assert np.abs(change).max() < 0.1
+    torque[:, 0] = np.nan
+    feed(online := OnlineFriction(result, robot, RATE), replace(log, torque=torque))
+    assert [state.motion > 0 for state in online.state().values()] == [False, *[True] * (len(change) - 1)]
 
 
 def test_a_joint_at_rest_is_not_judged(robot: Robot, result: Result) -> None:

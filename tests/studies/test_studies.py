@@ -1,7 +1,6 @@
 """The studies: tables in the docs are those of their saved runs, and what these runs show."""
 
 import importlib
-import re
 import sys
 from contextlib import suppress
 from dataclasses import replace
@@ -17,7 +16,7 @@ from studies import ablation, accuracy, compensation, plan, robots, summary
 from studies.__main__ import PAGES, dated, path_of, state
 from studies.__main__ import STUDIES as COSTS
 from studies.accuracy_cases import NAMES
-from studies.command import ROOT, command, read, saved
+from studies.command import command, read, saved
 from studies.harder_cases import CONDITIONS, ROTOR, Harder, as_seen
 
 from stribeck import Robot, read_result
@@ -91,12 +90,6 @@ def test_the_page_on_accuracy_summarizes_the_saved_studies() -> None:
         assert all(values for row in data.values() for values in row.values())
         summary.draw(Figure(), data, label)
         assert f"assets/{name}-light.svg" in page
-
-
-def test_every_study_that_a_page_names_exists() -> None:
-    text = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
-    for name in set(re.findall(r"studies[./](\w+)(?:\.py)?\b", text)) - {"paper"}:
-        assert (ROOT / f"studies/{name}.py").exists(), name
 
 
 def test_the_default_is_closer_than_the_curve_fit_in_all_harder_conditions() -> None:

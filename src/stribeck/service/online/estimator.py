@@ -32,8 +32,8 @@ from stribeck.service.online.state import load_state, save_state
 
 WINDOW = 0.05
 """Duration of a window [s]: short compared with a step, long compared with the noise of velocities."""
-FEWEST = 8
-"""Smallest number of samples in a window."""
+FEWEST, IMPOSSIBLE = 8, 30.0
+"""Smallest number of samples in a window, and relative change of its friction from which it is damaged [1]."""
 WALK = 300.0
 """Motion in which friction may change as much as it differs from log to log [s]."""
 RETURN = 3600.0
@@ -129,7 +129,8 @@ class OnlineFriction:
     ) -> list[Alarm]:
         """Add a sample, or T consecutive samples, and return the alarms that are raised or cleared.
 
-        Samples with missing values are skipped. After a gap or a jump of the stamps, a new window starts.
+        A joint with a missing or absurd torque is skipped; without a position or velocity, all joints are. After a gap
+        or a jump of the stamps, a new window starts.
 
         Parameters
         ----------
@@ -160,8 +161,9 @@ class OnlineFriction:
         warm = None if temperature is None else joined((samples, self._joints), temperature=temperature)[0]
         turn = None if base is None else rows_of("base orientation", base[0], (samples, 4))
         spin = None if base is None or base[1] is None else rows_of("angular velocity", base[1], (samples, 3))
-        sums = signals.sum(axis=(0, 2))
-        known = np.isfinite(sums if turn is None else sums + turn.sum(axis=1)).tolist()
+        sums = signals[:2].sum(axis=(0, 2)) + (0.0 if turn is None else turn.sum(axis=1))
+        known = np.isfinite(sums).tolist()
+        self.counts["missing"] += int(np.sum(~np.isfinite(sums + signals[2].sum(axis=1) + stamps)))
         alarms: list[Alarm] = []
         for k, (stamp, feet) in enumerate(
             zip(stamps.tolist(), standing_contacts(self.robot, contact, samples), strict=True)
@@ -175,7 +177,6 @@ class OnlineFriction:
         """Follow the clock and the contacts; return whether the sample can be used."""
         step = stamp - self._last
         if not known or not np.isfinite(stamp):
-            self.counts["missing"] += 1
             return False
         if -1.0 < step < 0.25 * self._period:
             self.counts["repeated"] += 1
@@ -215,6 +216,7 @@ class OnlineFriction:
             self._commit(*self._pending)
         return []
 
+    @np.errstate(over="ignore", invalid="ignore")
     def _measure(self, tree: Tree, position: Array, base: Base) -> tuple[Array, Array, BoolArray, BoolArray]:
         """Compute regressors (n, 4), values, joints that can be used, and standing joints of a window, (n,) each."""
         of, columns = self.baseline, self.baseline.columns
@@ -229,7 +231,9 @@ class OnlineFriction:
         slow = 0.25 * of.speeds[0]  # near standstill: far below the slow point of the friction curve
         moving = (v > slow).all(axis=0) | (v < -slow).all(axis=0)
         value = (friction - of.offset - law) / of.level
-        return regressor, value, moving & tree.seen[columns], tree.stands[columns]
+        usable = (np.abs(value) < IMPOSSIBLE) & np.isfinite(regressor).all(axis=1) & moving & tree.seen[columns]
+        regressor[~usable], value[~usable] = 0.0, 0.0  # a dead channel blinds its own joint only
+        return regressor, value, usable, tree.stands[columns]
 
     def _commit(self, stamp: float, regressor: Array, value: Array, used: BoolArray, stands: BoolArray) -> None:
         """Let the filters use a window that no contact change has followed."""
