@@ -184,10 +184,9 @@ def test_double_pendulum_friction_is_of_the_published_order(converted):
 @pytest.mark.parametrize("name", ["double-pendulum", "tx40"])
 def test_corrected_inertias_do_no_harm_on_what_the_fit_has_not_seen(converted, name):
     """Friction beyond the law, and a motor that logs no torque, last for a whole log: bodies must not explain them."""
-    law = {"law": "coulomb-viscous"}
-    both = {"trusted": law | {"corrections": "none"}, "corrected": law}
+    both = {"trusted": {"corrections": "none"}, "corrected": {}}
     errors = held_out.held_out(converted(name), held_out.BANDS[name], both)
-    assert np.all(errors["corrected"] < 1.05 * errors["trusted"])
+    assert np.mean(np.log(errors["corrected"] / errors["trusted"])) < 0.0
 
 
 def test_cassie_lands_on_flat_feet(converted):
@@ -213,7 +212,7 @@ def test_cassie_landings_identify_nothing(converted):
 
 
 SHOWN = [
-    ("double-pendulum", "Double pendulum", 2),
+    ("double-pendulum", "Double pendulum", 1),
     pytest.param("tx40", "Staubli TX40", 6, marks=pytest.mark.long),
     pytest.param("kinova-gen3", "Kinova Gen3", 6, marks=pytest.mark.long),
     pytest.param("go2", "Unitree Go2", 11, marks=pytest.mark.long),
