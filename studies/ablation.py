@@ -90,8 +90,8 @@ SHARE = 1 / 8
 """Part of the walks of 44 s that is used [1]."""
 WALKS = (("G1", "clean"), ("TORO-like", "A"))
 REAL = ("airbot-play", "tx40", "kuka-lwr4", "kinova-gen3", "double-pendulum")
-LEGS = ("go2-trot-0", "solo12-walk-7", "hyq-pronk-10")
-EVERYDAY = ("trot/trot.npz", "payload/log.npz", "mobile/log.npz")
+LEGS = ("solo12-walk-7",)
+EVERYDAY = ("trot/trot.npz", "payload/log.npz")
 DIRTY = ("10-bit encoders", "LuGre", "friction grows with the load")
 ROBOTS = (
     {f"{robot}, {case}": robot for robot, case in WALKS}
