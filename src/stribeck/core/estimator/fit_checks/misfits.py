@@ -20,8 +20,8 @@ from stribeck.core.estimator.reading import Reading
 from stribeck.core.estimator.solver.fit import Fit
 from stribeck.core.estimator.terms.term_selection import Choice
 from stribeck.core.estimator.terms.trials import Trials
+from stribeck.core.estimator.uncertainty.resisting import Resisting
 from stribeck.core.friction.terms import LADDER
-from stribeck.core.judgement.curve import SPEEDS
 
 _TERMS = [term for term in (*LADDER, *ERRORS) if term.misfit]
 KINDS = {term.misfit: [other for other in _TERMS if other.misfit == term.misfit] for term in _TERMS}
@@ -103,9 +103,11 @@ def find_misfits(
     misfits: list[tuple[Misfit, ...]] = []
     for joint, (kept, decided) in enumerate(zip(choice.kept, choice.decided, strict=True)):
         rows = slice(joint * count, (joint + 1) * count)
-        curve = _Curve(fit, joint, choice.trials.scale * fit.covariance)
-        pull = curve.gradient @ lost[rows, fit.layout.joint(joint)].T / curve.errors[:, None]
-        test = _Joint(choice.trials, joint, kept, decided, N[rows, rows], B[rows], pull, curve.level, units[joint])
+        curve = Resisting(fit, joint)
+        errors = np.sqrt(np.maximum(curve.variance(choice.trials.scale * fit.covariance), 1e-300))
+        pull = curve.slopes @ lost[rows, fit.layout.joint(joint)].T / errors[:, None]
+        level = max(curve.size, LEAST_FRICTION * float(fit.laws.torque[joint]))
+        test = _Joint(choice.trials, joint, kept, decided, N[rows, rows], B[rows], pull, level, units[joint])
         misfits.append(test.explanation(max(1.0, heterogeneity)))
     return tuple(misfits)
 
@@ -121,40 +123,6 @@ def _units(read: Reading, trials: Trials) -> Array:
     largest[:, names.index("load")] = read.whole.mean_load
     largest[:, names.index("delay")] = read.terms.delay
     return np.asarray(largest)
-
-
-@dataclass(frozen=True, eq=False)
-class _Curve:
-    """The resisting torque of a joint at the `SPEEDS` of verdicts, by the covariance of all coordinates."""
-
-    fit: Fit
-    joint: int
-    covariance: Array
-
-    @property
-    def _odd(self) -> Array:
-        """Derivatives by the coefficients of the basis, shape (3, R)."""
-        return self.fit.laws.basis.odd(self.joint, self.fit.laws.top_speed[self.joint] * np.array([*SPEEDS.values()]))
-
-    @property
-    def gradient(self) -> Array:
-        """Derivatives by the joint's coordinates, shape (3, w)."""
-        jacobian = self.fit.laws.of([self.joint]).jacobians(self.fit.internal[[self.joint]])[0]
-        return np.asarray(self._odd @ jacobian[: self._odd.shape[1]])
-
-    @property
-    def errors(self) -> Array:
-        """Standard errors [N m], shape (3,)."""
-        places = self.fit.layout.joint(self.joint)
-        variance = np.einsum("sp,pq,sq->s", self.gradient, self.covariance[places, places], self.gradient)
-        return np.asarray(np.sqrt(np.maximum(variance, 1e-300)))
-
-    @property
-    def level(self) -> float:
-        """Size of the friction, but at least a hundredth of the torque [N m]."""
-        theta = self.fit.laws.coefficients(self.fit.internal)[self.joint]
-        least = LEAST_FRICTION * float(self.fit.laws.torque[self.joint])
-        return max(float(np.abs(self._odd @ theta[: self._odd.shape[1]]).max()), least)
 
 
 @dataclass(frozen=True, eq=False)

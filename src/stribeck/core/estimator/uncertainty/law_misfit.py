@@ -14,6 +14,7 @@ import numpy as np
 from stribeck.core.base.typing import Array
 from stribeck.core.estimator.solver.fit import Fit
 from stribeck.core.estimator.terms.trials import Trials
+from stribeck.core.estimator.uncertainty.resisting import Resisting
 from stribeck.core.judgement.curve import SPEEDS
 
 DEVIATIONS = np.array([0.0, 0.02, 0.05, 0.1, 0.2, 0.4])
@@ -32,29 +33,28 @@ def law_misfits(fit: Fit, trials: Trials, covariance: Array) -> Array:
     covariance
         Covariance of the intervals, shape (m, m); its ratio to that of the fit is the dispersion.
     """
-    laws, speeds = fit.laws, np.array(list(SPEEDS.values()))
+    laws, tiny = fit.laws, np.finfo(float).tiny
     theta, jacobians = laws.coefficients(fit.internal), laws.jacobians(fit.internal)
-    errors = np.empty((len(theta), len(speeds)))
+    errors = np.empty((len(theta), len(SPEEDS)))
     for joint, free in enumerate(laws.free & ~fit.at_bound):
-        information, odd = trials.folds.information[joint, 0], laws.basis.odd(joint, speeds * laws.top_speed[joint])
-        curve = slice(odd.shape[1])
+        information, resisting = trials.folds.information[joint, 0], Resisting(fit, joint)
+        curve = slice(resisting.odd.shape[1])
         of_law = jacobians[joint][:, free]
         along = of_law.T @ information
         fitted = np.linalg.solve(along @ of_law + np.diag(laws.prior[1][joint, free] ** -2.0), along)
         beyond = np.eye(len(information)) - of_law @ fitted  # a deviation with all parameters refitted
         gradient = beyond.T @ (trials.folds.right[joint, 0] - information @ theta[joint])
-        size = np.abs(odd @ theta[joint, curve]).max() * np.sqrt(laws.basis.variance * len(laws.basis.functions))
+        size = resisting.size * np.sqrt(laws.basis.variance * len(laws.basis.functions))
         left = size[:, None] * (information @ beyond)[curve, curve] * size
         values, vectors = np.linalg.eigh((left + left.T) / 2)
-        values, z = np.maximum(values, 1e-9 * values[-1]), vectors.T @ (size * gradient[curve])
-        places, slopes = fit.layout.joint(joint), odd @ jacobians[joint][curve]
-        wide, narrow = (np.sum(slopes @ matrix[places, places] * slopes) for matrix in (covariance, fit.covariance))
-        dispersion, variance = max(trials.scale, wide / narrow), DEVIATIONS[:, None] ** 2
+        values, z = np.maximum(values, max(1e-9 * values[-1], tiny)), vectors.T @ (size * gradient[curve])
+        wide, narrow = (resisting.variance(matrix).sum() for matrix in (covariance, fit.covariance))
+        dispersion, variance = max(trials.scale, wide / max(narrow, tiny)), DEVIATIONS[:, None] ** 2
         ratio = variance * values / dispersion
         evidence = 0.5 * np.sum(z**2 / (values * dispersion) * ratio / (1 + ratio) - np.log1p(ratio), axis=1)
         weights = np.exp(evidence - evidence.max()) * np.where(DEVIATIONS > 0, 1 / (len(DEVIATIONS) - 1), 1.0)
         shrunk = variance / (1 + ratio)
-        pushed = odd @ beyond[curve, curve] @ (size[:, None] * vectors)
+        pushed = resisting.odd @ beyond[curve, curve] @ (size[:, None] * vectors)
         squares = 2 * (pushed @ (shrunk * z / dispersion).T) ** 2 + pushed**2 @ shrunk.T
         errors[joint] = np.sqrt(squares @ weights / weights.sum())
     return errors
