@@ -28,15 +28,15 @@ STUDIES: dict[str, tuple[float, tuple[str, ...]]] = {
     "robots": (3, (REAL,)),
     "held_out": (3, (REAL,)),
     "baselines": (4, (REAL,)),
-    "legs": (10, (EVERYDAY,)),
     "plan": (10, ()),
-    "fleet": (25, ()),
     "misfits": (15, ()),
     "online": (15, ()),
+    "legs": (17, (EVERYDAY,)),
     "walking": (18, ()),
     "first_hour": (21, ()),
-    "accuracy": (30, ()),
-    "ablation": (35, (REAL, EVERYDAY)),
+    "fleet": (25, ()),
+    "accuracy": (42, ()),
+    "ablation": (60, (REAL, EVERYDAY)),
 }
 """Processor time on one core [min], and the variables with folders of logs that are needed; `legs` shows baselines."""
 PAGES = [ROOT / "README.md", ROOT / "docs" / "extensions" / "findings.py", *sorted((ROOT / "docs").rglob("*.md"))]

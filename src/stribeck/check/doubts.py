@@ -1,4 +1,4 @@
-"""Joints with a fault that a finding names and that is not fixed: friction is weak until it is."""
+"""Weak verdicts on joints with a fault that a finding names, until the fault is fixed."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -10,9 +10,10 @@ from stribeck.core.result import JointResult
 
 
 def doubted(joints: Mapping[str, JointResult], findings: Sequence[Finding]) -> dict[str, JointResult]:
-    """Call identified joints weak if a finding doubts them, with its remedy as next step.
+    """Make identified joints weak if a finding names such a fault; its remedy is the next step.
 
-    A wrong gain of the torque scales friction alike: the intervals then contain friction with and without the remedy.
+    A wrong gain of the torque scales friction by the same factor. The intervals then contain friction with and without
+    the remedy.
     """
     judged = dict(joints)
     for finding in (finding for finding in findings if finding.doubt):
@@ -25,7 +26,7 @@ def doubted(joints: Mapping[str, JointResult], findings: Sequence[Finding]) -> d
 
 
 def _scaled(joint: JointResult, factor: float) -> JointResult:
-    """Extend the intervals of all torques to those times a factor."""
+    """Extend the intervals of friction, so that they also contain it multiplied by a factor."""
 
     def both(interval: tuple[float, float] | None) -> Any:
         ends = [scale * end for scale in (1, factor) for end in interval or ()]

@@ -58,7 +58,7 @@ class Finding:
     stops
         Whether all results would be invalid: `identify` ends, unless `force` is set.
     doubt
-        Why friction of the joints is weak until the fault is fixed; empty if it is not.
+        Reason why identified joints are weak until the fault is fixed; empty if they stay identified.
     gains
         Wrong gains of torques by joint [1].
     """

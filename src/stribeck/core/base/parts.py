@@ -47,4 +47,4 @@ class Parts(MutableMapping[str, T], Generic[T]):
 
 
 SERVICES = Parts[Any]("stribeck.services")
-"""Functions by name that the core calls in other rooms: readers of logs, checks before a fit, filters, an observer."""
+"""Functions by name that the core calls in other rooms: readers of logs, checks around a fit, filters, an observer."""
