@@ -3,7 +3,9 @@
 import os
 from pathlib import Path
 
+import mujoco
 import numpy as np
+import pinocchio as pin
 import pytest
 from tests.models import EXAMPLES
 from tests.robot.test_robot import MJCF, URDF, inertia, refuse, write_robot
@@ -15,8 +17,12 @@ from stribeck.core.robot.xml_file import DEEPEST, MOST_BODIES, read_xml
 LOWER = '<inertia ixx="0.01" iyy="0.01" izz="0.005" ixy="0" ixz="0" iyz="0"/>'
 LIMIT = '<limit lower="-2" upper="1" effort="1" velocity="1"/>'
 MASS, CHILD, END = '<mass value="1"/>', '<child link="lower"/>', "</worldbody>"
-FRAME = '<frame><body name="x">{}<geom size=".1" mass="7"/></body></frame></worldbody>'
-TURNED = MJCF.replace("<worldbody>", '<compiler eulerseq="ZYX"/><worldbody>')
+LEG = """<frame euler="10 20 30" pos="0 0 .1"><body name="{0}"><joint name="{0}_roll" axis="1 0 0" ref="20"/>
+  <joint axis="0 -1 .2" pos=".1 0 0" armature="0.1"/><geom type="box" size=".1 .2 .05" pos="0 .1 0"/>
+  <body euler="50 0 20" pos="0 0 -.4"><joint type="slide" name="{0}_slide" ref=".1"/><geom size=".1" pos=".1 0 0"/>
+  </body></body></frame>"""
+ANY = f"""<mujoco><compiler eulerseq="ZYX"/><worldbody><body name="cup"><freejoint/><geom size=".1"/></body>
+  <body mocap="true"><geom size=".1"/></body>{LEG.format("left")}{LEG.format("right")}</worldbody></mujoco>"""
 PICTURE = '<asset><texture name="t" type="2d" builtin="flat" width="99999" height="99999"/></asset><worldbody>'
 UNSOUND = {
     "moment missing": (URDF, LOWER, LOWER.replace(' izz="0.005"', ""), "line 6: izz of link 'lower' is nothing;"),
@@ -57,15 +63,6 @@ UNSOUND = {
         '"hip" type="ball"',
         "joint 'hip' is a Spherical.*or lock it",
     ),
-    "joint without a name": (MJCF, 'name="slide" ', "", r"1 joint\(s\) have no name"),
-    "joint in a frame": (
-        MJCF,
-        END,
-        FRAME.format('<joint name="y"/>'),
-        r"added joint\(s\) y when it read the model; move",
-    ),
-    "body in a frame": (MJCF, END, FRAME.format(""), "read a mass of 4.5 kg, but the file has 11.5 kg"),
-    "order of angles": (TURNED, '"leg" pos', '"leg" euler="30 20 50" pos', "inertia matrix differs from MuJoCo's"),
     "no number": (MJCF, 'mass="1"', 'mass="nan"', "line 4: mass of <geom> is 'nan'; expected a finite number"),
     "copies": (
         MJCF,
@@ -138,6 +135,19 @@ def test_an_mjcf_without_a_free_joint_gets_one_whatever_its_keyframes(tmp_path: 
     given = Robot.from_file(write_robot(tmp_path, "", text, "post.xml", "floating"))
     assert given.armature.tolist() == [0.02, 0.0]
     np.testing.assert_allclose(inertia(given, 0.4), inertia(whole, 0.4), rtol=1e-9, atol=1e-12)
+
+
+def test_an_mjcf_is_what_mujoco_compiles(tmp_path: Path) -> None:
+    """Frames, several joints in a body, joints without a name, and objects beside the robot."""
+    robot = Robot.from_file(write_robot(tmp_path, "", ANY, "any.xml", "fixed"))
+    assert robot.warnings[0] == "any.xml: objects beside the robot are left out: cup, body 2"
+    assert robot.joint_names[:3] == ("left_roll", "left_joint1", "left_slide")
+    compiled = mujoco.MjModel.from_xml_path(str(tmp_path / "any.xml"))
+    data, position = mujoco.MjData(compiled), np.linspace(-0.5, 0.7, 6)
+    data.qpos[7:], data.qvel[6:] = position, position[::-1]
+    mujoco.mj_forward(compiled, data)
+    torque = pin.rnea(robot.tree.model, robot.tree.model.createData(), position, position[::-1].copy(), 0 * position)
+    np.testing.assert_allclose(torque, data.qfrc_bias[6:], rtol=1e-9)
 
 
 @pytest.mark.parametrize("what", ["folder", "named pipe", "device"])

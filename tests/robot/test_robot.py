@@ -96,17 +96,6 @@ def test_a_robot_file_is_read_whole(tmp_path):
     assert robot.warnings == ()
 
 
-@pytest.mark.parametrize("base", ["floating", "fixed"])
-def test_mjcf_is_read_with_its_rotors(tmp_path, base):
-    robot = Robot.from_file(write_robot(tmp_path, 'torque_source = "command"', MJCF, "hopper.xml", base))
-    assert robot.base == base
-    assert robot.joint_names == ("hip", "slide")
-    assert robot.prismatic == (False, True)
-    assert robot.mass == pytest.approx(4.5)
-    assert robot.armature.tolist() == [0.02, 0.0]
-    assert inertia(robot)[-1, -1] == pytest.approx(0.5)
-
-
 @pytest.mark.parametrize(("base", "options"), [("fixed", ""), ("floating", "locked = { hip = 0.3 }")])
 def test_a_body_may_be_called_as_its_joint_is(tmp_path, base, options):
     robots = [

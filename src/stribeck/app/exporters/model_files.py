@@ -13,7 +13,6 @@ from stribeck.app.exporters.targets import Request
 from stribeck.app.exporters.text_files import SOLREFFRICTION
 from stribeck.core.base.typing import Array
 from stribeck.core.robot import Robot
-from stribeck.core.robot.model_file import kind_of
 from stribeck.core.robot.xml_file import read_xml
 from stribeck.simulation import LIGHTEST, mjcf_of_urdf
 
@@ -50,7 +49,7 @@ def mjcf_text(request: Request) -> str:
     A URDF is converted to MJCF first.
     """
     notes: list[str] = []
-    if kind_of(request.model) == "urdf":
+    if read_xml(request.model).kind == "urdf":
         text, notes = mjcf_of_urdf(request.model, request.folder, floating=request.robot.base == "floating")
         root = _root(parseString(text))  # nosec B318
     else:
@@ -63,8 +62,8 @@ def mjcf_text(request: Request) -> str:
         for name, body in _bodies(world, ""):
             if name in request.links:
                 _set_mjcf_inertia(_child(body, "inertial"), request.links[name])
-            for joint in _children(body, "joint"):
-                if (joint_name := joint.getAttribute("name")) in stated:
+            for place, joint in enumerate(_children(body, "joint")):
+                if (joint_name := joint.getAttribute("name") or f"{name}_joint{place}") in stated:
                     _set_mjcf_friction(root, joint, stated[joint_name], bristles.get(joint_name))
     for compiler in _children(root, "compiler") if request.links else []:
         if compiler.getAttribute("inertiafromgeom") == "true":
@@ -227,12 +226,10 @@ def _move_mjcf_files(root: Element, source: Path, folder: Path) -> None:
     if source.resolve() == folder.resolve():
         return
     compilers = _children(root, "compiler") or [_child(root, "compiler")]
-    stated = [(compiler, name) for compiler in compilers for name in ("assetdir", "meshdir", "texturedir")]
-    stated = [(compiler, name) for compiler, name in stated if compiler.hasAttribute(name)]
-    for compiler, name in stated:
-        compiler.setAttribute(name, _moved(compiler.getAttribute(name), source, folder))
-    if "assetdir" not in [name for _, name in stated]:
-        compilers[-1].setAttribute("assetdir", _moved("", source, folder))
+    for name in ("assetdir", "meshdir", "texturedir"):
+        stated = [compiler for compiler in compilers if compiler.hasAttribute(name)]
+        for compiler in stated or compilers[-1:] * (name == "assetdir"):
+            compiler.setAttribute(name, _moved(compiler.getAttribute(name), source, folder))
 
 
 def _read(path: Path) -> Element:
@@ -266,8 +263,9 @@ def _text(root: Element, comment: Iterable[str]) -> str:
 
 
 def _children(parent: Element, tag: str) -> list[Element]:
-    """List an element's direct children with a tag."""
-    return [node for node in parent.childNodes if isinstance(node, Element) and node.tagName == tag]
+    """List an element's direct children with a tag, also within an MJCF's <frame>."""
+    nodes = [node for node in parent.childNodes if isinstance(node, Element) and node.tagName in (tag, "frame")]
+    return [child for node in nodes for child in ([node] if node.tagName == tag else _children(node, tag))]
 
 
 def _child(parent: Element, tag: str) -> Element:

@@ -16,7 +16,7 @@ from stribeck.core.base.outputs import staged_folder, whole_or_not_at_all
 from stribeck.core.errors import NothingIdentifiedError, SettingsError, did_you_mean
 from stribeck.core.result import Result, read_result
 from stribeck.core.robot import Robot
-from stribeck.core.robot.model_file import kind_of
+from stribeck.core.robot.xml_file import read_xml
 
 
 def export(
@@ -260,7 +260,7 @@ def _text(target: str, request: Request) -> str:
 
 def _check(result: Result, robot: Robot, path: Path, models: Collection[str] = (), target: str = "") -> None:
     """Check that the target can write the model, the result belongs to the robot, and the model is not overwritten."""
-    kind = kind_of(robot.model_file) if models else ""
+    kind = read_xml(robot.model_file).kind if models else ""
     if models and kind not in models:
         others = [name for name, entry in TARGETS.items() if not entry.models or kind in entry.models]
         raise SettingsError(

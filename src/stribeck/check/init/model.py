@@ -12,9 +12,9 @@ import pinocchio as pin
 
 from stribeck.check.init.names import words
 from stribeck.core.robot import Contact
-from stribeck.core.robot.model_file import joint_names, kind_of, load_model
+from stribeck.core.robot.model_file import joint_names, load_model
 from stribeck.core.robot.rolling_radius import rolling_radius
-from stribeck.core.robot.rooting import is_on_axis, position_range
+from stribeck.core.robot.rooting import WORLD_JOINT, is_on_axis, position_range
 from stribeck.core.robot.xml_file import read_xml
 
 FOOT = {"sole": 4.0, "foot": 3.0, "feet": 3.0, "wheel": 3.0, "toe": 2.0, "ankle": 1.0}
@@ -58,12 +58,11 @@ def read_model(path: Path) -> ModelFacts:
     RobotFileError
         If it cannot be read.
     """
-    kind, root = kind_of(path), read_xml(path).root
+    xml = read_xml(path)
+    kind, root = xml.kind, xml.root
     model, _ = load_model(path, "floating")
     limits = {name: position_range(model, model.getJointId(name)) for name in joint_names(model)}
-    free = kind == "mjcf" and any(
-        joint.tag == "freejoint" or joint.get("type") == "free" for body in root.iter("body") for joint in body
-    )
+    free = kind == "mjcf" and str(model.names[1]) != WORLD_JOINT
     feet, tilted, wheels = _find_feet(path, model, root, free)
     base: Literal["floating", "fixed"] = "fixed"
     links = [link.get("name", "") for link in root.iter("link")]

@@ -28,7 +28,7 @@ def link_of(tree: RootedModel, joint: int) -> pin.Frame:
     frames = [frame for frame in tree.model.frames if frame.parentJoint == joint]
     links = [frame for frame in frames if frame.type == pin.FrameType.BODY]
     tools = ("tool", "tcp", "flange", "hand", "gripper", "end_effector", "ee_")
-    return next((frame for frame in links if any(word in frame.name.lower() for word in tools)), links[0])
+    return next((frame for frame in links if any(word in frame.name.lower() for word in tools)), (links or frames)[0])
 
 
 def direction_in_root(rooted: RootedModel, frame: int, position: Array, direction: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Check an MJCF file, and compare Pinocchio's model with MuJoCo's.
+"""Check an MJCF file, and build Pinocchio's model from MuJoCo's.
 
 Only robots with MJCF models import MuJoCo, because that is slow.
 """
@@ -14,13 +14,14 @@ import numpy as np
 import pinocchio as pin
 
 from stribeck.core.base.files import read_text
+from stribeck.core.base.typing import Array
 from stribeck.core.errors import RobotFileError
-from stribeck.core.robot.model_check import RELATIVE_TOLERANCE, check_inertias, require_same_joints, require_same_mass
-from stribeck.core.robot.rooting import is_floating
+from stribeck.core.robot.rooting import WORLD_JOINT
 from stribeck.core.robot.xml_file import XmlFile, read_xml, require_few
 
 MOST_FILES, LARGEST_COUNT = 100, 5000
 """Largest number of files of a model, and largest value [1] of attributes that count pixels, samples and the like."""
+FREE, BALL = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_BALL)
 
 
 def check_file(xml: XmlFile) -> None:
@@ -62,13 +63,11 @@ def _with_included(xml: XmlFile) -> Iterator[XmlFile]:
 def _check_element(xml: XmlFile, element: Element) -> None:
     counting = {"nrow", "ncol", "width", "height", "nsample", "nkey", "num", "resolution", "params"}
     # Attributes with poses and masses of bodies; MuJoCo reads `nan` as a missing number.
-    measuring = {
-        *("pos", "quat", "axisangle", "xyaxes", "zaxis", "euler", "axis", "ref", "armature"),
-        *("mass", "diaginertia", "fullinertia", "density", "size", "fromto"),
-    }
+    poses, masses = "pos quat axisangle xyaxes zaxis euler axis ref fromto", "mass density diaginertia fullinertia"
+    measuring = {*poses.split(), *masses.split(), "size", "armature"}
     tag = element.tag
     if tag in ("replicate", "composite", "flexcomp", "attach", "model"):  # a <model> could include itself
-        xml.refuse(element, f"<{tag}> generates bodies, which Pinocchio does not read; write out the bodies")
+        xml.refuse(element, f"<{tag}> generates bodies, which stribeck does not read; write out the bodies")
     for name, text in element.items():
         counts = name in counting or name.startswith("nuser_") or (tag, name) == ("numeric", "size")
         measures = tag in ("body", "frame", "inertial", "joint", "geom") and name in measuring
@@ -105,57 +104,70 @@ def quiet_mujoco() -> Iterator[None]:
         mujoco.set_mju_user_warning(before)
 
 
-@quiet_mujoco()
-def check_mjcf(path: Path, compiled: mujoco.MjModel, model: pin.Model) -> list[str]:
-    """Compare joints, mass and inertia matrix with MuJoCo's, and collect warnings.
+def build_model(compiled: mujoco.MjModel, root: pin.JointModelFreeFlyer | None) -> tuple[pin.Model, list[str]]:
+    """Build Pinocchio's model from MuJoCo's, whose positions it keeps; also list the objects that are left out.
 
-    Raises
-    ------
-    RobotFileError
-        If Pinocchio and MuJoCo read different robots from the file.
+    Objects are mocap bodies, and trees on free joints if another tree has more hinges and slides. With `root`, a free
+    flyer connects a robot without a free joint to the world. A joint without a name is named after its body and its
+    place there, and a body without a name after its parent.
     """
-    kinds = {int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)}
-    joints = [joint for joint in map(compiled.joint, range(compiled.njnt)) if int(joint.type[0]) in kinds]
-    names = [joint.name for joint in joints]
-    if not all(names):
-        raise RobotFileError(f"{path}: {names.count('')} joint(s) have no name; give every <joint> a name")
-    require_same_joints(path, set(names), model)
-    require_same_mass(path, float(compiled.body_mass.sum()), model)
-    difference = _inertia_difference(compiled, model, names)
-    if not difference <= RELATIVE_TOLERANCE:
-        raise RobotFileError(
-            f"{path}: Pinocchio's joint-space inertia matrix differs from MuJoCo's by {difference:.2g} relative; "
-            "simplify the model (<compiler> without eulerseq, balanceinertia and boundinertia) or use its URDF"
-        )
-    return check_inertias(path.name, model, {})
+    model, objects = pin.Model(), _objects(compiled)
+    model.name = compiled.names.partition(b"\0")[0].decode()
+    bodies = [number for number in range(1, compiled.nbody) if int(compiled.body_rootid[number]) not in objects]
+    places = {0: (0, pin.SE3.Identity(), 0, "")}  # joint of each body, its pose there, its frame, and its name
+    if root and FREE not in compiled.jnt_type[np.isin(compiled.jnt_bodyid, bodies)]:
+        above = model.addJoint(0, root, pin.SE3.Identity(), WORLD_JOINT)
+        first = compiled.body(bodies[0])  # its frame is the root's, as if it had a free joint
+        places[0] = above, _pose(first.pos, first.quat).inverse(), int(model.addJointFrame(above)), ""
+    for number in bodies:
+        body = compiled.body(number)
+        joint, pose, frame, name = places[int(body.parentid[0])]
+        pose, name = pose * _pose(body.pos, body.quat), body.name or f"{name}Bis"
+        for place, k in enumerate(range(int(body.jntadr[0]), int(body.jntadr[0] + body.jntnum[0]))):
+            anchor, kind = _pose(compiled.jnt_pos[k], np.eye(4)[0]), int(compiled.jnt_type[k])
+            label = compiled.joint(k).name or f"{name}_{'free' if kind == FREE else f'joint{place}'}"
+            joint = _add_joint(model, compiled, k, label, joint, pose * anchor)
+            frame, pose = int(model.addJointFrame(joint, frame)), anchor.inverse()
+        inertia = _pose(body.ipos, body.iquat).act(pin.Inertia(float(body.mass[0]), np.zeros(3), np.diag(body.inertia)))
+        frame = int(model.addFrame(pin.Frame(name, joint, frame, pose, pin.FrameType.BODY, inertia)))
+        for site in (compiled.site(s) for s in np.flatnonzero(compiled.site_bodyid == number) if compiled.site(s).name):
+            at = pose * _pose(site.pos, site.quat)
+            model.addFrame(pin.Frame(site.name, joint, frame, at, pin.FrameType.OP_FRAME), False)
+        places[number] = joint, pose, frame, name
+    return model, [compiled.body(number).name or f"body {number}" for number in sorted(objects)]
 
 
-def _inertia_difference(compiled: mujoco.MjModel, model: pin.Model, names: list[str]) -> float:
-    """Compute the largest relative difference of the two joint-space inertia matrices at three configurations."""
-    data, simulated = model.createData(), mujoco.MjData(compiled)
-    generator = np.random.default_rng(0)
-    root = range(6 if is_floating(model) else 0)  # if upright, its world and body coordinates agree
-    theirs = [*root, *(int(compiled.joint(name).dofadr[0]) for name in names)]
-    ours = [*root, *(int(model.joints[model.getJointId(name)].idx_v) for name in names)]
-    places = [int(compiled.joint(name).qposadr[0]) for name in names]
-    worst = 0.0
-    for _ in range(3):
-        positions = np.zeros(model.nv)
-        positions[ours[len(root) :]] = values = generator.uniform(-1.0, 1.0, len(names))
-        configuration = pin.integrate(model, pin.neutral(model), positions)
-        simulated.qpos[:] = compiled.qpos0
-        if root:
-            simulated.qpos[3:7] = 1, 0, 0, 0
-        simulated.qpos[places] = values
-        mujoco.mj_forward(compiled, simulated)
-        full = np.zeros((compiled.nv, compiled.nv))
-        mujoco.mj_fullM(compiled, simulated, full)
-        reference = full[np.ix_(theirs, theirs)]
-        matrix = pin.crba(model, data, configuration)
-        matrix = np.triu(matrix) + np.triu(matrix, 1).T
-        difference = np.abs(matrix[np.ix_(ours, ours)] - reference).max(initial=0.0)
-        worst = float(np.maximum(worst, difference / np.abs(reference).max(initial=1e-12)))
-    return worst
+def _objects(compiled: mujoco.MjModel) -> set[int]:
+    """Find the top bodies that are not part of the robot."""
+    tree = compiled.body_rootid[compiled.jnt_bodyid]
+    loose = {*tree[compiled.jnt_type == FREE].tolist(), *np.flatnonzero(compiled.body_mocapid >= 0).tolist()}
+    sizes = np.bincount(tree[compiled.jnt_type > BALL], minlength=compiled.nbody)  # hinges and slides of each tree
+    robot = int(np.argmax(sizes))
+    return (loose | set(np.flatnonzero(sizes).tolist())) - {robot} if robot in loose else loose
+
+
+def _add_joint(model: pin.Model, compiled: mujoco.MjModel, k: int, name: str, parent: int, pose: pin.SE3) -> int:
+    """Add a joint of the compiled model with its limits and rotor, and return its number."""
+    kind = int(compiled.jnt_type[k])
+    if kind in (FREE, BALL):
+        joint, pose = (pin.JointModelSpherical(), pose) if kind else (pin.JointModelFreeFlyer(), pin.SE3.Identity())
+        return int(model.addJoint(parent, joint, pose, name))
+    axis, slides = compiled.jnt_axis[k].copy(), kind == int(mujoco.mjtJoint.mjJNT_SLIDE)
+    back = -float(compiled.qpos0[compiled.jnt_qposadr[k]]) * axis
+    pose = pose * (pin.SE3(np.eye(3), back) if slides else pin.SE3(pin.exp3(back), np.zeros(3)))
+    along = next(("XYZ"[i] for i in range(3) if np.all(axis == np.eye(3)[i])), "")
+    unaligned = pin.JointModelPrismaticUnaligned if slides else pin.JointModelRevoluteUnaligned
+    joint = getattr(pin, f"JointModel{'P' if slides else 'R'}{along}")() if along else unaligned(axis)
+    limits = compiled.jnt_range[k] if compiled.jnt_limited[k] else (-np.inf, np.inf)
+    effort = compiled.jnt_actfrcrange[k, 1] if compiled.jnt_actfrclimited[k] else np.inf
+    number = int(model.addJoint(parent, joint, pose, name, *np.array([[effort], [np.inf], *([x] for x in limits)])))
+    model.armature[model.joints[number].idx_v] = compiled.dof_armature[compiled.jnt_dofadr[k]]
+    return number
+
+
+def _pose(place: Array, turn: Array) -> pin.SE3:
+    """Make a pose from a place and a quaternion (w, x, y, z)."""
+    return pin.XYZQUATToSE3(np.concatenate([place, turn[1:], turn[:1]]))
 
 
 def add_loop_frames(path: Path, compiled: mujoco.MjModel, model: pin.Model) -> list[str]:
@@ -165,17 +177,15 @@ def add_loop_frames(path: Path, compiled: mujoco.MjModel, model: pin.Model) -> l
     """
     if not compiled.neq:
         return []
+    connects = compiled.eq_type == int(mujoco.mjtEq.mjEQ_CONNECT)
     pairs = []
-    for k in range(compiled.neq):
-        of_bodies = int(compiled.eq_objtype[k]) == int(mujoco.mjtObj.mjOBJ_BODY)
-        if int(compiled.eq_type[k]) != int(mujoco.mjtEq.mjEQ_CONNECT) or not of_bodies:
-            continue
+    for k in np.flatnonzero(connects & (compiled.eq_objtype == int(mujoco.mjtObj.mjOBJ_BODY))).tolist():
         name = compiled.equality(k).name or f"equality_{k}"
         for place, body in enumerate((int(compiled.eq_obj1id[k]), int(compiled.eq_obj2id[k]))):
             anchor = pin.SE3(np.eye(3), np.array(compiled.eq_data[k, 3 * place : 3 * place + 3]))
-            carrier = model.frames[model.getFrameId(compiled.body(body).name, pin.FrameType.BODY)] if body else None
-            joint, placement = (carrier.parentJoint, carrier.placement * anchor) if carrier else (0, anchor)
-            model.addFrame(pin.Frame(f"{name}.{place + 1}", joint, 0, placement, pin.FrameType.OP_FRAME), False)
+            carrier = model.frames[model.getFrameId(compiled.body(body).name, pin.FrameType.BODY) if body else 0]
+            at, label = carrier.placement * anchor, f"{name}.{place + 1}"
+            model.addFrame(pin.Frame(label, carrier.parentJoint, 0, at, pin.FrameType.OP_FRAME), False)
         pairs.append(f"['{name}.1', '{name}.2']")
     remedy = f"; to close the loops, set [[robot.loops]] frames = {' and '.join(pairs)}" if pairs else ""
     return [f"{path.name}: {compiled.neq} equality constraint(s) are ignored: only the tree is modeled{remedy}"]
@@ -190,14 +200,12 @@ def compile_mjcf(path: Path) -> mujoco.MjModel:
     RobotFileError
         If MuJoCo cannot compile the file.
     """
-    try:
-        return _compile(path, with_meshes=True)
-    except ValueError:
-        pass
-    try:
-        return _compile(path, with_meshes=False)
-    except (ValueError, mujoco.FatalError) as error:
-        raise RobotFileError(f"{path}: MuJoCo cannot compile this model: {' '.join(str(error).split())}") from error
+    for with_meshes in (True, False):
+        try:
+            return _compile(path, with_meshes=with_meshes)
+        except (ValueError, mujoco.FatalError) as error:
+            words = " ".join(str(error).split())
+    raise RobotFileError(f"{path}: MuJoCo cannot compile this model: {words}")
 
 
 def _compile(path: Path, *, with_meshes: bool) -> mujoco.MjModel:

@@ -1,7 +1,6 @@
 """Check a URDF, and compare Pinocchio's model with the file.
 
-Pinocchio drops unknown elements, opens loops, and treats coupled joints as independent. `mjcf` does the same for MJCF,
-with MuJoCo's model as the reference.
+Pinocchio drops unknown elements, opens loops, and treats coupled joints as independent.
 """
 
 from collections.abc import Mapping
@@ -66,10 +65,7 @@ def require_same_joints(path: Path, expected: set[str], model: pin.Model) -> Non
     joints = range(1, model.njoints)
     read = {str(model.names[k]) for k in joints if model.joints[k].nv == 1 or str(model.names[k]) in expected}
     if odd := sorted(expected ^ read):
-        hint = "; move bodies out of <frame> elements and give each body one joint" if path.suffix != ".urdf" else ""
-        raise RobotFileError(
-            f"{path}: Pinocchio dropped or added joint(s) {', '.join(odd)} when it read the model{hint}"
-        )
+        raise RobotFileError(f"{path}: Pinocchio dropped or added joint(s) {', '.join(odd)} when it read the model")
 
 
 def require_same_mass(path: Path, expected: float, model: pin.Model) -> None:

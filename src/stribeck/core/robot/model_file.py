@@ -32,7 +32,7 @@ def load_model(path: Path, base: Literal["floating", "fixed"], *, loops: bool = 
         If the file cannot be read, or Pinocchio's model differs from the file.
     """
     xml = read_xml(path)
-    kind = _detect_kind(xml)
+    kind = xml.kind
     root = pin.JointModelFreeFlyer() if base == "floating" else None
     try:
         model, notes = _build_from_urdf(xml, root) if kind == "urdf" else _build_from_mjcf(xml, root, loops=loops)
@@ -85,47 +85,19 @@ def _build_from_urdf(xml: XmlFile, root: pin.JointModelFreeFlyer | None) -> tupl
 
 
 def _build_from_mjcf(xml: XmlFile, root: pin.JointModelFreeFlyer | None, *, loops: bool) -> tuple[pin.Model, list[str]]:
-    """Build the model of an MJCF; a free flyer connects it to the world if it has none.
-
-    Pinocchio's reader with a root refuses files with keyframes, and its `appendModel` loses armature.
-    """
+    """Build the model of an MJCF."""
     try:
-        from stribeck.core.robot.mjcf import add_loop_frames, check_file, check_mjcf, compile_mjcf
+        from stribeck.core.robot.mjcf import add_loop_frames, build_model, check_file, compile_mjcf
     except ModuleNotFoundError as error:
         raise RobotFileError(f"{xml.path}: MJCF needs MuJoCo: pip install 'stribeck[simulation]'") from error
     check_file(xml)
     compiled = compile_mjcf(xml.path)
-    model = pin.buildModelFromMJCF(str(xml.path))
+    model, objects = build_model(compiled, root)
     model_check.check_finite(xml.path, model)
-    notes = check_mjcf(xml.path, compiled, model)
-    if root and not is_floating(model):
-        fixed, model = model, pin.Model()
-        frame = model.addJointFrame(model.addJoint(0, root, pin.SE3.Identity(), "root_joint"))
-        model = pin.appendModel(model, fixed, frame, pin.SE3.Identity())
-        model.armature = np.concatenate([np.zeros(root.nv), fixed.armature])
+    notes = [f"{xml.path.name}: objects beside the robot are left out: {', '.join(objects)}"] * bool(objects)
+    notes += model_check.check_inertias(xml.path.name, model, {})
     of_loops = add_loop_frames(xml.path, compiled, model)
     return model, notes if loops else notes + of_loops
-
-
-def kind_of(path: Path) -> Literal["urdf", "mjcf"]:
-    """Detect the format of a model file by its root element.
-
-    Raises
-    ------
-    RobotFileError
-        If the file does not exist or has another format.
-    """
-    return _detect_kind(read_xml(path))
-
-
-def _detect_kind(xml: XmlFile) -> Literal["urdf", "mjcf"]:
-    if xml.root.tag == "sdf":
-        raise RobotFileError(f"{xml.path}: SDF models are not supported; convert the model to URDF or MJCF")
-    if xml.root.tag not in ("robot", "mujoco"):
-        raise RobotFileError(
-            f"{xml.path}: the root element is <{xml.root.tag}>; expected <robot> (URDF) or <mujoco> (MJCF)"
-        )
-    return "urdf" if xml.root.tag == "robot" else "mjcf"
 
 
 def lock_joints(model: pin.Model, locked: Mapping[str, float]) -> pin.Model:

@@ -13,8 +13,8 @@ import pinocchio as pin
 from stribeck.core.base.typing import Array, IntArray
 from stribeck.core.errors import RobotFileError
 
-BASE_FRAME = "stribeck_base"
-"""Name of the frame at the robot's own root link, present in every rooted tree."""
+BASE_FRAME, WORLD_JOINT = "stribeck_base", "world_joint"
+"""Names of the frame at the robot's own root link, and of the free flyer of an MJCF without a free joint."""
 
 
 @dataclass(frozen=True, eq=False)

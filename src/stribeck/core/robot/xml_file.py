@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NoReturn
+from typing import Literal, NoReturn
 from xml.etree.ElementTree import Element, TreeBuilder, tostring
 from xml.parsers import expat
 
@@ -33,6 +33,14 @@ class XmlFile:
     def text(self) -> str:
         """The document as a string, independent of the file's encoding."""
         return tostring(self.root, encoding="unicode")
+
+    @property
+    def kind(self) -> Literal["urdf", "mjcf"]:
+        """Format of the model by its root element; a RobotFileError if it is another one."""
+        if self.root.tag not in ("robot", "mujoco"):
+            expected = "<robot> (URDF) or <mujoco> (MJCF); convert models in other formats such as SDF"
+            raise RobotFileError(f"{self.path}: the root element is <{self.root.tag}>; expected {expected}")
+        return "urdf" if self.root.tag == "robot" else "mjcf"
 
     def refuse(self, element: Element, message: str) -> NoReturn:
         """Raise a RobotFileError about an element."""

@@ -11,8 +11,8 @@ import pinocchio as pin
 
 from stribeck.core.base.typing import Array
 from stribeck.core.robot import Robot, read_robot_file
-from stribeck.core.robot.model_file import kind_of
 from stribeck.core.robot.rooting import is_floating
+from stribeck.core.robot.xml_file import read_xml
 
 CLEARANCE = 0.02
 """Minimum distance of bodies [m]; calibration and compliance move them by some millimeters."""
@@ -93,7 +93,7 @@ def load_self_collision(robot: Robot, posture: Array) -> tuple[SelfCollision | N
 
 def _read(path: Path) -> tuple[pin.Model, pin.GeometryModel]:
     """Read a model file and its collision geometry, without the world around a base that moves."""
-    if kind_of(path) == "mjcf":
+    if read_xml(path).kind == "mjcf":
         model = pin.buildModelFromMJCF(str(path))
         geometry = pin.buildGeomFromMJCF(model, str(path), pin.GeometryType.COLLISION)
         for name in [geom.name for geom in geometry.geometryObjects if is_floating(model) and geom.parentJoint == 0]:

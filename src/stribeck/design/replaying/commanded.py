@@ -20,7 +20,7 @@ from stribeck.core.base.typing import Array
 from stribeck.core.log import RobotLog
 from stribeck.core.robot import Robot
 from stribeck.core.robot.mjcf import compile_mjcf, quiet_mujoco
-from stribeck.core.robot.model_file import kind_of
+from stribeck.core.robot.xml_file import read_xml
 from stribeck.design.replaying.comparison import CommandedMotion
 from stribeck.design.replaying.rollouts import STEP
 from stribeck.simulation import mjcf_of_urdf
@@ -97,7 +97,7 @@ def _command(log: RobotLog, robot: Robot) -> tuple[Array, Array]:
 def _compiled(path: Path, robot: Robot) -> mujoco.MjModel:
     """Compile a model without contacts and servos, whose base and other joints are held by very large rotors."""
     with TemporaryDirectory() as folder:
-        if kind_of(path) == "urdf":
+        if read_xml(path).kind == "urdf":
             text, _ = mjcf_of_urdf(path, Path(folder), floating=False)
             path = Path(folder) / "model.xml"
             path.write_text(text, encoding="utf-8")

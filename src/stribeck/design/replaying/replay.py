@@ -21,7 +21,6 @@ from stribeck.core.judgement.torque_error import COMMON, TorqueError, torque_err
 from stribeck.core.log import LogLike, RobotLog
 from stribeck.core.result.samples import FrictionSamples
 from stribeck.core.robot import Robot
-from stribeck.core.robot.model_file import kind_of
 from stribeck.core.robot.xml_file import read_xml
 from stribeck.core.settings import Settings
 from stribeck.design.replaying.comparison import CommandedMotion, LoggedMotion, Replay, Replayed
@@ -274,7 +273,7 @@ def read_friction(path: Path) -> StatedFriction:
     RobotFileError
         If the file cannot be read, or a value is not a number or negative.
     """
-    if kind_of(path) == "mjcf":
+    if read_xml(path).kind == "mjcf":
         from stribeck.design.replaying.mjcf_friction import read_mjcf_friction  # MuJoCo is slow to import
 
         return read_mjcf_friction(path)
