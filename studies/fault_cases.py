@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
+from scipy.ndimage import uniform_filter1d
 from scipy.signal import butter, lfilter, savgol_filter
 from scipy.spatial.transform import Rotation
 
@@ -113,7 +114,7 @@ def _mirrored(torque: Array, robot: Robot) -> Array:
 
 def late(seconds: float, channel: str = "torque") -> Change:
     def of_log(log: RobotLog, _: Robot) -> RobotLog:
-        values: Any = CubicSpline(log.time, getattr(log, channel))(log.time - seconds)
+        values: Any = CubicSpline(log.time, getattr(log, channel))((log.time - seconds).clip(*log.time[[0, -1]]))
         return replace(log, **{channel: values > 0.5 if channel == "contact" else values})
 
     return of_log
@@ -138,6 +139,16 @@ def _low_pass(hertz: float, joints: slice | None = None) -> Change:
         torque = log.torque.copy()
         torque[:, own] = lfilter(*coefficients, torque[:, own] - torque[0, own], axis=0) + torque[0, own]
         return replace(log, torque=torque)
+
+    return of_log
+
+
+def _averaged(seconds: float) -> Change:
+    """Log means of the torques over the past."""
+
+    def of_log(log: RobotLog, _: Robot) -> RobotLog:
+        rows = round(seconds / period_of(log))
+        return replace(log, torque=uniform_filter1d(log.torque, rows, axis=0, origin=rows // 2 - 1, mode="nearest"))
 
     return of_log
 
@@ -326,6 +337,8 @@ FAULTS = {
     "left and right torques swapped": Fault(with_channel("torque", _mirrored), SWAPPED, of="G1 talos"),
     # Time
     "torques 8 ms late": Fault(late(0.008), DELAY, of=KNOWN),
+    "torques 0.4 s late": Fault(late(0.4), DELAY, of=KNOWN),
+    "torques averaged over 0.2 s": Fault(_averaged(0.2), FILTERED, of="panda"),
     "torques 2 ms late": Fault(late(0.002), DELAY, of="G1"),
     "one torque 10 ms late": Fault(_one_late, DELAY, ("delay",), ALL, column=1),
     "torque clock 1 % off": Fault(_clock, ("torque-clock",), of="G1 talos"),

@@ -297,3 +297,12 @@ def test_normalized_positions_are_asked_for_with_the_keys_to_set(tmp_path):
     output.write_text(text.replace('unit = "deg"', f"{scale}\n{offset}"))
     read = read_log(path, Robot.from_file(output))
     np.testing.assert_allclose(read.position, log.position, atol=1e-4)
+
+
+def test_angles_of_the_motors_shafts_are_asked_for_with_gear_ratios(tmp_path: Path) -> None:
+    log, ratio = noisy_log("ur5"), np.array([100.0, 100.0, 50.0, 9.0, 9.0, 6.0])
+    path = written(log, tmp_path / "log.npz", position=log.position * ratio, torque=log.torque / ratio, velocity=None)
+    robot, text = drafted(ARM, path, tmp_path)
+    assert "TODO: are these angles" in text
+    read = read_log(path, robot)
+    np.testing.assert_allclose(read.position[:, :5], log.position[:, :5], rtol=0.03, atol=0.01)

@@ -33,6 +33,8 @@ class StubRobot:
     motors: dict = field(default_factory=dict)
     command_gains: tuple | None = None
     path: str = "robot.toml"
+    prismatic: tuple = (False, False, True)
+    position_limits: tuple = ((-39.0, -2.0, -9.0), (3.0, 1e3, 9.0))
 
     @property
     def torque_controlled(self):

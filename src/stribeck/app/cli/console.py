@@ -123,7 +123,7 @@ def print_result(result: Result) -> None:
             step = advice(joint)
             step = f"{step[0].upper()}{step[1:]} ({verdict_place(joint.verdict)})."
             say([f"{name} {joint.verdict}: {main_reason(joint)}. {step}"])
-    say(f"warning: {finding.line}" for finding in result.findings)
+    say(f"warning: {finding.line}" for finding in result.findings if not finding.has("note"))
 
 
 def _lines_of_joints(result: Result, *, all_speeds: bool) -> TextTable:

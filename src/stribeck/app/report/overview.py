@@ -57,9 +57,9 @@ def heading(result: Result, law: FrictionLaw, reference: Reference = NO_REFERENC
         between=logs_text(result.corrections, result.log.paths),
         trusted=[name for name in identified if name not in flagged],
         distrusted=distrusted,
-        urgent=next((finding for finding in findings if finding.cure), None),
+        urgent=next((finding for finding in findings if finding.cure and not finding.has("note")), None),
         steps=steps,
-        warnings=len(findings),
+        warnings=sum(not finding.has("note") for finding in findings),
     )
 
 
@@ -160,5 +160,5 @@ def warnings(result: Result) -> Section | None:
 
 
 def by_severity(findings: Sequence[Finding]) -> list[Finding]:
-    """Sort findings: fatal ones first, then those on friction."""
-    return sorted(findings, key=lambda finding: (not finding.stops, not finding.on_friction))
+    """Sort findings: fatal ones first, then those on friction; notes come last."""
+    return sorted(findings, key=lambda finding: (not finding.stops, finding.has("note"), not finding.on_friction))

@@ -8,7 +8,7 @@ from stribeck.check.audit.evidence import AuditData, gather
 from stribeck.check.audit.motion import check_motion
 from stribeck.check.audit.positions import check_positions
 from stribeck.check.audit.scale import check_external
-from stribeck.check.audit.torque import check_slow, check_torques, check_unexplained, check_unsigned
+from stribeck.check.audit.torque import check_torques, check_unexplained, check_unsigned
 from stribeck.check.audit.trials import check_by_trial
 from stribeck.core.base.finding import Finding, merged
 from stribeck.core.base.spans import listed_spans
@@ -74,7 +74,7 @@ def findings(evidence: AuditData, lags: dict[str, Lag], settings: Settings) -> l
     base = [] if lost else check_base(evidence)
     problems = [*channels, *positions, *by_trial, *base, *samples, *unsigned]
     if not lost and not any(f.stops for f in problems):
-        problems += [*_without_disturbances(evidence, lags, left_out), *check_slow(evidence)]
+        problems += _without_disturbances(evidence, lags, left_out)
     return sorted(problems, key=lambda finding: not finding.stops)
 
 

@@ -1,15 +1,20 @@
 """Delay, low-pass filter or another clock of the torques relative to the motion: the hypothesis that fits best."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
+from scipy.ndimage import uniform_filter1d
 
 from stribeck.check.audit.evidence import AuditData, Run
 from stribeck.check.audit.regression import friction_shapes
 from stribeck.core.base.finding import Finding, Setting
 from stribeck.core.base.typing import Array
 
+BIN, SHORT, LONGEST = 0.04, 0.03, 2.0
+"""Length of the evidence's bins, and delays up to which each joint's lag is found, and up to which all may be late [s].
+"""
 LEAST = 1.5
 """Smallest delay that is reported [samples]."""
 
@@ -24,6 +29,55 @@ class Lag:
     delay: float | None
     constant: float
     evidence: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Timing:
+    """Mean torques over the bins at other times, regressed on friction and on the model's torque in the bins.
+
+    Bins with several standing feet are left out, because the model's torque there depends on the measured one.
+
+    Attributes
+    ----------
+    sums, edges
+        Integral of each joint's torque up to the edges of its samples, and the edges [s].
+    times, shapes
+        Centers of the bins [s], and friction shapes and the model's torque there, of each joint.
+    """
+
+    sums: list[Array]
+    edges: Array
+    times: list[Array]
+    shapes: list[Array]
+
+    @classmethod
+    def of(cls, evidence: AuditData, last: float = np.inf) -> "_Timing":
+        """Collect the bins up to a time since the log's start [s] of joints that move."""
+        log, period = evidence.prepared.log, evidence.prepared.sampling.period
+        size = max(1, round(BIN / period))
+        time = log.time[evidence.rows] + ((size - evidence.stride) / 2 - size // 2) * period  # means of thinned rows
+        closed = np.array(["+" in name for name in evidence.support_names], dtype=bool)[evidence.support]
+        used = (time - log.time[0] < last) & ~closed
+        found = cls([], np.append(log.time, log.time[-1] + period) - period / 2, [], [])
+        for k, column in enumerate(evidence.robot.torque_controlled):
+            rows = np.flatnonzero(used & np.isfinite(evidence.model[:, k]))
+            if evidence.moves(k) and len(rows) > 100:
+                found.sums.append(np.append(0.0, np.cumsum(log.torque[:, column]) * period))
+                found.times.append(time[rows])
+                found.shapes.append(np.column_stack([friction_shapes(evidence, k, rows), evidence.model[rows, k]]))
+        return found
+
+    def torque(self, k: int, clock: float = 0.0, delay: float = 0.0) -> Array:
+        """Compute a joint's mean torque over the bins, with a relative error of its clock [1] and a delay [s]."""
+        now = self.edges[0] + (self.times[k] - self.edges[0]) * (1 + clock) + delay
+        ends = (np.interp(now + side * BIN / 2, self.edges, self.sums[k]) for side in (1, -1))
+        return np.asarray(next(ends) - next(ends)) / BIN
+
+    def left(self, bases: list[Array], clock: float = 0.0, delay: float = 0.0) -> Array:
+        """Compute the share of each torque's variance that orthonormal bases leave unexplained, shape (k,)."""
+        torques = (self.torque(k, clock, delay) for k in range(len(bases)))
+        shares = [_unexplained(base, y) / max(len(y) * y.var(), 1e-300) for base, y in zip(bases, torques, strict=True)]
+        return np.maximum(shares, 1e-12)
 
 
 def delays(evidence: AuditData) -> dict[str, Lag]:
@@ -43,8 +97,8 @@ def check_delay(evidence: AuditData, lags: dict[str, Lag]) -> list[Finding]:
     if 2 * len(slow) > len(lags) and sum(lag.evidence for lag in slow.values()) > sure:
         constant = float(np.median([lag.constant for lag in slow.values()]))
         return [Finding.of("torque-filtered", tuple(slow), cutoff=1 / (2 * np.pi * constant))]
-    if clock := _clock(evidence):
-        return [Finding.of("torque-clock", faster=100 * abs(clock), speed="fast" if clock > 0 else "slow")]
+    if other := _other_times(evidence):
+        return other
     values = np.array([lag.delay for lag in lags.values() if lag.delay is not None])
     if len(values) < max(2, min(3, len(evidence.joints))):
         return []
@@ -54,63 +108,50 @@ def check_delay(evidence: AuditData, lags: dict[str, Lag]) -> list[Finding]:
     needed = (0.6 if len(values) >= 8 else 0.75) * len(values)
     if abs(middle) < max(LEAST * period, 4.0 * error) or agreeing < max(2.0, needed):
         return []
-    setting = Setting("log.torque", "delay", round(evidence.robot.log_table.torque.delay + middle, 5))
-    return [Finding.of("torque-delay", delay=1e3 * middle, count=len(values), agreeing=agreeing, settings=[setting])]
+    return [_late(evidence, "torque-delay", middle, len(values), agreeing)]
 
 
-def _clock(evidence: AuditData) -> float:
-    """Find the relative error of the torques' clock [1]; zero if a common delay explains the torques as well.
-
-    The mean torque over each bin of the model is taken at other times, and regressed like the measured one. Bins with
-    several standing feet are left out, because the model's torque there depends on the measured one.
-    """
-    log, period = evidence.prepared.log, evidence.prepared.sampling.period
+def _other_times(evidence: AuditData) -> list[Finding]:
+    """Report another clock of the torques, a long delay, or means over a long time, if it fits far better than none."""
     compared, largest = 20.0, 0.02  # part of the log that is compared [s], and largest relative error of a clock [1]
-    time = log.time[evidence.rows]
-    closed = np.array(["+" in name for name in evidence.support_names], dtype=bool)[evidence.support]
-    early, half = (time - log.time[0] < compared) & ~closed, 0.02
-    every = max(1, round(half / (evidence.stride * period)))  # bins overlap by half
-    columns, places, bases = [], [], []
-    for k in range(len(evidence.joints)):
-        rows = np.flatnonzero(early & np.isfinite(evidence.model[:, k]))
-        if evidence.moves(k) and len(rows) > 100:
-            rows = rows[::every]
-            shapes = np.column_stack([friction_shapes(evidence, k, rows), evidence.model[rows, k]])
-            columns.append(evidence.robot.torque_controlled[k])
-            places.append(rows)
-            bases.append(np.linalg.qr(shapes)[0])
+    timing = _Timing.of(evidence, compared)
+    bases = [np.linalg.qr(shapes)[0] for shapes in timing.shapes]
     if len(bases) < 2:
-        return 0.0
-    sums = np.concatenate([np.zeros((1, len(columns))), np.cumsum(log.torque[:, columns], axis=0)])
-    edges = np.append(log.time, log.time[-1] + period) - period / 2
-    together, first = np.unique(np.concatenate(places)), log.time[0]
+        return []
 
-    def misfit(clock: float, delay: float) -> float:
-        """Compute the median over the joints of the share of the torque that stays unexplained."""
-        now = first + (time[together] - first) * (1 + clock) + delay
-        torques = np.empty((len(time), len(columns)))
-        torques[together] = _between(sums, edges, now + half) - _between(sums, edges, now - half)
-        shares = [
-            _unexplained(basis, torque) / max(float(np.sum((torque - torque.mean()) ** 2)), 1e-300)
-            for basis, torque in zip(bases, (torques[rows, k] for k, rows in enumerate(places)), strict=True)
-        ]
-        return float(np.median(shares))
+    def best(candidates: Array, apart: float, left: Callable[[float], Array]) -> tuple[float, Array]:
+        """Choose the candidate that fits best, refined between its neighbors at a distance."""
+        for near in (apart, apart / 5, 0.0):
+            shares = [left(value) for value in candidates]
+            number = int(np.argmin(np.mean(np.log(shares), axis=1)))
+            chosen, share = float(candidates[number]), shares[number]
+            candidates = chosen + near * np.linspace(-1, 1, 9)
+        return chosen, share
 
-    reach = min(compared, float(log.time[-1] - log.time[0]))
-    shifts = np.linspace(-0.03, 0.03, 7)
-    plain = min(misfit(0.0, delay) for delay in shifts)
-    clocks = np.arange(-largest, largest, 0.02 / reach)
-    best = min(clocks, key=lambda clock: misfit(clock, 0.0))
-    best = min(np.linspace(best - 0.02 / reach, best + 0.02 / reach, 9), key=lambda clock: misfit(clock, 0.0))
-    return float(best) if abs(best) > 0.03 / reach and misfit(best, 0.0) < 0.5 * plain else 0.0
+    duration = evidence.prepared.log.time[-1] - evidence.prepared.log.time[0]
+    reach, longest = min(compared, duration), min(LONGEST, duration / 8)
+    plain = min((timing.left(bases, delay=delay) for delay in np.linspace(-SHORT, SHORT, 7)), key=np.median)
+    clocks, late = np.arange(-largest, largest, 0.02 / reach), np.arange(-longest, longest, 0.02)
+    clock, of_clock = best(clocks, 0.02 / reach, lambda clock: timing.left(bases, clock=clock))
+    delay, of_delay = best(late, 0.02, lambda delay: timing.left(bases, delay=delay))
+    if np.median(np.minimum(of_clock, of_delay)) > 0.5 * np.median(plain):
+        return []
+    if np.median(of_clock) < np.median(of_delay):
+        faster, speed = 100 * abs(clock), "fast" if clock > 0 else "slow"
+        return [Finding.of("torque-clock", faster=faster, speed=speed)] if abs(clock) > 0.03 / reach else []
+    agreeing = int(np.sum(of_delay < 0.5 * plain))
+    if not SHORT < abs(delay) < 0.95 * longest or agreeing < max(2.0, 0.6 * len(plain)):
+        return []
+    mean = round(2 * abs(delay) / BIN)
+    smooth = [np.linalg.qr(uniform_filter1d(shapes, mean, axis=0))[0] for shapes in timing.shapes]
+    if delay > 0 and np.median(timing.left(smooth, delay=delay)) < 0.5 * np.median(of_delay):
+        return [Finding.of("torque-filtered.mean", length=2e3 * delay)]
+    return [_late(evidence, "torque-delay.long", delay, len(plain), agreeing)]
 
 
-def _between(values: Array, times: Array, at: Array) -> Array:
-    """Interpolate values, shape (T, c), at some times, shape (K,) -> (K, c)."""
-    place = np.interp(at, times, np.arange(len(times)))
-    before = np.minimum(place.astype(np.int64), len(times) - 2)
-    share = (place - before)[:, None]
-    return np.asarray((1 - share) * values[before] + share * values[before + 1])
+def _late(evidence: AuditData, check: str, delay: float, count: int, agreeing: int) -> Finding:
+    setting = Setting("log.torque", "delay", round(evidence.robot.log_table.torque.delay + delay, 5))
+    return Finding.of(check, delay=1e3 * delay, count=count, agreeing=agreeing, settings=[setting])
 
 
 def _lag(evidence: AuditData, k: int) -> Lag | None:

@@ -1,13 +1,12 @@
-"""Direction of gravity and speed of the clock, estimated from the torques of all joints together."""
+"""Direction of gravity and speed of the clock: the cause that explains the torques of all joints best."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
 
 from stribeck.check.audit.evidence import AuditData
-from stribeck.check.audit.regression import FEWEST, effective_share, fit, friction_shapes, without
+from stribeck.check.audit.regression import BETTER, FEWEST, POOR, unexplained
 from stribeck.core.base.finding import Finding, Setting, rounded
 from stribeck.core.base.typing import Array
 from stribeck.core.dynamics.loops import without_loop_forces
@@ -18,69 +17,46 @@ from stribeck.core.robot import Robot
 from stribeck.core.robot.kinematics import direction_in_root
 from stribeck.core.robot.rooting import BASE_FRAME
 
-SURE = 5.0
-"""Deviation of an inertial part from its expected value that counts as significant [standard errors]."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Pooled:
-    """Fit of all joints: `torque = gravity terms . gravity + inertial * inertial terms + friction`.
-
-    Attributes
-    ----------
-    gravity, gravity_error
-        Estimated gravity [m/s^2], shape (3,), and its largest standard error.
-    inertial, inertial_error
-        Factor of the terms of velocities and accelerations [1], and its standard error.
-    share
-        Share of the torques without friction that the fit explains [1].
-    residual
-        Weighted residual squares, relative to a fit with the given gravity direction and a free gain per joint [1].
-    dissipation
-        Mean over the joints with friction of the dissipation in `Fit`, from -1 to 1.
-    """
-
-    gravity: Array
-    gravity_error: float
-    inertial: float
-    inertial_error: float
-    share: float
-    residual: float
-    dissipation: float
-
 
 def check_motion(evidence: AuditData) -> list[Finding]:
-    """Report gravity in another direction, or time at another speed."""
+    """Report gravity in another direction, torques without gravity, or time at another speed.
+
+    All torques are compared with the model's under each of these causes; friction keeps its sign.
+    """
     if len(evidence.rows) < FEWEST:
         return []
-    clock = _velocity_clock(evidence)
-    if clock:
+    if clock := _velocity_clock(evidence):
         return clock
-    pooled = _pooled(evidence)
-    if pooled is None or pooled.share < 0.7:
-        return []
     given = evidence.robot.gravity
-    size, normal = float(np.linalg.norm(pooled.gravity)), float(np.linalg.norm(given))
-    if not 0.5 < size / max(normal, 1e-9) < 1.6 or pooled.gravity_error > 0.08 * normal:
+    size = float(np.linalg.norm(given))
+    of_gravity = gravity_torques(evidence, evidence.robot, np.eye(3))
+    inertial = evidence.model - of_gravity @ given
+    axes = [axis for axis in np.eye(3) if np.nanmax(np.abs(of_gravity @ axis)) > 0.1 * np.nanmax(np.abs(of_gravity))]
+    turned = [size * sign * axis for axis in axes for sign in (1.0, -1.0)]
+    gravities = [given, np.zeros(3), *(other for other in turned if angle_between(other, given) > np.deg2rad(45))]
+    models = [of_gravity @ gravity + inertial for gravity in gravities]
+    scales, fewest = (2.0, 0.5), 125  # of time, whose square divides accelerations; errors dominate fewer bins
+    if evidence.prepared.log.velocity is None and len(evidence.rows) >= fewest:
+        models += [of_gravity @ given + inertial / scale**2 for scale in scales]
+    shares = np.array([_shares(replace(evidence, model=model)) for model in models])
+    costs = np.log(np.clip(shares, 1e-3, 1.0)).sum(axis=1)
+    best, *others = np.argsort(costs).tolist()
+    if not best or costs[best] > costs[others[0]] - np.log(BETTER) or np.median(shares[best]) > POOR:
         return []
-    turned = angle_between(pooled.gravity, given)
-    forward = pooled.inertial > SURE * pooled.inertial_error or (
-        abs(pooled.inertial) < SURE * pooled.inertial_error and pooled.dissipation > 0.3
-    )
-    reported = np.deg2rad(45.0)  # smallest angle between the given and the estimated gravity [rad]
-    if turned > reported:
-        return [_turned(pooled, turned, normal)] if forward and pooled.residual < 0.5 else []
-    if turned > reported / 2 or len(evidence.rows) < 125:  # model errors dominate the inertia of few bins
-        return []
-    if evidence.prepared.log.velocity is not None:  # it agrees with the slope of the position: so does the clock
-        return []
-    ratio = pooled.inertial * normal / size
-    error = pooled.inertial_error * normal / size
-    scale = 1 / np.sqrt(max(ratio, 1e-9))  # of time: accelerations are proportional to its inverse square
-    sure = abs(ratio - 1) > SURE * error and error < 0.2 * ratio and pooled.residual < 0.7
-    if sure and 1.6 < max(scale, 1 / scale) < 2.5:
-        return [_clock_finding(evidence, scale, "the inertial part of the torques relative to gravity")]
-    return []
+    if best >= len(gravities):
+        return [_clock_finding(evidence, scales[best - len(gravities)], "the inertial part of the torques")]
+    setting, left = _gravity_setting(gravities[best]), float(100 * np.exp((costs[best] - costs[0]) / len(shares[0])))
+    if best == 1:
+        return [Finding.of("gravity.none", left=left, settings=[setting])]
+    angle = np.rad2deg(angle_between(gravities[best], given))
+    words = "upside down" if angle > 150 else f"turned by {angle:.0f}°"
+    return [Finding.of("gravity", turned=words, left=left, settings=[setting])]
+
+
+def _shares(evidence: AuditData) -> list[float]:
+    """Compute the share of each torque's variance that model and friction leave unexplained [1]."""
+    shares = (unexplained(evidence, k, 1.0) for k in range(len(evidence.joints)))
+    return [share for share in shares if np.isfinite(share)] or [1.0]
 
 
 def _clock_finding(evidence: AuditData, scale: float, how: str) -> Finding:
@@ -127,72 +103,6 @@ def tilted(evidence: AuditData, gravity: Array) -> Finding:
 
 def _gravity_setting(gravity: Array) -> Setting:
     return Setting("robot", "gravity", [rounded(value, 4) for value in np.round(gravity, 3) + 0.0])
-
-
-def _turned(pooled: _Pooled, turned: float, size: float) -> Finding:
-    """Report gravity in another direction: along an axis, if one is within 20 degrees."""
-    direction = pooled.gravity / np.linalg.norm(pooled.gravity)
-    axis = int(np.argmax(np.abs(direction)))
-    if abs(direction[axis]) > np.cos(np.deg2rad(20)):
-        direction = np.sign(direction[axis]) * np.eye(3)[axis]
-    return Finding.of(
-        "gravity",
-        turned="upside down" if turned > np.deg2rad(150) else f"turned by {np.rad2deg(turned):.0f}°",
-        direction=np.round(pooled.gravity, 1).tolist(),
-        left=100 * pooled.residual,
-        settings=[_gravity_setting(size * direction)],
-    )
-
-
-def _pooled(evidence: AuditData) -> _Pooled | None:
-    given = evidence.robot.gravity
-    gravity = gravity_torques(evidence, evidence.robot, np.eye(3))
-    matrix, vector = np.zeros((4, 4)), np.zeros(4)
-    before = after_gains = squares = 0.0
-    independent: list[float] = []
-    used = []
-    for k in range(len(evidence.joints)):
-        rows = np.isfinite(evidence.model[:, k]) & np.all(np.isfinite(gravity[:, k]), axis=1)
-        if rows.sum() < FEWEST:
-            continue
-        inertial = evidence.model[rows, k] - gravity[rows, k] @ given
-        columns, torque = without(
-            friction_shapes(evidence, k, rows), np.column_stack([gravity[rows, k], inertial]), evidence.torque[rows, k]
-        )
-        model = columns @ np.append(given, 1.0)
-        free = torque - columns @ np.linalg.lstsq(columns, torque, rcond=None)[0]
-        variance = max(float(free @ free) / max(1, len(free) - 8), 1e-4 * float(torque @ torque) / len(free), 1e-30)
-        gain = float(model @ torque) / max(float(model @ model), 1e-30)
-        matrix += columns.T @ columns / variance
-        vector += columns.T @ torque / variance
-        squares += float(torque @ torque) / variance
-        after_gains += float(np.sum((torque - gain * model) ** 2)) / variance
-        independent.append(effective_share(free, free, evidence.run[rows]))
-        before += len(free)
-        used.append(k)
-    if not used or np.linalg.cond(matrix) > 1e12:
-        return None
-    solution = np.linalg.solve(matrix, vector)
-    residual = squares - float(vector @ solution)
-    scale = max(1.0, residual / before) / float(np.mean(independent))
-    errors = np.sqrt(np.diag(np.linalg.inv(matrix)) * scale)
-    torques = gravity @ solution[:3] + solution[3] * (evidence.model - gravity @ given)
-    return _Pooled(
-        gravity=np.asarray(solution[:3]),
-        gravity_error=float(errors[:3].max()),
-        inertial=float(solution[3]),
-        inertial_error=float(errors[3]),
-        share=1 - residual / max(squares, 1e-30),
-        residual=residual / max(after_gains, 1e-30),
-        dissipation=_dissipation(evidence, used, torques),
-    )
-
-
-def _dissipation(evidence: AuditData, joints: Sequence[int], model: Array) -> float:
-    """Average the dissipation of joints with friction, given the torques of a model, shape (B, k)."""
-    fits = [fit(evidence, k, model=model[:, k]) for k in joints]
-    dissipations = [result.dissipation for result in fits if result is not None and result.friction > result.residual]
-    return float(np.mean(dissipations)) if dissipations else 0.0
 
 
 def gravity_torques(evidence: AuditData, robot: Robot, directions: Array) -> Array:

@@ -17,15 +17,14 @@ OUTSIDE = 0.25
 
 def check_positions(evidence: AuditData) -> list[Finding]:
     """Report faults of the positions; degrees hide all others."""
-    degrees = _degrees(evidence)
-    if degrees:
+    jumps = _jumps(evidence)
+    if not jumps and (degrees := _degrees(evidence)):
         return degrees
     lengths = in_millimeters(evidence.robot, *evidence.position_range)
     if lengths.any():
         names = [name for name, wrong in zip(evidence.robot.joint_names, lengths, strict=True) if wrong]
         setting = scale_setting(evidence.robot, dict.fromkeys(names, 1e-3), "position")
         return [Finding.of("position-limits.millimeters", names, stops=True, settings=[setting])]
-    jumps = _jumps(evidence)
     return [*jumps, *_limits(evidence, {name for finding in jumps for name in finding.joints})]
 
 

@@ -10,6 +10,9 @@ from stribeck.core.base.typing import Array, BoolArray, IntArray
 
 FEWEST = 20
 """Minimum number of bins for a regression [1]."""
+POOR, BETTER = 0.2, 30.0
+"""Unexplained share of a torque from which a model fits poorly, and factor by which the product of these shares must
+fall for another cause [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,12 +7,11 @@ from scipy.optimize import linear_sum_assignment
 
 from stribeck.check.audit.channels import unmeasured
 from stribeck.check.audit.evidence import LEAST_BINS, AuditData
-from stribeck.check.audit.regression import FEWEST, GainFit, fit, friction_shapes, regress, unexplained, without
+from stribeck.check.audit.regression import FEWEST, GainFit, fit, friction_shapes, unexplained, without
 from stribeck.check.audit.scale import BINS_FOR_GAIN, NEAR, SURE, check_scales, judged
 from stribeck.check.audit.units import MOST, concerns_most
 from stribeck.core.base.finding import Finding, listed
 from stribeck.core.base.typing import Array
-from stribeck.core.judgement.excitation import MIN_SPEED
 from stribeck.core.robot.scale_setting import scale_setting
 
 
@@ -158,28 +157,6 @@ def _negated_one_way(evidence: AuditData, k: int) -> bool:
     signed = min(unexplained(evidence, k, signs), unexplained(evidence, k, -signs))
     plain = min(unexplained(evidence, k, np.abs(signs)), unexplained(evidence, k, -np.abs(signs)))
     return plain > 0.2 and signed < 0.05  # plain is up to 0.15 for sound torques
-
-
-def check_slow(evidence: AuditData) -> list[Finding]:
-    """Report the friction of joints that are too slow for a fit: half of the torque's step between both directions."""
-    steps = {}
-    for k, name in enumerate(evidence.joints):
-        speed, prismatic = evidence.velocity[:, k], evidence.robot.prismatic[evidence.robot.torque_controlled[k]]
-        rows = np.isfinite(evidence.model[:, k])
-        if not rows.any() or not evidence.moves(k) or evidence.top_speed[k] >= MIN_SPEED[prismatic]:
-            continue
-        for side in (-1, 1):  # each direction has its own typical speed
-            rows &= (side * speed <= 0) | (side * speed > 0.5 * np.percentile(np.maximum(side * speed, 0), 99))
-        sides = np.sign(speed[rows])
-        if min(np.sum(sides > 0), np.sum(sides < 0)) < FEWEST:
-            continue
-        others = np.column_stack([np.ones(len(sides)), evidence.model[rows, k]])
-        step, error, *_ = regress(others, sides, evidence.torque[rows, k], evidence.run[rows])
-        if step > 4 * error:
-            units = ("N", "m/s") if prismatic else ("N m", "rad/s")
-            typical = float(np.median(np.abs(speed[rows])))
-            steps[name] = f" (about {step:.2g} {units[0]} near {typical:.2g} {units[1]})"
-    return [Finding.of("slow-motion", steps)] if steps else []
 
 
 def _swapped(evidence: AuditData, joints: list[int]) -> list[Finding]:

@@ -12,15 +12,12 @@ from scipy.spatial.transform import Rotation
 
 from stribeck.check.audit.base import contact_setting
 from stribeck.check.audit.evidence import AuditData, gather
-from stribeck.check.audit.regression import FEWEST, fit, unexplained
+from stribeck.check.audit.regression import FEWEST, POOR, fit, unexplained
 from stribeck.core.base.finding import Finding
 from stribeck.core.base.typing import Array
 from stribeck.core.dynamics.state import root_quaternions
 from stribeck.core.robot.scale_setting import scale_setting
 from stribeck.core.settings import Settings
-
-POOR = 0.2
-"""Unexplained share of a fixed robot's torques that calls for trials, and that the best trial must not exceed [1]."""
 
 Trials = dict[str, tuple[AuditData, ...]]
 """Evidence with a change, in one or two variants, by joint or by description."""

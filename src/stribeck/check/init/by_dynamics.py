@@ -10,8 +10,15 @@ import numpy as np
 from stribeck.check.audit import delays, findings, gather
 from stribeck.check.drives import find_torques
 from stribeck.check.init.draft import Draft
-from stribeck.check.init.search import ColumnMatch, as_given, find_columns_by_dynamics, unit_by_dynamics
+from stribeck.check.init.search import (
+    ColumnMatch,
+    as_given,
+    find_columns_by_dynamics,
+    gear_ratios_by_dynamics,
+    unit_by_dynamics,
+)
 from stribeck.core.base.finding import Finding
+from stribeck.core.base.typing import Array
 from stribeck.core.equations.friction_torque.preparation import prepare
 from stribeck.core.errors import LogError, SettingsError, errors_about
 from stribeck.core.log import RobotLog
@@ -20,7 +27,7 @@ from stribeck.io import read_log
 
 QUESTIONS = ("torque-scale", "torque-gain", "several-causes", "bodies-differ", "payload", "gravity")
 """Checks whose remedies depend on what the user knows about the robot."""
-UNEXPLAINED = (*QUESTIONS, "torque-unexplained")
+UNEXPLAINED = (*QUESTIONS[:-1], "torque-unexplained")
 """Checks whose findings may be due to positions in another unit."""
 
 
@@ -50,6 +57,10 @@ def answer_by_dynamics(draft: Draft, log: Path, unsure: Sequence[str]) -> None:
         if unit is True and (unit := unit_by_dynamics(read, robot)):
             _write_unit(draft, unit, read)
             continue
+        limits = any(finding.check in ("position-degrees", "position-limits") for finding in problems)
+        if (unit or limits) and (ratios := gear_ratios_by_dynamics(read, robot)):
+            _write_ratios(draft, robot, *ratios)
+            continue
         if sum(_apply_settings(draft, finding) for finding in problems):
             continue
         if searched or any(finding.check in ("torque-unsigned", "legs-exchanged") for finding in problems):
@@ -73,6 +84,24 @@ def _write_unit(draft: Draft, unit: str, log: RobotLog) -> None:
     draft.set("log.position", "unit", unit, why)
     if log.velocity is not None:
         draft.set("log.velocity", "unit", f"{unit}/s", "as the positions.")
+
+
+def _write_ratios(draft: Draft, robot: Robot, ratios: Array, of_torques: Array) -> None:
+    """Write the gear ratios of positions, velocities and torques that are those of the motors' shafts."""
+    factors = {"position": 1 / ratios, "velocity": 1 / ratios, "torque": of_torques}
+    for channel, values in factors.items():
+        table = draft.table(f"log.{channel}")
+        if channel != "torque" and table.pop("unit", None):
+            draft.notes.setdefault(f"log.{channel}.scale", []).extend(draft.notes.pop(f"log.{channel}.unit", []))
+        scales = dict(zip(robot.joint_names, [float(f"{value:.5g}") for value in values], strict=True))
+        if len(set(scales.values())) > 1 or values[0] != 1:
+            table["scale"] = by_logged_name(draft.table("log"), channel, scales)
+    listed = ", ".join(f"{name} {ratio:g}" for name, ratio in zip(robot.joint_names, ratios, strict=True))
+    draft.ask(
+        "log.position.scale",
+        f"are these angles of the motors' shafts, with about these gear ratios: {listed}? Only with them does the "
+        "model explain the torques. Write the exact ratios for positions, velocities and, if needed, torques.",
+    )
 
 
 def _apply_settings(draft: Draft, finding: Finding) -> bool:

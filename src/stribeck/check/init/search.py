@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, permutations
+from itertools import combinations, permutations, product
 
 import numpy as np
 
 from stribeck.check.audit import gather
 from stribeck.check.audit.positions import OUTSIDE
-from stribeck.check.audit.regression import unexplained
+from stribeck.check.audit.regression import BETTER, POOR, unexplained
 from stribeck.check.init.names import words
 from stribeck.core.base.typing import Array, BoolArray
 from stribeck.core.equations.friction_torque.preparation import prepare
@@ -20,9 +20,6 @@ from stribeck.core.log.channels import ANGLE
 from stribeck.core.log.clock import typical_step
 from stribeck.core.robot import Robot
 from stribeck.core.settings import Settings
-
-BETTER = 30.0
-"""Smallest product of the factors of variance reduction [1] at which a change is made."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,9 +86,50 @@ def unit_by_dynamics(log: RobotLog, robot: Robot) -> str:
         moved = {key: getattr(log, key) for key in ("position", "velocity", "acceleration")}
         scaled = replace(log, **{key: values * factors for key, values in moved.items() if values is not None})
         agreement = _compare(scaled, robot)
-        if given.cost - agreement.cost > np.log(BETTER) and np.nanmedian(agreement.left) < 0.2:
+        if given.cost - agreement.cost > np.log(BETTER) and np.nanmedian(agreement.left) < POOR:
             given, best = agreement, unit
     return best
+
+
+def gear_ratios_by_dynamics(log: RobotLog, robot: Robot) -> tuple[Array, Array] | None:
+    """Find gear ratios with which angles, and maybe torques, of the motors' shafts agree far better with the model.
+
+    The search starts from the best common ratio, and then changes one ratio at a time.
+
+    Returns
+    -------
+    ratios, torques
+        Ratios of positions, and factors of torques [1], shape (n,) each; None if the log agrees as it is, or with none.
+    """
+    log = _take_excerpt(log)
+    given, turning = _compare(log, robot), ~np.array(robot.prismatic)
+    if not np.median(np.nan_to_num(given.left)) > POOR or log.command is not None:
+        return None
+    radians = ANGLE[robot.log_table.position.unit or "rad"]
+
+    def geared(ratios: Array, before: bool) -> Agreement:
+        factors = np.where(turning, 1 / (radians * ratios), 1.0)
+        moved = {key: getattr(log, key) for key in ("position", "velocity", "acceleration")}
+        scaled = {key: values * factors for key, values in moved.items() if values is not None}
+        return _compare(replace(log, torque=log.torque * (ratios if before else 1.0), **scaled), robot)
+
+    grid = np.geomspace(1.0, 200.0, 40)
+    ratios, before = min(
+        product(np.outer(grid, turning) + ~turning, (True, False)), key=lambda trial: geared(*trial).cost
+    )
+    best, fine = geared(ratios, before), [step ** np.arange(-3.0, 4.0) for step in (1.04, 1.015, 1.005)]
+    for factors in (None, *fine):
+        for column in robot.torque_controlled[turning[robot.torque_controlled]]:
+            for value in grid if factors is None else ratios[column] * factors:
+                trial = np.where(np.arange(len(ratios)) == column, value, ratios)
+                if (agreement := geared(trial, before)).cost < best.cost:
+                    best, ratios = agreement, trial
+    shares = ratios * np.subtract(*robot.position_limits[::-1]) / 200  # one if positions are -100 to 100 of the range
+    if given.cost - best.cost < np.log(BETTER) or np.nanmedian(best.left) > POOR or np.allclose(shares, 1, atol=0.05):
+        return None
+    whole = np.round(ratios)
+    ratios = whole if geared(whole, before).cost < best.cost + 1 else np.round(ratios, 2)
+    return ratios, ratios if before else np.ones(len(ratios))
 
 
 def _descend(best: ColumnMatch, log: RobotLog, robot: Robot, unsure: Sequence[int]) -> ColumnMatch:
@@ -134,7 +172,7 @@ class Agreement:
 
     def poor(self, robot: Robot) -> list[int]:
         """Find the joints whose columns may be wrong: joints that agree poorly, and all joints below and above them."""
-        poor = {int(robot.torque_controlled[k]) for k in np.flatnonzero(np.nan_to_num(self.left) > 0.2)}
+        poor = {int(robot.torque_controlled[k]) for k in np.flatnonzero(np.nan_to_num(self.left) > POOR)}
         poor |= set(np.flatnonzero(self.outside).tolist())
         paths = _find_paths(robot)
         beyond = {column for column, path in paths.items() if poor & set(path)}

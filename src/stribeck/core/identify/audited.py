@@ -25,7 +25,7 @@ def reconciled(audited: Sequence[Finding], result: Result, logs: int) -> list[Fi
         refined.add("torque-delay")
     distorted = any(finding.has("distorts") for finding in audited)
     fitted = [finding for finding in result.findings if not distorted or finding.has("symptom")]
-    return [*(finding for finding in audited if finding.check not in refined), *fitted]
+    return [*(finding for finding in audited if finding.check not in refined or finding.doubt), *fitted]
 
 
 def model_findings(robot: Robot) -> list[Finding]:

@@ -1,6 +1,7 @@
 """Selection of joints that move enough, and their top speeds, before the fit."""
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from stribeck.core.base.typing import Array, BoolArray, IntArray
 from stribeck.core.equations.friction_torque.preparation import Logs
@@ -23,25 +24,28 @@ def joints_that_move(
     allow.
     """
     velocity, block, used = _some_speeds(prepared, robot, settings)
+    calm = uniform_filter1d(velocity, 10, axis=0)  # for coarse encoders
     names = [robot.joint_names[column] for column in robot.torque_controlled]
 
     def reason(speed: Array, prismatic: bool, rows: BoolArray) -> Reason | None:
         return excitation(speed[rows], block[rows], len(law.parameters), prismatic).reason
 
-    if not used.any() and "wheel" in {contact.kind for contact in robot.contacts.values()}:
-        raise NothingIdentifiedError(
-            f"no joint can be identified from this log: the wheels {', '.join(robot.contacts)} always roll on the "
-            "ground, with unknown forces; log the positions of wheels on legs and set their radius in [contacts], or "
-            "jack the robot up so that its wheels turn freely, and set [robot] base = 'fixed' without [contacts]"
-        )
     if not used.any():
         other = "set corrections = 'inertia', " if settings.corrections == "calibration" else ""
-        raise NothingIdentifiedError(
-            "no joint can be identified from this log: unknown contact forces act on all joints; "
-            f"{other}lift one foot at a time, or hang or jack the robot up"
-        )
+        why = f"unknown contact forces act on all joints; {other}lift one foot at a time, or hang or jack the robot up"
+        if "wheel" in {contact.kind for contact in robot.contacts.values()}:
+            why = (
+                f"the wheels {', '.join(robot.contacts)} always roll on the ground, with unknown forces; log the "
+                "positions of wheels on legs and set their radius in [contacts], or jack the robot up so that its "
+                "wheels turn freely, and set [robot] base = 'fixed' without [contacts]"
+            )
+        raise NothingIdentifiedError(f"no joint can be identified from this log: {why}")
     slides = [robot.prismatic[column] for column in robot.torque_controlled]
     reasons = [reason(*motion) for motion in zip(velocity.T, slides, used.T, strict=True)]
+    for factor in (1, 5):  # if no joint moves fast, slow ones are better than none
+        if factor == 1 or all(reasons):
+            others = [reason(*motion) for motion in zip(factor * calm.T, slides, used.T, strict=True)]
+            reasons = [other and why for why, other in zip(reasons, others, strict=True)]
     moves = np.array([not reason for reason in reasons])
     tree, wheels = robot.tree, [contact.frame for contact in robot.contacts.values() if contact.axle]
     if wheels and moves.any():  # the legs' equations need those of the wheels, which may roll in one direction

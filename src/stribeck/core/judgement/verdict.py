@@ -8,10 +8,11 @@ import numpy as np
 from stribeck.core.friction import FrictionLaw, unit_for
 from stribeck.core.judgement.curve import ROUNDING, WIDEST, friction_curve, is_significant, relative_width
 from stribeck.core.judgement.curve_fit.problem import FitProblem, joint_problem
-from stribeck.core.judgement.excitation import Excitation
+from stribeck.core.judgement.excitation import MIN_SPEED, Excitation
 from stribeck.core.judgement.joint_fit import JointFit
 from stribeck.core.judgement.passivity import added_power, positive_power_fraction
 from stribeck.core.judgement.reason import Reason
+from stribeck.core.judgement.speed import top_speed
 from stribeck.core.judgement.weakness import USUAL, Criteria, is_weak, weak_by_themselves, why_weak
 from stribeck.core.result import CurvePoint, JointResult, ParameterEstimate, TorqueR2, Validation, Verdict
 from stribeck.core.result.samples import FrictionSamples
@@ -184,4 +185,7 @@ def _verdict(
         return "weak", why_weak(fit, curve, problem.velocity, prismatic)
     if useless:
         return "weak", Reason("the law explains held-out blocks no better than zero friction")
+    if top_speed(problem.velocity) < MIN_SPEED[prismatic]:
+        least = f"{MIN_SPEED[prismatic]} {'m/s' if prismatic else 'rad/s'}"
+        return "weak", Reason(f"moves more slowly than {least}", remedy="move the joint faster")
     return "identified", Reason(f"friction known to within {100 * width:.2g} %")

@@ -1,6 +1,9 @@
 """Application of the `[log]` tables: units, signs, orders and delays."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +14,9 @@ from stribeck.core.log.channels import ANGLE, CHANNELS, SPEED, TURN
 from stribeck.core.log.clock import TIME, longest_step, refuse_wrong_time
 from stribeck.core.log.interpolation import bridges, linear, previous, slerp
 from stribeck.core.settings import ChannelTable, LogTable, PerJoint
+
+if TYPE_CHECKING:
+    from stribeck.core.robot import Robot  # Pinocchio is slow to import
 
 EFFORT = {"Nm": 1.0, "N m": 1.0, "mNm": 1e-3, "kNm": 1e3, "N": 1.0, "mN": 1e-3, "kN": 1e3}
 CURRENT = {"A": 1.0, "mA": 1e-3}
@@ -104,6 +110,18 @@ def convert(
         for column in values.T:
             known = np.isfinite(column)
             column[known] = np.unwrap(column[known])
+
+
+def into_limits(position: Array, robot: Robot) -> None:
+    """Move unwrapped positions, shape (T, n), by whole turns if they then are within the model's limits, in place."""
+    low, high = np.array(robot.position_limits)
+    for column in np.flatnonzero(np.isfinite(low + high) & ~np.array(robot.prismatic)):
+        known = position[np.isfinite(position[:, column]), column]
+        turns = np.round((known.min() + known.max() - low[column] - high[column]) / (4 * np.pi)) if known.size else 0.0
+        for shift in (0.0, 2 * np.pi * turns):
+            if known.size and low[column] - 0.1 < known.min() - shift and known.max() - shift < high[column] + 0.1:
+                position[:, column] -= shift
+                break
 
 
 def word_size(values: Array) -> float:

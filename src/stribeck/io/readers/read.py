@@ -16,7 +16,7 @@ from stribeck.core.settings import LogTable
 from stribeck.io.readers.actuators import check_current, commanded_torques, through_motors
 from stribeck.io.readers.columns import source_of_columns
 from stribeck.io.readers.formats import choose_opener
-from stribeck.io.readers.mapping import advance, check_table, convert, seconds, word_size
+from stribeck.io.readers.mapping import advance, check_table, convert, into_limits, seconds, word_size
 from stribeck.io.readers.recording import Arrays, Recording, foreign
 from stribeck.io.readers.selection import MOTION, Selection, select
 from stribeck.io.readers.tables import open_csv, table_of_frame
@@ -122,6 +122,8 @@ def _read(source: Recording, robot: Robot | None, table: LogTable, where: str, p
     for name, values in channels.items():
         labels = selection.labels.get(name, selection.joint_names)
         convert(name, values, labels, selection.columns[name], getattr(table, name), where)
+    if robot and table.position.unwrap:
+        into_limits(channels["position"], robot)
     notes = [*motor_notes, *selection.notes, *load_notes, *time_notes, *_fill(channels, selection, robot)]
     rows, delay_notes = advance(channels, time, table, source.path)
     time, channels = time[rows], {name: values[rows] for name, values in channels.items()}
