@@ -147,7 +147,7 @@ def unexplained(evidence: AuditData, k: int, sign: float | Array) -> float:
     columns = np.column_stack([-shapes[:, 0], shapes])
     size = np.maximum(np.linalg.norm(columns, axis=0), 1e-12)
     _, norm = nnls(columns / size, torque - evidence.model[rows, k])
-    return float(norm**2) / len(torque) / variance
+    return norm * norm / len(torque) / variance
 
 
 def effective_share(regressor: Array, error: Array, run: IntArray) -> float:

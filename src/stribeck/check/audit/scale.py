@@ -37,7 +37,8 @@ def judged(estimate: GainFit, largest: float) -> bool:
 
 
 def _off(estimate: GainFit) -> bool:
-    return not 1 / NEAR < abs(estimate.gain) < NEAR and abs(abs(estimate.gain) - 1) > SURE * estimate.error
+    least = min(abs(estimate.gain), abs(abs(estimate.gain) - 1))  # a gain that may be zero is none
+    return not 1 / NEAR < abs(estimate.gain) < NEAR and least > SURE * estimate.error
 
 
 def check_scales(evidence: AuditData, fits: dict[int, GainFit], joints: list[int]) -> list[Finding]:
@@ -104,7 +105,8 @@ def _causes(evidence: AuditData, causes: Sequence[Hypothesis], off: bool) -> lis
     if cause.kind == "common gain" or len(gains) == len(names) > 1:
         return [_scale_of_all(evidence, gains)]
     errors = {k: estimate.error if (estimate := fit(evidence, k)) else 0.0 for k in gains}
-    return [_gain_finding(evidence, {k: (gain, errors[k]) for k, gain in gains.items()})]
+    sure = {k: (gain, errors[k]) for k, gain in gains.items() if gain > SURE * errors[k]}
+    return [_gain_finding(evidence, sure)] if sure else []
 
 
 def _large(evidence: AuditData, cause: Hypothesis, off: bool) -> bool:

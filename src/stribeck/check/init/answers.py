@@ -158,7 +158,7 @@ def _find_time_unit(draft: Draft, source: Recording) -> bool:
         with suppress(LogError):  # text
             loaded, _ = source.load({name: [0] for name in ("time", "position") if name in source.channels})
             stamps = np.asarray(loaded["time"], dtype=float).reshape(-1)
-            stamps = (stamps - stamps[0])[np.isfinite(stamps)]
+            stamps = stamps[np.isfinite(stamps)] - stamps[np.isfinite(stamps)][:1]
     if not stamps.any():
         draft.table("log")["rate"] = 1000.0  # [Hz], nothing is derived from it
         draft.ask(

@@ -60,7 +60,7 @@ def _match(draft: Draft, source: Recording) -> tuple[list[str], list[str], list[
             continue
         pairs = match(labels, joints)
         counted = [words(label) for label in labels] == [[str(k)] for k in range(len(labels))]
-        if counted and labels[0] not in pairs and _as_many(joints, labels):
+        if counted and not pairs.keys() & set(labels[:1]) and _as_many(joints, labels):
             pairs = {}  # the model counts from one, the log from zero
         unmatched = [label for label in labels if label not in pairs]
         rest = _as_many([joint for joint in joints if joint not in pairs.values()], unmatched)

@@ -92,8 +92,8 @@ def check_outputs(outputs: Iterable[Path], inputs: Iterable[Path], overwrite: bo
     read = [file for path in inputs if path.exists() for file in (path.iterdir() if path.is_dir() else [path])]
     for output in outputs:
         check_name(output)
-        if output.exists() and not output.is_file():
-            what = "a folder" if output.is_dir() else "a pipe, a device or a socket"
+        if os.path.lexists(output) and not output.is_file():
+            what = "a folder" if output.is_dir() else "a pipe, a device, a socket or a broken link"
             raise SettingsError(f"{output}: is {what}; expected a file to write")
         if output.exists() and any(output.samefile(file) for file in read):
             raise SettingsError(f"{output}: is read, and is not written over; expected another output")
@@ -135,14 +135,14 @@ def staged_folder(folder: str | Path) -> Iterator[Path]:
 
 @contextmanager
 def whole_or_not_at_all(path: str | Path) -> Iterator[Path]:
-    """Provide a temporary path to write to; the file moves to `path` if no error occurs.
+    """Provide a temporary path to write to; the file moves to `path`, or to what it links to, if no error occurs.
 
     Raises
     ------
     SettingsError
         If it cannot be made or written to.
     """
-    target = Path(path)
+    target = Path(os.path.realpath(path) if os.path.islink(path) else path)
     with staged_folder(target.parent) as staging, _named(target):
         check_name(target)
         yield staging / target.name

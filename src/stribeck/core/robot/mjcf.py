@@ -76,8 +76,8 @@ def _check_element(xml: XmlFile, element: Element) -> None:
         values = xml.numbers(element, text, len(text.split()), f"{name} of <{tag}>")
         if counts and max(values, default=0.0) > LARGEST_COUNT:
             xml.refuse(element, f"{name} of <{tag}> is {text[:60]}; expected at most {LARGEST_COUNT}")
-        if name in ("mass", "diaginertia", "density", "armature") and min(values, default=0.0) < 0:
-            xml.refuse(element, f"{name} of <{tag}> is {text}; expected zero or more")
+        if name in ("mass", "diaginertia", "density", "armature") and not all(0 <= value < 1e9 for value in values):
+            xml.refuse(element, f"{name} of <{tag}> is {text}; expected zero or more, less than 1e9")
 
 
 def _refuse_pipes(xml: XmlFile, element: Element, folders: list[Path]) -> None:

@@ -129,8 +129,8 @@ def _check_inertial(xml: XmlFile, link: Element, of: str) -> Array:
         missing = "mass" if mass is None else "inertia"
         xml.refuse(inertial, f"{of} has an <inertial> without <{missing}>; expected <mass>, <inertia> and <origin>")
     (kilograms,) = xml.numbers(mass, mass.get("value"), 1, f"the mass of {of}")
-    if kilograms < 0:
-        xml.refuse(mass, f"{of} has a mass of {kilograms:g} kg; expected zero or more")
+    if not 0 <= kilograms < 1e6:
+        xml.refuse(mass, f"{of} has a mass of {kilograms:g} kg; expected zero or more, less than 1e6")
     keys = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
     for key in ("ixy", "ixz", "iyz"):
         if key not in inertia.attrib:

@@ -13,7 +13,7 @@ from stribeck.core.base.files import read_bytes
 from stribeck.core.errors import RobotFileError
 
 MOST_ELEMENTS, DEEPEST = 200_000, 200
-"""Largest number and depth of a file's elements [1]; native readers recurse into elements."""
+"""Largest number, and depth and attributes, of a file's elements [1]; native readers recurse into elements."""
 MOST_BODIES, MOST_JOINTS = 1000, 150
 """Largest number of links and of moving joints [1]. Pinocchio's memory is cubic in the joints: 0.4 GB for 150."""
 NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
@@ -106,10 +106,10 @@ def read_xml(path: Path) -> XmlFile:
         depth += 1
         element = builder.start(tag, attributes)
         lines[element] = parser.CurrentLineNumber
-        if depth > DEEPEST or len(lines) > MOST_ELEMENTS:
+        if depth > DEEPEST or len(lines) > MOST_ELEMENTS or len(attributes) > DEEPEST:
             raise RobotFileError(
-                f"{path}: line {parser.CurrentLineNumber}: <{tag[:60]}> is element {len(lines):,} at depth "
-                f"{depth}; expected at most {MOST_ELEMENTS:,} elements and a depth of at most {DEEPEST}"
+                f"{path}: line {parser.CurrentLineNumber}: <{tag[:60]}> is element {len(lines):,} at depth {depth}; "
+                f"expected at most {MOST_ELEMENTS:,} elements, a depth of at most {DEEPEST}, and as many attributes"
             )
 
     def end(tag: str) -> None:
