@@ -96,7 +96,10 @@ def test_a_channel_may_lie_in_two_files_of_other_joints(tmp_path):
     for name, own in (("left", JOINTS[:1]), ("right", JOINTS[1:])):
         columns = {f"{c}.{joint}": whole[f"{c}.{joint}"] for c in MATRICES for joint in own}
         write(tmp_path / "run", f"{name}.csv", {"time": LOG.time} | columns)
-    np.testing.assert_array_equal(read_log(tmp_path / "run", StubRobot()).torque, LOG.torque)
+    for k, joint in enumerate(JOINTS):  # or a file is a joint's
+        write(tmp_path / "joints", f"{joint}.csv", {"time": LOG.time} | {c: m[:, k] for c, m in MATRICES.items()})
+    for folder in ("run", "joints"):
+        np.testing.assert_array_equal(read_log(tmp_path / folder, StubRobot()).torque, LOG.torque)
 
 
 def both(**changed):

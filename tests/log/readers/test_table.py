@@ -16,6 +16,12 @@ from stribeck.io.readers.tables import open_csv
 LOG = synthetic_log(30)
 
 
+def _in_two_lines(text):
+    """Write channel and label one below the other, as pandas does."""
+    head, rest = text.replace('"', "").split("\n", 1)
+    return "\n".join([re.sub(r"\.[^,]*", "", head), re.sub(r"(^|,)[^,.]*\.?", r"\1", head), rest])
+
+
 def _with_units(text, units):
     """Add a line of units in SI after the names."""
     names = next(line for line in text.splitlines() if "," in line)
@@ -36,6 +42,7 @@ DIALECTS = {
     "a hash and spaces": lambda text: "# " + text.replace('"', "").replace(",", " "),
     "a byte order mark": lambda text: "\ufeff" + text,
     "UTF-16": lambda text: text.encode("utf-16"),
+    "two lines of names": _in_two_lines,
     "a line of units": lambda text: _with_units(text, ["s", "[rad]", "Nm", "-"]),
     "units and comments of MATLAB": lambda text: _with_units("% run 7\n% " + text, ["(s)", "", "N m", "rad/s^2"]),
     "decimal commas after a line of integers": lambda text: _with_integers(text),

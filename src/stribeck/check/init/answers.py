@@ -127,6 +127,14 @@ def _find_channels(draft: Draft, log: Path) -> tuple[Recording, TorqueSource | N
                 loaded, _ = source.load({"position": [0], channel: range(source.channels[channel].columns)})
                 if word_size(np.asarray(loaded[channel], dtype=float)):
                     draft.set(f"log.{channel}", "unwrap", True, "negative integers were stored as unsigned ones.")
+    used = str(table.get("torque", {}).get("name", ""))
+    of_motors = [name for name in source.others if columns.is_motor_torque(name) and name not in used]
+    if of_motors and not columns.is_motor_torque(used):
+        draft.ask(
+            "robot.torque_source",
+            f"which torque? {', '.join(of_motors)} is the motors' and contains the friction of gears, which a torque "
+            'behind the gear does not. For the former set name and, in [robot], torque_source = "motor_side_sensor".',
+        )
     return source, torque_source
 
 

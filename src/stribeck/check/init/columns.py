@@ -25,6 +25,12 @@ def words(name: str) -> list[str]:
     return [word for word in split(name) if not word.isdigit()]
 
 
+def is_motor_torque(name: str) -> bool:
+    """Whether a name suggests measured torques of motors."""
+    terms = set(words(name))
+    return bool(KINDS["torque"] & terms and KINDS["motors"] & terms and not KINDS["commands"] & terms)
+
+
 def find_columns(source: Recording) -> tuple[dict[str, dict[str, Any]], TorqueSource | None]:
     """Find `[log.<channel>]` for channels with other names, and the source of the torque if names suggest it.
 

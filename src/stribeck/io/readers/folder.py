@@ -120,9 +120,10 @@ def _read(path: Path, settings: LogTable) -> _File:
     asked = {channel: name for channel in CHANNELS if (name := getattr(settings, channel).name) is not None}
     full = [_complete_name(name, path.stem, asked) for name in table.names]
     elsewhere = [channel for channel, name in asked.items() if not _offers(name, full)]
-    log_table = settings.model_copy(
-        update={name: getattr(settings, name).model_copy(update={"name": None}) for name in elsewhere}
-    )
+    names = {key: [each for each in name if each in full] for key, name in asked.items() if isinstance(name, list)}
+    here = {key: getattr(settings, key).model_copy(update={"name": name}) for key, name in names.items()}
+    here |= {key: getattr(settings, key).model_copy(update={"name": None}) for key in elsewhere}
+    log_table = settings.model_copy(update=here)
     renamed = replace(
         table, names=full, places={name: table.places[column] for name, column in zip(full, table.names, strict=True)}
     )
@@ -147,17 +148,19 @@ def _read(path: Path, settings: LogTable) -> _File:
 
 
 def _complete_name(name: str, stem: str, asked: Mapping[str, str | list[str]]) -> str:
-    """Prefix a column's name with its file's name, unless it identifies a channel."""
+    """Prefix a column's name with its file's name, unless it identifies a channel; `knee.csv` may be a joint's."""
     prefixes = [prefix for names in asked.values() for prefix in ([names] if isinstance(names, str) else names)]
     if stem == "time" and name.startswith("["):
         return "time"
+    if name in USUAL - {"time", *ALIASES["time"]} and stem not in USUAL and stem != name:
+        return f"{name}.{stem}"
     if group_of(name) in USUAL or any(name.startswith(prefix) for prefix in prefixes):
         return name
     return f"{stem}{name}" if name.startswith("[") else f"{stem}.{name}"
 
 
 def _offers(asked: str | list[str], names: Sequence[str]) -> bool:
-    return all(name in names for name in asked) if isinstance(asked, list) else any(n.startswith(asked) for n in names)
+    return any(name in names for name in asked) if isinstance(asked, list) else any(n.startswith(asked) for n in names)
 
 
 def _to_nanoseconds(stamps: NDArray[np.generic], unit: str | None, path: str) -> IntArray:

@@ -82,7 +82,12 @@ def _read_before_7_3(path: Path) -> Contents:
 
     def visit(name: str, value: object) -> None:
         flat = np.ravel(value if isinstance(value, np.ndarray) else np.asarray(value, dtype=object))
-        if isinstance(value, Mapping):
+        if isinstance(value, Mapping) and "signals" in value:  # of a Scope or To Workspace block
+            signals = [value["signals"]] if isinstance(value["signals"], Mapping) else list(value["signals"])
+            for signal in signals:
+                visit(str(signal.get("label") or name) if len(signals) > 1 else name, signal["values"])
+            visit("time", value.get("time", ()))
+        elif isinstance(value, Mapping):
             for key, part in value.items():
                 visit(f"{name}.{key}", part)
         elif flat.size and all(isinstance(text, str) for text in flat):

@@ -187,6 +187,8 @@ def find_layout(path: Path) -> CsvLayout:
     if values > 1 and len(above) == len(names) and all(map(of_units.fullmatch, names)):
         units = [cell.strip("[](){} ") for cell in names]
         names = [f"{name} [{unit}]" * (unit.lower() not in si) or name for name, unit in zip(above, units, strict=True)]
+    elif values > 1 and len(above) == len(names) and 1 < len(set(above)) < len(above):  # two levels, as in pandas
+        names = [".".join(filter(None, pair)) for pair in zip(above, names, strict=True)]
     return CsvLayout(names, separator, values, encoding)
 
 
