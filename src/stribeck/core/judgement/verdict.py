@@ -86,13 +86,14 @@ def judge(
 def with_torque_r2(joint: JointResult, r2: TorqueR2 | None, fixed: bool) -> JointResult:
     """Add the share of the torque that is explained on held-out parts.
 
-    On a fixed base, a negative share identifies nothing. Other bases also move by unknown accelerations.
+    On a fixed base, a negative share identifies nothing (other bases also move by unknown accelerations), nor does one
+    below -5 with the given inertias: the torque is less than 0.3 times the model's, as with a gear ratio left out.
     """
     result = replace(joint, torque_r2=r2 if joint.curve else None)
-    if joint.verdict != "identified" or r2 is None or not fixed or r2.best >= 0:
+    if joint.verdict != "identified" or r2 is None or not (r2.nominal < -5 or (fixed and r2.best < 0)):
         return result
-    worse = "model and friction predict held-out torques worse than their mean does"
-    return replace(result, verdict="weak", **Reason(worse, f" (R² = {r2.best:.2f})", "check the model").fields)
+    worse, share = "the model predicts held-out torques worse than their mean does", min(r2.best, r2.nominal)
+    return replace(result, verdict="weak", **Reason(worse, f" (R² = {share:.2f})", "check gain, unit and model").fields)
 
 
 def filled(samples: FrictionSamples, fits: Mapping[str, JointFit], law: FrictionLaw) -> FrictionSamples:
