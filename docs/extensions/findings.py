@@ -14,11 +14,11 @@ HEADS = {
 Each section quotes an example of a finding with its remedy and explains the check. [Findings after the
 fit](findings-after.md) have a separate page.
 
-The findings name the cause of 25 of 32 faults in the log of a UR5 with a wrong model, and list it among others for 4.
-Of 34 faults in the walk of a quadruped, they name the cause of 27; one cause is wrong, and three faults of torques
-leave a joint that is called identified although it is wrong. Of 45 faults in a simulated walk of the G1, on which no
-threshold was chosen, they name the cause of 38, and one is wrong. No remedy, applied as printed, makes a joint worse.
-Without a fault, only the UR5 has a finding (`python -m studies.first_hour`, 2026-11-26). Friction
+The findings name the cause of 27 of 32 faults in the log of a UR5 with a wrong model, list it among others for 2, and
+name a wrong one for 1. Of 34 faults in the walk of a quadruped, they name the cause of 25; four causes are wrong, and
+four faults of torques leave joints that are called identified although they are wrong. Of 45 faults in a simulated walk
+of the G1, on which no threshold was chosen, they name the cause of 37; two are wrong, and four leave wrong joints
+identified. No remedy, applied as printed, makes a joint worse. Without a fault, nothing is found (`python -m studies.first_hour`, 2026-11-28). Friction
 that drives compensate is not detected.
 
 *Generated from `src/stribeck/core/base/findings.toml`.*
@@ -34,8 +34,8 @@ that would make every number wrong *stops* `identify` unless you pass `--force`.
 A fit may converge although the law does not describe the friction, or although another effect looks like friction.
 Effects that move the friction curve by less than its interval are not reported.
 
-In simulation, these checks report 22 of 56 causes, with five false findings in 794 cases
-(`python -m studies.misfits`, 2026-11-24).
+In simulation, these checks report 26 of 56 causes, with nine false findings in 836 cases
+(`python -m studies.misfits`, 2026-11-28).
 
 *Generated from `src/stribeck/core/base/findings.toml`.*
 """,
