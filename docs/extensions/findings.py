@@ -18,7 +18,8 @@ The findings name the cause of 27 of 32 faults in the log of a UR5 with a wrong 
 name a wrong one for 1. Of 34 faults in the walk of a quadruped, they name the cause of 25; four causes are wrong, and
 four faults of torques leave joints that are called identified although they are wrong. Of 45 faults in a simulated walk
 of the G1, on which no threshold was chosen, they name the cause of 37; two are wrong, and four leave wrong joints
-identified. No remedy, applied as printed, makes a joint worse. Without a fault, nothing is found (`python -m studies.first_hour`, 2026-11-28). Friction
+identified. No remedy, applied as printed, makes a joint worse. Without a fault, nothing is found
+(`python -m studies.first_hour`, 2026-11-28). Friction
 that drives compensate is not detected.
 
 *Generated from `src/stribeck/core/base/findings.toml`.*

@@ -7,7 +7,7 @@ import pytest
 
 from stribeck.core.friction import get_law
 from stribeck.core.judgement.curve_fit.problem import joint_problem
-from stribeck.core.judgement.intervals import intervals_95
+from stribeck.core.judgement.joint_fit import intervals_95
 from stribeck.core.judgement.weakness import is_weak
 from stribeck.core.settings import Settings
 from stribeck.paper.curve_fit.covariance import block_covariance

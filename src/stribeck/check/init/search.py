@@ -117,7 +117,9 @@ def gear_ratios_by_dynamics(log: RobotLog, robot: Robot) -> tuple[Array, Array] 
     ratios, before = min(
         product(np.outer(grid, turning) + ~turning, (True, False)), key=lambda trial: geared(*trial).cost
     )
-    best, fine = geared(ratios, before), [step ** np.arange(-3.0, 4.0) for step in (1.04, 1.015, 1.005)]
+    if (best := geared(ratios, before)).cost > given.cost - 1:
+        return None
+    fine = [step ** np.arange(-3.0, 4.0) for step in (1.04, 1.015, 1.005)]
     for factors in (None, *fine):
         for column in robot.torque_controlled[turning[robot.torque_controlled]]:
             for value in grid if factors is None else ratios[column] * factors:

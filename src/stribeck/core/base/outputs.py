@@ -92,8 +92,9 @@ def check_outputs(outputs: Iterable[Path], inputs: Iterable[Path], overwrite: bo
     read = [file for path in inputs if path.exists() for file in (path.iterdir() if path.is_dir() else [path])]
     for output in outputs:
         check_name(output)
-        if os.path.lexists(output) and not output.is_file():
-            what = "a folder" if output.is_dir() else "a pipe, a device, a socket or a broken link"
+        if os.path.lexists(output) and not output.is_file() and (output.exists() or overwrite):
+            what = "a folder" if output.is_dir() else "a pipe, a device or a socket"
+            what = what if output.exists() else "a broken link"
             raise SettingsError(f"{output}: is {what}; expected a file to write")
         if output.exists() and any(output.samefile(file) for file in read):
             raise SettingsError(f"{output}: is read, and is not written over; expected another output")

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import stdtrit  # avoids the slow import of scipy.stats
 
 from stribeck.core.base.typing import Array, BoolArray
 from stribeck.core.friction import FrictionLaw, Parameter
@@ -162,3 +163,15 @@ def parameter_units(parameters: tuple[Parameter, ...], torque: float, speed: flo
     """Choose a typical size of each parameter from the joint's torque and speed, shape (p,); 1 for logarithms."""
     units = {"N m": torque, "N m s/rad": torque / speed, "kg m^2": torque / acceleration, "rad/s": speed}
     return np.array([1.0 if parameter.logarithmic else units.get(parameter.unit, 1.0) for parameter in parameters])
+
+
+def intervals_95(values: Array, deviation: Array, freedom: Array, logarithmic: BoolArray) -> Array:
+    """Compute 95 % intervals, shape (p, 2).
+
+    `deviation` is the standard error of each parameter, or of its logarithm where `logarithmic`.
+    """
+    half = stdtrit(freedom, 0.975) * deviation
+    factor = np.exp(np.minimum(half, 100.0))
+    lower = np.where(logarithmic, values / factor, values - half)
+    upper = np.where(logarithmic, values * factor, values + half)
+    return np.column_stack([lower, upper])

@@ -12,8 +12,7 @@ from stribeck.core.base.threads import one_blas_thread
 from stribeck.core.base.typing import Array, BoolArray
 from stribeck.core.friction import FrictionLaw
 from stribeck.core.judgement.curve_fit.problem import FitProblem, joint_problem, to_external, to_internal
-from stribeck.core.judgement.intervals import intervals_95
-from stribeck.core.judgement.joint_fit import PRIOR_FACTOR, JointFit, near_bound, parameter_units
+from stribeck.core.judgement.joint_fit import PRIOR_FACTOR, JointFit, intervals_95, near_bound, parameter_units
 from stribeck.core.judgement.speed import robust_scale, top_speed
 from stribeck.core.result import Validation
 from stribeck.core.result.samples import FrictionSamples

@@ -19,8 +19,7 @@ from stribeck.core.identify.corrected import corrected_robot
 from stribeck.core.identify.moving import joints_that_move
 from stribeck.core.judgement.curve_fit.problem import ARMATURE, joint_problem
 from stribeck.core.judgement.excitation import MIN_BLOCKS, MIN_SAMPLES_PER_PARAMETER
-from stribeck.core.judgement.intervals import intervals_95
-from stribeck.core.judgement.joint_fit import PRIOR_FACTOR, JointFit, near_bound, parameter_units
+from stribeck.core.judgement.joint_fit import PRIOR_FACTOR, JointFit, intervals_95, near_bound, parameter_units
 from stribeck.core.judgement.own_friction import own_friction
 from stribeck.core.result import BODY_COORDINATES, Corrections, ErrorCorrelation, Validation
 from stribeck.core.robot import Robot

@@ -10,8 +10,7 @@ from stribeck.core.equations.constants import FOLDS
 from stribeck.core.estimator.estimate import WholeLogFit
 from stribeck.core.friction import Parameter
 from stribeck.core.judgement.curve_fit.problem import ARMATURE, to_external
-from stribeck.core.judgement.intervals import intervals_95
-from stribeck.core.judgement.joint_fit import JointFit, near_bound, parameter_units
+from stribeck.core.judgement.joint_fit import JointFit, intervals_95, near_bound, parameter_units
 
 
 def joint_fits(fit: WholeLogFit, names: tuple[str, ...]) -> dict[str, JointFit]:
