@@ -156,7 +156,10 @@ def test_a_remedy_leads_on(case: str, sound: Log, tmp_path: Path, capsys: pytest
             assert point.value == pytest.approx(true, rel=0.05)
 
 
-@pytest.mark.parametrize(("speed", "step"), [(1.5, 2 * np.pi / 4096), (0.04, 1e-9)], ids=["12 bits", "slow"])
+SLOW = pytest.param(0.04, 1e-9, marks=pytest.mark.long)
+
+
+@pytest.mark.parametrize(("speed", "step"), [(1.5, 2 * np.pi / 4096), SLOW], ids=["12 bits", "slow"])
 def test_coarse_and_slow_joints_are_read(speed: float, step: float, tmp_path: Path, capsys) -> None:
     log = record([speed] * 3, 20.0)
     log["position"] = step * np.round(log["position"] / step)
@@ -211,7 +214,7 @@ def squat(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return Path(folder)
 
 
-@pytest.mark.parametrize("case", FEET)
+@pytest.mark.parametrize("case", [pytest.param(k, marks=[pytest.mark.long] * (k in ("kgf", "downward"))) for k in FEET])
 def test_a_remedy_for_feet_leads_on(case: str, squat: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     check, damage, options = FEET[case]
     shutil.copytree(squat, tmp_path, dirs_exist_ok=True)
