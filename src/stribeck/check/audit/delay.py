@@ -7,14 +7,13 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import uniform_filter1d
 
-from stribeck.check.audit.evidence import AuditData, Run
+from stribeck.check.audit.evidence import BIN, AuditData, Run
 from stribeck.check.audit.regression import friction_shapes
 from stribeck.core.base.finding import Finding, Setting
 from stribeck.core.base.typing import Array
 
-BIN, SHORT, LONGEST = 0.04, 0.03, 2.0
-"""Length of the evidence's bins, and delays up to which each joint's lag is found, and up to which all may be late [s].
-"""
+SHORT, LONGEST = 0.03, 2.0
+"""Largest lag that is found per joint, and largest delay of all torques [s]."""
 LEAST = 1.5
 """Smallest delay that is reported [samples]."""
 
@@ -51,8 +50,8 @@ class _Timing:
     shapes: list[Array]
 
     @classmethod
-    def of(cls, evidence: AuditData, last: float = np.inf) -> "_Timing":
-        """Collect the bins up to a time since the log's start [s] of joints that move."""
+    def of(cls, evidence: AuditData, last: float) -> "_Timing":
+        """Collect the bins of moving joints, up to a time since the log's start [s]."""
         log, period = evidence.prepared.log, evidence.prepared.sampling.period
         size = max(1, round(BIN / period))
         time = log.time[evidence.rows] + ((size - evidence.stride) / 2 - size // 2) * period  # means of thinned rows
@@ -87,9 +86,9 @@ def delays(evidence: AuditData) -> dict[str, Lag]:
 
 
 def check_delay(evidence: AuditData, lags: dict[str, Lag]) -> list[Finding]:
-    """Report low-pass filters, another clock, or a delay of more than a sample or two on which the joints agree.
+    """Report low-pass filters, running means, another clock, or a delay of more than a sample or two.
 
-    Three joints must have a delay, if the robot has as many, and 60 % of them must agree; 75 % of fewer than eight.
+    A short delay needs three joints, if the robot has as many, of which 60 % agree, or 75 % of fewer than eight.
     """
     period = evidence.prepared.sampling.period
     shortest, sure = 0.01, 30.0  # time constant of a filter [s] and evidence [1] from which it replaces a delay
@@ -112,7 +111,7 @@ def check_delay(evidence: AuditData, lags: dict[str, Lag]) -> list[Finding]:
 
 
 def _other_times(evidence: AuditData) -> list[Finding]:
-    """Report another clock of the torques, a long delay, or means over a long time, if it fits far better than none."""
+    """Report another clock of the torques, a long delay, or running means, if one fits far better than none of them."""
     compared, largest = 20.0, 0.02  # part of the log that is compared [s], and largest relative error of a clock [1]
     timing = _Timing.of(evidence, compared)
     bases = [np.linalg.qr(shapes)[0] for shapes in timing.shapes]
@@ -150,6 +149,7 @@ def _other_times(evidence: AuditData) -> list[Finding]:
 
 
 def _late(evidence: AuditData, check: str, delay: float, count: int, agreeing: int) -> Finding:
+    """Report a delay of the torques [s] with the setting that corrects it."""
     setting = Setting("log.torque", "delay", round(evidence.robot.log_table.torque.delay + delay, 5))
     return Finding.of(check, delay=1e3 * delay, count=count, agreeing=agreeing, settings=[setting])
 

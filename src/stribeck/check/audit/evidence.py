@@ -10,11 +10,12 @@ from stribeck.core.base.typing import Array, IntArray
 from stribeck.core.equations.friction_torque.inverse_dynamics import torque_chunks
 from stribeck.core.equations.friction_torque.preparation import PreparedLog
 from stribeck.core.filters import make_filter
+from stribeck.core.log import RobotLog
 from stribeck.core.robot import Robot
 from stribeck.core.settings import FilterSettings, Settings
 
-MOST_SAMPLES = 30_000
-"""Number of examined samples [1]; a longer log is sampled in evenly spaced parts."""
+BIN, MOST_SAMPLES = 0.04, 30_000
+"""Duration of a bin [s], and number of examined samples [1]; a longer log is sampled in evenly spaced parts."""
 LEAST_BINS = 24
 """Minimum number of bins, or of pairs of bins, for any comparison with the model [1]."""
 
@@ -112,7 +113,7 @@ def gather(prepared: PreparedLog, robot: Robot, settings: Settings, most: int = 
     """
     period, log = prepared.sampling.period, prepared.log
     settings, differentiated = _plain(settings, period)
-    size = max(1, round(0.04 / period))
+    size = max(1, round(BIN / period))
     stride = max(step for step in range(1, max(1, size // 8) + 1) if size % step == 0) if differentiated else 1
     known, points = robot.torque_controlled, size // stride
     runs: list[Run] = []
@@ -158,6 +159,12 @@ def _plain(settings: Settings, period: float) -> tuple[Settings, bool]:
         window = 2 * max(3, round(0.05 / period / 2)) + 1
         settings = settings.model_copy(update={"filter": FilterSettings(kind="savitzky-golay", window=window)})
     return settings, differentiated
+
+
+def with_motion(log: RobotLog, factors: Array) -> RobotLog:
+    """Multiply positions and their derivatives by factors, shape (n,)."""
+    moved = {name: getattr(log, name) for name in ("position", "velocity", "acceleration")}
+    return replace(log, **{name: values * factors for name, values in moved.items() if values is not None})
 
 
 def _means(values: Array, count: int, size: int) -> Array:

@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from stribeck.check.audit.evidence import AuditData
-from stribeck.check.audit.regression import BETTER, FEWEST, POOR, unexplained
+from stribeck.check.audit.regression import BETTER, FEWEST, POOR, all_unexplained, friction_shapes, misfit, without
 from stribeck.core.base.finding import Finding, Setting, rounded
 from stribeck.core.base.typing import Array
 from stribeck.core.dynamics.loops import without_loop_forces
@@ -21,42 +21,58 @@ from stribeck.core.robot.rooting import BASE_FRAME
 def check_motion(evidence: AuditData) -> list[Finding]:
     """Report gravity in another direction, torques without gravity, or time at another speed.
 
-    All torques are compared with the model's under each of these causes; friction keeps its sign.
+    Each cause changes the model's torques, and the causes compete by what remains unexplained; friction keeps its sign.
     """
     if len(evidence.rows) < FEWEST:
         return []
     if clock := _velocity_clock(evidence):
         return clock
     given = evidence.robot.gravity
-    size = float(np.linalg.norm(given))
     of_gravity = gravity_torques(evidence, evidence.robot, np.eye(3))
     inertial = evidence.model - of_gravity @ given
-    axes = [axis for axis in np.eye(3) if np.nanmax(np.abs(of_gravity @ axis)) > 0.1 * np.nanmax(np.abs(of_gravity))]
-    turned = [size * sign * axis for axis in axes for sign in (1.0, -1.0)]
-    gravities = [given, np.zeros(3), *(other for other in turned if angle_between(other, given) > np.deg2rad(45))]
+    fitted = _fitted_gravity(evidence, of_gravity, inertial)
+    gravities = [given, np.zeros(3)] + [fitted] * bool(angle_between(fitted, given) > np.deg2rad(45))
     models = [of_gravity @ gravity + inertial for gravity in gravities]
     scales, fewest = (2.0, 0.5), 125  # of time, whose square divides accelerations; errors dominate fewer bins
     if evidence.prepared.log.velocity is None and len(evidence.rows) >= fewest:
         models += [of_gravity @ given + inertial / scale**2 for scale in scales]
-    shares = np.array([_shares(replace(evidence, model=model)) for model in models])
-    costs = np.log(np.clip(shares, 1e-3, 1.0)).sum(axis=1)
+    shares = [all_unexplained(replace(evidence, model=model)) for model in models]
+    costs = [misfit(each) for each in shares]
     best, *others = np.argsort(costs).tolist()
-    if not best or costs[best] > costs[others[0]] - np.log(BETTER) or np.median(shares[best]) > POOR:
+    if not best or costs[best] > costs[others[0]] - np.log(BETTER) or not np.nanmedian(shares[best]) <= POOR:
         return []
     if best >= len(gravities):
         return [_clock_finding(evidence, scales[best - len(gravities)], "the inertial part of the torques")]
-    setting, left = _gravity_setting(gravities[best]), float(100 * np.exp((costs[best] - costs[0]) / len(shares[0])))
-    if best == 1:
-        return [Finding.of("gravity.none", left=left, settings=[setting])]
-    angle = np.rad2deg(angle_between(gravities[best], given))
-    words = "upside down" if angle > 150 else f"turned by {angle:.0f}°"
-    return [Finding.of("gravity", turned=words, left=left, settings=[setting])]
+    angle, left = np.rad2deg(angle_between(gravities[best], given)), np.exp((costs[best] - costs[0]) / len(shares[0]))
+    turned = "upside down" if angle > 150 else f"turned by {angle:.0f}°"
+    check, settings = "gravity.none" if best == 1 else "gravity", [_gravity_setting(gravities[best])]
+    return [Finding.of(check, turned=turned, left=100 * left, settings=settings)]
 
 
-def _shares(evidence: AuditData) -> list[float]:
-    """Compute the share of each torque's variance that model and friction leave unexplained [1]."""
-    shares = (unexplained(evidence, k, 1.0) for k in range(len(evidence.joints)))
-    return [share for share in shares if np.isfinite(share)] or [1.0]
+def _fitted_gravity(evidence: AuditData, of_gravity: Array, inertial: Array) -> Array:
+    """Fit gravity to all torques, shape (3,): an axis if one is within 10 degrees, zeros if its size differs.
+
+    Parameters
+    ----------
+    of_gravity, inertial
+        Torques of unit gravity along each axis [kg m], shape (B, k, 3), and of motion [N m], shape (B, k).
+    """
+    parts, size = [np.zeros((1, 4))], float(np.linalg.norm(evidence.robot.gravity))
+    for k in range(len(evidence.joints)):
+        rows = np.isfinite(inertial[:, k])
+        if rows.sum() >= FEWEST:
+            torques = np.column_stack([of_gravity[rows, k], evidence.torque[rows, k] - inertial[rows, k]])
+            (loads,) = without(friction_shapes(evidence, k, rows), torques)
+            error = loads[:, 3] - loads[:, :3] @ np.linalg.lstsq(loads[:, :3], loads[:, 3], rcond=None)[0]
+            parts.append(loads / max(float(np.linalg.norm(error)), 0.01 * float(np.linalg.norm(loads[:, 3])), 1e-12))
+    loads = np.concatenate(parts)
+    gravity = np.asarray(np.linalg.lstsq(loads[:, :3], loads[:, 3], rcond=1e-6)[0])
+    fitted = float(np.linalg.norm(gravity))
+    if not 0.5 * size < fitted < 1.6 * size:
+        return np.zeros(3)
+    axis = np.round(gravity / fitted)
+    near = gravity @ axis > np.cos(np.deg2rad(10)) * fitted and np.abs(axis).sum() == 1
+    return np.asarray(size * (axis if near else gravity / fitted))
 
 
 def _clock_finding(evidence: AuditData, scale: float, how: str) -> Finding:

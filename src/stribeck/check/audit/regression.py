@@ -150,6 +150,16 @@ def unexplained(evidence: AuditData, k: int, sign: float | Array) -> float:
     return norm * norm / len(torque) / variance
 
 
+def all_unexplained(evidence: AuditData, sign: float = 1.0) -> Array:
+    """Compute the share that `unexplained` finds for each joint, shape (k,)."""
+    return np.array([unexplained(evidence, k, sign) for k in range(len(evidence.joints))])
+
+
+def misfit(shares: Array) -> float:
+    """Compute the logarithm of the product of unexplained shares, shape (k,); unknown ones count as one."""
+    return float(np.log(np.clip(np.nan_to_num(shares, nan=1.0), 1e-3, 1.0)).sum())
+
+
 def effective_share(regressor: Array, error: Array, run: IntArray) -> float:
     """Estimate the number of independent samples per sample [1] from the autocorrelation at a lag of one."""
     within = run[1:] == run[:-1]

@@ -11,8 +11,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from stribeck.check.audit.base import contact_setting
-from stribeck.check.audit.evidence import AuditData, gather
-from stribeck.check.audit.regression import FEWEST, POOR, fit, unexplained
+from stribeck.check.audit.evidence import AuditData, gather, with_motion
+from stribeck.check.audit.regression import FEWEST, POOR, all_unexplained, fit
 from stribeck.core.base.finding import Finding
 from stribeck.core.base.typing import Array
 from stribeck.core.dynamics.state import root_quaternions
@@ -64,12 +64,7 @@ def _inverted(evidence: AuditData, joint: str, settings: Settings | None) -> Aud
     """Invert the position of a joint; with settings, compute the model's torque anew from part of the log."""
     log, column = evidence.prepared.log, evidence.robot.joint_names.index(joint)
     sign = np.where(np.arange(log.position.shape[1]) == column, -1.0, 1.0)
-    other = {
-        name: sign * values
-        for name in ("position", "velocity", "acceleration")
-        if (values := getattr(log, name)) is not None
-    }
-    prepared = replace(evidence.prepared, log=replace(log, **other))
+    prepared = replace(evidence.prepared, log=with_motion(log, sign))
     return gather(prepared, evidence.robot, settings, most=6000) if settings else replace(evidence, prepared=prepared)
 
 
@@ -96,8 +91,7 @@ def _exchanges(evidence: AuditData) -> tuple[Trials, Trials]:
 
 def _unexplained(evidence: AuditData) -> float:
     """Compute the mean share of the torques that model and friction leave unexplained, with their better signs [1]."""
-    shares = [min(unexplained(evidence, k, sign) for sign in (1.0, -1.0)) for k in range(len(evidence.joints))]
-    return float(np.mean(shares))
+    return float(np.mean(np.minimum(all_unexplained(evidence), all_unexplained(evidence, -1.0))))
 
 
 def _motion_of_feet(evidence: AuditData) -> float:

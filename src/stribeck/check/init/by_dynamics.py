@@ -88,13 +88,12 @@ def _write_unit(draft: Draft, unit: str, log: RobotLog) -> None:
 
 def _write_ratios(draft: Draft, robot: Robot, ratios: Array, of_torques: Array) -> None:
     """Write the gear ratios of positions, velocities and torques that are those of the motors' shafts."""
-    factors = {"position": 1 / ratios, "velocity": 1 / ratios, "torque": of_torques}
-    for channel, values in factors.items():
+    for channel, values in (("position", 1 / ratios), ("velocity", 1 / ratios), ("torque", of_torques)):
         table = draft.table(f"log.{channel}")
         if channel != "torque" and table.pop("unit", None):
             draft.notes.setdefault(f"log.{channel}.scale", []).extend(draft.notes.pop(f"log.{channel}.unit", []))
         scales = dict(zip(robot.joint_names, [float(f"{value:.5g}") for value in values], strict=True))
-        if len(set(scales.values())) > 1 or values[0] != 1:
+        if set(scales.values()) != {1.0}:
             table["scale"] = by_logged_name(draft.table("log"), channel, scales)
     listed = ", ".join(f"{name} {ratio:g}" for name, ratio in zip(robot.joint_names, ratios, strict=True))
     draft.ask(

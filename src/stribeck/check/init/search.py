@@ -8,9 +8,9 @@ from itertools import combinations, permutations, product
 
 import numpy as np
 
-from stribeck.check.audit import gather
+from stribeck.check.audit.evidence import gather, with_motion
 from stribeck.check.audit.positions import OUTSIDE
-from stribeck.check.audit.regression import BETTER, POOR, unexplained
+from stribeck.check.audit.regression import BETTER, POOR, all_unexplained, misfit
 from stribeck.check.init.names import words
 from stribeck.core.base.typing import Array, BoolArray
 from stribeck.core.equations.friction_torque.preparation import prepare
@@ -82,10 +82,7 @@ def unit_by_dynamics(log: RobotLog, robot: Robot) -> str:
     given, turning = _compare(log, robot), ~np.array(robot.prismatic)
     best = ""
     for unit in ("deg", "turn"):
-        factors = np.where(turning, ANGLE[unit], 1.0)
-        moved = {key: getattr(log, key) for key in ("position", "velocity", "acceleration")}
-        scaled = replace(log, **{key: values * factors for key, values in moved.items() if values is not None})
-        agreement = _compare(scaled, robot)
+        agreement = _compare(with_motion(log, np.where(turning, ANGLE[unit], 1.0)), robot)
         if given.cost - agreement.cost > np.log(BETTER) and np.nanmedian(agreement.left) < POOR:
             given, best = agreement, unit
     return best
@@ -108,15 +105,12 @@ def gear_ratios_by_dynamics(log: RobotLog, robot: Robot) -> tuple[Array, Array] 
     radians = ANGLE[robot.log_table.position.unit or "rad"]
 
     def geared(ratios: Array, before: bool) -> Agreement:
-        factors = np.where(turning, 1 / (radians * ratios), 1.0)
-        moved = {key: getattr(log, key) for key in ("position", "velocity", "acceleration")}
-        scaled = {key: values * factors for key, values in moved.items() if values is not None}
-        return _compare(replace(log, torque=log.torque * (ratios if before else 1.0), **scaled), robot)
+        scaled = with_motion(log, np.where(turning, 1 / (radians * ratios), 1.0))
+        return _compare(replace(scaled, torque=log.torque * (ratios if before else 1.0)), robot)
 
     grid = np.geomspace(1.0, 200.0, 40)
-    ratios, before = min(
-        product(np.outer(grid, turning) + ~turning, (True, False)), key=lambda trial: geared(*trial).cost
-    )
+    trials = product(np.outer(grid, turning) + ~turning, (True, False))  # common ratios, with and without torques
+    ratios, before = min(trials, key=lambda trial: geared(*trial).cost)
     if (best := geared(ratios, before)).cost > given.cost - 1:
         return None
     fine = [step ** np.arange(-3.0, 4.0) for step in (1.04, 1.015, 1.005)]
@@ -129,8 +123,7 @@ def gear_ratios_by_dynamics(log: RobotLog, robot: Robot) -> tuple[Array, Array] 
     shares = ratios * np.subtract(*robot.position_limits[::-1]) / 200  # one if positions are -100 to 100 of the range
     if given.cost - best.cost < np.log(BETTER) or np.nanmedian(best.left) > POOR or np.allclose(shares, 1, atol=0.05):
         return None
-    whole = np.round(ratios)
-    ratios = whole if geared(whole, before).cost < best.cost + 1 else np.round(ratios, 2)
+    ratios = np.round(ratios, 0 if geared(np.round(ratios), before).cost < best.cost + 1 else 2)
     return ratios, ratios if before else np.ones(len(ratios))
 
 
@@ -169,8 +162,7 @@ class Agreement:
     @property
     def cost(self) -> float:
         """Logarithm of the product of the shares, larger if joints leave their range."""
-        shares = np.nan_to_num(self.left, nan=1.0)
-        return float(np.log(np.clip(shares, 1e-3, 1.0)).sum() + 1.1 * np.log(BETTER) * self.outside.sum())
+        return misfit(self.left) + 1.1 * float(np.log(BETTER)) * int(self.outside.sum())
 
     def poor(self, robot: Robot) -> list[int]:
         """Find the joints whose columns may be wrong: joints that agree poorly, and all joints below and above them."""
@@ -190,7 +182,7 @@ def _compare(log: RobotLog, robot: Robot) -> Agreement:
         evidence = gather(prepare(log, robot, settings), robot, settings)
     except (LogError, SettingsError):
         return Agreement(np.ones(len(robot.torque_controlled)), outside)
-    return Agreement(np.array([unexplained(evidence, k, 1.0) for k in range(len(evidence.joints))]), outside)
+    return Agreement(all_unexplained(evidence), outside)
 
 
 def _take_excerpt(log: RobotLog) -> RobotLog:
