@@ -141,11 +141,11 @@ def test_bodies_keep_clear_of_each_other(tmp_path: Path) -> None:
 
 MJCF = """<mujoco><worldbody><geom type="plane" size="9 9 1"/><body name="base">{free}
   <inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.1"/><geom type="box" size="0.05 0.05 0.2"/>
-  <body name="upper" pos="0.15 0 0.1"><joint name="shoulder" axis="0 1 0" range="-3 3"/>
+  <frame pos="0.15 0 0"><body name="upper" pos="0 0 0.1"><joint name="shoulder" axis="0 1 0" range="-3 3"/>
     <inertial pos="0.1 0 0" mass="1" diaginertia="0.01 0.01 0.01"/>
     <body name="fore" pos="0.2 0 0"><joint name="elbow" axis="0 1 0" range="-3 3"/>
       <inertial pos="0.2 0 0" mass="1" diaginertia="0.01 0.01 0.01"/>
-      <geom type="capsule" fromto="0.05 0 0 0.35 0 0" size="0.05"/></body></body></body></worldbody>
+      <geom type="capsule" fromto="0.05 0 0 0.35 0 0" size="0.05"/></body></body></frame></body></worldbody>
 <compiler angle="radian"/></mujoco>"""
 
 

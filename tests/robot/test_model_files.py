@@ -121,7 +121,7 @@ def test_an_mjcf_without_a_free_joint_gets_one_whatever_its_keyframes(tmp_path: 
 def test_an_mjcf_is_what_mujoco_compiles(tmp_path: Path) -> None:
     """Frames, several joints in a body, joints without a name, and objects beside the robot."""
     robot = Robot.from_file(write_robot(tmp_path, "", ANY, "any.xml", "fixed"))
-    assert robot.warnings[0] == "any.xml: objects beside the robot are left out: cup, body 2"
+    assert robot.warnings[0] == "any.xml: objects beside the robot are left out: cup, body2"
     assert robot.joint_names[:3] == ("left_roll", "left_joint1", "left_slide")
     compiled = mujoco.MjModel.from_xml_path(str(tmp_path / "any.xml"))
     data, position = mujoco.MjData(compiled), np.linspace(-0.5, 0.7, 6)

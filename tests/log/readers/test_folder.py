@@ -116,6 +116,7 @@ REFUSED: list[Any] = [
     ("a file short of times",
      {"position.csv": LOG.position, "torque.csv": LOG.torque[:9], "time.csv": LOG.time[:, None]}, {},
      r"torque\.csv: has 9 rows and no time, but 'time.csv' has 200; expected as many"),
+    ("a misspelled name", both(), {"position": {"name": ["position.hip", "position.kne"]}}, "is .position.kne."),
     ("the same joints twice", both(arms={"time": LOG.time, "torque.hip": LOG.time}), {}, "one column for 'hip'"),
     ]  # fmt: skip
 

@@ -24,7 +24,7 @@ def joints_that_move(
     allow.
     """
     velocity, block, used = _some_speeds(prepared, robot, settings)
-    calm = uniform_filter1d(velocity, 10, axis=0)  # for coarse encoders
+    slow = uniform_filter1d(velocity, 10, axis=0)  # over 0.1 s, for coarse encoders
     names = [robot.joint_names[column] for column in robot.torque_controlled]
 
     def reason(speed: Array, prismatic: bool, rows: BoolArray) -> Reason | None:
@@ -44,7 +44,7 @@ def joints_that_move(
     reasons = [reason(*motion) for motion in zip(velocity.T, slides, used.T, strict=True)]
     for factor in (1, 5):  # if no joint moves fast, slow ones are better than none
         if factor == 1 or all(reasons):
-            others = [reason(*motion) for motion in zip(factor * calm.T, slides, used.T, strict=True)]
+            others = [reason(*motion) for motion in zip(factor * slow.T, slides, used.T, strict=True)]
             reasons = [other and why for why, other in zip(reasons, others, strict=True)]
     moves = np.array([not reason for reason in reasons])
     tree, wheels = robot.tree, [contact.frame for contact in robot.contacts.values() if contact.axle]

@@ -86,8 +86,8 @@ def judge(
 def with_torque_r2(joint: JointResult, r2: TorqueR2 | None, fixed: bool) -> JointResult:
     """Add the share of the torque that is explained on held-out parts.
 
-    On a fixed base, a negative share identifies nothing (other bases also move by unknown accelerations), nor does one
-    below -5 with the given inertias: the torque is less than 0.3 times the model's, as with a gear ratio left out.
+    Nothing is identified by a negative share on a fixed base (others also move by unknown accelerations), nor by one
+    below -5 with the given inertias: the torque is less than 0.3 times the model's, as with a missing gear ratio.
     """
     result = replace(joint, torque_r2=r2 if joint.curve else None)
     if joint.verdict != "identified" or r2 is None or not (r2.nominal < -5 or (fixed and r2.best < 0)):

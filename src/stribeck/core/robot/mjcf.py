@@ -108,33 +108,32 @@ def build_model(compiled: mujoco.MjModel, root: pin.JointModelFreeFlyer | None) 
     """Build Pinocchio's model from MuJoCo's, whose positions it keeps; also list the objects that are left out.
 
     Objects are mocap bodies, and trees on free joints if another tree has more hinges and slides. With `root`, a free
-    flyer connects a robot without a free joint to the world. A joint without a name is named after its body and its
-    place there, and a body without a name after its parent.
+    flyer connects a robot without a free joint to the world. Joints without names are named after their bodies.
     """
     model, objects = pin.Model(), _objects(compiled)
     model.name = compiled.names.partition(b"\0")[0].decode()
     bodies = [number for number in range(1, compiled.nbody) if int(compiled.body_rootid[number]) not in objects]
-    places = {0: (0, pin.SE3.Identity(), 0, "")}  # joint of each body, its pose there, its frame, and its name
+    places = {0: (0, pin.SE3.Identity(), 0)}  # joint of each body, its pose there, and its frame
     if root and FREE not in compiled.jnt_type[np.isin(compiled.jnt_bodyid, bodies)]:
         above = model.addJoint(0, root, pin.SE3.Identity(), WORLD_JOINT)
         first = compiled.body(bodies[0])  # its frame is the root's, as if it had a free joint
-        places[0] = above, _pose(first.pos, first.quat).inverse(), int(model.addJointFrame(above)), ""
+        places[0] = above, _pose(first.pos, first.quat).inverse(), int(model.addJointFrame(above))
     for number in bodies:
         body = compiled.body(number)
-        joint, pose, frame, name = places[int(body.parentid[0])]
-        pose, name = pose * _pose(body.pos, body.quat), body.name or f"{name}Bis"
+        joint, pose, frame = places[int(body.parentid[0])]
+        pose = pose * _pose(body.pos, body.quat)
         for place, k in enumerate(range(int(body.jntadr[0]), int(body.jntadr[0] + body.jntnum[0]))):
             anchor, kind = _pose(compiled.jnt_pos[k], np.eye(4)[0]), int(compiled.jnt_type[k])
-            label = compiled.joint(k).name or f"{name}_{'free' if kind == FREE else f'joint{place}'}"
+            label = compiled.joint(k).name or f"{body.name}_{'free' if kind == FREE else f'joint{place}'}"
             joint = _add_joint(model, compiled, k, label, joint, pose * anchor)
             frame, pose = int(model.addJointFrame(joint, frame)), anchor.inverse()
         inertia = _pose(body.ipos, body.iquat).act(pin.Inertia(float(body.mass[0]), np.zeros(3), np.diag(body.inertia)))
-        frame = int(model.addFrame(pin.Frame(name, joint, frame, pose, pin.FrameType.BODY, inertia)))
+        frame = int(model.addFrame(pin.Frame(body.name, joint, frame, pose, pin.FrameType.BODY, inertia)))
         for site in (compiled.site(s) for s in np.flatnonzero(compiled.site_bodyid == number) if compiled.site(s).name):
             at = pose * _pose(site.pos, site.quat)
             model.addFrame(pin.Frame(site.name, joint, frame, at, pin.FrameType.OP_FRAME), False)
-        places[number] = joint, pose, frame, name
-    return model, [compiled.body(number).name or f"body {number}" for number in sorted(objects)]
+        places[number] = joint, pose, frame
+    return model, [compiled.body(number).name for number in sorted(objects)]
 
 
 def _objects(compiled: mujoco.MjModel) -> set[int]:
@@ -150,8 +149,8 @@ def _add_joint(model: pin.Model, compiled: mujoco.MjModel, k: int, name: str, pa
     """Add a joint of the compiled model with its limits and rotor, and return its number."""
     kind = int(compiled.jnt_type[k])
     if kind in (FREE, BALL):
-        joint, pose = (pin.JointModelSpherical(), pose) if kind else (pin.JointModelFreeFlyer(), pin.SE3.Identity())
-        return int(model.addJoint(parent, joint, pose, name))
+        joint = pin.JointModelFreeFlyer() if kind == FREE else pin.JointModelSpherical()
+        return int(model.addJoint(parent, joint, pin.SE3.Identity() if kind == FREE else pose, name))
     axis, slides = compiled.jnt_axis[k].copy(), kind == int(mujoco.mjtJoint.mjJNT_SLIDE)
     back = -float(compiled.qpos0[compiled.jnt_qposadr[k]]) * axis
     pose = pose * (pin.SE3(np.eye(3), back) if slides else pin.SE3(pin.exp3(back), np.zeros(3)))
@@ -213,6 +212,8 @@ def _compile(path: Path, *, with_meshes: bool) -> mujoco.MjModel:
     spec.memory = spec.njmax = spec.nconmax = spec.nstack = -1  # nothing is simulated
     spec.nuserdata = 0
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT) | int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
+    for k, body in enumerate(spec.bodies):
+        body.name = body.name or f"body{k}"
     if not with_meshes:
         for geom in list(spec.geoms):
             if geom.type in (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_HFIELD, mujoco.mjtGeom.mjGEOM_SDF):

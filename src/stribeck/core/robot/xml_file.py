@@ -13,7 +13,7 @@ from stribeck.core.base.files import read_bytes
 from stribeck.core.errors import RobotFileError
 
 MOST_ELEMENTS, DEEPEST = 200_000, 200
-"""Largest number, and depth and attributes, of a file's elements [1]; native readers recurse into elements."""
+"""Largest number of elements, and of their depth and attributes [1]; native readers recurse into elements."""
 MOST_BODIES, MOST_JOINTS = 1000, 150
 """Largest number of links and of moving joints [1]. Pinocchio's memory is cubic in the joints: 0.4 GB for 150."""
 NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")

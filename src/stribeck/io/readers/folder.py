@@ -25,9 +25,10 @@ USUAL = {*CHANNELS, *(name for names in ALIASES.values() for name in names)}
 
 @dataclass(frozen=True)
 class _File:
-    """Content of a file: labels by channel, values, and stamps [ns], if it has any."""
+    """Content of a file: names of columns, labels by channel, values, and stamps [ns], if it has any."""
 
     name: str
+    columns: Sequence[str]
     labels: Mapping[str, tuple[str, ...]]
     values: Mapping[str, Array]
     stamps: IntArray | None
@@ -53,13 +54,12 @@ def open_folder(path: Path, table: LogTable) -> Recording:
     with foreign(str(path), "a folder of tables"):
         paths = tables_in(path)
     files = [_read(file, table) for file in paths]
-    for channel in CHANNELS:
-        asked = getattr(table, channel).name
-        if asked is not None and channel != "time" and not any(channel in file.labels for file in files):
-            raise LogError(
-                f"{path}: [log.{channel}] name is {listed([asked] if isinstance(asked, str) else asked)}, but the "
-                f"folder contains only {listed([file.name for file in files])}"
-            )
+    names = [name for file in files for name in file.columns]
+    for channel in CHANNELS[1:]:  # without time
+        asked = getattr(table, channel).name or []
+        exact, asked = isinstance(asked, list), [asked] if isinstance(asked, str) else asked
+        if absent := [name for name in asked if not _offers([name] if exact else name, names)]:
+            raise LogError(f"{path}: [log.{channel}] name is {listed(absent)}; expected a name of {listed(names)}")
     timed = any(file.stamps is not None for file in files)
     clock = next((file for file in files if file.stamps is not None and Path(file.name).stem == "time"), None)
     notes = list(dict.fromkeys(note for file in files for note in file.notes))
@@ -134,6 +134,7 @@ def _read(path: Path, settings: LogTable) -> _File:
     stamps, unit = loaded.pop("time", None), source.time_unit or settings.time.unit
     return _File(
         name=path.name,
+        columns=full,
         labels={
             name: channel.labels or tuple(map(str, range(channel.columns)))
             for name, channel in channels.items()
@@ -152,7 +153,7 @@ def _complete_name(name: str, stem: str, asked: Mapping[str, str | list[str]]) -
     prefixes = [prefix for names in asked.values() for prefix in ([names] if isinstance(names, str) else names)]
     if stem == "time" and name.startswith("["):
         return "time"
-    if name in USUAL - {"time", *ALIASES["time"]} and stem not in USUAL and stem != name:
+    if name in USUAL - {"time", *ALIASES["time"]} and stem not in USUAL:
         return f"{name}.{stem}"
     if group_of(name) in USUAL or any(name.startswith(prefix) for prefix in prefixes):
         return name

@@ -117,11 +117,12 @@ def into_limits(position: Array, robot: Robot) -> None:
     low, high = np.array(robot.position_limits)
     for column in np.flatnonzero(np.isfinite(low + high) & ~np.array(robot.prismatic)):
         known = position[np.isfinite(position[:, column]), column]
-        turns = np.round((known.min() + known.max() - low[column] - high[column]) / (4 * np.pi)) if known.size else 0.0
-        for shift in (0.0, 2 * np.pi * turns):
-            if known.size and low[column] - 0.1 < known.min() - shift and known.max() - shift < high[column] + 0.1:
-                position[:, column] -= shift
-                break
+        least, most = (known.min(), known.max()) if known.size else (np.inf, -np.inf)
+        if most <= high[column] + 0.1 and least >= low[column] - 0.1:
+            continue
+        shift = 2 * np.pi * np.round((least + most - low[column] - high[column]) / (4 * np.pi))
+        if most - shift <= high[column] + 0.1 and least - shift >= low[column] - 0.1:
+            position[:, column] -= shift
 
 
 def word_size(values: Array) -> float:
