@@ -1,9 +1,12 @@
 """Features of tables: variants of CSV, and types of columns."""
 
+import gzip
+import json
 import re
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.feather
 import pyarrow.parquet
 import pytest
 from tests.log.readers.formats import StubRobot, columns_of, synthetic_log, write_csv
@@ -57,6 +60,36 @@ def test_csv_as_people_write_it(dialect, tmp_path):
     log = read_log(path, StubRobot())
     for name, channel in LOG.channels().items():
         np.testing.assert_array_equal(log.channels()[name], channel, err_msg=name)
+
+
+def _records():
+    """Make a record of time, a list of positions and torques by joint for each sample."""
+    torques = [dict(zip(LOG.joint_names, row, strict=True)) for row in LOG.torque.tolist()]
+    rows = zip(LOG.time.tolist(), LOG.position.tolist(), torques, strict=True)
+    return [{"time": time, "position": position, "torque": torque} for time, position, torque in rows]
+
+
+def _structured(path):
+    array = np.zeros(len(LOG.time), [("time", "f8"), ("position", "f8", 3), ("torque", "f8", 3)])
+    array["time"], array["position"], array["torque"] = LOG.time, LOG.position, LOG.torque
+    np.save(path, array)
+
+
+CONTAINERS = {
+    ".csv.gz": lambda path: path.write_bytes(gzip.compress(write_csv(path.parent, LOG).read_bytes())),
+    ".feather": lambda path: pyarrow.feather.write_feather(pa.table(columns_of(LOG)), path),
+    ".json": lambda path: path.write_text(json.dumps(_records())),
+    ".jsonl": lambda path: path.write_text("\n".join(map(json.dumps, _records()))),
+    ".npy": _structured,
+}
+
+
+@pytest.mark.parametrize("suffix", CONTAINERS)
+def test_records_in_other_containers(suffix, tmp_path):
+    CONTAINERS[suffix](tmp_path / f"run{suffix}")
+    log = read_log(tmp_path / f"run{suffix}", StubRobot())
+    for name in ("time", "position", "torque"):
+        np.testing.assert_array_equal(log.channels()[name], LOG.channels()[name], err_msg=name)
 
 
 def test_names_in_latin_1_and_other_units(tmp_path):

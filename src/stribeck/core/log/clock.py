@@ -10,7 +10,7 @@ from stribeck.core.log import RobotLog
 from stribeck.core.log.interpolation import on_uniform_clock
 
 TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}  # [s]
-RATES = (20.0, 100e3)  # [Hz]; slower logs miss the robot's motion, faster ones do not exist
+RATES = (9.0, 100e3)  # [Hz]; slower logs miss the robot's motion, faster ones do not exist
 TOLERANCE = 0.01  # periods; smaller deviations count as uniform
 STEP = 1.5  # periods; in a longer step a sample is missing
 BRIDGED = 0.01  # [s], steps that are always interpolated: a quarter of the windows of estimators

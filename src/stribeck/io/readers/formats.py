@@ -57,7 +57,7 @@ def choose_opener(path: Path) -> Callable[[Path, LogTable], Recording]:
         )
     if path.suffix.lower() not in FORMATS:
         raise LogError(
-            f"{path}: unknown suffix '{path.suffix}'; expected {listed(list(FORMATS), 10)}, a rosbag2 folder or a "
+            f"{path}: unknown suffix '{path.suffix}'; expected {listed(list(FORMATS), 20)}, a rosbag2 folder or a "
             f"LeRobot dataset{'; the page of log formats shows how to convert PyTorch' * (path.suffix == '.pt')}"
         )
     _check_whole(path)

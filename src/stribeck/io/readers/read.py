@@ -33,7 +33,7 @@ def read_log(path: str | Path, robot: Robot | str | Path | None = None) -> Robot
     Parameters
     ----------
     path
-        A `.npz`, `.h5`, `.mat`, `.csv`, `.parquet`, `.mcap` or `.bag` file, or the folder of a rosbag2, of a LeRobot
+        A file of arrays, of a table, of records or of messages, by its suffix; or the folder of a rosbag2, of a LeRobot
         dataset or of tables.
     robot
         Robot, or the path of its robot file, whose joint order and `[log]` settings are applied. If None, all joints of

@@ -1,7 +1,10 @@
-"""Tables with one column per signal: `.csv` and `.parquet` files, and frames of pandas, polars and others in memory."""
+"""Tables with one column per signal: files of text and of Arrow, and frames of pandas, polars and others in memory."""
 
 import codecs
 import csv
+import gzip
+import io
+import json
 import re
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
@@ -9,8 +12,11 @@ from functools import partial
 from itertools import islice
 from pathlib import Path
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.csv
+import pyarrow.feather
+import pyarrow.json
 import pyarrow.parquet
 
 from stribeck.core.errors import LogError, listed
@@ -104,11 +110,12 @@ class CsvLayout:
 def csv_table(path: Path, names: list[str], layout: CsvLayout) -> OpenedTable:
     """Open the table of a CSV file."""
     rows, commas, separator = 1, False, layout.separator
-    with foreign(str(path), "CSV"), path.open("rb") as file:
+    with foreign(str(path), "CSV"), _open(path) as file:
         for block in iter(partial(file.read, CSV_BLOCK), b""):
             rows += block.count(b"\n")
             commas = commas or re.search(rb"\d,\d", block.replace(b"\0", b"")) is not None
-    with foreign(str(path), "CSV"), path.open(encoding=layout.encoding, errors="replace", newline="") as text:
+    with foreign(str(path), "CSV"), _open(path) as file:
+        text = io.TextIOWrapper(file, layout.encoding, errors="replace", newline="")
         records = csv.reader(islice(text, layout.skipped, None), delimiter=separator, skipinitialspace=True)
         head = list(islice((cells for cells in records if cells), HEAD))
     first = head[0] if head else []
@@ -147,6 +154,11 @@ def csv_table(path: Path, names: list[str], layout: CsvLayout) -> OpenedTable:
     return OpenedTable(str(path), spread_names, places, rows, read, kind, widths)
 
 
+def _open(path: Path) -> gzip.GzipFile | io.BufferedReader:
+    """Open a file of text, which may be compressed."""
+    return gzip.open(path) if path.suffix.lower() == ".gz" else path.open("rb")
+
+
 def find_layout(path: Path) -> CsvLayout:
     """Find the line of names of a CSV file, after comments and before units, its separator and its encoding.
 
@@ -156,7 +168,7 @@ def find_layout(path: Path) -> CsvLayout:
     of_units = re.compile(r"[\[({]?[A-Za-z°µ%]{0,4}([/*· ]?[A-Za-z]{0,3}[²^2]{0,2})[\])}]?|[-1]?|\[-\]|turns?|degrees?")
     # Units in which columns are read by default, in small letters.
     si = {"", "-", "1", "s", "rad", "rad/s", "rad/s^2", "rad/s²", "nm", "n m", "n*m", "n·m", "n", "m", "m/s", "m/s²"}
-    with foreign(str(path), "CSV"), path.open("rb") as file:
+    with foreign(str(path), "CSV"), _open(path) as file:
         start = file.read(1 << 20)
     encoding = "utf-8-sig"
     if start.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
@@ -212,6 +224,32 @@ def _is_number(cell: str) -> bool:
     return True
 
 
+def open_records(path: Path, table: LogTable) -> Recording:
+    """Open a Feather file, records of JSON, or a structured array of NumPy, and keep it in memory.
+
+    Fields of fields are columns `<outer>.<inner>`.
+
+    Raises
+    ------
+    LogError
+        As `open_parquet`, or if the file contains no records.
+    """
+    suffix = path.suffix.lower()
+    with foreign(str(path), "a table"):
+        if suffix == ".npy":
+            array = np.load(path)
+            columns = {name: array[name] for name in array.dtype.names or ()}
+            data = pa.table({name: [*values] if values.ndim > 1 else values for name, values in columns.items()})
+        elif suffix == ".json":
+            content = json.loads(path.read_bytes())
+            data = pa.Table.from_pylist(content) if isinstance(content, list) else pa.table(content)
+        else:
+            data = (pyarrow.feather.read_table if suffix == ".feather" else pyarrow.json.read_json)(path)
+        if not data.column_names:
+            raise LogError(f"{path}: contains no records; expected one per sample, with fields such as position")
+        return source_of_columns(_in_memory(data, str(path)), table)
+
+
 def table_of_frame(frame: object) -> OpenedTable:
     """Open the table of a frame; a named index is a column too.
 
@@ -226,14 +264,18 @@ def table_of_frame(frame: object) -> OpenedTable:
             "the Arrow interface (__arrow_c_stream__)"
         )
     with foreign("frame", "a table"):
-        data = pa.table(frame)
-        lists = [field.name for field in data.schema if is_list(field.type)]
-        names, places, widths = spread(data.column_names, _measure_lists(data.select(lists).slice(0, HEAD)))
+        return _in_memory(pa.table(frame), "frame")
+
+
+def _in_memory(data: pa.Table, path: str) -> OpenedTable:
+    """Open a table in memory; fields of structs become columns."""
+    while any(pa.types.is_struct(field.type) for field in data.schema):
+        data = data.flatten()
+    lists = [field.name for field in data.schema if is_list(field.type)]
+    names, places, widths = spread(data.column_names, _measure_lists(data.select(lists).slice(0, HEAD)))
 
     def read(columns: list[str], _: Collection[str]) -> Iterator[pa.RecordBatch]:
-        with foreign("frame", "a table"):
+        with foreign(path, "a table"):
             yield from data.select(columns).to_batches(max_chunksize=BLOCK_ROWS)
 
-    return OpenedTable(
-        "frame", names, places, len(data), read, lambda name: data.schema.field(name).type, widths, False
-    )
+    return OpenedTable(path, names, places, len(data), read, lambda name: data.schema.field(name).type, widths, False)
