@@ -6,7 +6,7 @@ Angular accelerations are second derivatives of an orientation, but first deriva
 from dataclasses import replace
 
 import numpy as np
-from scipy.signal import savgol_filter
+import scipy  # its signal is slow to import: loaded at its first use
 
 from stribeck.core.base.typing import Array
 from stribeck.core.dynamics.state import continuous
@@ -33,7 +33,7 @@ def with_gyroscope(log: RobotLog, segments: tuple[slice, ...], period: float) ->
         turned = np.cumsum(period * (rate + np.roll(rate, 1, axis=0)) / 2, axis=0)
         drift = quaternions - turned
         for _ in range(2):  # a single pass lets noise of high frequencies through
-            drift = savgol_filter(drift, 2 * half + 1, 1, axis=0)
+            drift = scipy.signal.savgol_filter(drift, 2 * half + 1, 1, axis=0)
         orientation[part] = turned + drift
         before.append(_white(quaternions))
         after.append(_white(orientation[part]))

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from stribeck.core.base.typing import Array
 from stribeck.core.dynamics.rooted import RootMotion, inertia_matrix, rooted_inverse_dynamics
@@ -19,6 +18,8 @@ ENOUGH_POINTS = 3
 
 def gravity_in_root_link(quaternion: Array, gravity: Array) -> Array:
     """Transform gravity to root link coordinates, shape (T, 3), with the link's orientation xyzw, shape (T, 4)."""
+    from scipy.spatial.transform import Rotation
+
     return np.asarray(Rotation.from_quat(quaternion).apply(gravity, inverse=True))
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from stribeck.core.base.typing import Array, BoolArray, IntArray
 from stribeck.core.robot import Robot
@@ -77,6 +76,8 @@ def apparent_gravity(robot: Robot, position: Array, linear_acceleration: Array) 
 
 def root_quaternions(robot: Robot, position: Array, base_orientation: Array) -> Array:
     """Convert the base frame's quaternions to the root link's, continuous in sign, shape (T, 4)."""
+    from scipy.spatial.transform import Rotation
+
     quaternions = base_orientation
     if robot.base_frame != BASE_FRAME:
         frame = robot.tree.model.getFrameId(robot.base_frame)

@@ -4,7 +4,7 @@ from bisect import bisect_left
 from math import factorial
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy  # its optimize is slow to import: loaded at its first use
 
 from stribeck.core.base.typing import Array
 from stribeck.core.errors import SettingsError
@@ -66,7 +66,7 @@ def savgol_cutoff(window: int, order: int, rate: float) -> float:
         return float(kernel @ np.cos(2 * np.pi * cycles_per_sample * offsets)) - half_power
 
     upper = float(below[0]) / (16 * window)
-    return float(rate * float(brentq(excess, upper - 1 / (16 * window), upper, xtol=1e-12)))
+    return float(rate * float(scipy.optimize.brentq(excess, upper - 1 / (16 * window), upper, xtol=1e-12)))
 
 
 def savgol_window(cutoff: float, order: int, rate: float) -> int:

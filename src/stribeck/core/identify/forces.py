@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from scipy.optimize import least_squares
 
 from stribeck.core.base.typing import Array, IntArray
 from stribeck.core.estimator.fit_checks.payloads import EXPLAINED, Residual
@@ -98,6 +97,8 @@ def _point_force(weight: Array, remainder: Array, link: Link, constant: bool) ->
     The distance from the joint is relative to the distance of the link's tip [1]. The search starts at
     the joint, halfway to the tip, and at the tip.
     """
+    from scipy.optimize import least_squares
+
     linear, angular, turn, tip = link
 
     def fitted(point: Array) -> tuple[Array, Array]:

@@ -1,7 +1,7 @@
 """Selection of joints that move enough, and their top speeds, before the fit."""
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
+import scipy  # its ndimage is slow to import: loaded at its first use
 
 from stribeck.core.base.typing import Array, BoolArray, IntArray
 from stribeck.core.equations.friction_torque.preparation import Logs
@@ -24,7 +24,7 @@ def joints_that_move(
     allow.
     """
     velocity, block, used = _some_speeds(prepared, robot, settings)
-    slow = uniform_filter1d(velocity, 10, axis=0)  # over 0.1 s, for coarse encoders
+    slow = scipy.ndimage.uniform_filter1d(velocity, 10, axis=0)  # over 0.1 s, for coarse encoders
     names = [robot.joint_names[column] for column in robot.torque_controlled]
 
     def reason(speed: Array, prismatic: bool, rows: BoolArray) -> Reason | None:

@@ -1,7 +1,7 @@
 """Friction curve: the resisting torque at slow, middle and top speed, with its interval."""
 
 import numpy as np
-from scipy.special import stdtrit  # avoids the slow import of scipy.stats
+import scipy  # its special is slow to import: loaded at its first use
 
 from stribeck.core.base.typing import Array
 from stribeck.core.friction import FrictionLaw, unit_for
@@ -45,7 +45,7 @@ def friction_curve(
     errors = np.sqrt(np.maximum(np.einsum("sp,pq,sq->s", gradient, fit.covariance, gradient), 0.0))
     parts = gradient**2 * np.diag(fit.covariance) + np.finfo(float).tiny
     freedom = parts.sum(axis=1) / (parts / fit.degrees_of_freedom).sum(axis=1)
-    quantile = stdtrit(freedom, 0.975)
+    quantile = scipy.special.stdtrit(freedom, 0.975)
     errors = np.sqrt(errors**2 + fit.law_misfit**2 + (drift(fit.by_name, speeds) / quantile) ** 2)
     return curve_points(speeds, resisting, errors, quantile, prismatic, torque_unit)
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import stdtrit  # avoids the slow import of scipy.stats
+import scipy  # its special is slow to import: loaded at its first use
 
 from stribeck.core.base.typing import Array, BoolArray
 from stribeck.core.friction import FrictionLaw, Parameter
@@ -170,7 +170,7 @@ def intervals_95(values: Array, deviation: Array, freedom: Array, logarithmic: B
 
     `deviation` is the standard error of each parameter, or of its logarithm where `logarithmic`.
     """
-    half = stdtrit(freedom, 0.975) * deviation
+    half = scipy.special.stdtrit(freedom, 0.975) * deviation
     factor = np.exp(np.minimum(half, 100.0))
     lower = np.where(logarithmic, values / factor, values - half)
     upper = np.where(logarithmic, values * factor, values + half)

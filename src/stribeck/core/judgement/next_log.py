@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import helmert
 
 from stribeck.core.base.typing import Array
 from stribeck.core.friction import FrictionLaw
@@ -37,6 +36,8 @@ def with_next_log(
     removed
         Friction of each log relative to the mean, minus one [1], which the samples no longer contain, by joint.
     """
+    from scipy.linalg import helmert
+
     names, count = [name for name, joint in joints.items() if joint.curve and name in fits], len(samples)
     if not names:
         return dict(joints)

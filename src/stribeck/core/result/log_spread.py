@@ -16,8 +16,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.special import digamma, ndtr, ndtri  # avoids the slow import of scipy.stats
+import scipy  # its parts are slow to import: loaded at its first use
 
 from stribeck.core.base.typing import Array, IntArray
 
@@ -40,13 +39,16 @@ class LogSpread:
     def tail(self, channel: int, difference: float, error: float, count: float) -> float:
         """Compute the probability of a larger difference of either sign, given an independent standard error [1]."""
         deviation = np.sqrt(count * self.sigma**2 + error**2 + np.finfo(float).tiny)
-        return float(2 * self.weight[channel] @ ndtr(-abs(difference) / deviation))
+        return float(2 * self.weight[channel] @ scipy.special.ndtr(-abs(difference) / deviation))
 
     def quantile(self, channel: int, probability: float, error: float, count: float) -> float:
         """Compute the difference that is exceeded with a two-sided probability."""
-        largest = -float(ndtri(probability / 2)) * float(np.hypot(max(count, 1.0) * self.sigma[-1], error)) + 1e-300
+        widest = np.hypot(max(count, 1.0) * self.sigma[-1], error)
+        largest = 1e-300 - float(scipy.special.ndtri(probability / 2) * widest)
         goal = np.log(probability)
-        return float(brentq(lambda x: np.log(self.tail(channel, x, error, count) + 1e-300) - goal, 0.0, largest))
+        return float(
+            scipy.optimize.brentq(lambda x: np.log(self.tail(channel, x, error, count) + 1e-300) - goal, 0.0, largest)
+        )
 
     def student(self) -> tuple[Array, Array]:
         """Approximate sigma by Student's distribution: scale [1] and degrees of freedom, shape (C,) each.
@@ -56,7 +58,7 @@ class LogSpread:
         mean = self.weight @ np.log(self.sigma)
         variance = np.maximum(np.sum(self.weight * (np.log(self.sigma) - mean[:, None]) ** 2, axis=1), 1e-6)
         freedom = 1 / (2 * variance) + 1.0
-        return np.sqrt(2 / freedom) * np.exp(mean + digamma(freedom / 2) / 2), freedom
+        return np.sqrt(2 / freedom) * np.exp(mean + scipy.special.digamma(freedom / 2) / 2), freedom
 
 
 def learn_spread(

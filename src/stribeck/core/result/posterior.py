@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import block_diag
+import scipy  # its linalg is slow to import: loaded at its first use
 
 from stribeck.core.base.typing import Array
 from stribeck.core.result.joint import JointResult
@@ -73,7 +73,7 @@ def posterior_of(joints: Mapping[str, JointResult], corrections: Corrections | N
         share = body.mass_error / body.mass[1] if body.mass[1] > 0 else 0.0
         errors += [share, *body.centre_of_mass_error, *(body.shape_error or [0.0] * 6)]
         blocks.append(np.eye(len(BODY_COORDINATES)))
-    correlation = block_diag(*blocks)
+    correlation = scipy.linalg.block_diag(*blocks)
     told = corrections.correlation if corrections else None
     if told is not None:
         place = {name: k for k, name in enumerate(names)}

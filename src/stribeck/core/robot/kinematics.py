@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from scipy.spatial.transform import Rotation
 
 from stribeck.core.base.typing import Array
 from stribeck.core.robot.rooting import Axis, RootedModel
@@ -55,6 +54,8 @@ def direction_in_root(rooted: RootedModel, frame: int, position: Array, directio
 
 def frame_pose(rooted: RootedModel, frame: int, position: Array) -> tuple[Array, Array]:
     """Compute rotation (T, 3, 3) and translation (T, 3) of a frame in the root's coordinates."""
+    from scipy.spatial.transform import Rotation
+
     pose = rooted.model.frames[frame].placement
     rotation = np.broadcast_to(pose.rotation, (len(position), 3, 3))
     translation = np.tile(pose.translation, (len(position), 1))  # SciPy requires a writable array
@@ -80,6 +81,8 @@ def joint_torque_of_wrench(rooted: RootedModel, frame: int, position: Array, wre
     wrench
         Force [N] and moment [N m] at the frame's origin, in its coordinates, shape (T, 6).
     """
+    from scipy.spatial.transform import Rotation
+
     force, moment = _transform_wrench(rooted.model.frames[frame].placement, wrench[:, :3], wrench[:, 3:])
     torque = np.zeros_like(position)
     for axis, column, placement in _walk_to_root(rooted, frame):

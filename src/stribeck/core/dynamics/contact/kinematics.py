@@ -4,7 +4,6 @@ from itertools import combinations, permutations
 
 import numpy as np
 import scipy  # its ndimage is slow to import: loaded at its first use
-from scipy.spatial.transform import Rotation
 
 from stribeck.core.base.typing import Array, BoolArray
 from stribeck.core.dynamics.contact.phases import Segments, Standing, switch, up_in_base
@@ -67,6 +66,8 @@ def share_at_rest(log: RobotLog, robot: Robot, segments: Segments) -> float | No
     A standing sole does not turn, and two standing points keep their distance. Median over time; None if the base
     orientation is missing, the legs hardly move, or wheels turn. In a log of less than 0.15 s feet count as at rest.
     """
+    from scipy.spatial.transform import Rotation
+
     kinds = [contact.kind for contact in robot.contacts.values()]
     if log.base_orientation is None or "wheel" in kinds:
         return None
@@ -125,6 +126,8 @@ def _place_feet(log: RobotLog, robot: Robot) -> tuple[Array, list[Array], Array]
     a standing sole does, because it is level and does not move. The third result is a first guess of the upward
     direction in base coordinates, (T, 3).
     """
+    from scipy.spatial.transform import Rotation
+
     poses = [robot.foot_pose(foot, log.position) for foot in robot.contacts]
     if log.base_orientation is not None:
         turn = Rotation.from_quat(root_quaternions(robot, log.position, log.base_orientation)).as_matrix()

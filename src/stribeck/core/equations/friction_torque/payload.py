@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from scipy.signal import savgol_filter
 
 from stribeck.core.base.finding import rounded
 from stribeck.core.base.spans import Span, outward, spans_of_log
@@ -38,6 +37,8 @@ def with_payloads(log: RobotLog, robot: Robot, sampling: Sampling) -> RobotLog:
 
     The segments of `sampling` must not extend over a change of payload.
     """
+    from scipy.signal import savgol_filter
+
     if not robot.payloads:
         return log
     duration = 0.1  # length of the filter for accelerations [s]: shorter than a motion, long against encoder noise

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy.interpolate import make_interp_spline
 
 from stribeck.core.base.typing import Array, IntArray
 from stribeck.core.equations.weak_equations import through_windows
@@ -52,6 +51,8 @@ class Window:
 
     def refine(self, signal: Array) -> Array:
         """Interpolate a signal, shape (T, n) with `edge` additional rows at both ends, at the instants by a cubic."""
+        from scipy.interpolate import make_interp_spline
+
         if not self.edge:
             return signal
         return np.asarray(make_interp_spline(np.arange(len(signal)), signal)(self._places(len(signal) - 1)))

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.linalg import block_diag
+import scipy  # its linalg is slow to import: loaded at its first use
 
 from stribeck.core.base.typing import Array
 from stribeck.core.equations.weak_equations import WeakEquations
@@ -62,7 +62,7 @@ def coulomb_curves(statistics: Statistics, columns: Columns, corrections: Array,
         np.vstack([basis.functions.T @ np.column_stack([np.sign(v), np.full_like(v, k < joints)]), zeros])
         for k, v in enumerate(basis.velocity)
     ]
-    whole = block_diag(*curves)
+    whole = scipy.linalg.block_diag(*curves)
     matrix = whole.T @ statistics.information[:f, :f] @ whole
     vector = whole.T @ (statistics.right[:f] - statistics.information[:f, f:] @ corrections)
     ridge = 1e-9 * float(np.diag(matrix).max()) * np.eye(len(matrix))

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.sparse import csr_array
+import scipy  # its sparse is slow to import: loaded at its first use
 
 from stribeck.core.base.typing import Array
 from stribeck.core.friction import FrictionLaw, Parameter
@@ -40,11 +40,11 @@ class Basis:
         joints, knots = self.velocity.shape
         columns = step * np.arange(count)[:, None] + np.arange(len(taps))
         starts = len(taps) * np.arange(count + 1)
-        matrix = csr_array((np.tile(taps, count), columns.ravel(), starts), shape=(count, len(velocity)))
+        matrix = scipy.sparse.csr_array((np.tile(taps, count), columns.ravel(), starts), shape=(count, len(velocity)))
         values = (matrix @ self._weights(velocity)).toarray().reshape(count, joints, knots)
         return np.asarray((values.transpose(1, 0, 2) @ self.functions).transpose(1, 0, 2))
 
-    def _weights(self, velocity: Array) -> csr_array:
+    def _weights(self, velocity: Array) -> scipy.sparse.csr_array:
         """Compute the interpolation weights of velocities (T, n) as a sparse matrix, shape (T, n N).
 
         Lagrange's cubic polynomial: the weight of knot i among the four nearest is the product of the velocity's
@@ -64,7 +64,7 @@ class Basis:
         weights /= self._spans[first]
         columns = first[:, :, None] + np.arange(4, dtype=np.int32)
         starts = np.arange(samples + 1, dtype=np.int32) * joints * 4
-        return csr_array((weights.ravel(), columns.ravel(), starts), shape=(samples, joints * count))
+        return scipy.sparse.csr_array((weights.ravel(), columns.ravel(), starts), shape=(samples, joints * count))
 
     def odd(self, joint: int, speeds: Array) -> Array:
         """Compute the resisting torque of each function at some speeds [rad/s] of a joint, shape (s,) -> (s, R)."""

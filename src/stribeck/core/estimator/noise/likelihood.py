@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import scipy  # its linalg is slow to import: loaded at its first use
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dtrtri
 
 from stribeck.core.base.typing import Array
 from stribeck.core.equations.weak_equations import WeakEquations
@@ -66,7 +66,7 @@ class Groups:
         scale = 1 / np.sqrt(np.einsum("gii->gi", covariance))
         factors = np.linalg.cholesky(covariance * scale[:, :, None] * scale[:, None])
         for k, factor in enumerate(factors):  # NumPy has no inverse of triangles
-            factors[k] = dtrtri(factor, lower=1)[0]
+            factors[k] = scipy.linalg.lapack.dtrtri(factor, lower=1)[0]
         return np.asarray(factors * scale[:, None])
 
 

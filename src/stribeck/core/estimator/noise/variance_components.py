@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter, minimum_filter
 
 from stribeck.core.base.typing import Array
 from stribeck.core.equations.constants import CONTACT_BINS
@@ -187,6 +186,8 @@ def resting(equations: WeakEquations, rest: Array, blur: int) -> Array:
 
     Rows count as well if the joint rests or reverses within `blur` rows of them.
     """
+    from scipy.ndimage import maximum_filter, minimum_filter
+
     reach = (2 * blur + 1, 1)
     least, most = minimum_filter(equations.velocity, reach), maximum_filter(equations.velocity, reach)
     return equations.windows(((least < rest) & (most > -rest)).astype(float))

@@ -6,7 +6,7 @@ Block-tridiagonal factorization: Golub and Van Loan 2013, 4.5.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg.lapack import dtrtri
+import scipy  # its linalg is slow to import: loaded at its first use
 
 from stribeck.core.base.typing import Array
 from stribeck.core.equations.weak_equations import WeakEquations
@@ -79,7 +79,7 @@ def make_whitener(equations: WeakEquations, components: VarianceComponents) -> W
         if k:
             np.matmul(between[k - 1], inverse[k - 1].T, out=coupling[k])
             diagonal -= coupling[k] @ coupling[k].T
-        inverse[k] = dtrtri(np.linalg.cholesky(diagonal), lower=1)[0]
+        inverse[k] = scipy.linalg.lapack.dtrtri(np.linalg.cholesky(diagonal), lower=1)[0]
     return Whitener(inverse, coupling, rows)
 
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy  # its linalg is slow to import: loaded at its first use
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from stribeck.core.base.typing import Array
 from stribeck.core.estimator.model.corrections import ModelCorrections, Slopes
@@ -38,7 +38,7 @@ class LinearModel:
         """Linearize a model; friction has this prior `precision`, shape (n q,)."""
         pull = np.append(np.zeros(len(precision)), model.precision @ model.prior_mean)
         slopes = model.slopes(np.zeros(model.layout.size))
-        return cls(slopes, block_diag(np.diag(precision), model.precision), pull)
+        return cls(slopes, scipy.linalg.block_diag(np.diag(precision), model.precision), pull)
 
     @property
     def corrections(self) -> slice:

@@ -1,7 +1,6 @@
 """Inverses of positive definite matrices."""
 
 import numpy as np
-from scipy.linalg.lapack import dpotrf, dpotri, dpotrs
 
 from stribeck.core.base.typing import Array
 
@@ -11,6 +10,8 @@ def inverse_of(matrix: Array) -> Array:
 
     Eigenvalues below the rounding error are raised to it, because rounding can cancel the prior's share.
     """
+    from scipy.linalg.lapack import dpotri
+
     if not len(matrix):
         return np.zeros((0, 0))
     scale, factor, failed = _factor(matrix)
@@ -27,12 +28,16 @@ def inverse_of(matrix: Array) -> Array:
 
 def solution_of(matrix: Array, right: Array) -> Array:
     """Solve positive definite equations with one right side, as by `inverse_of`."""
+    from scipy.linalg.lapack import dpotrs
+
     scale, factor, failed = _factor(matrix)
     return inverse_of(matrix) @ right if failed else scale * dpotrs(factor, scale * right, lower=1)[0]
 
 
 def _factor(matrix: Array) -> tuple[Array, Array, int]:
     """Scale the rows and columns of a matrix, and factor it into a lower triangle; return the scale, too."""
+    from scipy.linalg.lapack import dpotrf
+
     scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), np.finfo(float).tiny))
     scaled = matrix * np.outer(scale, scale)
     return scale, *dpotrf(scaled.T, lower=1, overwrite_a=1)  # symmetric: in LAPACK's order, nothing is copied

@@ -19,8 +19,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy  # its linalg is slow to import: loaded at its first use
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from stribeck.core.base.typing import Array
 from stribeck.core.estimator.solver.empirical_bayes import solve_with_empirical_bayes
@@ -80,7 +80,7 @@ def _fold_steps(whole: Statistics, parts: Sequence[Statistics], fit: Fit) -> _Fo
     covariance, steps = np.zeros((size, size)), np.zeros((size, len(parts)))
     covariance[np.ix_(places, places)] = inverse_of(fit.curvature(whole)[np.ix_(places, places)])
     steps[places] = covariance[np.ix_(places, places)] @ slopes[places]
-    prior = block_diag(np.diag(fit.laws.prior[1].ravel() ** -2.0), fit.model.precision)
+    prior = scipy.linalg.block_diag(np.diag(fit.laws.prior[1].ravel() ** -2.0), fit.model.precision)
     return _FoldSteps(places, covariance, steps, prior)
 
 

@@ -7,8 +7,7 @@ Equations (29) to (32) of docs/estimator-fit.md (Patterson and Thompson 1971; De
 """
 
 import numpy as np
-from scipy.linalg import block_diag
-from scipy.optimize import nnls
+import scipy  # its optimize is slow to import: loaded at its first use
 
 from stribeck.core.base.typing import Array
 from stribeck.core.equations.constants import ROOT_EFFECT_FACTOR
@@ -63,7 +62,7 @@ def random_effect_covariance(
     slope = sample.information @ fit.values - sample.right
     mean, deviation = fit.laws.prior
     pull = fit.pulled(slope[:, None])[:friction, 0] + ((fit.internal - mean) / deviation**2).ravel()
-    information = block_diag(*inner)[np.ix_(torques, torques)] - explained @ cross[free][:, torques]
+    information = scipy.linalg.block_diag(*inner)[np.ix_(torques, torques)] - explained @ cross[free][:, torques]
     variance = reml_variances(information, explained @ pull[free] - gradient[torques], joints)
     effect_std = np.clip(np.sqrt(variance), least, np.maximum(largest, least))
     effect_std = np.concatenate([effect_std, ROOT_EFFECT_FACTOR * root_turns])
@@ -96,7 +95,7 @@ def reml_variances(information: Array, gradient: Array, joints: int) -> Array:
         values, vectors = np.linalg.eigh(squares * np.outer(unit, unit))
         factor = vectors * np.sqrt(np.maximum(values, 1e-9))  # few steps leave it singular
         aim = (unit * score @ vectors) / np.sqrt(np.maximum(values, 1e-9))
-        variance = unit * nnls(factor.T, aim + factor.T @ (variance / unit))[0]
+        variance = unit * scipy.optimize.nnls(factor.T, aim + factor.T @ (variance / unit))[0]
     chance = 2 * np.diag(_inverse(_scoring(information, gradient, np.zeros(joints))[0]))  # if all were zero
     squares, score = _scoring(information, gradient, variance)
     return np.maximum(partly_pooled(variance + _inverse(squares) @ score, chance), 0.0)

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from stribeck.core.base.finding import Finding, Setting
 from stribeck.core.base.typing import Array, IntArray
@@ -46,6 +45,8 @@ def _zero_finding(places: Sequence[int], values: Array, errors: Array, robot: Ro
 
 
 def _turned(log: RobotLog, robot: Robot, _: IntArray, tilt: Array) -> RobotLog:
+    from scipy.spatial.transform import Rotation
+
     if log.base_orientation is None or robot.base_frame != BASE_FRAME:
         return log
     turned = Rotation.from_quat(log.base_orientation) * Rotation.from_rotvec(-tilt)

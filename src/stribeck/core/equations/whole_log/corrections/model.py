@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from scipy.linalg import helmert
+import scipy  # its linalg is slow to import: loaded at its first use
 
 from stribeck.core.base.typing import Array
 from stribeck.core.equations.constants import FRICTION_OF_LOGS
@@ -66,7 +66,7 @@ def effects_of_logs(layout: Layout, contrasts: Array) -> Array:
 
 def contrasts_of_logs(logs: int) -> Array:
     """Return orthonormal rows with zero sum, shape (logs - 1, logs): deviations of logs from their mean."""
-    return np.asarray(helmert(logs))
+    return np.asarray(scipy.linalg.helmert(logs))
 
 
 MODEL: tuple[Correction, ...] = (
