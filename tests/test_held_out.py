@@ -1,14 +1,16 @@
 """Validation logs, and parts of logs."""
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from tests.arm import arm_log, save_npz, write_arm
+from tests.arm import TRUTH, arm_log, save_npz, write_arm
 from tests.cli.test_cli import run
 
-from stribeck import Robot, identify, read_result
+from stribeck import Robot, SettingsError, identify, read_result
+from stribeck.core.friction import get_law
 from stribeck.core.log.interpolation import linear
 
 
@@ -43,12 +45,28 @@ def test_errors_of_sensors_that_were_found_are_taken_out(desk: dict[str, Any]) -
         assert error.rms < 0.5 * uncorrected.joints[name].rms
 
 
-def test_another_friction_shows(desk: dict[str, Any]) -> None:
-    log, unseen = desk["logs"]
+def test_a_result_predicts_and_scores_a_log(desk: dict[str, Any], tmp_path: Path) -> None:
+    """As a regressor does: with the file of its robot, and in samples of the log; `scores` shows another friction."""
+    file, (_, unseen) = write_arm(tmp_path), desk["logs"]
+    identify(desk["paths"][0], file, method="curve-fit").save(tmp_path / "result.json")
+    result = read_result(tmp_path)
+    truth = get_law("stribeck").torque(unseen.velocity.ravel(), np.array([*(TRUTH | {"offset": 0.0}).values()]))
+    predicted = result.predict(unseen)
+    off = np.abs(predicted - truth.reshape(unseen.velocity.shape))
+    assert np.isfinite(off).mean() > 0.98
+    assert np.nanmax(off) < 0.1
+    offsets = [joint.values["offset"] for joint in result.values()]
+    np.testing.assert_allclose(result.predict(unseen, offset=True), predicted + offsets)
     stiffer = replace(unseen, torque=unseen.torque + [0.0, 2.0, 0.0] * np.sign(np.gradient(unseen.position, axis=0)))
-    same, other = identify(log, desk["robot"], method="curve-fit", validate=[unseen, stiffer.between(0.5)]).held_out
-    assert other.joints["elbow"].rms == pytest.approx(2.0, abs=0.2)
-    assert other.joints["shoulder"].rms == pytest.approx(same.joints["shoulder"].rms, abs=0.02)
+    same, other = result.scores(desk["paths"][1]), result.scores(stiffer)
+    assert result.score(unseen) == pytest.approx(np.mean([*same.values()])) == pytest.approx(1.0, abs=0.01)
+    assert other["shoulder"] == pytest.approx(same["shoulder"], abs=0.001)
+    assert other["elbow"] < 0.8
+    file.write_text(file.read_text() + "# changed")
+    with pytest.raises(
+        SettingsError, match=r"result.json: has the robot file .*robot.toml, which has changed since; pa"
+    ):
+        result.score(unseen)
 
 
 def test_the_command_prints_writes_and_draws_it(desk, tmp_path, capsys):

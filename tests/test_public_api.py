@@ -17,11 +17,21 @@ from stribeck.core import errors, result
 from stribeck.core.friction import LAWS
 from stribeck.core.settings import FilterSettings
 
-ERRORS = {"LogError", "NothingIdentifiedError", "RobotFileError", "SettingsError", "StribeckError"}
+ERRORS = {"LogError", "NothingIdentifiedError", "RobotFileError", "SettingsError", "StribeckError", "UnknownJointError"}
 PUBLIC = ERRORS | {"FrictionLaw", "MomentumObserver", "OnlineFriction", "Result", "Robot", "RobotLog", "Settings"}
 PUBLIC |= {"compare", "export", "identify", "inspect_log", "plan", "read_log", "read_result", "register_law"}
 PUBLIC |= {"replay", "write_log", "write_report", "__version__"}
-METHODS = {"Result.to_dataframe", "JointResult.friction", "JointResult.plot", "Robot.from_file", "Robot.from_model"}
+METHODS = {
+    "Result.covariance",
+    "Result.predict",
+    "Result.score",
+    "Result.scores",
+    "Result.to_dataframe",
+    "JointResult.friction",
+    "JointResult.plot",
+    "Robot.from_file",
+    "Robot.from_model",
+}
 METHODS |= {"RobotLog.from_frame", "RobotLog.to_frame"}
 WITHOUT_EXAMPLE = {"__version__"}
 

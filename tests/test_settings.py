@@ -60,5 +60,11 @@ def test_every_number_has_a_range(key: str, value: float) -> None:
 def test_wrong_settings_in_python_are_one_sentence_with_a_suggestion() -> None:
     with pytest.raises(SettingsError, match=r"^Settings: unknown key 'lw'; did you mean 'law'\?$"):
         Settings(lw="auto")  # type: ignore[call-arg]
-    with pytest.raises(SettingsError, match="FilterSettings: key 'window' is 1; expected a number from 3"):
-        FilterSettings(window=1)
+    for wrong, message in (
+        (lambda: FilterSettings(window=1), "FilterSettings: key 'window' is 1; expected a number from 3"),
+        (lambda: FilterSettings(kind="buterworth"), "'savitzky-golay', .*; did you mean 'butterworth'"),  # type: ignore[arg-type]
+        (lambda: Settings(law="stribek"), "Settings: key 'law' is 'stribek': .*'lugre', .*; did you mean 'stribeck'"),
+        (lambda: with_settings(Settings(), {}, ["method=hole-log"]), "'direct', .*; did you mean 'whole-log'"),
+    ):
+        with pytest.raises(SettingsError, match=message):
+            wrong()

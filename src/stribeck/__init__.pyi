@@ -8,6 +8,7 @@ from .core.errors import NothingIdentifiedError as NothingIdentifiedError
 from .core.errors import RobotFileError as RobotFileError
 from .core.errors import SettingsError as SettingsError
 from .core.errors import StribeckError as StribeckError
+from .core.errors import UnknownJointError as UnknownJointError
 from .core.friction.law import FrictionLaw as FrictionLaw
 from .core.friction.register import register_law as register_law
 from .core.identify.pipeline import identify as identify

@@ -13,6 +13,7 @@ _NAMES = {
     "log.readers": "io.readers",
     "log.writers": "io.writers",
     "contact": "core.dynamics.contact",
+    "friction.asymmetric": "paper.asymmetric",
     "friction.stribeck_exponent": "paper.stribeck_exponent",
     "friction_torque": "core.equations.friction_torque",
     "friction_torque.observer": "paper.observer",

@@ -16,16 +16,16 @@ from stribeck import NothingIdentifiedError, SettingsError, read_result
 from stribeck.core.friction import get_law
 from stribeck.core.judgement.verdict import NOT_FITTED
 from stribeck.core.result import CurvePoint, Validation
-from stribeck.core.result.tables import advice, friction_text, main_parameters
+from stribeck.core.result.tables import advice, friction_text, main_parameters, point_text
 
 
 def test_friction_is_the_laws_at_any_shape_of_velocity(tmp_path: Path) -> None:
-    found = result(knee=joint(STRIBECK | {"armature": 0.1}))
+    found, still = result(knee=joint(STRIBECK | {"armature": 0.1})), result(knee=joint({}, verdict="no friction"))
     velocity = np.linspace(-2, 2, 12).reshape(3, 4)
     torque = get_law("stribeck").torque(velocity.ravel(), np.array(list(STRIBECK.values())))
     np.testing.assert_allclose(found.joints["knee"].friction(velocity), torque.reshape(3, 4) + 0.4)
     np.testing.assert_allclose(found.joints["knee"].friction(velocity, offset=True), torque.reshape(3, 4))
-    assert found.joints["knee"].friction(2.0).shape == ()
+    assert type(found["knee"].friction(2.0)) is type(still["knee"].friction(2.0)) is float
     assert found.joints["knee"].friction(velocity, load=7.0, temperature=9.0, offset=True).ravel() == pytest.approx(
         torque
     )
@@ -40,6 +40,16 @@ def test_a_joint_without_numbers_has_no_friction_and_unknown_laws_none_either() 
         result(knee=joint({})).joints["knee"].friction(1.0)
     with pytest.raises(SettingsError, match="found 'mine', expected one of"):
         result("mine", knee=joint(STRIBECK)).joints["knee"].friction(1.0)
+
+
+def test_a_result_is_a_mapping_of_joints() -> None:
+    found = result(hip_pitch=joint({}), knee=joint(STRIBECK))
+    assert [*found] == [*found.keys()] == ["hip_pitch", "knee"]
+    assert (len(found), "knee" in found, "elbow" in found) == (2, True, False)
+    assert found["knee"] is found.get("knee")
+    for expected in (KeyError, SettingsError):
+        with pytest.raises(expected, match=r"^r & d: the result has no joint 'hip_pich'; .*; did you mean 'hip_pitch'\?$"):
+            found["hip_pich"]
 
 
 def curve(upper: float) -> tuple[CurvePoint, ...]:
@@ -87,8 +97,10 @@ def test_a_file_with_impossible_values_is_refused(tmp_path: Path, place: str, va
 
 
 def test_friction_is_summarized_at_middle_speed() -> None:
-    assert friction_text(joint(STRIBECK, curve=curve(1.1))) == "0.60 ± 0.06 N m at 0.5 rad/s"
-    assert friction_text(joint(STRIBECK, curve=curve(21))) == "1 ± 12 N m at 0.5 rad/s"
+    for half, text in ((0.06, "11.20 ± 0.06"), (0.012, "11.200 ± 0.012"), (7, "11 ± 7"), (12, "< 23")):
+        middle = point(0.5, 11.2, half)
+        found = joint(STRIBECK, curve=(middle, middle))
+        assert friction_text(found) == f"{point_text(middle)} N m at 0.5 rad/s" == f"{text} N m at 0.5 rad/s"
     assert friction_text(joint({})) == ""
 
 

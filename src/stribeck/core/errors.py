@@ -58,10 +58,23 @@ class SettingsError(StribeckError):
 
     Examples
     --------
-    >>> identify(log, robot, Settings(law="stribek"))
+    >>> Settings(law="stribek")
     Traceback (most recent call last):
-    stribeck.core.errors.SettingsError: law: found 'stribek', expected one of ...
+    stribeck.core.errors.SettingsError: Settings: key 'law' is 'stribek': input should be ...; did you mean 'stribeck'?
     """
+
+
+class UnknownJointError(SettingsError, KeyError):
+    """A result has no joint of this name.
+
+    Examples
+    --------
+    >>> result["elbw"]
+    Traceback (most recent call last):
+    stribeck.core.errors.UnknownJointError: arm: the result has no joint 'elbw'; it has ...; did you mean 'elbow'?
+    """
+
+    __str__ = Exception.__str__  # a KeyError quotes its message
 
 
 class NothingIdentifiedError(StribeckError):

@@ -3,10 +3,13 @@
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
+from pydantic_core import PydanticKnownError
 
 from stribeck.core.base.checked_table import Cutoff, Finite, NonNegative, Positive, Prior, Relative, Table, rule
+from stribeck.core.base.parts import Parts
 from stribeck.core.base.spans import spans_of_log
 from stribeck.core.base.typing import TorqueSource
+from stribeck.core.errors import listed
 
 Acceleration = Annotated[float, Field(ge=-1e3, le=1e3, allow_inf_nan=False)]  # [m/s^2]
 Gravity = Annotated[tuple[Acceleration, Acceleration, Acceleration], Field(strict=False)]
@@ -230,6 +233,18 @@ class Priors(Table):
     pure_number: Prior = 1.0  # [1] dimensionless parameters, such as the Stribeck gain
 
 
+def _part(*groups: str, also: tuple[str, ...] = ()) -> AfterValidator:
+    """Make a validator of the names of parts that this and other packages declare, or register."""
+
+    def check(name: str) -> str:
+        names = sorted({*also, *(name for group in groups for name in Parts[object](group))})
+        if name not in names:
+            raise PydanticKnownError("literal_error", {"expected": listed(names, len(names))})
+        return name
+
+    return AfterValidator(check)
+
+
 class Settings(Table):
     """`[identify]`: all settings of `identify`, explained in docs/settings.md.
 
@@ -246,8 +261,8 @@ class Settings(Table):
     """
 
     # default of the law depends on the method: "auto" (whole-log), "stribeck" (curve-fit)
-    law: Annotated[str, Field(min_length=1)] | None = None
-    method: str = "whole-log"
+    law: Annotated[str, _part("stribeck.laws", "stribeck.laws_with_state", also=("auto",))] | None = None
+    method: Annotated[str, _part("stribeck.methods")] = "whole-log"
     corrections: Literal["auto", "none", "inertia", "calibration"] = "auto"  # model errors to estimate (whole-log)
     regression: Literal["ordinary", "weighted", "robust"] = "weighted"  # weights of the equations (direct)
     filter: FilterSettings = FilterSettings()

@@ -11,7 +11,7 @@ from stribeck.core.dynamics.contact.mode import ContactMode
 from stribeck.core.dynamics.loops import loop_momentum_balance
 from stribeck.core.dynamics.state import State
 from stribeck.core.equations.friction_torque.explained import Explained
-from stribeck.core.filters.averaging import exponential_nodes
+from stribeck.core.filters.averaging import MOST_NODES, Nodes
 from stribeck.core.log.clock import STEP
 from stribeck.core.settings import Settings
 from stribeck.paper.observer import decay
@@ -141,3 +141,15 @@ def _average_periods(signals: Array, period: float) -> Array:
     return np.stack(
         [mean[0] - np.diff(momentum, axis=0) / period, mean[1], np.diff(velocity, axis=0) / period, mean[2]]
     )
+
+
+def exponential_nodes(decay: float, period: float) -> Nodes:
+    """Compute the nodes of a first-order low-pass that decays by the factor `decay` per sample.
+
+    Its exponential weights on the past are split into equal shares, each at its own mean. The mean of all shares is the
+    lag, `h / 2 + h d / (1 - d)`, because samples are means over periods.
+    """
+    lag = period * (0.5 + decay / (1 - decay))
+    ends = -np.log1p(-np.arange(MOST_NODES) / MOST_NODES)
+    beyond = np.append((1 + ends) * np.exp(-ends), 0.0)  # integral of x e^-x from each end
+    return Nodes(lag * MOST_NODES * np.diff(beyond), np.full(MOST_NODES, 1 / MOST_NODES), 0, lag)

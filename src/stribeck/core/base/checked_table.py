@@ -3,12 +3,13 @@
 from collections.abc import Iterator
 from difflib import get_close_matches
 from math import inf
+from re import findall
 from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic_core import PydanticCustomError
 
-from stribeck.core.errors import SettingsError
+from stribeck.core.errors import SettingsError, did_you_mean
 
 Positive = Annotated[float, Field(ge=1e-9, le=1e9, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
@@ -68,7 +69,9 @@ def describe(error: ValidationError, table: type[BaseModel] | None = None) -> st
         return f"key '{key}' is missing"
     if first["type"].startswith(("greater_than", "less_than", "finite_number")) and table:
         return f"key '{key}' is {_shown(first['input'])}; expected {_range(list(first['loc']), table)}"
-    return f"key '{key}' is {_shown(first['input'])}: {message[0].lower()}{message[1:]}"
+    names = findall("'(.+?)'", first["ctx"]["expected"]) if first["type"] == "literal_error" else []
+    near = did_you_mean(str(first["input"]), names)
+    return f"key '{key}' is {_shown(first['input'])}: {message[0].lower()}{message[1:]}{near}"
 
 
 def _nearest(loc: list[str], table: type[BaseModel]) -> str:

@@ -1,5 +1,6 @@
-"""Reading of small files that users name: regular files of a bounded size."""
+"""Reading of small files that users name, regular files of a bounded size; and hashes of files."""
 
+import hashlib
 import stat
 from pathlib import Path
 
@@ -29,3 +30,17 @@ def read_text(path: Path, expected: str, error: type[StribeckError]) -> str:
         raise error(
             f"{path}: line {line} has the byte 0x{byte:02x}, which is not UTF-8; expected {expected} in UTF-8"
         ) from reason
+
+
+def sha256(path: str) -> str:
+    """Compute the SHA-256 of a file, or of all files of a folder in the order of their names; "" for no file."""
+    root = Path(path)
+    if not path or not root.exists():
+        return ""
+    files = [root] if root.is_file() else sorted(file for file in root.rglob("*") if file.is_file())
+    digest = hashlib.sha256()
+    for file in files:
+        with file.open("rb") as stream:
+            while block := stream.read(1 << 20):
+                digest.update(block)
+    return digest.hexdigest()

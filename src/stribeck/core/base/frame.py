@@ -18,7 +18,9 @@ class Frame(Protocol):
         """Export the table as an Arrow stream."""
 
 
-def data_frame(caller: str, data: Any, columns: tuple[str, ...] | None = None) -> pandas.DataFrame:
+def data_frame(
+    caller: str, data: Any, columns: tuple[str, ...] | None = None, index: tuple[str, ...] | None = None
+) -> pandas.DataFrame:
     """Make a pandas table of rows or columns.
 
     Raises
@@ -30,4 +32,4 @@ def data_frame(caller: str, data: Any, columns: tuple[str, ...] | None = None) -
         import pandas
     except ImportError as error:
         raise SettingsError(f"{caller}: needs pandas: pip install pandas") from error
-    return pandas.DataFrame(data, columns=columns)
+    return pandas.DataFrame(data, columns=columns, index=index)

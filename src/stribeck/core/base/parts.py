@@ -1,15 +1,14 @@
 """Parts of the program by name, which this and other packages declare as entry points."""
 
 from collections.abc import Iterator, MutableMapping
-from functools import cached_property
 from importlib.metadata import EntryPoint, entry_points
-from typing import Any, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 T = TypeVar("T")
 
 
 class Parts(MutableMapping[str, T], Generic[T]):
-    """Parts of one kind by name; a part is loaded at its first use.
+    """Parts of one kind by name; a part is loaded at its first use. Objects of one group share their parts.
 
     Parameters
     ----------
@@ -17,12 +16,16 @@ class Parts(MutableMapping[str, T], Generic[T]):
         Group of the entry points, e.g. "stribeck.laws".
     """
 
+    _groups: ClassVar[dict[str, dict[str, Any]]] = {}
+
     def __init__(self, group: str) -> None:
         self._group = group
 
-    @cached_property
+    @property
     def _parts(self) -> dict[str, T | EntryPoint]:
-        return {point.name: point for point in entry_points(group=self._group)}
+        if self._group not in self._groups:
+            self._groups[self._group] = {point.name: point for point in entry_points(group=self._group)}
+        return self._groups[self._group]
 
     def __getitem__(self, name: str) -> T:
         part = self._parts[name]

@@ -60,15 +60,3 @@ def average_nodes(weights: Array, period: float) -> Nodes:
         # Cubic interpolation between the nodes preserves the means of t, t^2 and t^3.
         taps = taps @ scipy.interpolate.CubicSpline(places, np.eye(MOST_NODES))(np.arange(-reach, reach + 1))
     return Nodes(period * places, np.asarray(taps / taps.sum(), dtype=np.float64), reach)
-
-
-def exponential_nodes(decay: float, period: float) -> Nodes:
-    """Compute the nodes of a first-order low-pass that decays by the factor `decay` per sample.
-
-    Its exponential weights on the past are split into equal shares, each at its own mean. The mean of all shares is the
-    lag, `h / 2 + h d / (1 - d)`, because samples are means over periods.
-    """
-    lag = period * (0.5 + decay / (1 - decay))
-    ends = -np.log1p(-np.arange(MOST_NODES) / MOST_NODES)
-    beyond = np.append((1 + ends) * np.exp(-ends), 0.0)  # integral of x e^-x from each end
-    return Nodes(lag * MOST_NODES * np.diff(beyond), np.full(MOST_NODES, 1 / MOST_NODES), 0, lag)

@@ -1,6 +1,5 @@
 """Friction laws: the base class and one file per law."""
 
-from stribeck.core.friction.asymmetric import Asymmetric as Asymmetric
 from stribeck.core.friction.auto import AutoLaw as AutoLaw
 from stribeck.core.friction.catalogue import AUTO as AUTO
 from stribeck.core.friction.catalogue import LAWS as LAWS

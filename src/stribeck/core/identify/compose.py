@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from stribeck.core.base.files import sha256
 from stribeck.core.base.finding import merged
 from stribeck.core.base.parts import SERVICES
 from stribeck.core.base.typing import Array
@@ -28,6 +29,7 @@ from stribeck.core.judgement.verdict import filled, judge, with_torque_r2
 from stribeck.core.log import RobotLog
 from stribeck.core.result import Corrections, CouplingResult, Evidence, JointResult, Result, TorqueR2, Validation
 from stribeck.core.result.provenance import log_summary, provenance
+from stribeck.core.result.result import FileStamp
 from stribeck.core.result.samples import FrictionSamples
 from stribeck.core.robot import Robot
 from stribeck.core.settings import Settings
@@ -85,6 +87,7 @@ def compose(
     joints = with_next_log(joints, of_logs, fits, law, removed)
     return Result(
         robot=robot.name,
+        robot_file=FileStamp(path=robot.path, sha256=sha256(robot.path)) if robot.path else None,
         log=log_summary([part.log for part in prepared], prepared[0].sampling.rate, sum(p.used for p in friction.logs)),
         law=law.name,
         method=method.name,

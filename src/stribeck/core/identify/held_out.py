@@ -1,10 +1,12 @@
 """Torque errors on a validation log."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
-from stribeck.core.base.typing import Array
+from stribeck.core.base.files import sha256
+from stribeck.core.base.typing import Array, IntArray
 from stribeck.core.equations.friction_torque.inverse_dynamics import Chunk, torque_chunks
 from stribeck.core.equations.friction_torque.preparation import PreparedLog
 from stribeck.core.errors import errors_about
@@ -12,7 +14,6 @@ from stribeck.core.identify.contract import Fitted
 from stribeck.core.judgement.torque_error import COMMON, torque_errors
 from stribeck.core.log import RobotLog
 from stribeck.core.result import HeldOutError, HeldOutLog, JointResult, Result
-from stribeck.core.result.provenance import sha256
 from stribeck.core.result.samples import MOST_KEPT
 from stribeck.core.robot import Robot
 from stribeck.core.settings import Settings
@@ -35,22 +36,19 @@ def held_out_log(prepared: PreparedLog, fitted: Fitted, result: Result, robot: R
     """
     given = prepared.log
     log = fitted.correct(given) if fitted.correct else given
-    settings = settings.model_copy(update=COMMON)
+    settings, names = (
+        settings.model_copy(update=COMMON),
+        [robot.joint_names[column] for column in robot.torque_controlled],
+    )
     stride = max(1, -(-len(log.time) // MOST_KEPT))
     parts: list[tuple[Array, ...]] = []
-    names: tuple[str, ...] = ()
     with errors_about(given.path):
-        for chunk in torque_chunks(replace(prepared, log=log), fitted.robot, settings):
-            samples, names = chunk.samples, chunk.samples.joint_names
-            assert samples.torque is not None  # the friction torque uses it
-            for rows in chunk.runs():
-                rotor, friction = _explained(result, robot, log, chunk, rows, prepared.sampling.period)
-                without = np.where(samples.usable[rows], samples.friction_torque[rows] - rotor, np.nan)
-                channels = samples.velocity[rows], samples.torque[rows], without, without - friction
-                parts.append(tuple(channel[::stride] for channel in channels))
+        for _, channels in explained_runs(result, replace(prepared, log=log), fitted.robot, robot, settings):
+            parts.append(tuple(channel[::stride] for channel in channels))
     errors = {}
     if parts:
-        velocity, torque, *of_models = (np.concatenate(part) for part in zip(*parts, strict=True))
+        velocity, torque, without, friction = (np.concatenate(part) for part in zip(*parts, strict=True))
+        of_models = [without, without - friction]
         without_friction, with_friction = torque_errors(names, velocity, torque, of_models, settings.rest)
         errors = {
             name: HeldOutError(
@@ -60,6 +58,19 @@ def held_out_log(prepared: PreparedLog, fitted: Fitted, result: Result, robot: R
         }
     duration = float(given.time[-1] - given.time[0])
     return HeldOutLog(path=given.path, sha256=sha256(given.path), duration=duration, joints=errors)
+
+
+def explained_runs(
+    result: Result, prepared: PreparedLog, corrected: Robot, robot: Robot, settings: Settings
+) -> Iterator[tuple[IntArray, tuple[Array, ...]]]:
+    """Yield rows of a log, with velocity, torque, and measured and explained friction torque, shape (T, n) each."""
+    for chunk in torque_chunks(prepared, corrected, settings):
+        samples = chunk.samples
+        assert samples.torque is not None  # the friction torque uses it
+        for rows in chunk.runs():
+            rotor, friction = _explained(result, robot, prepared.log, chunk, rows, prepared.sampling.period)
+            measured = np.where(samples.usable[rows], samples.friction_torque[rows] - rotor, np.nan)
+            yield chunk.rows[rows], (samples.velocity[rows], samples.torque[rows], measured, friction)
 
 
 def _explained(

@@ -1,5 +1,7 @@
 """The spine: from logs to a result, one line per stage."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
@@ -95,7 +97,7 @@ def identify(
         progress("auditing", 0.0)
         every, of_torques, gain_errors, robot = find_torques(prepared, robot, settings, unseen)
         prepared, unseen = every[: len(sources)], every[len(sources) :]
-        audited = [*of_torques, *audit([*prepared, *unseen], robot, settings, force)]
+        audited = [*of_torques, *SERVICES["audit"]([*prepared, *unseen], robot, settings, force)]
         findings += [str(finding) for finding in audited]
         robot = without_dead_joints(robot, audited)
         friction_torque = FrictionTorqueStage(place, progress, prepared[0], robot, settings)
@@ -116,12 +118,6 @@ def find_torques(
     conversion: tuple[list[PreparedLog], list[Finding], dict[str, float], Robot]
     conversion = SERVICES["find_torques"](prepared, robot, settings, unseen)
     return conversion
-
-
-def audit(logs: Logs, robot: Robot, settings: Settings, force: bool) -> list[Finding]:
-    """Check logs before a fit, by the service of that name."""
-    findings: list[Finding] = SERVICES["audit"](logs, robot, settings, force)
-    return findings
 
 
 def _place_of(table: str | Path, sources: Sequence[LogLike], robot: Robot) -> AbstractContextManager[Path]:

@@ -12,6 +12,7 @@ from stribeck.core.result.joint import JointResult as JointResult
 from stribeck.core.result.law_values import at_load as at_load
 from stribeck.core.result.law_values import law_slopes as law_slopes
 from stribeck.core.result.law_values import law_values as law_values
+from stribeck.core.result.law_values import velocity_grid as velocity_grid
 from stribeck.core.result.parts import BODY_COORDINATES as BODY_COORDINATES
 from stribeck.core.result.parts import BodyCorrection as BodyCorrection
 from stribeck.core.result.parts import Corrections as Corrections
@@ -19,7 +20,6 @@ from stribeck.core.result.parts import ErrorCorrelation as ErrorCorrelation
 from stribeck.core.result.parts import Evidence as Evidence
 from stribeck.core.result.parts import HeldOutError as HeldOutError
 from stribeck.core.result.parts import HeldOutLog as HeldOutLog
-from stribeck.core.result.plot import velocity_grid as velocity_grid
 from stribeck.core.result.result import SCHEMA as SCHEMA
 from stribeck.core.result.result import LogSummary as LogSummary
 from stribeck.core.result.result import Result as Result

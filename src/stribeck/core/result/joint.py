@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Annotated, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field
 
 from stribeck.core.base.frozen import freeze_dicts
+from stribeck.core.base.parts import SERVICES
 from stribeck.core.base.text_table import TextTable, number, span
 from stribeck.core.base.typing import Array
-from stribeck.core.errors import NothingIdentifiedError, require_extra
+from stribeck.core.errors import NothingIdentifiedError
 from stribeck.core.friction import FrictionLaw, LawWithState, get_law
 from stribeck.core.friction.auto import JUMP
 from stribeck.core.friction.terms.motion import beyond_velocity, drift, signals
@@ -27,7 +28,6 @@ from stribeck.core.result.estimates import (
 )
 from stribeck.core.result.law_values import along_motion, law_slopes, law_values
 from stribeck.core.result.parts import Count, Interval, Size
-from stribeck.core.result.plot import draw_friction, velocity_grid
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -111,6 +111,12 @@ class JointResult:
         factor = "torque constant and gear ratio" if self.torque_unit == "A" else "kp"
         return f"friction in {self.torque_unit}, multiply by {factor} for N m" if self.torque_unit else ""
 
+    @overload
+    def friction(self, velocity: float, *args: Any, **others: Any) -> float: ...
+
+    @overload
+    def friction(self, velocity: ArrayLike, *args: Any, **others: Any) -> Array: ...
+
     def friction(
         self,
         velocity: ArrayLike,
@@ -120,7 +126,7 @@ class JointResult:
         period: float | None = None,
         *,
         offset: bool = False,
-    ) -> Array:
+    ) -> Array | float:
         """Compute the friction torque of the fitted law [N m], [N].
 
         Friction that drifts is evaluated at the middle of the log. Presliding and bristles are evaluated for steady
@@ -147,7 +153,7 @@ class JointResult:
         Returns
         -------
         friction
-            Friction torque with the shape of `velocity`, positive for positive velocity.
+            Friction torque with the shape of `velocity`, a number for a number; positive for positive velocity.
 
         Raises
         ------
@@ -160,19 +166,19 @@ class JointResult:
         --------
         >>> result.joints["elbow"].friction([-1.0, 0.0, 1.0]).round(2)
         array([-1.5,  0. ,  1.5])
+        >>> round(result.joints["elbow"].friction(1.0), 2)
+        1.5
         """
         speeds = np.asarray(velocity, dtype=np.float64)
-        parameters = self.values
-        if "offset" in parameters and not offset:
-            parameters["offset"] = 0.0
-        if self.verdict == "no friction":
-            return np.full(speeds.shape, parameters.get("offset", 0.0))
-        law = get_law(self.law)
-        values = law_values(law, parameters)
-        if values is None and "offset" in parameters:  # friction below the resolution of the log
-            return np.full(speeds.shape, parameters["offset"])
-        if values is None:
+        parameters, nothing = self.values, self.verdict == "no friction"
+        if nothing or "offset" in parameters:
+            parameters["offset"] = parameters.get("offset", 0.0) * offset
+        values = None if nothing else law_values(get_law(self.law), parameters)
+        if values is None and "offset" not in parameters:
             raise NothingIdentifiedError(f"no friction was found of this joint: {self.reason}")
+        if values is None:  # friction below the resolution of the log
+            return _plain(np.full(speeds.shape, parameters["offset"]))
+        law = get_law(self.law)
         if period is not None and isinstance(law, LawWithState):
             torque = along_motion(law, speeds.reshape(len(speeds), -1), values, period).reshape(speeds.shape)
         else:
@@ -188,7 +194,7 @@ class JointResult:
             load=(self.mean_load or 0.0) if load is None else np.asarray(load),
             temperature=np.asarray(temperature),
         )
-        return np.asarray(torque + beyond_velocity(parameters, {**vars(self), **motion}))
+        return _plain(np.asarray(torque + beyond_velocity(parameters, {**vars(self), **motion})))
 
     def between_logs(self, parameter: str) -> float:
         """Compute the standard deviation of a parameter from log to log relative to its value [1].
@@ -228,16 +234,8 @@ class JointResult:
         >>> axes.get_xlabel(), axes.get_ylabel()
         ('velocity [rad/s]', 'friction torque [N m]')
         """
-        require_extra("plot", "matplotlib")
-        from matplotlib import pyplot
-
-        ax = ax or pyplot.subplots()[1]
-        velocity, samples = velocity_grid(*self.velocity_range), self.measured
-        fitted = self.band(velocity, offset=offset)
-        if samples is not None:
-            samples = samples[0], samples[1] - (0.0 if offset else self.values.get("offset", 0.0))
-        draw_friction(ax, None if fitted is None else (velocity, fitted), samples, self.units(), self.verdict)
-        return ax
+        axes: Axes = SERVICES["plot_joint"](self, ax, offset)
+        return axes
 
     def band(self, velocity: Array, *, offset: bool = False) -> tuple[Array, Array | None] | None:
         """Compute the friction torque of the fitted law at the mean load, and its 95 % band.
@@ -298,6 +296,11 @@ class JointResult:
             if name not in logarithmic and parameter.standard_error > 0
         ]
         return float(np.median(ratios)) if ratios else 0.0
+
+
+def _plain(values: Array) -> Array | float:
+    """Convert an array without dimensions to a number."""
+    return values if values.ndim else float(values)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

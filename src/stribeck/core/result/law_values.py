@@ -44,3 +44,11 @@ def along_motion(law: LawWithState, velocity: Array, values: Array, period: floa
     begins = np.arange(len(velocity)) == 0
     motions = (Motion(velocity=speed, period=period, begins=begins) for speed in velocity.T)
     return np.column_stack([law.torque_along(motion, values) for motion in motions])
+
+
+def velocity_grid(low: float, high: float, points: int = 31) -> Array:
+    """Space about 3 `points` velocities between two limits, dense around zero, where friction changes quickly."""
+    reach = max(abs(low), abs(high), 1e-300)  # avoids underflow
+    near = np.geomspace(1e-3 * reach, 0.15 * reach, points // 2)
+    grid = np.concatenate([np.linspace(low, high, 2 * points), -near, near, [0.0]])
+    return np.unique(grid[(grid >= low) & (grid <= high)])

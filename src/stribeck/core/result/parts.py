@@ -196,6 +196,3 @@ class Evidence:
             rows = known[:: max(1, -(-len(known) // 5000))]  # more samples are not visible behind a curve
             samples[name] = (self.samples.velocity[rows, k], self.samples.friction_torque[rows, k])
         return samples
-
-    def __repr__(self) -> str:
-        return f"Evidence({len(self.samples.time)} samples, {len(self.samples.joint_names)} joints)"

@@ -1,30 +1,15 @@
 """Provenance of a result: hashes of the logs, versions and settings."""
 
-import hashlib
 import platform
 from collections.abc import Collection, Sequence
 from importlib.metadata import version
-from pathlib import Path
 
 from stribeck.core.base.checked_table import flat
+from stribeck.core.base.files import sha256
 from stribeck.core.base.version import __version__
 from stribeck.core.log import RobotLog
 from stribeck.core.result import LogSummary
 from stribeck.core.settings import Settings
-
-
-def sha256(path: str) -> str:
-    """Compute the SHA-256 of a file, or of all files of a folder in the order of their names; "" for no file."""
-    root = Path(path)
-    if not path or not root.exists():
-        return ""
-    files = [root] if root.is_file() else sorted(file for file in root.rglob("*") if file.is_file())
-    digest = hashlib.sha256()
-    for file in files:
-        with file.open("rb") as stream:
-            while block := stream.read(1 << 20):
-                digest.update(block)
-    return digest.hexdigest()
 
 
 def log_summary(logs: Sequence[RobotLog], rate: float, samples_used: int) -> LogSummary:

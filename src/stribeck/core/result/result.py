@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, NotRequired
 
@@ -18,11 +19,11 @@ from stribeck.core.base.finding import Finding
 from stribeck.core.base.frame import data_frame
 from stribeck.core.base.frozen import freeze_dicts
 from stribeck.core.base.outputs import whole_or_not_at_all
+from stribeck.core.base.parts import SERVICES
 from stribeck.core.base.text_table import aligned
-from stribeck.core.errors import SettingsError
+from stribeck.core.errors import SettingsError, UnknownJointError, did_you_mean, listed
 from stribeck.core.result.joint import CouplingResult, JointResult
 from stribeck.core.result.parts import Corrections, Count, Evidence, HeldOutLog, Size
-from stribeck.core.result.plot import friction_figure
 from stribeck.core.result.tables import (
     joint_rows,
     logs_text,
@@ -36,7 +37,10 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
 
+    from stribeck.core.base.typing import Array
+    from stribeck.core.log import LogLike
     from stribeck.core.result.posterior import Posterior
+    from stribeck.core.robot import Robot
 
 SCHEMA = 1
 LARGEST = 1e300
@@ -77,18 +81,29 @@ class LogSummary:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Result:
+class FileStamp:
+    """Path of a file as given, and its hash."""
+
+    path: str
+    sha256: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Result(Mapping[str, JointResult]):
     """Result of an identification; `result.json` contains all but `evidence`.
 
-    `findings` are structured (check, joints, text, remedy). `path` is the result.json that the result was read from.
+    A mapping from the names of joints and couplings to their results. `findings` are structured (check, joints, text,
+    remedy). `robot_file` is None for a robot without a file. `path` is the result.json that the result was read from.
 
     Examples
     --------
     >>> result
     Result('arm', law auto, method whole-log, 3 joints: 3 identified)
-    >>> found = result.joints["elbow"].parameters["coulomb"]
+    >>> found = result["elbow"].parameters["coulomb"]
     >>> round(found.value, 2), found.unit, found.verdict
     (1.2, 'N m', 'identified')
+    >>> list(result)
+    ['shoulder', 'elbow', 'slide']
     """
 
     robot: str
@@ -101,6 +116,7 @@ class Result:
     findings: list[Finding] = field(default_factory=list)
     corrections: Corrections | None = None
     held_out: list[HeldOutLog] = field(default_factory=list)
+    robot_file: FileStamp | None = None
     schema: int = SCHEMA
     evidence: Evidence | None = field(default=None, repr=False, compare=False)
     path: str = field(default="", repr=False, compare=False)
@@ -114,6 +130,20 @@ class Result:
             for name in joints.keys() & measured:
                 object.__setattr__(joints[name], "measured", measured[name])
         freeze_dicts(self)
+
+    def __getitem__(self, name: str) -> JointResult:
+        """Return the result of a joint or coupling; raises UnknownJointError."""
+        if name not in self.all_friction:
+            where, names = self.path or self.robot, list(self)
+            has = f"it has {listed(names, 40)}{did_you_mean(str(name), names)}"
+            raise UnknownJointError(f"{where}: the result has no joint '{name}'; {has}")
+        return self.all_friction[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.all_friction)
+
+    def __len__(self) -> int:
+        return len(self.all_friction)
 
     @property
     def all_friction(self) -> dict[str, JointResult]:
@@ -133,6 +163,94 @@ class Result:
         from stribeck.core.result.posterior import posterior_of
 
         return posterior_of(self.all_friction, self.corrections)
+
+    @property
+    def covariance(self) -> pandas.DataFrame:
+        """Covariance of all parameters of joints and bodies, with their names as rows and columns.
+
+        Raises
+        ------
+        SettingsError
+            If pandas is not installed; `posterior` has the same numbers as an array.
+
+        Examples
+        --------
+        >>> coulomb, viscous = "elbow.coulomb", "elbow.viscous"
+        >>> bool(result.covariance.loc[coulomb, viscous] < 0)
+        True
+        """
+        return data_frame("covariance", self.posterior.covariance, self.posterior.names, self.posterior.names)
+
+    def find_robot(self, robot: Robot | str | Path | None = None) -> Robot:
+        """Return a robot, read from its file if a path is given; None stands for the robot file of the identification.
+
+        That file is looked for at its path, and next to the result.json.
+
+        Raises
+        ------
+        SettingsError
+            If the robot file is unknown, does not exist, or has changed since.
+        RobotFileError
+            If the robot file cannot be used.
+        """
+        found: Robot = SERVICES["find_robot"](self, robot)
+        return found
+
+    def predict(self, log: LogLike, robot: Robot | str | Path | None = None, *, offset: bool = False) -> Array:
+        """Compute the friction torque along the motion of a log, with its loads, positions and temperatures.
+
+        Parameters
+        ----------
+        log
+            Log, its path, or a frame.
+        robot
+            Robot, or the path of its robot file; by default that of the identification (see `find_robot`).
+        offset
+            Whether to add the torque offsets, as in measured torques.
+
+        Returns
+        -------
+        friction
+            Friction torque [N m], [N] at each sample of the log and of each joint of `joints`, shape (m, k). NaN at the
+            ends, in gaps, on standing legs, and for joints without friction.
+
+        Raises
+        ------
+        RobotFileError, LogError, SettingsError
+            As for `identify`.
+
+        Examples
+        --------
+        >>> result.predict(log).shape == log.torque.shape
+        True
+        """
+        friction: Array = SERVICES["friction_of_log"](self, log, robot)[0]
+        return friction - [(not offset) * joint.values.get("offset", 0.0) for joint in self.joints.values()]
+
+    def score(self, log: LogLike, robot: Robot | str | Path | None = None) -> float:
+        """Compute the mean of `scores` over the joints: 1 is perfect; 0 is as good as a constant friction torque.
+
+        Examples
+        --------
+        >>> result.score("log.npz") > 0.95
+        True
+        """
+        scores = self.scores(log, robot).values()
+        return sum(scores) / len(scores) if scores else float("nan")
+
+    def scores(self, log: LogLike, robot: Robot | str | Path | None = None) -> dict[str, float]:
+        """Compute R² of the measured friction torque of a log by joint: 1 - sum (R - predicted)² / sum (R - mean R)².
+
+        R is the torque minus that of the model's motion and of fitted rotors. Only moving joints of swinging limbs
+        count. The arguments are those of `predict`.
+
+        Examples
+        --------
+        >>> list(result.scores(log))
+        ['shoulder', 'elbow', 'slide']
+        """
+        scores: dict[str, float] = SERVICES["friction_of_log"](self, log, robot)[1]
+        return scores
 
     @property
     def warnings(self) -> list[str]:
@@ -184,7 +302,8 @@ class Result:
         --------
         >>> result.plot().savefig("friction.png")
         """
-        return friction_figure({name: partial(joint.plot, offset=offset) for name, joint in self.all_friction.items()})
+        figure: Figure = SERVICES["plot_joints"](self.all_friction, offset)
+        return figure
 
     def summary(self) -> str:
         """Format one line per joint: friction at middle speed, Coulomb and viscous friction, verdict and next step."""
@@ -201,7 +320,7 @@ class Result:
         plain = asdict(replace(self, evidence=None)) | {"warnings": self.warnings}
         for kind in ("joints", "couplings"):
             plain[kind] = {name: _joint_to_plain(joint) for name, joint in plain[kind].items()}
-        optional = ("couplings", "corrections", "held_out", "findings")
+        optional = ("couplings", "corrections", "held_out", "findings", "robot_file")
         document = {key: plain[key] for key in _Document.__annotations__ if plain[key] or key not in optional}
         return json.dumps(document, indent=2, allow_nan=False) + "\n"
 
@@ -255,6 +374,7 @@ class _Document(TypedDict):
     schema: int
     stribeck: str
     robot: str
+    robot_file: NotRequired[FileStamp]
     log: LogSummary
     law: str
     method: str

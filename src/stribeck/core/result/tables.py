@@ -96,9 +96,9 @@ def main_parameters(joint: JointResult) -> list[tuple[str, str]]:
             texts.append(("", ""))
             continue
         value, half = (sum(column) / len(fits) for column in zip(*((p.value, p.half_width) for p in fits), strict=True))
-        plain = not (1e-6 < half < 1e6 and abs(value) < 1e6)
-        text = f"{value:.4g} ± {half:.2g}" if plain else " ± ".join(rounded(value, half))
-        texts.append((text + "?" * any(estimate.verdict == "weak" for estimate in fits), fits[0].unit))
+        texts.append(
+            (with_error(value, half) + "?" * any(estimate.verdict == "weak" for estimate in fits), fits[0].unit)
+        )
     return texts
 
 
@@ -109,21 +109,23 @@ def friction_text(joint: JointResult) -> str:
     """
     if not joint.curve:
         return ""
-    middle = joint.curve[len(joint.curve) // 2]
     if joint.verdict == "no friction":
-        return f"below {max(point.interval_95[1] for point in joint.curve):.2g} {middle.unit}"
-    speed = f"{middle.velocity:.2g} {joint.units()[0]}"
-    half = middle.half_width
-    if not 1e-6 < half < 1e6:
-        return f"{middle.value:.4g} ± {half:.2g} {middle.unit} at {speed}"
-    decimals = max(math.ceil(-math.log10(half / 5)), 0)  # two digits for 1.2, one for 7
-    return f"{middle.value:.{decimals}f} ± {half:.{decimals}f} {middle.unit} at {speed}"
+        return bound_text(joint)
+    middle = joint.curve[len(joint.curve) // 2]
+    return f"{point_text(middle)} {middle.unit} at {middle.velocity:.2g} {joint.units()[0]}"
+
+
+def with_error(value: float, error: float) -> str:
+    """Format a value and its error with the digits of `rounded`: "1.183 ± 0.006"."""
+    if not (1e-6 < error < 1e6 and abs(value) < 1e6):
+        return f"{value:.4g} ± {error:.2g}"
+    return " ± ".join(rounded(value, error))
 
 
 def rounded(value: float, error: float) -> tuple[str, str]:
     """Round a value and its error for a table, e.g. `1.183`, `0.006`; an error that starts with 1 has two digits.
 
-    Values have at most four digits; finer errors are rounded up.
+    Values have at most five digits; finer errors are rounded up.
 
     Parameters
     ----------
@@ -132,7 +134,7 @@ def rounded(value: float, error: float) -> tuple[str, str]:
     """
     exponent = math.floor(math.log10(error))
     wanted = -exponent + (error < 1.95 * 10**exponent)
-    most = 3 - math.floor(math.log10(max(abs(value), error)))
+    most = 4 - math.floor(math.log10(max(abs(value), error)))
     decimals = max(min(wanted, most), 0)
     shown = round(error, decimals) if wanted <= most else math.ceil(error * 10**decimals) / 10**decimals
     text = f"{value:.{decimals}f}"
@@ -143,10 +145,7 @@ def point_text(point: CurvePoint) -> str:
     """Format friction at a speed with half of its 95 % interval, or its bound if it is not significant."""
     if point.interval_95[0] <= 0:
         return f"< {point.interval_95[1]:.2g}"
-    value, half = point.value, point.half_width
-    if not (1e-6 < half < 1e6 and abs(value) < 1e6):
-        return f"{value:.4g} ± {half:.2g}"
-    return " ± ".join(rounded(value, half))
+    return with_error(point.value, point.half_width)
 
 
 def result_table(title: str, joints: Joints) -> TextTable:
@@ -164,7 +163,7 @@ def _cell(joint: JointResult, parameter: str) -> str:
     if estimate is None:
         return ""
     unit = "" if estimate.unit == "1" else f" {estimate.unit}"
-    return f"{estimate.value:.4g} ± {estimate.half_width:.2g}{unit}" + " (weak)" * (estimate.verdict == "weak")
+    return with_error(estimate.value, estimate.half_width) + unit + " (weak)" * (estimate.verdict == "weak")
 
 
 def advice(joint: JointResult) -> str:

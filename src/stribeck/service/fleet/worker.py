@@ -20,11 +20,11 @@ import numpy as np
 from pydantic import Field
 
 from stribeck.core.base.checked_table import Table
+from stribeck.core.base.files import sha256
 from stribeck.core.base.version import __version__
 from stribeck.core.errors import StribeckError
 from stribeck.core.identify.pipeline import identify
 from stribeck.core.result import JointResult, Result
-from stribeck.core.result.provenance import sha256
 from stribeck.core.result.tables import parameter_rows
 from stribeck.core.robot import Robot
 from stribeck.service.fleet.jobs import Job
