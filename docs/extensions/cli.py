@@ -24,7 +24,7 @@ stderr. Outputs are written completely or not at all. `stribeck --install-comple
 |---|---|
 | 0 | done |
 | 2 | wrong input or settings, explained in one sentence |
-| 3 | no friction could be identified |
+| 3 | no joint is identified or without friction; the results are written unless all joints are at rest |
 | 130 | interrupted |
 """
 

@@ -107,7 +107,7 @@ def test_mjlab_gets_keywords_of_its_actuators(tmp_path: Path, monkeypatch: pytes
     assert (shoulder.stiffness, shoulder.damping, shoulder.delay_min_lag) == (40.0, 2.0, 2)
     assert (elbow.stiffness, elbow.frictionloss, elbow.delay_max_lag) == (30.0, None, 2)
     assert (slide.stiffness, slide.damping, slide.delay_max_lag) == (900.0, 30.0, None)
-    assert (tmp_path / "found.py").read_text().count(",  # friction of the model") == 2
+    assert (tmp_path / "found.py").read_text().count(",  # friction kept from the model") == 2
     model = own.with_friction(mujoco.MjSpec.from_file(str(tmp_path / "arm.urdf"))).compile()
     np.testing.assert_array_equal(model.dof_solref, [(0.001, 1.0)] * 3)
 

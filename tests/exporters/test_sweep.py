@@ -25,7 +25,7 @@ from stribeck.app.exporters.joints import joint_terms
 from stribeck.app.exporters.text_files import FORMULAS, numbers_of
 from stribeck.core.errors import SettingsError
 from stribeck.core.friction import LAWS, LAWS_WITH_STATE, get_law
-from stribeck.core.result import JointResult
+from stribeck.core.result import JointResult, Result
 
 EFFECT = {"coulomb": 2.0, "viscous": 0.3, "stribeck_gain": 0.5, "stribeck_velocity": 0.1, "offset": 0.0}
 TERMS = {"stribeck_gain": 0.4, "stribeck_velocity": 0.2, "offset": -0.4, "slope": 35.0, "viscous_asymmetry": 0.1}
@@ -85,6 +85,12 @@ SWEEPS: dict[str, tuple[str, Sweep]] = {
 }
 
 
+def line_of(result: Result, name: str, target: str, form: str | None, include_weak: bool = False) -> str:
+    """Describe what the file of a target states of a joint."""
+    forms = TARGETS[target].forms
+    return str(joint_terms(result, forms[form or next(iter(forms))], include_weak=include_weak)[name])
+
+
 @pytest.fixture(params=SWEEPS)
 def swept(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[..., tuple[np.ndarray, float, str]]:
     """Export a joint, and return its resistance at speeds, the loss that was stated, and its line."""
@@ -94,9 +100,9 @@ def swept(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[..., tuple
     def of(own: JointResult, speeds: np.ndarray) -> tuple[np.ndarray, float, str]:
         result, robot, name = of_joint(own, tmp_path, "toro" if target == "mjcf" else "arm")
         path = tmp_path / "found.xml"
-        lines = export(result, robot, path, target, friction=form)
+        export(result, robot, path, target, friction=form)
         (terms,) = joint_terms(result, TARGETS[target].forms[form or next(iter(TARGETS[target].forms))]).values()
-        (line,) = (line for line in lines if line.startswith(f"Joint {name}: "))
+        line = line_of(result, name, target, form)
         loss = terms.fit.remains if terms.fit else 0.0
         return sweep(path, name, robot, speeds), loss, line
 
@@ -138,8 +144,8 @@ def test_bristles_that_were_found_are_those_of_the_motor(tmp_path: Path) -> None
     """After a reversal at 0.2 rad/s, until friction is steady again."""
     own = joint("lugre", **EFFECT, bristle_travel=0.01, bristle_damping=1.5)
     result, robot, name = of_joint(own, tmp_path, "toro")
-    lines = export(result, robot, tmp_path / "new.xml", "mjcf", friction="lugre")
-    (line,) = (line for line in lines if line.startswith("Joint "))
+    export(result, robot, tmp_path / "new.xml", "mjcf", friction="lugre")
+    line = line_of(result, name, "mjcf", "lugre")
     assert "sigma_1 1.5 N m s/rad, sigma_0 200 N m/rad" in line
     assert "bristle" not in line
     velocity = np.repeat([0.2, -0.2], round(0.4 / STEP))
@@ -148,8 +154,7 @@ def test_bristles_that_were_found_are_those_of_the_motor(tmp_path: Path) -> None
     np.testing.assert_allclose(found[after], own.friction(velocity, period=STEP)[after], atol=0.02)
     weak = {k: replace(p, verdict="weak") if "bristle" in k else p for k, p in own.parameters.items()}
     result = replace(result, joints={name: replace(own, parameters=weak)})
-    lines = export(result, robot, tmp_path / "weak.xml", "mjcf", friction="lugre")
-    (line,) = (line for line in lines if line.startswith(f"Joint {name}: "))
+    line = line_of(result, name, "mjcf", "lugre")
     assert "sigma" not in line
     assert "bristle_travel 0.01, bristle_damping 1.5" in line
 
@@ -303,7 +308,7 @@ def test_friction_at_high_speed_is_near_the_truth(slow, target: str) -> None:
         found = (in_mujoco if kind == "mjcf" else in_urdf)(path, name, robot, speeds)
     ratio = float(found[0] / friction(np.full(3, FAST), **LAW)[k])
     assert 0.25 < ratio < 2.0
-    (line,) = (line for line in lines if line.startswith(f"Joint {name}: "))
+    line = line_of(result, name, kind, form, include_weak=True)
     assert "rad/s, friction is estimated with that of the other joints: " in line
     assert f"Extrapolated beyond the log's speeds, with the other joints: {name}." in lines
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 from rich.cells import cell_len
@@ -18,10 +19,9 @@ from stribeck.core.base.text_table import TextTable, number
 if TYPE_CHECKING:
     from stribeck.app.comparison import Comparison
     from stribeck.check import Inspection
-    from stribeck.core.result import CurvePoint, ParameterEstimate, Result
+    from stribeck.core.result import CurvePoint, Result
     from stribeck.design import Plan, Replay
 
-ERRORS = Console(stderr=True, emoji=False)
 STYLES = {"identified": "green", "weak": "yellow", "no friction": "cyan", "not excited": "dim"}
 STYLES |= dict.fromkeys(("opposite", "no", "ALARM"), "red")
 WIDE = 165
@@ -30,22 +30,25 @@ PLAIN_WIDTH = 185
 """Width of tables that are not printed to a terminal [columns]."""
 
 
-def terminal() -> Console:
+def terminal(plain_width: int = 0, *, stderr: bool = False) -> Console:
     """Open the terminal, or a wide output without colors."""
-    console = Console(highlight=False, emoji=False)
-    return console if console.is_terminal else Console(highlight=False, emoji=False, width=PLAIN_WIDTH)
+    console = Console(stderr=stderr, highlight=False, emoji=False)
+    if not console.is_terminal:
+        console.width = plain_width or PLAIN_WIDTH
+    return console
 
 
-def say(lines: Iterable[str]) -> None:
-    """Print lines without interpreting markup."""
-    console = terminal()
+def say(lines: Iterable[str], console: Console | None = None) -> None:
+    """Print lines without interpreting markup, wrapped between words and indented where they continue."""
+    console = console or terminal()
     for line in lines:
-        console.print(line, markup=False)
+        text = fill(line, console.width, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
+        console.print(text, markup=False, highlight=False, soft_wrap=True)
 
 
 def print_error(message: str) -> None:
-    """Print one sentence on stderr, without wrapping or markup."""
-    ERRORS.print(f"stribeck: {message}", markup=False, highlight=False, soft_wrap=True)
+    """Print one sentence on stderr, wrapped only in a terminal."""
+    say([f"stribeck: {message}"], terminal(10**6, stderr=True))
 
 
 def print_paths(paths: Sequence[Path]) -> None:
@@ -58,8 +61,8 @@ def print_paths(paths: Sequence[Path]) -> None:
 def progress_bar(quiet: bool) -> Iterator[Any]:
     """Draw a progress bar on stderr if it is a terminal, and not `quiet`; give its callback `(stage, fraction)`."""
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
-    hidden = quiet or not ERRORS.is_terminal
-    with Progress(*columns, console=ERRORS, transient=True, disable=hidden) as progress:
+    errors = terminal(stderr=True)
+    with Progress(*columns, console=errors, transient=True, disable=quiet or not errors.is_terminal) as progress:
         task = progress.add_task("starting", total=1.0)
         yield lambda stage, share: progress.update(task, description=stage, completed=share)
 
@@ -172,26 +175,22 @@ def _at_speed(point: CurvePoint, units: Sequence[str]) -> str:
 
 
 def _columns_of_parameters(result: Result) -> TextTable:
+    from stribeck.core.result.tables import with_error
+
     units: dict[str, set[str]] = {}
     for joint in result.all_friction.values():
         for parameter, estimate in joint.parameters.items():
             units.setdefault(parameter, set()).add(estimate.unit)
     headings = [f"{parameter}\n[{', '.join(sorted(symbols))}]" for parameter, symbols in units.items()]
-    rows = [
-        [
-            name,
-            *(_with_error(joint.parameters[key]) if key in joint.parameters else "" for key in units),
-            number(joint.validation.rms) if joint.validation else "",
-        ]
-        for name, joint in result.all_friction.items()
-        if joint.parameters
-    ]
+    rows = []
+    for name, joint in result.all_friction.items():
+        texts = {
+            key: with_error(p.value, p.half_width) + "?" * (p.verdict == "weak") for key, p in joint.parameters.items()
+        }
+        rms = number(joint.validation.rms) if joint.validation else ""
+        rows += [[name, *(texts.get(key, "") for key in units), rms]] * bool(texts)
     title = "Parameters (95 % intervals; ? marks weak ones)"
     return TextTable(title=title, left=["joint"], right=[*headings, "RMS held out\n[N m]"], rows=rows)
-
-
-def _with_error(estimate: ParameterEstimate) -> str:
-    return f"{number(estimate.value)} ± {estimate.half_width:.2g}" + "?" * (estimate.verdict == "weak")
 
 
 def print_inspection(inspection: Inspection) -> None:

@@ -61,6 +61,7 @@ ResultFile = Annotated[Path, argument("RESULT", "A result.json written by `strib
 Page = Annotated[Path | None, output_option("FILE", "Also write the result as an HTML page.")]
 Recording = Annotated[Path | None, option("FILE", "Also write a .rrd file for Rerun.", "--rerun")]
 RobotFile = Annotated[Path, robot_option("Robot file (robot.toml).")]
+ItsRobot = Annotated[Path | None, robot_option("Robot file (robot.toml).  [default: that of the identification]")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only errors (and JSON with --json).")]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON on stdout.")]
 Set = Annotated[
@@ -79,7 +80,7 @@ Exclude = Annotated[
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Overwrite existing outputs.")]
 Law = Annotated[str | None, _choice("NAME", "Friction law", LAW_NAMES, "auto")]
 Method = Annotated[str | None, _choice("NAME", "Estimation method", METHOD_NAMES, "whole-log")]
-Format = Annotated[str, _choice("FORMAT", "Format", FORMATS)]
+Format = Annotated[str, _choice("FORMAT", "Format", FORMATS, "", "--to", "--format")]
 Samples = Annotated[int | None, option("N", "Draw N models from the uncertainty of the result.")]
 Ranges = Annotated[bool, typer.Option("--ranges", help="Write 95 % ranges for domain randomization.")]
 Exported = Annotated[str | None, option("NAMES", "Comma-separated joints to export.  [default: all]")]
@@ -199,12 +200,11 @@ def write_result(result: Result, folder: Path, **shown: Any) -> None:
 
 def planned_robot(source: str, robot: Path | None, held: str | None) -> tuple[Path | None, Robot]:
     """Find the result to plan from, None before the first log, and the robot; a model stands still or is held."""
+    from stribeck.core.result import read_result
     from stribeck.core.robot import Robot
 
     if source.endswith(".json") or Path(source).is_dir():
-        if robot is None:
-            raise SettingsError(f"plan: {source} needs the robot file of its log; pass --robot FILE")
-        return result_file(Path(source)), Robot.from_file(robot)
+        return result_file(Path(source)), read_result(source).find_robot(robot)
     if robot is not None:
         raise SettingsError(f"plan: {source} is no result.json; expected one with --robot, or a robot without")
     if source.endswith(".toml"):

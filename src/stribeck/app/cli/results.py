@@ -3,19 +3,17 @@
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-
 from stribeck.app.cli import console, options
 from stribeck.app.cli.options import argument, option, output_option, robot_option
 from stribeck.core.base.outputs import check_outputs, staged_folder
-from stribeck.core.errors import SettingsError, findings_kept, require_extra
+from stribeck.core.errors import SettingsError, require_extra
 
 
 def export(
     result: options.ResultFile,
-    robot: options.RobotFile,
     to: options.Format,
     output: Annotated[Path, output_option("PATH", "File to write, or folder for --samples.")],
+    robot: options.ItsRobot = None,
     samples: options.Samples = None,
     ranges: options.Ranges = False,
     joints: options.Exported = None,
@@ -31,10 +29,9 @@ def export(
     from stribeck.app.exporters import export as write_model
     from stribeck.app.exporters import export_ranges, export_samples
     from stribeck.core.result import read_result
-    from stribeck.core.robot import Robot
 
     source = read_result(result)
-    machine = Robot.from_file(robot)
+    machine = source.find_robot(robot)
     chosen: dict[str, Any] = {"joints": options.split_names(joints), "include_weak": include_weak}
     if more not in (None, "inertia"):
         raise SettingsError(f"--with {more}: expected inertia")
@@ -48,16 +45,14 @@ def export(
     elif output.is_dir() and any(output.iterdir()) and not overwrite:
         raise SettingsError(f"{output}: already exists", option="choose another -o, or pass --overwrite")
     lines, paths = list[str](), [output]
-    with findings_kept([*machine.warnings, *source.warnings]):
-        if samples is not None:
-            paths = export_samples(source, machine, output, to, samples, friction=friction, inertia=write, **chosen)
-        elif ranges:
-            lines = export_ranges(source, machine, output, to, **chosen)
-        else:
-            lines = write_model(source, machine, output, to, strict=strict, friction=friction, inertia=write, **chosen)
+    if samples is not None:
+        paths = export_samples(source, machine, output, to, samples, friction=friction, inertia=write, **chosen)
+    elif ranges:
+        lines = export_ranges(source, machine, output, to, **chosen)
+    else:
+        lines = write_model(source, machine, output, to, strict=strict, friction=friction, inertia=write, **chosen)
     if not quiet:
-        for line in lines:
-            typer.echo(line)
+        console.say(lines)
         console.print_paths(paths)
 
 
@@ -97,7 +92,9 @@ def plan(
     source: Annotated[
         str, argument("RESULT", "A result.json; before the first log, a robot file or a model (as for `init`).")
     ],
-    robot: Annotated[Path | None, robot_option("Robot file (robot.toml) of the result.")] = None,
+    robot: Annotated[
+        Path | None, robot_option("Robot file (robot.toml).  [default: that of the identification]")
+    ] = None,
     output: Annotated[Path | None, output_option("FOLDER", "Folder for plan.json and trajectory.csv.")] = None,
     joints: options.Planned = None,
     held: options.Held = None,

@@ -31,7 +31,8 @@ def simulate(
     if output.suffix != ".npz":
         raise SettingsError(f"--output {output}: the suffix is '{output.suffix}'; simulated logs are written as .npz")
     chosen = read_scenario(scenario)
-    check_outputs([output, truth_file(output)], [scenario, scenario.parent / chosen.robot], overwrite)
+    inputs = [path for path in (scenario, scenario.parent / chosen.robot) if path.exists()]  # not of an example robot
+    check_outputs([output, truth_file(output)], inputs, overwrite)
     with console.progress_bar(quiet) as progress:
         simulation = run_scenario(chosen, scenario.parent, lambda share: progress(f"simulating {scenario.stem}", share))
     truth = write_simulated(simulation.log, simulation.truth, output)
@@ -112,11 +113,13 @@ def rehearse(
 def _moved(result: Result, staging: str, output: str) -> Result:
     """Replace the staging folder by the output folder in the paths of a result with one log."""
     assert isinstance(result.log.path, str)
-    assert result.evidence is not None
+    assert result.evidence
+    assert result.robot_file
     provenance = [(label, text.replace(staging, output)) for label, text in result.evidence.provenance]
     return replace(
         result,
         log=replace(result.log, path=result.log.path.replace(staging, output)),
+        robot_file=replace(result.robot_file, path=result.robot_file.path.replace(staging, output)),
         evidence=replace(result.evidence, provenance=provenance),
     )
 

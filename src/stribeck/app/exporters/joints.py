@@ -7,7 +7,6 @@ import numpy as np
 
 from stribeck.app.exporters.beyond import Beyond, friction_beyond, top_speed
 from stribeck.app.exporters.forms import ROUNDING, Form, Nearest, nearest
-from stribeck.core.errors import SettingsError, did_you_mean
 from stribeck.core.friction import get_law
 from stribeck.core.friction.terms import parameters_over
 from stribeck.core.result import JointResult, Result
@@ -113,22 +112,17 @@ def joint_terms(
 
     Raises
     ------
-    SettingsError
+    UnknownJointError
         If the result lacks one of `joints`.
     """
-    unknown = [name for name in joints or () if name not in result.joints]
-    if unknown:
-        raise SettingsError(
-            f"export: the result has no joint '{unknown[0]}'; it has {', '.join(result.joints)}"
-            f"{did_you_mean(unknown[0], result.joints)}"
-        )
+    chosen = {name: result[name] for name in (result.joints if joints is None else joints)}
     good = ("identified", "weak") if include_weak else ("identified",)
     known = {name: joint for name, joint in result.joints.items() if _has_friction(joint, ("identified", "weak"))}
     beyond = friction_beyond(known)
     terms = {
         name: _terms(joint, form, good, beyond.get(name))
         for name, joint in result.joints.items()
-        if (joints is None or name in joints) and (any_unit or joint.torque_unit is None)
+        if name in chosen and (any_unit or joint.torque_unit is None)
     }
     return {name: joint for name, joint in terms.items() if joint.stated}
 

@@ -106,10 +106,8 @@ def file_text(template: str, request: Request) -> str:
         Half of weak friction is compensated, because overcompensation would drive the joint.
         """
         joint = request.result.joints[name]
-        more = {
-            "confidence": 0.5 if joint.verdict == "weak" else 1.0,
-            "mean_temperature": joint.mean_temperature or 0.0,
-        }
+        share = 0.5 if joint.verdict == "weak" else 1.0
+        more = {"confidence": share, "mean_temperature": joint.mean_temperature or 0.0}
         return numbers_of(joint, request.joints[name].beyond) | more
 
     def actuators(effort: str) -> dict[str, dict[str, float]]:

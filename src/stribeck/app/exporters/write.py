@@ -1,5 +1,7 @@
 """Export of a result to a simulator or a controller: a robot model or another file."""
 
+from __future__ import annotations
+
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,7 +23,7 @@ from stribeck.core.robot.xml_file import read_xml
 
 def export(
     result: Result | str | Path,
-    robot: Robot | str | Path,
+    robot: Robot | str | Path | None,
     path: str | Path,
     target: str,
     *,
@@ -42,7 +44,7 @@ def export(
     result
         The result, or the path of its result.json.
     robot
-        The robot of the identification, or the path of its robot file.
+        The robot of the identification, or the path of its robot file; None for the file that the result states.
     path
         File to write; it is written completely or not at all.
     target
@@ -63,7 +65,7 @@ def export(
     Returns
     -------
     summary
-        Lines on changes, a table of the friction in the model, identified and written, approximations and omissions.
+        Lines on changes, with a table of the friction in the model, identified and written, or a line per joint.
 
     Raises
     ------
@@ -81,9 +83,7 @@ def export(
     >>> for line in lines[6:]:
     ...     print(line.partition(":")[0])
     Kept the model's inertias of the links driven by
-    Joint shoulder
-    Joint elbow
-    Joint slide
+    The head of found.urdf states what is approximated or cannot be stored of each joint.
     """
     result, robot = _read(result, robot)
     choice = FileContent(joints=joints, include_weak=include_weak, friction=friction, inertia=inertia)
@@ -97,12 +97,17 @@ def export(
     with whole_or_not_at_all(path) as temporary:
         temporary.write_text(_text(target, request), encoding="utf-8")
     first, *others = request.lines
-    return [first, *table_of_joints(result, robot, request.joints), *others]
+    table = table_of_joints(result, robot, request.joints)
+    if table:  # it has the numbers of the joints
+        repeated = {f"Joint {name}: {terms}." for name, terms in request.joints.items()}
+        others = [line for line in others if line not in repeated]
+        others.append(f"The head of {path} states what is approximated or cannot be stored of each joint.")
+    return [first, *table, *others]
 
 
 def export_samples(
     result: Result | str | Path,
-    robot: Robot | str | Path,
+    robot: Robot | str | Path | None,
     folder: str | Path,
     target: str,
     count: int,
@@ -156,7 +161,7 @@ def export_samples(
 
 def export_ranges(
     result: Result | str | Path,
-    robot: Robot | str | Path,
+    robot: Robot | str | Path | None,
     path: str | Path,
     target: str,
     *,
@@ -220,9 +225,9 @@ class FileContent:
     inertia: bool | None
 
 
-def _read(result: Result | str | Path, robot: Robot | str | Path) -> tuple[Result, Robot]:
+def _read(result: Result | str | Path, robot: Robot | str | Path | None) -> tuple[Result, Robot]:
     result = result if isinstance(result, Result) else read_result(result)
-    return result, robot if isinstance(robot, Robot) else Robot.from_file(robot)
+    return result, result.find_robot(robot)
 
 
 def _request(result: Result, robot: Robot, path: Path, target: str, choice: FileContent) -> Request:

@@ -13,7 +13,7 @@ LEGEND = "Coulomb friction at mean load + viscous friction times the speed v, in
 
 
 def table_of_joints(result: Result, robot: Robot, joints: Mapping[str, WrittenJoint]) -> list[str]:
-    """Format one line per joint with Coulomb friction Fc and viscous friction Fv as "Fc + Fv v".
+    """Format one line per joint with Coulomb friction Fc and viscous friction Fv as "Fc + Fv v", and rotor inertia.
 
     The difference between written and identified friction is the largest from the slow to the top speed of the log,
     at the mean load and over its positions. Empty for targets that store all of the law.
@@ -26,17 +26,19 @@ def table_of_joints(result: Result, robot: Robot, joints: Mapping[str, WrittenJo
             _identified(result.joints[name]),
             _sum(terms.plain),
             terms.difference or _shift(result.joints[name], terms),
+            next((f"{value:.4g}" for value, unit in terms.stated.values() if unit == "kg m^2"), "-"),
         )
         for name, terms in joints.items()
-        if terms.plain is not None
+        if any(each.plain for each in joints.values())
     ]
-    head = ("joint", "in the model", "identified", "written", "largest difference")
+    head = ("joint", "in the model", "identified", "written", "largest difference", "rotor [kg m^2]")
     return [LEGEND, *aligned([head, *rows])] if rows else []
 
 
 def _shift(joint: JointResult, terms: WrittenJoint) -> str:
     """State how far the written friction is from the identified curve, where other parameters had to change with it."""
-    assert terms.plain is not None
+    if terms.plain is None:
+        return "-"
     dry, viscous, _ = terms.plain
     sizes = [(abs(dry + viscous * point.velocity - point.value), point) for point in joint.curve]
     size, point = max(sizes, key=lambda pair: pair[0], default=(0.0, None))
