@@ -2,6 +2,8 @@
 
 import doctest
 import inspect
+import subprocess
+import sys
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -42,6 +44,12 @@ def test_the_public_names_are_these() -> None:
     assert all(getattr(stribeck, name) for name in PUBLIC)
     with pytest.raises(AttributeError, match="attribute indentify"):
         getattr(stribeck, "indentify")  # noqa: B009
+
+
+def test_identify_imports_no_part_of_scipy() -> None:
+    program = "import sys; from stribeck import identify; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout.split()
+    assert not [name for name in loaded if name.startswith("scipy.") and name[6] != "_" and name != "scipy.version"]
 
 
 def test_modules_are_found_by_their_old_names_too() -> None:

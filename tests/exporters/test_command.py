@@ -29,7 +29,7 @@ def test_a_wrong_model_comes_out_nearer_to_the_truth(tmp_path: Path, capsys: pyt
     out = tmp_path / "out"
     assert run("identify", tmp_path / "log.npz", "-r", wrong.path, "-o", out, "--method", "whole-log") == 0
     capsys.readouterr()
-    arguments = ("export", out, "-r", wrong.path, "--to", "urdf", "-o", out / "new.urdf", "--overwrite")
+    arguments = ("export", out, "--format", "urdf", "-o", out / "new.urdf", "--overwrite")  # of the result's robot
     assert run(*arguments, "--inertia", "keep") == 0
     assert "Kept the model's inertias" in capsys.readouterr().out
     assert_same_dynamics(wrong, read_again(true, out / "new.urdf"), 1e-15)

@@ -93,15 +93,6 @@ def test_every_robot_that_is_drawn_could_exist(name: str, tmp_path: Path) -> Non
     assert np.std(masses) > 0
 
 
-def test_draws_stay_within_bounds(tmp_path: Path) -> None:
-    parameters = {name: replace(found, standard_error=50.0) for name, found in uncertain().parameters.items()}
-    result, _ = arm_result(tmp_path, j=replace(uncertain(), parameters=parameters))
-    for each in drawn(result, 200):
-        own = {name: p.value for name, p in each.joints["j"].parameters.items()}
-        assert min(own["viscous"], own["coulomb"]) >= 0
-        assert 0 < own["stribeck_velocity"] < 10
-
-
 def with_rotor() -> JointResult:
     """Return a joint whose Coulomb and viscous friction trade places."""
     own, errors = joint(coulomb=1.2, viscous=0.3, offset=0.0), {"coulomb": 0.1, "viscous": 0.1, "offset": 0.1}
@@ -136,7 +127,7 @@ def test_ranges_cover_95_percent_of_other_draws(tmp_path: Path) -> None:
 
 def test_mujoco_takes_them_by_degree_of_freedom(tmp_path: Path) -> None:
     robot, _ = robot_of("toro", tmp_path)
-    name, other = robot.joint_names[:2]
+    name = robot.joint_names[0]
     result = replace(found_in(robot, "auto")[0], joints={name: with_rotor()}, corrections=None)
     lines = export_ranges(result, robot, tmp_path / "ranges", "mjcf")
     assert any(line.startswith(f"Joint {name}: frictionloss ") for line in lines)
@@ -156,7 +147,6 @@ def test_mujoco_takes_them_by_degree_of_freedom(tmp_path: Path) -> None:
             now = getattr(model, field)
             values.append(now[at])
             assert np.array_equal(np.delete(now, at), np.delete(before[field], at))  # as of the other joint
-    assert model.joint(other).dofadr[0] != at
     np.testing.assert_array_equal(model.dof_solref, sharp)  # friction acts at once, as in the exported model
     np.testing.assert_array_equal(sharp[at], (0.001, 1.0))
     for field, values in drawn_values.items():

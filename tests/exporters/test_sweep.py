@@ -102,9 +102,8 @@ def swept(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[..., tuple
         path = tmp_path / "found.xml"
         export(result, robot, path, target, friction=form)
         (terms,) = joint_terms(result, TARGETS[target].forms[form or next(iter(TARGETS[target].forms))]).values()
-        line = line_of(result, name, target, form)
         loss = terms.fit.remains if terms.fit else 0.0
-        return sweep(path, name, robot, speeds), loss, line
+        return sweep(path, name, robot, speeds), loss, str(terms)
 
     return of
 
