@@ -87,7 +87,7 @@ def test_the_command_prints_writes_and_draws_it(desk, tmp_path, capsys):
     ("options", "words"),
     [
         (["--validate", "{log}"], "100 % of its samples are also in"),
-        (["--validate", "nowhere.npz"], "nowhere.npz: no such file; expected a log"),
+        (["--validate", "nowhere.npz"], "nowhere.npz: no such file; check the path"),
         (["--from", "5", "--to", "2"], "--from is 5 s and --to is 2 s; expected 0 <= --from < --to"),
         (["--from", "-1"], "--from is -1 s and --to is inf s; expected 0 <="),
         (["--from", "nan"], "--from is nan s"),

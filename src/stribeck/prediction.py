@@ -45,7 +45,7 @@ def friction_of_log(result: Result, log: LogLike, robot: Robot | str | Path | No
         Friction torque with offset at the T samples of the log, of the k joints of the result [N m], [N], shape (T, k);
         NaN where unknown.
     scores
-        R² by joint, over the samples of `torque_errors`.
+        R² by joint with friction, over the samples of `torque_errors`.
 
     Raises
     ------
@@ -63,9 +63,9 @@ def friction_of_log(result: Result, log: LogLike, robot: Robot | str | Path | No
         for rows, channels in explained_runs(result, prepared, with_bodies(machine, known), machine, settings):
             velocity[rows], _, measured[rows], friction[rows] = channels
     (errors,) = torque_errors(names, velocity, measured, [measured - friction], settings.rest)
-    columns = [names.index(name) for name in result.joints]
-    at_stamps = linear(log.time, prepared.log.time, friction[:, columns])
-    return at_stamps, {name: errors[name].r2 for name in result.joints if name in errors}
+    sliding = [name for name, joint in result.joints.items() if joint.verdict != "no friction"]
+    at_stamps = linear(log.time, prepared.log.time, friction[:, [names.index(name) for name in result.joints]])
+    return at_stamps, {name: errors[name].r2 for name in sliding if name in errors}
 
 
 def _corrected(log: RobotLog, known: Corrections) -> RobotLog:

@@ -97,9 +97,8 @@ def test_json_is_the_result_and_the_exit_code_says_that_nothing_is_identified(ar
     log = arm_log(robot, duration=6, rate=250)
     noise = 10 * np.random.default_rng(0).standard_normal(log.torque.shape)
     path = save_npz(replace(log, torque=log.torque + noise), tmp_path / "log.npz")
-    options = ("--method", "curve-fit", "--law", "coulomb-viscous", "--set", "filter.window=9", "--json", "--force")
-    options += ("--set", "filter.kind=savitzky-golay")
-    assert run("identify", path, "-r", robot.path, "-o", tmp_path / "out", *options) == 3
+    options = "--method curve-fit --law coulomb-viscous --set filter.window=9 --set filter.kind=savitzky-golay --json"
+    assert run("identify", path, "-r", robot.path, "-o", tmp_path / "out", *options.split(), "--force") == 3
     printed = capsys.readouterr().out
     assert printed == (tmp_path / "out/result.json").read_text()
     assert {joint["verdict"] for joint in json.loads(printed)["joints"].values()} == {"weak"}

@@ -201,7 +201,7 @@ def test_the_command_plans_from_a_model_or_a_robot_file(tmp_path: Path, capsys: 
         printed = capsys.readouterr().out
         assert "trajectory before the first log, 10 s:\nslide: " in printed
         assert (tmp_path / "new/trajectory.csv").exists()
-    assert "pass --robot FILE" in refused(capsys, "plan", tmp_path, "-o", tmp_path / "no")
+    assert "result.json: cannot be read" in refused(capsys, "plan", tmp_path, "-o", tmp_path / "no")
     assert "expected one with --robot" in refused(capsys, "plan", tmp_path / "arm.urdf", "-r", tmp_path / "robot.toml")
     (tmp_path / "robot.toml").write_text('[robot]\nmodel = "arm.urdf"\nbase = "floating"\n')
     assert "name its axis that points up (`--held z`)" in refused(capsys, "plan", tmp_path / "robot.toml")

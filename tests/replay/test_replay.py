@@ -235,7 +235,7 @@ def test_an_exported_model_explains_its_log(tmp_path: Path, capsys: pytest.Captu
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (("wrong.urdf", ""), ["wrong.urdf: no such file; expected a URDF or MJCF model of robot 'arm'"]),
+        (("wrong.urdf", ""), ["wrong.urdf: no such file; check the path"]),
         (("wrong.urdf", URDF.replace("elbow", "knee")), ["wrong.urdf: has no joint 'elbow'", "shoulder, knee, slide"]),
         (("wrong.urdf", "<robot"), ["wrong.urdf: is not well-formed"]),
         (

@@ -1,5 +1,7 @@
 """Inspection of a log before identification: channels, sampling, contact modes, ranges, delays and signs."""
 
+from __future__ import annotations
+
 import json
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -66,9 +68,8 @@ class JointInspection:
     def spans(self) -> list[tuple[tuple[float, float], str]]:
         """Ranges of position, velocity and torque, each with its unit where it differs from `UNITS`."""
         ranges = self.position_range, self.velocity_range, self.torque_range
-        return [
-            (ends, "" if unit == usual else unit) for ends, unit, usual in zip(ranges, self.units, UNITS, strict=True)
-        ]
+        triples = zip(ranges, self.units, UNITS, strict=True)
+        return [(ends, "" if unit == usual else unit) for ends, unit, usual in triples]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

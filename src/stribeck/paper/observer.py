@@ -16,6 +16,8 @@ Luca and G. Hirzinger, "Friction observer and compensation for control of robots
 2008 (section 2.3 of the paper).
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import NamedTuple
 

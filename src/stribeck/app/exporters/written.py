@@ -25,7 +25,7 @@ def table_of_joints(result: Result, robot: Robot, joints: Mapping[str, WrittenJo
             _sum(model.get(name)),
             _identified(result.joints[name]),
             _sum(terms.plain),
-            terms.difference or _shift(result.joints[name], terms),
+            terms.difference or (_shift(result.joints[name], terms) if terms.plain else "-"),
             next((f"{value:.4g}" for value, unit in terms.stated.values() if unit == "kg m^2"), "-"),
         )
         for name, terms in joints.items()
@@ -37,12 +37,11 @@ def table_of_joints(result: Result, robot: Robot, joints: Mapping[str, WrittenJo
 
 def _shift(joint: JointResult, terms: WrittenJoint) -> str:
     """State how far the written friction is from the identified curve, where other parameters had to change with it."""
-    if terms.plain is None:
-        return "-"
+    assert terms.plain is not None
     dry, viscous, _ = terms.plain
     sizes = [(abs(dry + viscous * point.velocity - point.value), point) for point in joint.curve]
     size, point = max(sizes, key=lambda pair: pair[0], default=(0.0, None))
-    if point is None or size < 0.05 * point.half_width:  # rounded numbers
+    if point is None or joint.verdict == "no friction" or size < 0.05 * point.half_width:  # rounded numbers
         return "none"
     speed, torque = joint.units()
     return f"{size:.2g} {torque} at {point.velocity:.2g} {speed}"

@@ -241,8 +241,8 @@ class Result(Mapping[str, JointResult]):
     def scores(self, log: LogLike, robot: Robot | str | Path | None = None) -> dict[str, float]:
         """Compute R² of the measured friction torque of a log by joint: 1 - sum (R - predicted)² / sum (R - mean R)².
 
-        R is the torque minus that of the model's motion and of fitted rotors. Only moving joints of swinging limbs
-        count. The arguments are those of `predict`.
+        R is the torque minus that of the model's motion and of fitted rotors. Only samples of moving joints of swinging
+        limbs count, and no joints without friction. The arguments are those of `predict`.
 
         Examples
         --------

@@ -1,5 +1,7 @@
 """Plan of motions that identify the friction of weak joints."""
 
+from __future__ import annotations
+
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
@@ -152,8 +154,7 @@ def plan(
         progress(f"moving {name}", 0.2 * k / len(planned))
         advice[name] = advise(task, joint, motions[name], result.log.duration)
     guessed = ", ".join(name for name, joint in planned.items() if joint.guessed)
-    known = f"{guessed}: no data; the median friction of the other joints is assumed"
-    notes = [known] if guessed else []
+    notes = [f"{guessed}: no data; the median friction of the other joints is assumed"] if guessed else []
     advised = Plan(robot=result.robot, joints=advice, notes=notes)
     if duration is None:
         return advised

@@ -1,5 +1,7 @@
 """Comparison of a log with the robot's own model and another model, without and with friction."""
 
+from __future__ import annotations
+
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
@@ -156,11 +158,9 @@ def _commanded_spans(models: Sequence[Replayed], robot: Robot, log: RobotLog, se
         ]
         squares = np.concatenate([error[np.isfinite(error)] ** 2 for error in off] or [np.zeros(0)])
         errors.append(float(np.sqrt(np.mean(squares))) if len(squares) else 0.0)
-    return (
-        CommandedMotion(as_given=errors[0], other=errors[1], logs=1, seconds=seconds, free=False)
-        if all(errors)
-        else None
-    )
+    if not all(errors):
+        return None
+    return CommandedMotion(as_given=errors[0], other=errors[1], logs=1, seconds=seconds, free=False)
 
 
 def _motion(prepared: PreparedLog, robot: Robot, samples: FrictionSamples) -> LoggedMotion:
