@@ -129,7 +129,7 @@ def test_joints_have_a_line_a_panel_and_a_row_and_those_without_friction_one_lin
     assert "2 of 6 joints: friction too small to resolve: below 0.50 N m" in rows[-1]
     assert all(name in Page(f"<table><tbody><tr{rows[-1]}</table>").text for name in others[:2])
     folded = html[html.index('<details class="section">') :]
-    assert folded.count("6.00 ± 0.40 N m at 1 rad/s") == 4  # panels and rows of two joints
+    assert folded.count("6.0 ± 0.4 N m at 1 rad/s") == 4  # panels and rows of two joints
     assert folded.count("below 0.5 N m") == 4
     panel = folded[folded.index('id="joint-5"') : folded.index("</article>", folded.index('id="joint-5"'))]
     assert "<dl" not in panel  # not excited: no numbers
