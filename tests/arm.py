@@ -9,22 +9,7 @@ from stribeck.core.friction import get_law
 from stribeck.core.log import RobotLog
 from stribeck.core.robot import Robot
 
-URDF = """<robot name="arm">
-  <link name="base"/>
-  <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 1 0"/>
-    <limit lower="-3" upper="3" effort="100" velocity="5"/></joint>
-  <link name="upper"><inertial><origin xyz="0.02 0 0.2"/><mass value="3"/>
-    <inertia ixx="0.04" ixy="0" ixz="0" iyy="0.04" iyz="0" izz="0.005"/></inertial></link>
-  <joint name="elbow" type="continuous"><origin xyz="0 0 0.4"/><parent link="upper"/><child link="fore"/>
-    <axis xyz="1 0 0"/></joint>
-  <link name="fore"><inertial><origin xyz="0 0.01 0.15"/><mass value="2"/>
-    <inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.003"/></inertial></link>
-  <joint name="slide" type="prismatic"><origin xyz="0 0 0.3"/><parent link="fore"/><child link="hand"/>
-    <axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="100" velocity="5"/></joint>
-  <link name="hand"><inertial><mass value="1"/>
-    <inertia ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.001"/></inertial></link>
-</robot>
-"""
+URDF = (Path(__file__).parent / "arm.urdf").read_text()
 TRUTH = {"viscous": 0.3, "coulomb": 1.2, "stribeck_gain": 0.25, "stribeck_velocity": 0.2, "offset": -0.4, "slope": 40.0}
 
 

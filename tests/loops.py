@@ -50,14 +50,7 @@ PARALLELOGRAM = (
     + frame("rocker_end", "rocker", "0 0 0.4")
     + "</robot>"
 )
-PARALLELOGRAM_FILE = """[robot]
-model = "model.urdf"
-base = "fixed"
-passive = ["upper", "lower"]
-
-[[robot.loops]]
-frames = ["coupler_end", "rocker_end"]
-"""
+PARALLELOGRAM_FILE = (Path(__file__).parent / "parallelogram.toml").read_text()
 
 
 def ankle(side: str, y: float) -> str:
@@ -90,17 +83,7 @@ LEG = (
     + frame("sole", "foot", "0 0 -0.05")
     + "</robot>"
 )
-LEG_FILE = """[robot]
-model = "model.urdf"
-base = "{base}"
-passive = ["ankle_pitch", "ankle_roll", "rod_left_pitch", "rod_left_roll", "rod_right_pitch", "rod_right_roll"]
-
-[[robot.loops]]
-frames = ["rod_left_end", "foot_left"]
-
-[[robot.loops]]
-frames = ["rod_right_end", "foot_right"]
-"""
+LEG_FILE = (Path(__file__).parent / "leg.toml").read_text()
 SOLE = '\n[contacts.foot]\nframe = "sole"\n'
 
 
@@ -145,18 +128,4 @@ def loop_log(robot: Robot, duration: float = 8.0, rate: float = 250.0, size: flo
     return log
 
 
-MJCF = """<mujoco>
-  <option tolerance="1e-14" iterations="200"/>
-  <worldbody><body name="base"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
-    <body name="crank"><joint name="motor" axis="0 1 0"/>
-      <inertial pos="0 0 0.2" mass="1.5" diaginertia="0.002 0.003 0.001"/>
-      <body name="coupler" pos="0 0 0.4"><joint name="upper" axis="0 1 0"/>
-        <inertial pos="0.15 0 0.03" mass="2" diaginertia="0.002 0.003 0.001"/></body></body>
-    <body name="rocker" pos="0.3 0 0"><joint name="lower" axis="0 1 0"/>
-      <inertial pos="0 0 0.25" mass="1" diaginertia="0.002 0.003 0.001"/></body>
-  </body></worldbody>
-  <equality>
-    <connect name="pin" body1="coupler" body2="rocker" anchor="0.3 0 0" solimp="0.9999 0.9999 0.001"/>
-  </equality>
-</mujoco>
-"""
+MJCF = (Path(__file__).parent / "parallelogram.xml").read_text()

@@ -13,49 +13,11 @@ from tests.exporters.test_models import assert_same_dynamics, read_again
 
 from stribeck import Robot, export
 
-MJCF = """<!-- whose it is -->
-<mujoco model="reader">
-  <compiler angle="radian" meshdir="shapes" inertiafromgeom="{rule}"/>
-  <include file="parts/rest.xml"/>
-  <default><joint damping="2" armature="0.01"/>
-    <default class="soft"><joint damping="0.5" frictionloss="0.1"/></default></default>
-  <asset><mesh name="block" file="block.obj"/></asset>
-  <worldbody>
-    <geom type="mesh" mesh="block" contype="0"/>
-    <body name="base"><freejoint/>
-      <inertial pos="0 0 0.1" quat="0.9 0.1 0 0.3" mass="3" diaginertia="0.1 0.12 0.15"/>
-      <geom type="box" size="0.1 0.2 0.1" mass="3.5"/>
-      <!-- a head -->
-      <body name="head" pos="0 0 0.3" quat="0.7 0.7 0 0"><geom type="box" size="0.1 0.05 0.05" mass="0.5"/>
-        <body pos="0.1 0 0.1"><geom type="sphere" size="0.03" mass="0.2"/></body></body>
-      <body name="leg" pos="0 0.2 0" euler="0.3 0 0.2" childclass="soft">
-        <joint name="hip" axis="0 1 0" pos="0 0 0.05"/><geom type="box" size="0.05 0.02 0.2" mass="1" pos="0 0 -0.2"/>
-        <body pos="0 0 -0.4"><joint name="knee" axis="0 1 0"/><geom type="box" size="0.03 0.02 0.1" mass="0.4"/></body>
-      </body>
-    </body>
-  </worldbody>
-</mujoco>
-"""
+MJCF = (Path(__file__).parent / "reader.xml").read_text()
 REST = '<mujoco><!-- drives --><actuator><motor joint="hip"/></actuator><include file="parts/more.xml"/></mujoco>'
 MORE = '<mujoco><sensor><jointpos joint="knee"/></sensor></mujoco>'
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
-URDF = """<?xml version="1.0"?>
-<!-- whose it is -->
-<robot name="arm" xmlns:xacro="http://ros.org/wiki/xacro">
-  <mujoco><compiler discardvisual="false" {compiler}/></mujoco>
-  <link name="base"><visual><geometry><mesh filename="{mesh}"/></geometry></visual></link>
-  <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 1 0"/>
-    <limit lower="-3" upper="3" effort="9" velocity="9"/><dynamics damping="7" other="kept"/></joint>
-  <link name="upper"/>
-  <joint name="weld" type="fixed"><parent link="upper"/><child link="tube"/><origin xyz="0 0 0.2" rpy="1 2 3"/></joint>
-  <link name="tube"><visual><geometry><mesh filename="package://arm/tube.stl"/></geometry></visual>
-    <inertial><origin xyz="0.02 0 0" rpy="0.4 0 0"/><mass value="3"/>
-    <inertia ixx="0.04" ixy="0" ixz="0" iyy="0.04" iyz="0" izz="0.005"/></inertial></link>
-  <joint name="weld2" type="fixed"><parent link="tube"/><child link="cap"/><origin xyz="0 0.1 0.2"/></joint>
-  <link name="cap"><inertial><mass value="0.3"/>
-    <inertia ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.001"/></inertial></link>
-</robot>
-"""
+URDF = (Path(__file__).parent / "reader.urdf").read_text()
 
 
 def robot_in(folder: Path, name: str, text: str, base: str) -> Robot:

@@ -168,21 +168,7 @@ def joints() -> dict[str, JointResult]:
     return found | {"none": replace(none, verdict="no friction", reason="below 0.2 N m", law="auto")}
 
 
-HEADER = """#include "{name}.h"
-#ifdef __cplusplus
-extern "C" {{
-#endif
-{real} of({real} v, {real} l, {real} t, {real} q) {{ return friction_torque_at(0, v, l, t, q); }}
-{real} mean({real} v, {real} l, {real} t) {{ return friction_torque(0, v, l, t); }}
-static friction_state state;
-{real} compensation({real} v, {real} w) {{
-    const friction_settings own = {{({real})0.8, ({real})0.05, ({real})0.02, ({real})0.01, ({real})0.02, ({real})1.0}};
-    return friction_compensation(0, v, w, 0, 0, ({real})0.001, &own, &state);
-}}
-#ifdef __cplusplus
-}}
-#endif
-"""
+HEADER = (Path(__file__).parent / "sweep.c").read_text()
 
 
 def functions(own: JointResult, folder: Path, name: str, compiler: str = "cc -std=c99") -> ctypes.CDLL:

@@ -23,19 +23,7 @@ from stribeck.design.planning.trajectory import FINE, Promise, Trajectory, desig
 
 EMPTY = made.joint(reason="", samples=0, velocity_range=(0.0, 0.0), reversals=0, law="stribeck")
 
-ELBOW = """<robot name="elbow">
-  <link name="base"><collision><geometry><box size="0.1 0.1 0.4"/></geometry></collision></link>
-  <joint name="shoulder" type="revolute"><origin xyz="0.15 0 0.1"/><parent link="base"/><child link="upper"/>
-    <axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="100" velocity="3"/></joint>
-  <link name="upper"><inertial><origin xyz="0.1 0 0"/><mass value="1"/>
-    <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>
-  <joint name="elbow" type="revolute"><origin xyz="0.2 0 0"/><parent link="upper"/><child link="fore"/>
-    <axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="100" velocity="3"/></joint>
-  <link name="fore"><inertial><origin xyz="0.2 0 0"/><mass value="1"/>
-    <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial>
-    <collision><origin xyz="0.2 0 0"/><geometry><box size="0.4 0.05 0.05"/></geometry></collision></link>
-</robot>
-"""
+ELBOW = (Path(__file__).parent / "elbow.urdf").read_text()
 
 
 def task_of(robot: Robot, moving: tuple[int, ...], posture: np.ndarray, reach: float = 2.0) -> Task:
@@ -139,14 +127,7 @@ def test_bodies_keep_clear_of_each_other(tmp_path: Path) -> None:
     assert "the distance of base and fore" in notes[0]
 
 
-MJCF = """<mujoco><worldbody><geom type="plane" size="9 9 1"/><body name="base">{free}
-  <inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.1"/><geom type="box" size="0.05 0.05 0.2"/>
-  <frame pos="0.15 0 0"><body name="upper" pos="0 0 0.1"><joint name="shoulder" axis="0 1 0" range="-3 3"/>
-    <inertial pos="0.1 0 0" mass="1" diaginertia="0.01 0.01 0.01"/>
-    <body name="fore" pos="0.2 0 0"><joint name="elbow" axis="0 1 0" range="-3 3"/>
-      <inertial pos="0.2 0 0" mass="1" diaginertia="0.01 0.01 0.01"/>
-      <geom type="capsule" fromto="0.05 0 0 0.35 0 0" size="0.05"/></body></body></frame></body></worldbody>
-<compiler angle="radian"/></mujoco>"""
+MJCF = (Path(__file__).parent / "elbow.xml").read_text()
 
 
 def followed(robot: Robot, trajectory: Trajectory) -> RobotLog:

@@ -1,5 +1,7 @@
 """Kinematics, re-rooted trees and inertial parameters, compared with Pinocchio."""
 
+from pathlib import Path
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -13,18 +15,7 @@ from stribeck.core.robot.rooting import RootedModel
 from stribeck.simulation.prescribed.limb import BodyMotion, end_motion, limb_to
 
 SAMPLES = 5
-CRANE = """<robot name="crane">
-  <link name="base"/><link name="mast"/><link name="boom"/><link name="hook"><inertial><mass value="1"/>
-    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
-  <joint name="turn" type="continuous"><parent link="base"/><child link="mast"/>
-    <origin xyz="0.1 0.2 0.3" rpy="0.3 -0.2 0.5"/><axis xyz="0.6 0.8 0"/></joint>
-  <joint name="slide" type="prismatic"><parent link="mast"/><child link="boom"/>
-    <origin xyz="0 0.1 0.4" rpy="0.1 0.2 0.3"/><axis xyz="0 0.6 0.8"/>
-    <limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
-  <joint name="swing" type="revolute"><parent link="boom"/><child link="hook"/>
-    <origin xyz="0.2 0.3 -0.3" rpy="0.1 0 0.3"/><axis xyz="1 0 0"/>
-    <limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
-</robot>"""
+CRANE = (Path(__file__).parent / "crane.urdf").read_text()
 FRAMES = {"crane": "hook", "talos": "gripper_left_base_link", "go2": "RR_foot"}
 
 

@@ -46,7 +46,7 @@ UNSOUND = {
         f"the model has {MOST_BODIES + 3} <link>; expected at most",
     ),
     "depth": (URDF, "</robot>", "<a>" * 10**6, f"at depth {DEEPEST + 1}; expected"),
-    "size": (URDF, "</robot>", " " * (1 << 25), "has 33,555,101 bytes; expected"),
+    "size": (URDF, "</robot>", " " * (1 << 25), "has 33,555,102 bytes; expected"),
     "ball joint": (MJCF, '"hip" axis="0 1 0" armature="0.02"', '"hip" type="ball"', "'hip' is a Spherical.*or lock it"),
     "no number": (MJCF, 'mass="1"', 'mass="nan"', "line 4: mass of <geom> is 'nan'; expected a finite number"),
     "copies": (MJCF, "<worldbody>", '<worldbody><replicate count="1000000000"/>', "<replicate> generates bodies"),

@@ -40,16 +40,7 @@ def test_example_robots_are_read(name):
     assert set(robot.contacts) == set(MODELS[name][2])
 
 
-URDF = """<robot name="arm">
-  <link name="base"/>
-  <link name="upper"><inertial><mass value="2"/><origin xyz="0 0 0.2"/>
-    <inertia ixx="0.02" iyy="0.02" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
-  <link name="lower"><inertial><mass value="1"/><origin xyz="0 0 0.1"/>
-    <inertia ixx="0.01" iyy="0.01" izz="0.005" ixy="0" ixz="0" iyz="0"/></inertial></link>
-  <joint name="shoulder" type="continuous"><parent link="base"/><child link="upper"/><axis xyz="0 1 0"/></joint>
-  <joint name="elbow" type="revolute"><parent link="upper"/><child link="lower"/><origin xyz="0 0 0.4"/>
-    <axis xyz="0 1 0"/><limit lower="-2" upper="1" effort="1" velocity="1"/></joint>
-</robot>"""
+URDF = (Path(__file__).parent / "arm.urdf").read_text()
 MJCF = """<mujoco model="hopper"><worldbody>
   <body name="trunk" pos="0 0 1"><freejoint/><geom type="box" size=".1 .1 .1" mass="3"/>
     <body name="leg" pos="0 0.1 -.1"><joint name="hip" axis="0 1 0" armature="0.02"/>

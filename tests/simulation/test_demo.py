@@ -15,27 +15,7 @@ from stribeck.core.result import read_result
 from stribeck.simulation import demo
 from stribeck.simulation.files import read_truth
 
-SHORT = """
-sensors = "calibrated"
-physics_step = 0.0005
-
-[[walk]]
-count = 6
-width = 0.16
-single_support = 0.5
-double_support = 0.1
-stand = 0.1
-
-[friction.common]
-viscous = 0.2
-stribeck_gain = 0.2
-stribeck_velocity = 0.2
-slope = 40.0
-
-[friction.joints]
-"*_hip_pitch" = { coulomb = 0.75, offset = 0.75 }
-"*_knee" = { coulomb = 1.0, offset = 1.0 }
-"""
+SHORT = (Path(__file__).parent / "short.toml").read_text()
 
 
 class Made(NamedTuple):
