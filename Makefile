@@ -58,7 +58,7 @@ benchmark: .venv/.dev
 
 fuzz: .venv/.dev
 	$(PYTEST) --hypothesis-profile=fuzz tests/test_hostile.py
-	$(PYTEST) --hypothesis-profile=default tests/result tests/log tests/robot tests/test_settings.py
+	$(PYTEST) --hypothesis-profile=random tests/result tests/log tests/robot tests/test_settings.py
 
 paper: .venv/.dev
 	$(BIN)/python -m studies.paper

@@ -213,7 +213,7 @@ def pieces_from(shortest):
 
 
 @given(st.one_of(pieces_from(1), pieces_from(8)), st.lists(st.integers(1, 400), max_size=3))
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_phases_partition_every_segment(pieces, cuts):
     """Phases are contiguous; rows of one phase are alike and differ from the neighboring phases."""
     flags = np.concatenate([np.tile([bool(code & bit) for bit in (1, 2, 4)], (n, 1)) for n, code in pieces])

@@ -36,7 +36,7 @@ windows = st.integers(2, 40).flatmap(
 
 class TestSavitzkyGolay:
     @given(windows)
-    @settings(deadline=None, max_examples=40)
+    @settings(max_examples=40)
     def test_kernels_reproduce_polynomials_and_their_derivatives(self, shape):
         window, order = shape
         rng = np.random.default_rng(window)
@@ -61,7 +61,7 @@ class TestSavitzkyGolay:
         assert savgol_cutoff(5, 4, RATE) == RATE / 2  # a polynomial through all samples does not smooth
 
     @given(st.integers(3, 200), st.integers(2, 5))
-    @settings(deadline=None, max_examples=30)
+    @settings(max_examples=30)
     def test_window_and_cutoff_are_inverse(self, half_width, order):
         window = 2 * half_width + 1
         cutoff = savgol_cutoff(window, order, RATE)

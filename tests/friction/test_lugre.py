@@ -40,7 +40,7 @@ def test_it_equals_the_simulator_with_short_steps() -> None:
     np.testing.assert_allclose(found[later], torque[::every][later], atol=1e-2)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 10_000))
 def test_its_derivatives_are_differences(seed: int) -> None:
     generator = np.random.default_rng(seed)
@@ -62,7 +62,6 @@ def test_steady_sliding_is_the_law_of_velocity(speed: float, way: float, period:
     )
 
 
-@settings(deadline=None)
 @given(st.floats(1e-6, 1.0), st.floats(1e-4, 10.0))
 def test_bristles_never_bend_further_than_they_slip(travel: float, period: float) -> None:
     values = VALUES * [0, 1, 1, 1, 0, 0, 0] + [0, 0, 0, 0, 0, travel, 0]

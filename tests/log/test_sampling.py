@@ -64,7 +64,7 @@ def test_incomplete_rows_are_cut_out_and_counted_by_joint(bad):
     assert any("21 rows with missing values" in note and "position.wheel (15)" in note for note in sampling.notes)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(seed=st.integers(0, 1000), share=st.floats(0.05, 0.2))
 def test_jitter_is_interpolated_away(seed, share):
     rng = np.random.default_rng(seed)

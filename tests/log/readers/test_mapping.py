@@ -42,7 +42,7 @@ def test_every_unit_gives_si(channel, unit, tmp_path):
     np.testing.assert_allclose(log.channels()[channel], wanted, rtol=1e-12, atol=1e-15)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(scale=st.floats(0.01, 100) | st.floats(-100, -0.01), offset=st.floats(-10, 10), joint=st.sampled_from(JOINTS))
 def test_scale_then_offset_a_joint(scale, offset, joint, tmp_path_factory):
     column = JOINTS.index(joint)
@@ -106,7 +106,7 @@ def test_signed_integers_stored_as_unsigned_are_refused_and_unwrapped(bits, chan
         read(tmp_path, {}, **NAMED, **{channel: wrong})  # small, or large in between
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(delay=st.floats(-0.05, 0.05))
 def test_a_delayed_channel_is_put_back_in_time(delay, tmp_path_factory):
     def ramp(time):

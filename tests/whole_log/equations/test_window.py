@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import toeplitz
 from tests.whole_log.logs import arm_log, read_arm
@@ -26,7 +26,6 @@ from stribeck.core.equations.whole_log.filters import (
 )
 
 
-@settings(deadline=None)
 @given(period=st.floats(5e-5, 0.1))
 def test_overlaps_are_of_a_covariance_at_every_rate(period: float) -> None:
     window, (_, sharp) = smooth_window(period), derivative_kernels(2e-5, period)
@@ -36,7 +35,6 @@ def test_overlaps_are_of_a_covariance_at_every_rate(period: float) -> None:
         assert np.isfinite(np.linalg.cholesky(toeplitz(correlation))).all()
 
 
-@settings(deadline=None)
 @given(period=st.floats(1.2e-3, 0.01), turn=st.floats(-0.01, 0.01))
 def test_friction_of_a_joint_that_reverses_between_samples_is_averaged_exactly(period: float, turn: float) -> None:
     window = smooth_window(period)
