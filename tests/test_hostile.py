@@ -7,6 +7,7 @@ folder and returns the words of the command. Outputs are named `out` or `out.*`.
 import contextlib
 import io
 import json
+import os
 import re
 import resource
 import shutil
@@ -46,33 +47,15 @@ from stribeck.simulation.sensors.measure import with_noise
 
 EXAMPLES = max(6, settings.default.max_examples // 16)
 """Inputs per kind; the profile of `make fuzz` has more."""
-SECONDS, MEMORY = 60.0, 4 << 30
+SECONDS, MEMORY = 20.0, 4 << 30
 """Processor time [s] and additional memory [bytes] that one input may take."""
-NUMBERS = (
-    *("0", "-0.0", "-1", "1", "3", "1e-300", "1e300", "nan", "inf", "-inf", "1e999", "0x10", "1_0", "1,5", "9" * 400),
-    *("2147483648", "-9223372036854775809", "1e-5", "100000001", "0.1", "\u0661"),
-)
-WORDS = (
-    *("", " ", "nan", "left", "[left]", "[/]", "a'b", 'a"b', "\u202e", "\U0001f916", "universe", "base", "root_joint"),
-    *("../..", "x" * 5000, "%s%n", "{}", "true", "fixed", "floating", "\n", "&amp;", "world", "shoulder", "elbow"),
-)
-VALUES: tuple[Any, ...] = (
-    *(None, True, 0, -1, 1, 0.5, float("nan"), float("inf"), -1e300, 1e300, 1e-300, 10**30, 100_000_001, 2**63, ""),
-    *("x", "[left]", "\U0001f916", [], {}, [1], [[]], ["x"], {"x": 1}, [1.0, 2.0], [0.0] * 6),
-)
-SCENARIO = """robot = "arm"
-simulator = "exact"
-sensors = "realistic"
-seed = 1
-duration = 0.3
-[friction.joints."*"]
-viscous = 0.2
-coulomb = 0.5
-stribeck_gain = 0.2
-stribeck_velocity = 0.2
-"""
+ODD = tomllib.loads((Path(__file__).parent / "hostile/values.toml").read_text())
+NUMBERS, WORDS, VALUES = [*ODD["numbers"], "9" * 400], [*ODD["words"], "x" * 5000], [*ODD["values"], None]
 CHECKED = ("npz", "parquet", "mcap", "mcap of ROS 1")
 """Formats whose checksums, as they are written here, cover all samples: other samples must never be read."""
+(_, PIPE), (_, TERMINAL) = os.pipe(), os.openpty()
+SAMPLES = (np.nan, np.inf, -np.inf, 1e300, -1e300, 1e-300, 5e-324, 0.0, 2.0**63, -1.0, 1e9, 1e5, 1e-5)
+"""Values and factors of channels."""
 Draw = Callable[..., Any]
 
 
@@ -90,6 +73,8 @@ def seeds(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (folder / "logs" / name).mkdir(parents=True)
         write(folder / "logs" / name, synthetic_log(200, joints=robot.joint_names))
     assert run("identify", folder / "whole.npz", "-r", folder / "robot.toml", "-o", folder / "saved", "--quiet") == 0
+    watch = ["watch", folder / "saved", "-r", folder / "robot.toml", "--log", folder / "whole.npz", "--quiet"]
+    assert run(*watch, "--state", folder / "state.json") == 0
     rows = rows_of(read_result(folder / "saved/result.json"))
     for name in ("R1", "R2"):
         about = {"key": key_of(name, "0"), "log": "log.npz", "sha256": name, "start": time_of(1.7e9), "note": ""}
@@ -97,6 +82,21 @@ def seeds(tmp_path_factory: pytest.TempPathFactory) -> Path:
         write_row(folder / "store", name, about | rows)
     compact(folder / "store")
     return folder
+
+
+def damaged_channel(draw: Draw, values: Any) -> Any:
+    """Overwrite, scale, hold, round or mix some samples of a channel; or convert or cut all of it."""
+    if values.dtype.kind not in "bf":  # names
+        odd = [np.full_like(values, ""), np.full_like(values, "x"), np.arange(len(values)), values.astype(object)]
+        return draw(st.sampled_from([values[:0], values[:1], *odd]))
+    rows = draw(st.sampled_from([slice(None), slice(3, None, 7), slice(0, 1), slice(-50, None), slice(None, None, -1)]))
+    sample, floats = draw(st.sampled_from(SAMPLES)), values.astype(float)
+    with np.errstate(all="ignore"):
+        part, kinds = floats[rows], [values.astype(kind) for kind in ("f2", "f4", "c16", "S9", "U9", "?", "O")]
+        others = [np.full_like(part, sample), sample * part, 0 * part + part[:1], np.floor(5 * part) / 5]
+        floats[rows] = draw(st.sampled_from([*others, 1e-9 * np.floor(5 * part), np.resize(SAMPLES, part.shape)]))
+    cuts = [values[:0], values[:1], values[:-1], values[..., None], values.T, values[0]]
+    return draw(st.sampled_from([*[floats] * 30, *kinds, *cuts]))
 
 
 def damaged_bytes(draw: Draw, content: bytes) -> bytes:
@@ -179,7 +179,7 @@ def write_damaged(draw: Draw, text: str, path: Path) -> None:
         if kind == "text":
             text = damaged_text(draw, text)
             continue
-        with contextlib.suppress(ElementTree.ParseError):
+        with contextlib.suppress(ElementTree.ParseError, ValueError):
             match path.suffix:
                 case ".toml":
                     text = as_toml(damaged_value(draw, tomllib.loads(text)))
@@ -203,13 +203,15 @@ def robot_file(draw: Draw, folder: Path, seeds: Path) -> list[object]:
 
 
 def model_file(draw: Draw, folder: Path, seeds: Path) -> list[object]:
-    name = draw(st.sampled_from(["arm.urdf", "arm.xml"]))
+    name = draw(st.sampled_from(["arm.urdf", "arm.xml", "actuators.xml", "actuators.xml"]))
     write_damaged(draw, (seeds / name).read_text(), folder / name)
-    if draw(st.integers(0, 4)) == 0:
-        return ["replay", seeds / "log.npz", "-r", seeds / "robot.toml", "-m", name, "-o", "out"]
     base = draw(st.sampled_from(["fixed", "floating"]))
     (folder / "robot.toml").write_text(f'[robot]\nmodel = "{name}"\nbase = "{base}"\ntorque_source = "command"\n')
-    return ["inspect", seeds / "log.npz", "-r", "robot.toml"]
+    replay = ["replay", seeds / "log.npz", "-r", seeds / "robot.toml", "-m", name, "-o", "out"]
+    export = ["export", seeds / "saved", "-r", "robot.toml", "-o", "out", "--to", draw(st.sampled_from([*FORMATS]))]
+    init = ["init", name, *draw(st.sampled_from([[], [seeds / "log.npz"]])), "-o", "out.toml"]
+    inspect = ["inspect", seeds / "log.npz", "-r", "robot.toml"]
+    return draw(st.sampled_from([inspect, inspect, init, replay, export]))
 
 
 def set_option(draw: Draw, folder: Path, seeds: Path) -> list[object]:
@@ -228,8 +230,8 @@ def result_file(draw: Draw, folder: Path, seeds: Path) -> list[object]:
     return draw(st.sampled_from([compare, compare, [*export, draw(st.sampled_from([*FORMATS])), *options]]))
 
 
-def scenario_file(draw: Draw, folder: Path, seeds: Path) -> list[object]:  # noqa: ARG001 - made from nothing
-    write_damaged(draw, SCENARIO, folder / "scenario.toml")
+def scenario_file(draw: Draw, folder: Path, seeds: Path) -> list[object]:
+    write_damaged(draw, (seeds / "scenario.toml").read_text(), folder / "scenario.toml")
     return ["simulate", "scenario.toml", "-o", draw(st.sampled_from(["out.npz", "out", "out.csv"]))]
 
 
@@ -240,17 +242,23 @@ def store(draw: Draw, folder: Path, seeds: Path) -> list[object]:
     return draw(st.sampled_from([["trends", "store", "-o", "out"], ["fleet", "--compact", "store"]]))
 
 
-def command_line(draw: Draw, folder: Path, seeds: Path) -> list[object]:  # noqa: ARG001 - files are sound
-    robot, result = ("-r", seeds / "robot.toml"), seeds / "saved"
-    commands = (
-        ["inspect", seeds / "log.npz", *robot, "--from", "0.1", "--exclude", "0.1:0.2", "-o", "out.html"],
-        ["identify", seeds / "log.npz", *robot, "-o", "out", "--method", "curve-fit", "--law", "stribeck"],
+def commands(seeds: Path) -> list[list[Any]]:
+    """List sound commands with an output."""
+    robot, log, result = ("-r", seeds / "robot.toml"), seeds / "log.npz", seeds / "saved"
+    return [
+        ["init", seeds / "arm.urdf", log, "-o", "out.toml"],
+        ["inspect", log, *robot, "--from", "0.1", "--exclude", "0.1:0.2", "-o", "out.html"],
+        ["identify", log, *robot, "-o", "out", "--method", "curve-fit", "--law", "stribeck"],
+        ["convert", log, *robot, "-o", "out.npz"],
         ["export", result, *robot, "--to", "mjcf", "-o", "out", "--samples", "2", "--joints", "elbow"],
         ["compare", result, result, "--names", "a,b", "-o", "out.html"],
         ["plan", result, *robot, "--held", "x", "--joints", "elbow", "-o", "out"],
         ["fleet", "none.npz", *robot, "-o", "out", "--jobs", "1", "--timeout", "5"],
-    )
-    words = list(draw(st.sampled_from(commands)))
+    ]
+
+
+def command_line(draw: Draw, folder: Path, seeds: Path) -> list[object]:  # noqa: ARG001 - files are sound
+    words = list(draw(st.sampled_from(commands(seeds))))
     place = draw(st.integers(1, len(words) - 1))
     values = [*NUMBERS, *(word for word in WORDS if "/" not in word and word.isprintable()), "--json", "-o", "1:2", ","]
     words[place : place + draw(st.integers(0, 1))] = [draw(st.sampled_from(values))][: draw(st.integers(0, 1))]
@@ -269,48 +277,112 @@ def damaged_log(name: str, draw: Draw, folder: Path, seeds: Path) -> list[object
     return ["inspect", path.name, "-r", seeds / "robot.toml"]
 
 
+def channels(draw: Draw, folder: Path, seeds: Path) -> list[object]:
+    with np.load(seeds / draw(st.sampled_from(["log.npz", "whole.npz", "logs/npz/log.npz"]))) as sound:
+        arrays = dict(sound)
+    for name in draw(
+        st.lists(st.sampled_from([name for name in arrays if arrays[name].ndim]), min_size=1, max_size=3, unique=True)
+    ):
+        arrays[name] = damaged_channel(draw, arrays[name])
+    np.savez(folder / "log.npz", **arrays)
+    robot = ["log.npz", "-r", seeds / "robot.toml"]
+    identify = ["identify", *robot, "-o", "out", "--method", draw(st.sampled_from(["whole-log", "curve-fit"]))]
+    others = (["init", seeds / "arm.urdf", "log.npz", "-o", "out.toml"], ["convert", *robot, "-o", "out.npz"])
+    watch = ["watch", seeds / "saved", *robot[1:], "--log", "log.npz", "--json"]
+    return draw(st.sampled_from([["inspect", *robot], identify, *others, watch]))
+
+
+def stream(draw: Draw, folder: Path, seeds: Path) -> list[object]:
+    """Damage a stream or a saved state of `watch`."""
+    words, log = ["watch", seeds / "saved", "-r", seeds / "robot.toml", "--json"], (seeds / "logs/mcap/log.mcap")
+    if draw(st.booleans()):
+        (folder / "log.mcap").write_bytes(damaged_bytes(draw, log.read_bytes()))
+        return [*words, "--mcap", "log.mcap"]
+    write_damaged(draw, (seeds / "state.json").read_text(), folder / "state.json")
+    return [*words, "--log", seeds / "log.npz", "--state", "state.json"]
+
+
+def odd_output(draw: Draw, folder: Path, seeds: Path) -> list[object]:
+    """Name a link, a pipe, a terminal, a folder, or a place below a file as the output."""
+    words = [*draw(st.sampled_from(commands(seeds))), *draw(st.sampled_from([[], ["--overwrite"]]))]
+    place = words.index("-o") + 1
+    words[place] = words[place].replace("out", "odd")
+    odd, kind = (
+        folder / words[place],
+        draw(st.sampled_from(["fifo", "folder", "below", "loop", "nowhere", "pipe", "tty", "file"])),
+    )
+    (folder / "target").touch()
+    if kind == "fifo":
+        os.mkfifo(odd)
+    elif kind == "folder":
+        odd.mkdir()
+    elif kind == "below":
+        odd.touch()
+        words[place] += "/out"
+    else:
+        targets = {
+            "loop": odd.name,
+            "nowhere": "no/where",
+            "pipe": f"/proc/self/fd/{PIPE}",
+            "tty": os.ttyname(TERMINAL),
+        }
+        odd.symlink_to(targets.get(kind, "target"))
+    return words
+
+
 KINDS = {
     each.__name__: each
-    for each in (robot_file, model_file, set_option, result_file, scenario_file, store, command_line)
+    for each in (
+        *(robot_file, model_file, set_option, result_file, scenario_file, store, command_line),
+        *(channels, stream, odd_output),
+    )
 } | {f"log {name}": partial(damaged_log, name) for name in WRITERS}
 
 
 @contextlib.contextmanager
-def limited() -> Iterator[io.StringIO]:
-    """Limit processor time and memory; a violation ends the process or raises. Yield what is printed on stderr."""
+def limited() -> Iterator[tuple[io.StringIO, io.StringIO]]:
+    """Limit processor time and memory; a violation ends the process or raises. Yield what is printed."""
     pages = int(Path("/proc/self/statm").read_text().split()[0])
     before = resource.getrlimit(resource.RLIMIT_AS)
-    said = io.StringIO()
+    said, shown = io.StringIO(), io.StringIO()
     resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + MEMORY, before[1]))
     signal.setitimer(signal.ITIMER_PROF, SECONDS)
     try:
-        with contextlib.redirect_stderr(said), contextlib.redirect_stdout(io.StringIO()), np.errstate(all="raise"):
-            yield said
+        wrong = np.errstate(all="raise", under="ignore")  # as NumPy warns
+        with contextlib.redirect_stderr(said), contextlib.redirect_stdout(shown), wrong:
+            yield said, shown
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
         resource.setrlimit(resource.RLIMIT_AS, before)
 
 
-def untidy(code: int, said: str, left: list[str]) -> bool:
+def entries(folder: Path) -> dict[str, int]:
+    """Map the names in a folder to the entries of the file system."""
+    return {path.name: path.lstat().st_ino for path in folder.iterdir()}
+
+
+def untidy(code: int, said: str, changed: bool) -> bool:
     """Tell whether an input was neither accepted, nor refused in one sentence and without an output."""
-    outputs = [name for name in left if name == "out" or name.startswith(("out.", ".stribeck-"))]
     sentence = re.fullmatch(r"(stribeck: note: .*\n)*stribeck: .+\n", said) or said.startswith(("Usage: ", "Error: "))
-    if code == 3 and not said and outputs:  # of a fleet, whose store has a row for each log without a result
+    if code == 3 and not said and changed:  # of a fleet, whose store has a row for each log without a result
         return False
-    return code != 0 and (code not in (2, 3) or not sentence or bool(outputs))
+    return bool(said) if code == 0 else code not in (2, 3) or not sentence or changed
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@settings(max_examples=EXAMPLES, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=EXAMPLES, suppress_health_check=list(HealthCheck))
 @given(data=st.data())
 def test_a_hostile_input_is_accepted_or_refused_in_one_sentence(kind: str, seeds: Path, data: st.DataObject) -> None:
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         words = KINDS[kind](data.draw, folder, seeds)
         words = [str(word).replace("\0", "").encode(errors="replace").decode() for word in words]
-        with contextlib.chdir(folder), limited() as said:
+        before = entries(folder)
+        with contextlib.chdir(folder), limited() as (said, shown):
             code = run(*words)
-        assert not untidy(code, said.getvalue(), [path.name for path in folder.iterdir()]), (words, said.getvalue())
+        assert not untidy(code, said.getvalue(), entries(folder) != before), (words, said.getvalue())
+        for line in shown.getvalue().splitlines() if "--json" in words else ():
+            json.loads(line, parse_constant=pytest.fail)
         name = kind.removeprefix("log ")
         if code == 0 and name in CHECKED:
             robot = Robot.from_file(seeds / "robot.toml")
@@ -319,7 +391,7 @@ def test_a_hostile_input_is_accepted_or_refused_in_one_sentence(kind: str, seeds
                 np.testing.assert_array_equal(values, written[channel])
 
 
-@settings(max_examples=EXAMPLES, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=EXAMPLES, suppress_health_check=list(HealthCheck))
 @given(data=st.data())
 def test_a_hostile_result_is_reported_and_printed_or_refused(seeds: Path, data: st.DataObject) -> None:
     with tempfile.TemporaryDirectory() as place:
@@ -335,3 +407,34 @@ def test_a_hostile_result_is_reported_and_printed_or_refused(seeds: Path, data: 
             print_truth(result, {name: dict.fromkeys(own.parameters, 1.0) for name, own in result.joints.items()})
             write_report(folder / "result.json", folder / "out.html")
             assert "</html>" in (folder / "out.html").read_text(encoding="utf-8")
+
+
+STAMPS = {
+    "none": np.zeros(0),
+    "subnormal": 5e-324 * np.arange(50),
+    "infinite": np.where(np.arange(50) % 7 == 3, np.inf, 0.01 * np.arange(50)),
+    "huge": np.linspace(-8e307, 8e307, 50),
+    "steps": np.repeat(np.arange(5.0), 10),
+    "there and back": np.repeat([0.0, 1.0, 0.0], [20, 10, 20]),
+}
+
+
+@pytest.mark.parametrize("case", STAMPS)
+def test_a_robot_file_is_drafted_whatever_the_stamps(case: str, seeds: Path, tmp_path: Path) -> None:
+    signal = np.outer(np.sin(np.arange(len(STAMPS[case]))), [1.0, 2.0])
+    np.savez(tmp_path / "log.npz", time=STAMPS[case], position=signal, torque=signal, joint_names=["shoulder", "elbow"])
+    with limited() as (said, _):
+        assert run("init", seeds / "arm.urdf", tmp_path / "log.npz", "-o", tmp_path / "out.toml", "--quiet") == 0
+    assert said.getvalue() == ""
+
+
+@pytest.mark.parametrize("value", ["-1.0", "1e308", "NaN", "[" * 100_000])
+@pytest.mark.parametrize("name", ["filters.noise", "filters.covariance"])
+def test_an_impossible_state_is_refused(name: str, value: str, seeds: Path, tmp_path: Path) -> None:
+    state = json.loads((seeds / "state.json").read_text())
+    state[name] = np.full(np.shape(state[name]), 7.5).tolist()
+    (tmp_path / "state.json").write_text(json.dumps(state).replace("7.5", value))
+    words = ["watch", seeds / "saved", "-r", seeds / "robot.toml", "--log", seeds / "log.npz"]
+    with limited() as (said, _):
+        assert run(*words, "--state", tmp_path / "state.json") == 2
+    assert "state.json: is damaged" in said.getvalue()

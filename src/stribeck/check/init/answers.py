@@ -47,14 +47,14 @@ def draft_robot_file(model: str, log: Path | None, output: Path) -> Draft:
     """
     path = model_path(model, Path())
     facts = read_model(path)
-    relative = Path(os.path.relpath(path.resolve(), output.resolve().parent)).as_posix()
-    name = model if model.startswith(PREFIX) else relative
+    relative = os.path.relpath(path.resolve(), output.resolve().parent)
+    name = model if model.startswith(PREFIX) else Path(relative).as_posix()
     draft = Draft(facts, output, {"robot": {"model": name, "base": facts.base}})
     draft.note("robot.base", f"{facts.evidence}.")
     if loose := [joint for joint in facts.range if joint not in facts.joints]:
         draft.document["robot"]["locked"] = dict.fromkeys(loose, 0.0)
         draft.note("robot.locked", f"free and planar joints are locked: {', '.join(loose)}.")
-    with one_blas_thread():
+    with one_blas_thread(), np.errstate(all="ignore"):  # a log may contain anything
         if log is None:
             write_contacts(draft, ())
             ask_for_torque_source(draft)
@@ -175,8 +175,8 @@ def _find_time_unit(draft: Draft, source: Recording) -> bool:
             "`stribeck inspect` runs with this rate.",
         )
         return True
-    coarse = np.mean(np.diff(stamps) == 0) > 0.5
     mean = mean_step(stamps, (slice(0, len(stamps)),))
+    coarse = mean > 0 and np.mean(np.diff(stamps) == 0) > 0.5
     unit = source.time_unit or columns.time_unit(np.array([0.0, mean]) if coarse else stamps)
     if unit != "s" and source.time_unit is None:
         draft.set("log.time", "unit", unit, "found from the length of its steps.")

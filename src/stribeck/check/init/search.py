@@ -188,7 +188,7 @@ def _compare(log: RobotLog, robot: Robot) -> Agreement:
 def _take_excerpt(log: RobotLog) -> RobotLog:
     """Take at most 2,000 samples at about 200 Hz from the middle of a log."""
     step = max(1, int(1 / typical_step(log.time[np.isfinite(log.time)], log.path) / 200.0))
-    rows = len(log.time) // step
+    rows = max(1, len(log.time) // step)
     first = max(0, rows - 2000) // 2 * step
     return log.take(slice(first, first + min(rows, 2000) * step, step))
 

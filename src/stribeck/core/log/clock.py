@@ -59,7 +59,7 @@ def typical_step(time: Array, where: str) -> float:
 
 def plausible_units(step: float) -> list[str]:
     """List the units of time that make a step plausible for a robot's log, largest first."""
-    return [unit for unit, factor in TIME.items() if RATES[0] <= 1 / (step * factor) <= RATES[1]]
+    return [unit for unit, factor in TIME.items() if 1 / RATES[1] <= step * factor <= 1 / RATES[0]]
 
 
 def longest_step(step: float, max_gap: float | None) -> float:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Mapping
 from dataclasses import asdict
 from operator import attrgetter
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from stribeck.core.base.files import read_text
 from stribeck.core.base.outputs import whole_or_not_at_all
+from stribeck.core.base.typing import Array
 from stribeck.core.errors import SettingsError
 from stribeck.core.result import Result
 from stribeck.service.online.alarms import Alarm
@@ -52,12 +55,14 @@ def load_state(online: Restorable, path: Path) -> None:
     text = read_text(path, "a state file of stribeck watch", SettingsError)
     try:
         document = json.loads(text)
-        alarms = {alarm.name: alarm for alarm in (Alarm(**fields) for fields in document["alarms"])}
+        alarms = {alarm.name: alarm for alarm in TypeAdapter(list[Alarm]).validate_python(document["alarms"])}
         owner, values = document["result"], {}
         for name in KEPT:
             current = np.asarray(attrgetter(name)(online))
             values[name] = np.asarray(document[name], dtype=current.dtype).reshape(current.shape)
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        if not _is_possible(values):
+            raise ValueError("impossible numbers")
+    except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError) as error:
         reason = f"{type(error).__name__}: {error}"
         raise SettingsError(f"{path}: is damaged or no state file ({reason}); delete it to start anew") from error
     if owner != _digest(online):
@@ -66,6 +71,14 @@ def load_state(online: Restorable, path: Path) -> None:
         part, _, last = name.rpartition(".")
         setattr(attrgetter(part)(online) if part else online, last, value if value.ndim else float(value))
     online.alarms = alarms
+
+
+def _is_possible(values: Mapping[str, Array]) -> bool:
+    """Check that numbers are moderate, or -inf where nothing was seen, and variances and covariances are positive."""
+    if not all(np.all((np.abs(value) < 1e15) | (value == -np.inf)) for value in values.values()):
+        return False
+    covariance = values["filters.covariance"]
+    return bool(values["filters.noise"].min() > 0 and np.linalg.eigvalsh(covariance).min() > 0)
 
 
 def _digest(online: Restorable) -> str:
