@@ -19,26 +19,7 @@ from stribeck.core.log import RobotLog
 from stribeck.core.robot import Robot
 from stribeck.simulation.prescribed.exact import Truth, exact_log
 
-SLIDING_LEG = """<robot name="slider">
-  <link name="base"><inertial><mass value="5"/><origin xyz="0.1 0 0.05"/>
-    <inertia ixx="0.1" iyy="0.2" izz="0.15" ixy="0.01" ixz="0" iyz="0"/></inertial></link>
-  <link name="thigh"><inertial><mass value="2"/><origin xyz="0 0.02 -0.1"/>
-    <inertia ixx="0.02" iyy="0.02" izz="0.01" ixy="0" ixz="0" iyz="0.002"/></inertial></link>
-  <link name="shank"><inertial><mass value="1"/><origin xyz="0.03 0 -0.1"/>
-    <inertia ixx="0.01" iyy="0.01" izz="0.005" ixy="0" ixz="0" iyz="0"/></inertial></link>
-  <link name="arm"><inertial><mass value="1.5"/><origin xyz="0.2 0 0"/>
-    <inertia ixx="0.01" iyy="0.02" izz="0.03" ixy="0" ixz="0" iyz="0"/></inertial></link>
-  <link name="sole"/>
-  <joint name="hip" type="continuous"><parent link="base"/><child link="thigh"/>
-    <origin xyz="0.1 0.2 -0.1" rpy="0.3 -0.2 0.5"/><axis xyz="0.6 0.8 0"/></joint>
-  <joint name="knee" type="prismatic"><parent link="thigh"/><child link="shank"/>
-    <origin xyz="0 0 -0.3" rpy="0.1 0.2 0.3"/><axis xyz="0 0 1"/>
-    <limit lower="-0.5" upper="0.5" effort="9" velocity="9"/></joint>
-  <joint name="foot" type="fixed"><parent link="shank"/><child link="sole"/>
-    <origin xyz="0.05 0 -0.2" rpy="0 0.4 0.1"/></joint>
-  <joint name="shoulder" type="continuous"><parent link="base"/><child link="arm"/>
-    <origin xyz="0 -0.2 0.1"/><axis xyz="0 1 0"/></joint>
-</robot>"""
+SLIDING_LEG = (Path(__file__).parent / "slider.urdf").read_text()
 
 
 @pytest.fixture(scope="module")
@@ -138,6 +119,21 @@ def test_motion_of_the_base_follows_from_point_feet(gait, standing):
         swinging = ~robot.standing(feet)
         friction = (log.torque[rows] - needed)[:, swinging]
         np.testing.assert_allclose(friction, truth.friction_torque[rows][:, swinging], atol=1e-8)
+
+
+def test_the_acceleration_of_a_base_on_rolling_feet_is_the_slope_of_its_velocity():
+    robot = example_robot("go2")
+    rolling = {name: replace(foot, radius=0.2) for name, foot in robot.contacts.items()}
+    time, rates = 1e-4 * np.arange(3), np.random.default_rng(7).normal(size=(3, len(robot.joint_names)))
+    angles = rates[2] + rates[0] * time[:, None] + rates[1] * time[:, None] ** 2 / 2
+    speeds = rates[0] + rates[1] * time[:, None]
+    spin, first = np.array([1.0, -2.0, 3.0]), Rotation.from_rotvec([0.3, 0.2, -0.5])
+    turn = (Rotation.from_rotvec(time[:, None] * spin) * first).as_quat()
+    orientation = Orientation(turn, np.tile(first.inv().apply(spin), (3, 1)), np.zeros((3, 3)))
+    state = State(angles, speeds, np.tile(rates[1], (3, 1)), orientation)
+    motion = base_root(replace(robot, contacts=rolling), ("FL", "RR"), state)
+    slope = (motion.velocity[2] - motion.velocity[0]) / 2e-4
+    np.testing.assert_allclose(motion.acceleration[1], slope, atol=1e-5)
 
 
 def test_point_feet_need_a_base_orientation():

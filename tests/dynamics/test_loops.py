@@ -128,6 +128,15 @@ def test_the_torques_make_the_motion_by_constrained_dynamics(ankle):
         np.testing.assert_allclose(found[size:], log.acceleration[k, columns], atol=1e-5)
 
 
+def test_the_momentum_of_a_closed_chain_changes_by_its_torques(tmp_path):
+    robot = leg(tmp_path, "fixed")
+    log, moving = loop_log(robot), robot.torque_controlled
+    momentum, change = loop_momentum_balance(robot, robot.tree, log.position, log.velocity)
+    slope = ((momentum[2:] - momentum[:-2]) / (2 * log.time[1]))[:, moving]
+    applied = log.torque[:, moving] - friction_of(log, moving) + change[:, moving]
+    assert np.all(np.abs(slope - applied[1:-1]) < 1e-3 * np.abs(slope).max(axis=0))
+
+
 def test_logs_of_only_the_motors_are_enough(ankle):
     """Positions and velocities of passive joints are missing: derivatives come from the filter."""
     robot, log = ankle

@@ -48,6 +48,12 @@ def test_friction_is_exported_exactly_or_by_the_nearest_form(coulomb, viscous, S
     assert best < 1.02 * off(coulomb * (1 + S), viscous)
 
 
+def test_load_acts_on_both_sides_of_a_gear() -> None:
+    own = replace(joint(coulomb=1.0, viscous=0.1, load=0.08, offset=0.0), mean_load=2.0, load_deviation=1.0)
+    found = nearest(own, Form(dict.fromkeys(("coulomb", "viscous", "gear_load"), "")))
+    assert [found.numbers["gear_load"], found.remains] == pytest.approx([0.04, 0.0], abs=1e-9)
+
+
 @pytest.mark.parametrize("form", [Form({"coulomb": "coulomb", "viscous": "viscous"}), None])
 def test_what_builds_up_after_a_reversal_is_left_out_by_name(form: Form | None, tmp_path: Path) -> None:
     bending = replace(joint(coulomb=1.0, viscous=0.1, presliding=0.9, offset=0.0), presliding_travel=0.01)

@@ -7,6 +7,9 @@ from hypothesis import strategies as st
 
 from stribeck.core.base.typing import Array
 from stribeck.core.friction import LAWS, FrictionLaw, Parameter
+from stribeck.core.friction.parameters import MAX_GAIN
+from stribeck.core.friction.stribeck import from_coefficients
+from stribeck.core.friction.terms.motion import beyond_velocity, drift, signals
 from stribeck.core.judgement.curve_fit.problem import FitProblem
 from stribeck.paper.curve_fit.fit import fit_joint, grid_starts
 
@@ -63,7 +66,7 @@ def test_standstill(law: FrictionLaw) -> None:
 
 
 @every_law
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(seed=st.integers(0, 10_000))
 def test_parameters_are_recovered_from_clean_samples(law: FrictionLaw, seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -81,3 +84,14 @@ def test_parameters_are_recovered_from_clean_samples(law: FrictionLaw, seed: int
     fit = fit_joint(problem)
     np.testing.assert_allclose(fit.values, truth, rtol=1e-6, atol=1e-6)
     assert len(grid_starts(problem)) == int(np.prod([len(p.starts) for p in law.parameters if p.starts]))
+
+
+def test_breakaway_remains_if_the_kinetic_part_vanishes() -> None:
+    _, coulomb, gain = from_coefficients(0.1, -0.5, 2.0)
+    assert (gain, coulomb * gain) == pytest.approx((MAX_GAIN, 2.0))
+
+
+def test_a_drift_is_the_change_from_the_start_to_the_end() -> None:
+    values, speed = {"coulomb_drift": 0.3, "viscous_drift": 0.1, "slope": 90.0}, np.array([-2.0, 0.5])
+    start, end = (beyond_velocity(values, signals(speed, 90.0, elapsed=share)) for share in (-0.5, 0.5))
+    np.testing.assert_allclose(drift(values, speed), end - start)

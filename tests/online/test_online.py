@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
+from scipy.signal import lfilter
 from tests.arm import TRUTH, arm_log
 from tests.models import example_robot
 from tests.online.service import RATE, elbow, feed, same, stream
@@ -165,6 +166,22 @@ def test_covariances_stay_sound_for_days() -> None:
     assert np.array_equal(P, P.transpose(0, 2, 1))
     assert np.linalg.eigvalsh(P).min() > 0
     assert np.abs(filters.state).max() < 10
+
+
+def test_noise_is_inflated_to_the_variance_of_a_mean_of_correlated_errors() -> None:
+    filters = JointFilters(np.ones((1, 4)), np.ones((1, 4)), 3600.0, np.ones(1))
+    filters.lagged[:] = 0.6
+    errors = lfilter([0.8], [1.0, -0.6], np.random.default_rng(0).standard_normal((2_000, 220)))[:, 20:]
+    assert filters.inflation() == pytest.approx(200 * errors.mean(axis=1).var(), rel=0.1)
+
+
+def test_the_interval_is_that_of_both_changes_together(robot: Robot, result: Result) -> None:
+    online, changes = OnlineFriction(result, robot, RATE), np.array([1.0, 0.0, 1.0, 0.0])
+    root = 0.01 * np.random.default_rng(0).standard_normal(online.filters.covariance.shape)
+    online.filters.covariance = root @ root.transpose(0, 2, 1)
+    covariance = online.filters.with_shared_payload()[1]
+    found = [np.ptp(own.interval_95) / own.baseline / 2 for own in online.state().values()]
+    np.testing.assert_allclose(found, 1.96 * np.sqrt(changes @ covariance @ changes))
 
 
 def of(viscous_share: Array) -> Any:

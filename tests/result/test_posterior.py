@@ -14,6 +14,7 @@ from stribeck import Result, Robot, read_result
 from stribeck.app.exporters.projection import inertias_pay, projected
 from stribeck.core.errors import SettingsError
 from stribeck.core.result import ErrorCorrelation
+from stribeck.core.result.parts import BODY_COORDINATES
 from stribeck.core.result.posterior import Posterior
 
 
@@ -39,6 +40,13 @@ def arm(tmp_path: Path) -> tuple[Result, Robot]:
     covariance = np.array([[1.0, 0.9], [0.9, 1.0]])
     told = ErrorCorrelation.of([f"{joint}.offset", f"{body}.centre_x"], covariance)
     return replace(result, corrections=replace(result.corrections, correlation=told)), robot
+
+
+def test_the_logarithm_of_a_mass_has_its_relative_error(arm: tuple[Result, Robot]) -> None:
+    (name, body), posterior = next(iter(arm[0].corrections.bodies.items())), arm[0].posterior
+    place = posterior.names.index(f"{name}.{BODY_COORDINATES[0]}")
+    assert posterior.mean[place] == pytest.approx(np.log(body.mass[1]))
+    assert posterior.covariance[place, place] == pytest.approx((body.mass_error / body.mass[1]) ** 2)
 
 
 def test_correlations_survive_in_a_file_and_damage_is_refused(arm: tuple[Result, Robot], tmp_path: Path) -> None:

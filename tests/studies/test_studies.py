@@ -16,8 +16,9 @@ from studies import ablation, accuracy, compensation, plan, robots, summary
 from studies.__main__ import PAGES, dated, path_of, state
 from studies.__main__ import STUDIES as COSTS
 from studies.accuracy_cases import NAMES
-from studies.command import command, read, saved
+from studies.command import SOURCE, command, read, saved
 from studies.harder_cases import CONDITIONS, ROTOR, Harder, as_seen
+from studies.mutations import MUTATIONS, TESTS, Mutation
 
 from stribeck import Robot, read_result
 from stribeck.core.friction import get_law
@@ -76,6 +77,15 @@ def test_a_study_continues_after_an_interruption_and_starts_anew_if_numbers_chan
             command("", [{"k": k} for k in range(3)], run, lambda _: [], partial(str, digest))
     assert done == [0, 1, 1, 2, 0, 1, 2]
     assert read(file)["rows"][2] == {"k": 2, "third": 0.3333}
+
+
+@pytest.mark.parametrize("mutation", MUTATIONS, ids=lambda mutation: f"{mutation.file}: {mutation.old}")
+def test_every_wrong_line_still_replaces_one_place(mutation: Mutation) -> None:
+    assert (SOURCE / mutation.file).read_text().count(mutation.old) == 1
+    assert mutation.old != mutation.new
+    assert mutation.tests
+    assert "test_golden.py" not in mutation.tests
+    assert all((TESTS / name).exists() for name in mutation.tests)
 
 
 def test_all_mechanisms_exist() -> None:

@@ -26,7 +26,7 @@ def some_parameters(count: int = 4) -> Array:
     return np.stack([pin.SE3.Random().act(pin.Inertia.FromEllipsoid(*size)).toDynamicParameters() for size in sizes])
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(st.lists(st.floats(-20, 20), min_size=40, max_size=40))
 def test_every_coordinate_is_a_body_that_can_exist(coordinates: list[float]) -> None:
     parameters = some_parameters()
@@ -34,6 +34,16 @@ def test_every_coordinate_is_a_body_that_can_exist(coordinates: list[float]) -> 
     values = np.linalg.eigvalsh(pseudo_inertia(parameters + changes))
     assert np.all(values > -1e-9 * values.max(axis=1, keepdims=True))
     assert np.all(parameters[:, 0] + changes[:, 0] > 0)
+
+
+def test_the_prior_of_moments_does_not_depend_on_the_axes() -> None:
+    """The logarithm of the moments has the same size in all directions: its norm is that of the coordinates."""
+    ball = bodies_of(pin.Inertia.FromSphere(2.0, 0.3).toDynamicParameters()[None], Priors())
+    coordinates = np.zeros((1, 10))
+    coordinates[0, 4:] = np.random.default_rng(3).standard_normal(6)
+    before, after = pseudo_inertia(ball.parameters), pseudo_inertia(ball.parameters + ball.corrections(coordinates))
+    sizes = np.log(np.linalg.eigvalsh(after[0, :3, :3]) / before[0, 0, 0])
+    assert np.sum(sizes**2) == pytest.approx(2 * Priors().moments ** 2 * np.sum(coordinates**2))
 
 
 def test_derivatives_are_those_of_differences() -> None:

@@ -159,6 +159,13 @@ def repeating(torque: float, root_turns: float = 0.0) -> list[WeakEquations]:
     return found
 
 
+def test_repeated_errors_of_all_shapes_have_the_same_size_over_a_step() -> None:
+    middle = (np.arange(40) + 0.5) / 40
+    part = replace(steps()[0], since=middle, until=1 - middle, root_response=np.ones((40, 3, 6)))
+    sizes = (part.gait_phase_effects().reshape(40, 3, COSINES, -1)[..., -3:] ** 2).sum(axis=(0, 1, 3))
+    np.testing.assert_allclose(sizes, sizes[0])
+
+
 def with_effects(equations: list[WeakEquations], root_turns: Array) -> tuple[Array, Array, Array]:
     """Return standard deviations of random effects, and errors and standard errors of the friction."""
     laws = make_laws("coulomb-viscous", 3)
