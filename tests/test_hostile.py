@@ -87,7 +87,8 @@ def seeds(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def damaged_channel(draw: Draw, values: Any) -> Any:
     """Overwrite, scale, hold, round or mix some samples of a channel; or convert or cut all of it."""
     if values.dtype.kind not in "bf":  # names
-        odd = [np.full_like(values, ""), np.full_like(values, "x"), np.arange(len(values)), values.astype(object)]
+        long, numbers = np.repeat("x" * 3000, len(values)), np.arange(len(values))
+        odd = [np.full_like(values, ""), long, numbers, values.astype(object)]
         return draw(st.sampled_from([values[:0], values[:1], *odd]))
     rows = draw(st.sampled_from([slice(None), slice(3, None, 7), slice(0, 1), slice(-50, None), slice(None, None, -1)]))
     sample, floats = draw(st.sampled_from(SAMPLES)), values.astype(float)

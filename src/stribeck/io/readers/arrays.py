@@ -141,8 +141,8 @@ def datasets(file: h5py.File, path: Path) -> dict[str, h5py.Dataset]:
 def _texts(values: object, name: str, path: Path) -> tuple[str, ...]:
     """Convert an array of text, or a single text, to strings."""
     flat = np.ravel(np.asarray(values, dtype=object))
-    if not all(isinstance(value, (bytes, str)) for value in flat):
-        raise LogError(f"{path}: '{name}' contains other values than text; expected text")
+    if not all(isinstance(value, (bytes, str)) and len(value) <= 1000 for value in flat):
+        raise LogError(f"{path}: '{name}' contains other values than text of at most 1,000 characters; expected names")
     return tuple(value.decode() if isinstance(value, bytes) else value for value in flat)
 
 
