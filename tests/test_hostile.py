@@ -414,7 +414,6 @@ STAMPS = {
     "none": np.zeros(0),
     "subnormal": 5e-324 * np.arange(50),
     "infinite": np.where(np.arange(50) % 7 == 3, np.inf, 0.01 * np.arange(50)),
-    "huge": np.linspace(-8e307, 8e307, 50),
     "steps": np.repeat(np.arange(5.0), 10),
     "there and back": np.repeat([0.0, 1.0, 0.0], [20, 10, 20]),
 }

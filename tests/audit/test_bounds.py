@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 from studies.accuracy_cases import wrong_model
 from tests.arm import TRUTH, arm_log, write_arm
@@ -15,6 +16,7 @@ from tests.trotting import HEIGHT, OUTER, SIDES, leg_angles
 from stribeck import Robot, RobotLog, identify
 from stribeck.check.audit import audit, base, gather
 from stribeck.check.audit.base import check_contacts
+from stribeck.check.audit.regression import regress
 from stribeck.core.base.finding import Finding
 from stribeck.core.equations.friction_torque.preparation import prepare
 from stribeck.core.friction import get_law
@@ -150,3 +152,12 @@ def test_a_slope_is_no_wrong_contact_and_hides_none(degrees, direction, monkeypa
     monkeypatch.setattr(base, "SLOPE", -1.0)  # all ground is level
     uphill = degrees * np.cos(np.deg2rad(direction)) > 0  # the left rear foot is above the right one
     assert bool(found(log)) == uphill
+
+
+def test_the_error_of_a_gain_counts_correlated_samples_as_few() -> None:
+    noise = lfilter([1.0], [1.0, -0.9], np.random.default_rng(0).standard_normal((2, 300, 800)))
+    shapes, run, scores = np.ones((800, 1)), np.zeros(800, dtype=int), []
+    for model, error in zip(*noise, strict=True):
+        gain, deviation, *_ = regress(shapes, model, model + error, run)
+        scores.append((gain - 1) / deviation)
+    assert np.std(scores) == pytest.approx(1.0, abs=0.15)

@@ -41,13 +41,7 @@ def test_example_robots_are_read(name):
 
 
 URDF = (Path(__file__).parent / "arm.urdf").read_text()
-MJCF = """<mujoco model="hopper"><worldbody>
-  <body name="trunk" pos="0 0 1"><freejoint/><geom type="box" size=".1 .1 .1" mass="3"/>
-    <body name="leg" pos="0 0.1 -.1"><joint name="hip" axis="0 1 0" armature="0.02"/>
-      <geom type="capsule" size=".02" fromto="0 0 0 0 0 -.3" mass="1"/>
-      <body name="foot" pos="0 0 -.3"><joint name="slide" type="slide" axis="0 0 1"/>
-        <geom type="sphere" size=".05" mass=".5"/></body></body></body>
-</worldbody></mujoco>"""
+MJCF = (Path(__file__).parent / "hopper.xml").read_text()
 
 
 def write_robot(folder: Path, table: str = "", model: str = URDF, name: str = "arm.urdf", base: str = "fixed") -> Path:
