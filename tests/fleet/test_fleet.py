@@ -7,7 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -129,6 +129,17 @@ def test_backends_give_the_same_store(logs: Path, store: Path, tmp_path: Path, b
     assert rows(tmp_path / "s") == rows(store)
 
 
+@pytest.mark.long
+def test_a_ray_cluster_is_found_by_its_address(logs: Path, store: Path, tmp_path: Path, monkeypatch: Any) -> None:
+    cluster = pytest.importorskip("ray.cluster_utils").Cluster(initialize_head=True, head_node_args={"num_cpus": 2})
+    monkeypatch.setenv("RAY_ADDRESS", cluster.address)
+    try:
+        assert run_fleet(all_jobs(logs), tmp_path / "s", workers=2, backend="ray").counts == {"identified": 6}
+    finally:
+        cluster.shutdown()
+    assert rows(tmp_path / "s") == rows(store)
+
+
 @contextmanager
 def running(logs: Path, store: Path, done: int, *options: object) -> Iterator[subprocess.Popen[str]]:
     """Start a run in a session of its own, and wait until the store has some rows."""
@@ -153,18 +164,14 @@ def test_an_interrupted_run_ends_with_a_line(logs: Path, tmp_path: Path) -> None
     assert run.returncode == 130
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("seed", range(10))
-def test_a_killed_run_is_resumed(logs: Path, store: Path, tmp_path: Path, seed: int) -> None:
+@pytest.mark.parametrize("seed", [0, *(pytest.param(k, marks=pytest.mark.long) for k in range(1, 10))])
+def test_the_workers_of_a_killed_run_end_and_it_is_resumed(logs: Path, store: Path, tmp_path: Path, seed: int) -> None:
     generator = np.random.default_rng(seed)
     with running(logs, tmp_path / "s", int(generator.integers(6))) as run:
         time.sleep(generator.uniform(0, 0.3))
         run.kill()
-    while True:  # workers of the killed run may still end their logs
-        with suppress(SettingsError):
-            run_fleet(all_jobs(logs), tmp_path / "s", workers=1)
-            break
-        time.sleep(0.1)
+        run.communicate(timeout=10)  # every process of the run holds the pipe
+    run_fleet(all_jobs(logs), tmp_path / "s", workers=1)
     assert rows(tmp_path / "s") == rows(store)
 
 

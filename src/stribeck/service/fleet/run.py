@@ -13,7 +13,7 @@ from stribeck.core.base.version import __version__
 from stribeck.core.errors import SettingsError, StribeckError, require_extra
 from stribeck.service.fleet.jobs import Job
 from stribeck.service.fleet.store import IDENTIFIED, connect, locked, naming_damaged_files, set_aside, time_of
-from stribeck.service.fleet.worker import Limits, Outcome, robot_hash, work
+from stribeck.service.fleet.worker import Limits, Outcome, end_with, robot_hash, work
 
 BACKENDS = {"loky": "joblib", "ray": "ray", "dask": "distributed"}
 """Backends, and the package that each needs."""
@@ -126,6 +126,7 @@ def _engine(backend: str, workers: int) -> Iterator[None]:
     if backend != "loky":
         require_extra(backend, BACKENDS[backend])
     with ExitStack() as stack:
+        options = {"initializer": end_with, "initargs": (os.getpid(),)} if backend == "loky" else {}
         if backend == "ray":
             import ray
             from ray.util.joblib import register_ray
@@ -143,5 +144,5 @@ def _engine(backend: str, workers: int) -> Iterator[None]:
             alone = "DASK_SCHEDULER_ADDRESS" not in os.environ
             client = Client(**{"n_workers": max(workers, 1), "threads_per_worker": 1} if alone else {})  # type: ignore[no-untyped-call]
             stack.enter_context(client)
-        stack.enter_context(joblib.parallel_config(backend=backend, n_jobs=workers))
+        stack.enter_context(joblib.parallel_config(backend=backend, n_jobs=workers, **options))
         yield

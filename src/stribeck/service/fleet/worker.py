@@ -12,7 +12,7 @@ from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from threading import Thread
-from time import monotonic, time
+from time import monotonic, sleep, time
 from typing import Annotated, Any, ClassVar
 
 import fsspec
@@ -150,7 +150,7 @@ def _identify(
 ) -> None:
     """Identify a log unless the store has it, write its row, and send its content, status and error."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the worker ends this process
-    Thread(target=_end_with_parent, daemon=True).start()
+    end_with(os.getppid())
     if memory:
         resource.setrlimit(resource.RLIMIT_DATA, (int(memory * 1e9),) * 2)
     try:
@@ -183,11 +183,15 @@ def _identify(
         sender.send({"status": "failed", "error": f"{job.log}: {type(error).__name__}: {error}"})
 
 
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
+def end_with(parent: int) -> None:
+    """End this process soon after its parent, whose process id is given; a killed parent cannot tell its children."""
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            sleep(0.5)
         os._exit(1)
+
+    Thread(target=watch, daemon=True).start()
 
 
 def _local(url: str, folder: Path) -> str:
