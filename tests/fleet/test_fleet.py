@@ -119,12 +119,10 @@ def test_logs_that_fail_are_rows_and_stop_no_other(logs: Path, tmp_path: Path) -
     assert [each.status for each in last.failed] == ["refused"]
 
 
-@pytest.mark.parametrize(
-    "backend", ["loky", pytest.param("ray", marks=pytest.mark.long), pytest.param("dask", marks=pytest.mark.long)]
-)
+@pytest.mark.parametrize("backend", ["loky", pytest.param("dask", marks=pytest.mark.long)])
 def test_backends_give_the_same_store(logs: Path, store: Path, tmp_path: Path, backend: str) -> None:
-    if backend != "loky":
-        pytest.importorskip({"ray": "ray", "dask": "distributed"}[backend])
+    if backend == "dask":
+        pytest.importorskip("distributed")
     assert run_fleet(all_jobs(logs), tmp_path / "s", workers=2, backend=backend).counts == {"identified": 6}
     assert rows(tmp_path / "s") == rows(store)
 

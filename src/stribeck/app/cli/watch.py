@@ -93,7 +93,7 @@ def _show(online: OnlineFriction, live: Live | None, *, json: bool, rerun: bool)
     joints = online.state()
     if json:
         states = {name: asdict(state) for name, state in joints.items()}
-        typer.echo(json_format.dumps({"time": online.time, "joints": states}))
+        typer.echo(json_format.dumps({"time": online.checked, "joints": states}))
     elif live is not None:
         live.update(drawn(_table_of_state(online)), refresh=True)
     if rerun:

@@ -46,12 +46,8 @@ def threshold(logs_per_false_alarm: float, charts: int) -> float:
     One side alarms after (exp(2 k b) - 2 k b - 1) / (2 k^2) logs on average, with b = h + 1.166.
     """
     wanted = 2 * charts * logs_per_false_alarm
-
-    def excess(b: float) -> float:
-        exponent = 2 * SLACK * b
-        return float((np.exp(exponent) - exponent - 1) / (2 * SLACK**2) - wanted)
-
-    return float(brentq(excess, 0.0, 50.0)) - 1.166
+    k = SLACK
+    return float(brentq(lambda b: (np.exp(2 * k * b) - 2 * k * b - 1) / (2 * k**2) - wanted, 0.0, 50.0)) - 1.166
 
 
 def visible_change(logs_per_false_alarm: float, charts: int, freedom: Array) -> Array:

@@ -115,21 +115,17 @@ class Trends:
 
     def to_json(self) -> str:
         """Format all but the numbers behind as JSON."""
-        plain: dict[str, object] = {
-            name: [asdict(row) for row in getattr(self, name)] for name in ("friction", "parameters", "odd", "alarms")
-        }
-        plain = {"conclusion": self.conclusion, **plain}
-        return json.dumps(plain, indent=2, default=str) + "\n"
+        names = "friction", "parameters", "odd", "alarms"
+        rows = {name: [asdict(row) for row in getattr(self, name)] for name in names}
+        return json.dumps({"conclusion": self.conclusion, **rows}, indent=2, default=str) + "\n"
 
     def summary(self) -> str:
         """Format the conclusion, and tables of the type's friction, robots that stand out, and alarms."""
         lines = [self.conclusion, self.title]
         for fit in self.friction:
             friction = f"{fit.friction:.3g} {fit.unit} at {fit.speed}"
-            spreads = f"robots {fit.robot_spread:.2g}, logs {fit.log_spread:.2g}"
-            lines.append(
-                f"  {fit.joint}  {friction}; standard deviations: {spreads}; changes from {fit.smallest:.2g} %"
-            )
+            spreads = f"standard deviations: robots {fit.robot_spread:.2g}, logs {fit.log_spread:.2g}"
+            lines.append(f"  {fit.joint}  {friction}; {spreads}; changes from {fit.smallest:.2g} %")
         for joint, group in groupby(self.parameters, key=lambda parameter: parameter.joint):
             lines.append(f"  {joint}  {', '.join(map(str, group))} in 90 % of the logs")
         lines += [f"stands out: {robot.line}" for robot in self.odd]
@@ -201,19 +197,14 @@ def _type_friction(
         robots=len(robots),
         logs=int(used.sum()),
     )
-    return fit, [
-        OddRobot(
-            **place, robot=str(robots[k]), friction=float(np.exp(mean[k])), usual=friction, spread=friction * spread
-        )
-        for k in odd
-    ]
+    place |= {"usual": friction, "spread": friction * spread}
+    return fit, [OddRobot(**place, robot=str(robots[k]), friction=float(np.exp(mean[k]))) for k in odd]
 
 
 def _clearest(odd: list[OddRobot]) -> list[OddRobot]:
     """Keep the speed of each robot's joint at which it stands out most, the largest first."""
     robots: dict[tuple[str, str], OddRobot] = {}
-    ordered = sorted(odd, key=lambda robot: -abs(np.log(robot.friction / robot.usual)))
-    for robot in ordered:
+    for robot in sorted(odd, key=lambda robot: -abs(np.log(robot.friction / robot.usual))):
         robots.setdefault((robot.robot, robot.joint), robot)
     return list(robots.values())
 

@@ -62,8 +62,7 @@ class Baseline:
         self.speeds, values, errors = np.maximum(curve.transpose(2, 1, 0), 1e-9)
         self.level, self.speed, self.own_error = values[1], self.speeds[1], errors / values
         spreads = [max(point.between_logs for point in joint.curve) for joint in joints]
-        least, most = 0.02, 0.5  # bounds of the spread [1]
-        self.spread = np.clip(np.hypot(spreads, self.own_error[1]), least, most)
+        self.spread = np.clip(np.hypot(spreads, self.own_error[1]), 0.02, 0.5)  # bounds of the spread [1]
         viscous = np.array([joint.values.get("viscous", 0.0) for joint in joints])
         self.viscous_share = np.clip(viscous * self.speed / self.level, 0.0, 1.0)
         self.offset = np.array([joint.values.get("offset", 0.0) for joint in joints])

@@ -23,7 +23,7 @@ from stribeck.core.log.clock import STEP
 from stribeck.core.result import Corrections, Result
 from stribeck.core.robot import Robot
 from stribeck.service.online.alarms import Alarm, Watchdog
-from stribeck.service.online.arguments import joined, rows_of, standing_contacts
+from stribeck.service.online.arguments import base_motion, joined, rows_of, standing_contacts
 from stribeck.service.online.baseline import Baseline, with_estimates
 from stribeck.service.online.friction_state import FrictionState
 from stribeck.service.online.kalman import JointFilters
@@ -32,8 +32,9 @@ from stribeck.service.online.state import load_state, save_state
 
 WINDOW = 0.05
 """Duration of a window [s]: short compared with a step, long compared with the noise of velocities."""
-FEWEST, IMPOSSIBLE = 8, 30.0
-"""Smallest number of samples in a window, and relative change of its friction from which it is damaged [1]."""
+FEWEST, IMPOSSIBLE, FASTER = 8, 30.0, 10.0
+"""Smallest number of samples in a window, and relative change of its friction and speed relative to the identified
+log's top speed from which it is damaged [1]."""
 WALK = 300.0
 """Motion in which friction may change as much as it differs from log to log [s]."""
 RETURN = 3600.0
@@ -99,6 +100,7 @@ class OnlineFriction:
         self.alarms: dict[str, Alarm] = {}
         self.counts = dict.fromkeys(("used", "repeated", "missing", "breaks"), 0)
         self.time, self.checked = -np.inf, -np.inf
+        self._samples, self._second, self._unseen = 0, round(rate), np.zeros(len(columns))
         self.motion, self._moved = np.zeros(len(columns)), np.zeros(len(columns), dtype=bool)
         self._trees: dict[ContactMode, Tree] = {}
         self._make_window()
@@ -152,15 +154,14 @@ class OnlineFriction:
         LogError
             If an array has a wrong shape, or a floating base has no contacts.
         """
-        stamps = np.atleast_1d(np.asarray(time, dtype=np.float64))
+        stamps = rows_of("time", time)
         samples = len(stamps)
         signals = joined((samples, self._joints), position=position, velocity=velocity, torque=torque)
         signals[0] -= self._zero
         signals[2] *= self._gain
         signals[2, :, self._untracked] = 0.0
         warm = None if temperature is None else joined((samples, self._joints), temperature=temperature)[0]
-        turn = None if base is None else rows_of("base orientation", base[0], (samples, 4))
-        spin = None if base is None or base[1] is None else rows_of("angular velocity", base[1], (samples, 3))
+        turn, spin = base_motion(base, samples)
         sums = signals[:2].sum(axis=(0, 2)) + (0.0 if turn is None else turn.sum(axis=1))
         known = np.isfinite(sums).tolist()
         self.counts["missing"] += int(np.sum(~np.isfinite(sums + signals[2].sum(axis=1) + stamps)))
@@ -170,7 +171,10 @@ class OnlineFriction:
         ):
             if self._follow(stamp, feet, known[k]):
                 base_now = None if turn is None else turn[k], None if spin is None else spin[k]
-                alarms += self._add(stamp, base_now, signals[:, k], None if warm is None else warm[k])
+                self._add(base_now, signals[:, k], None if warm is None else warm[k])
+            self._samples += 1
+            if self._samples % self._second == 0:
+                alarms += self._check()
         return alarms
 
     def _follow(self, stamp: float, feet: tuple[str, ...], known: bool) -> bool:
@@ -193,7 +197,7 @@ class OnlineFriction:
             self._settled = stamp + (support.trim_start + support.trim_end) * landed
         return stamp >= self._settled and (bool(feet) or self.robot.base == "fixed")
 
-    def _add(self, stamp: float, base: Base, signals: Array, warm: Array | None) -> list[Alarm]:
+    def _add(self, base: Base, signals: Array, warm: Array | None) -> None:
         """Add position, velocity and torque, shape (3, n), to the window, and evaluate the window if it is full."""
         assert self._mode is not None
         if self._mode not in self._trees:
@@ -209,12 +213,9 @@ class OnlineFriction:
         rows = len(self._weight)
         if self._filled == rows:
             self._filled = 0
-            self._pending = (stamp, *self._measure(tree, position, base))
-        elif self._filled == rows // 2 and np.floor(self.time) > np.floor(self.checked):
-            return self._check()
+            self._pending = (self._last, *self._measure(tree, position, base))
         elif self._filled == rows - 2 and self._pending is not None:
             self._commit(*self._pending)
-        return []
 
     @np.errstate(over="ignore", invalid="ignore")
     def _measure(self, tree: Tree, position: Array, base: Base) -> tuple[Array, Array, BoolArray, BoolArray]:
@@ -231,14 +232,19 @@ class OnlineFriction:
         slow = 0.25 * of.speeds[0]  # near standstill: far below the slow point of the friction curve
         moving = (v > slow).all(axis=0) | (v < -slow).all(axis=0)
         value = (friction - of.offset - law) / of.level
-        usable = (np.abs(value) < IMPOSSIBLE) & np.isfinite(regressor).all(axis=1) & moving & tree.seen[columns]
+        known = (np.abs(v) < FASTER * of.speeds[2]).all(axis=0) & np.isfinite(regressor).all(axis=1)
+        usable = (np.abs(value) < IMPOSSIBLE) & known & moving & tree.seen[columns]
         regressor[~usable], value[~usable] = 0.0, 0.0  # a dead channel blinds its own joint only
+        resting = known & (np.abs(v).max(axis=0) < of.speeds[0]) & (np.abs(q[-1] - q[0]) < of.speeds[0] * self._span)
+        enough = np.where(
+            usable, 20.0, resting
+        )  # one window in twenty is enough, and a joint at rest has nothing to see
+        self._unseen = np.maximum(self._unseen - self._span * enough, 0.0)
         return regressor, value, usable, tree.stands[columns]
 
     def _commit(self, stamp: float, regressor: Array, value: Array, used: BoolArray, stands: BoolArray) -> None:
         """Let the filters use a window that no contact change has followed."""
-        if stamp < self.time:  # the clock was set back
-            self.checked, self.watchdog.normal_until = -np.inf, self.watchdog.normal_until + (stamp - self.time)
+        self.watchdog.normal_until += min(stamp - self.time, 0.0)  # the clock may be set back
         self.filters.predict(min(max(stamp - self.time, 0.0), RETURN))
         self.filters.update(regressor, value, used, stands)
         self.time = stamp
@@ -246,15 +252,15 @@ class OnlineFriction:
         self._moved |= used
 
     def _check(self) -> list[Alarm]:
-        """Check for alarms."""
-        self.checked = self.time
+        """Check for alarms, once in the number of samples of a second, whatever their stamps are."""
+        self.checked = self._last if np.isfinite(self._last) else 0.0
         state, covariance, payload = self.filters.with_shared_payload()
-        moved, self._moved = self._moved & self.baseline.sure, np.zeros_like(self._moved)
-        alarms = self.watchdog.check(self.time, state[:, ::2], covariance[:, ::2, ::2], moved, payload)
-        for alarm in alarms:
-            self.alarms.pop(alarm.name, None)
-            if alarm.raised:
-                self.alarms[alarm.name] = alarm
+        sure, moved, self._moved = self.baseline.sure, self._moved & self.baseline.sure, np.zeros_like(self._moved)
+        self._unseen += sure
+        stream = np.stack([self._unseen, np.sqrt(self.filters.noise[0]) / self.baseline.residual])
+        alarms = self.watchdog.check(self.checked, state[:, ::2], covariance[:, ::2, ::2], moved, payload, stream)
+        latest = self.alarms | {alarm.key: alarm for alarm in alarms}
+        self.alarms = {key: alarm for key, alarm in latest.items() if alarm.raised}
         return alarms
 
     def state(self) -> dict[str, FrictionState]:
@@ -267,8 +273,9 @@ class OnlineFriction:
         limits = [level * np.maximum(bound, 0.0) for bound in (now - half, now + half, 1 - normal, 1 + normal)]
         corrections = 1 + state[:, 0], level * state[:, 1], level / of.speed * state[:, 2]
         rows = np.stack([*corrections, level * now, level, self.motion, *limits], axis=1).tolist()
+        alarms = {alarm.name for alarm in self.alarms.values()}
         return {
-            name: FrictionState(s, o, v, now, was, moved, (ends[0], ends[1]), (ends[2], ends[3]), name in self.alarms)
+            name: FrictionState(s, o, v, now, was, moved, (ends[0], ends[1]), (ends[2], ends[3]), name in alarms)
             for name, (s, o, v, now, was, moved, *ends) in zip(of.names, rows, strict=True)
         }
 

@@ -8,44 +8,35 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from operator import attrgetter
 from pathlib import Path
-from typing import Protocol
+from typing import Any
 
 import numpy as np
-from pydantic import TypeAdapter
 
 from stribeck.core.base.files import read_text
 from stribeck.core.base.outputs import whole_or_not_at_all
-from stribeck.core.base.typing import Array
 from stribeck.core.errors import SettingsError
-from stribeck.core.result import Result
 from stribeck.service.online.alarms import Alarm
-
-
-class Restorable(Protocol):
-    """Estimator with a state, alarms and the result that it watches."""
-
-    result: Result
-    alarms: dict[str, Alarm]
-
 
 KEPT = (
     *(f"filters.{name}" for name in ("state", "covariance", "noise", "lagged", "last", "count")),
-    *(f"watchdog.{name}" for name in ("reference", "learned", "payload", "active", "large", "small", "normal_until")),
-    *("time", "checked", "motion"),
+    *(f"watchdog.{name}" for name in ("reference", "learned", "recent", "observed", "payload")),
+    *(f"watchdog.{name}" for name in ("active", "large", "small", "normal_until")),
+    *("time", "motion"),
 )
 """Attributes of an estimator that are its state: arrays and numbers."""
 
 
-def save_state(online: Restorable, path: Path) -> None:
-    """Write a state file, completely or not at all."""
+def save_state(online: Any, path: Path) -> None:
+    """Write the state of an `OnlineFriction`, completely or not at all."""
     document = {name: np.asarray(attrgetter(name)(online)).tolist() for name in KEPT}
-    document |= {"result": _digest(online), "alarms": [asdict(alarm) for alarm in online.alarms.values()]}
+    document |= {"result": _hash(online.result.to_json()), "alarms": list(map(asdict, online.alarms.values()))}
+    document["checksum"] = _hash(json.dumps(document))
     with whole_or_not_at_all(path) as temporary:
         temporary.write_text(json.dumps(document), encoding="utf-8")
 
 
-def load_state(online: Restorable, path: Path) -> None:
-    """Read a state file into an estimator.
+def load_state(online: Any, path: Path) -> None:
+    """Read a state file into an `OnlineFriction`.
 
     Raises
     ------
@@ -55,17 +46,20 @@ def load_state(online: Restorable, path: Path) -> None:
     text = read_text(path, "a state file of stribeck watch", SettingsError)
     try:
         document = json.loads(text)
-        alarms = {alarm.name: alarm for alarm in TypeAdapter(list[Alarm]).validate_python(document["alarms"])}
+        if document.pop("checksum") != _hash(json.dumps(document)):
+            raise ValueError("its checksum differs")
+        alarms = {alarm.key: alarm for alarm in (Alarm(**fields) for fields in document["alarms"])}
         owner, values = document["result"], {}
         for name in KEPT:
             current = np.asarray(attrgetter(name)(online))
             values[name] = np.asarray(document[name], dtype=current.dtype).reshape(current.shape)
-        if not _is_possible(values):
-            raise ValueError("impossible numbers")
+        finite = all(np.isfinite(value).all() for name, value in values.items() if name != "time")
+        if not finite or np.linalg.eigvalsh(values["filters.covariance"]).min() <= 0:
+            raise ValueError("a value is not finite, or a covariance is not positive")
     except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError) as error:
         reason = f"{type(error).__name__}: {error}"
         raise SettingsError(f"{path}: is damaged or no state file ({reason}); delete it to start anew") from error
-    if owner != _digest(online):
+    if owner != _hash(online.result.to_json()):
         raise SettingsError(f"{path}: belongs to another result; delete it to start anew, or use another file")
     for name, value in values.items():
         part, _, last = name.rpartition(".")
@@ -73,14 +67,5 @@ def load_state(online: Restorable, path: Path) -> None:
     online.alarms = alarms
 
 
-def _is_possible(values: Mapping[str, Array]) -> bool:
-    """Check that numbers are moderate, or -inf where nothing was seen, and variances and covariances are positive."""
-    if not all(np.all((np.abs(value) < 1e15) | (value == -np.inf)) for value in values.values()):
-        return False
-    covariance = values["filters.covariance"]
-    return bool(values["filters.noise"].min() > 0 and np.linalg.eigvalsh(covariance).min() > 0)
-
-
-def _digest(online: Restorable) -> str:
-    """Compute a hash of the result."""
-    return hashlib.sha256(online.result.to_json().encode()).hexdigest()
+def _hash(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
