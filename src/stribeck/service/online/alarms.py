@@ -32,7 +32,7 @@ RAISED, CLEARED = 1.0, 5.0
 """Time beyond the limit until an alarm is raised, and within half of the limit until it is cleared [s]."""
 LEARNED, PRIOR = 60.0, 2.0
 """Duration of motion that the reference averages, and the weight of the identified friction in it [s]."""
-SHARED_LEAST, PAYLOAD_LEAST, UNSEEN, STRANGE = 0.1, 0.02, 30.0, 4.0
+SHARED_LEAST, PAYLOAD_LEAST, UNSEEN, STRANGE = 0.1, 0.02, 30.0, 6.0
 """Smallest common change of friction [1], payload relative to the robot's mass [1], duration of motion without
 observations [s], and unexplained torque relative to the identified log's [1] that raise an alarm."""
 FEWEST = 4
@@ -153,9 +153,11 @@ class Watchdog:
         sureness = np.append(2 * ndtr(np.abs(tests[0]) / np.sqrt(tests[1] + tests[2])) - 1, np.ones(stream.size))
         tests[0, -1] *= self._mass
         known = self.learned >= 5.0  # [s] of motion, until a joint's noise is known
-        seen = np.concatenate([moved & known, np.isfinite(tests[2, -2:]), moved | True, moved])
+        seen = np.concatenate([moved & known, np.isfinite(tests[2, -2:]), moved | True, moved & known])
         alarms = self._decide(time, np.append(tests[0], stream), size, sureness, seen)
         self._learn(time, changes, moved, payload)
+        if any(alarm.kind == "payload" for alarm in alarms):
+            self.observed[:] = 0.0  # the model's errors differ under another load: the recent reference starts anew
         return alarms
 
     def _own_change(self, shift: Array, covariance: Array, normal: Array, moved: BoolArray) -> tuple[Array, Array]:

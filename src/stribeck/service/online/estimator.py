@@ -257,7 +257,8 @@ class OnlineFriction:
         state, covariance, payload = self.filters.with_shared_payload()
         sure, moved, self._moved = self.baseline.sure, self._moved & self.baseline.sure, np.zeros_like(self._moved)
         self._unseen += sure
-        stream = np.stack([self._unseen, np.sqrt(self.filters.noise[0]) / self.baseline.residual])
+        strange = np.sqrt(self.filters.noise[0]) / self.baseline.residual * (self.filters.count[0] > 300)  # settled
+        stream = np.stack([self._unseen, strange])
         alarms = self.watchdog.check(self.checked, state[:, ::2], covariance[:, ::2, ::2], moved, payload, stream)
         latest = self.alarms | {alarm.key: alarm for alarm in alarms}
         self.alarms = {key: alarm for key, alarm in latest.items() if alarm.raised}
