@@ -2,6 +2,7 @@
 
 import html
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -88,6 +89,9 @@ def test_trends_name_changed_joints_and_outlying_robots(tmp_path: Path) -> None:
     assert html.escape(found.conclusion, quote=False) in page
     assert re.fullmatch(r"1 joint changed \(r0003 .*\), and 1 robot stands out \(r0007 .*\)\.", found.conclusion)
     assert "joint_01 at" in page
+    undated = np.arange(240).astype("M8[us]")  # stamps of all logs count from zero
+    write_trends(replace(found, fleet=replace(found.fleet, start=undated)), tmp_path / "undated.html")
+    assert '"log number","range":[-3.' in (tmp_path / "undated.html").read_text()
 
 
 def changed_in(friction: Array, error: float, robots: int = 1) -> set[str]:

@@ -61,13 +61,13 @@ def watch(
                 online = estimator_for(reference, machine, rate, hours)
                 if state is not None and state.exists():
                     online.load(state)
-                shown = online.checked
+                shown, began = online.checked, float(part.time[0])
             for batch in _paced(part, rate, speed):
                 for alarm in feed(online, batch):
-                    _print_alarm(alarm, live, json=json, quiet=quiet)
+                    _print_alarm(alarm, live, began, json=json, quiet=quiet)
                 if online.checked != shown:
                     shown = online.checked
-                    _show(online, live, json=json, rerun=rerun)
+                    _show(online, live, began, json=json, rerun=rerun)
                 if state is not None and time.monotonic() - saved > 60.0:  # [s] between two writes
                     saved = time.monotonic()
                     online.save(state)
@@ -76,7 +76,7 @@ def watch(
         if state is not None:
             online.save(state)
     if live is None and not (json or quiet):
-        print_table(_table_of_state(online))
+        print_table(_table_of_state(online, began))
 
 
 def _paced(part: RobotLog, rate: float, speed: float | None) -> Iterator[RobotLog]:
@@ -88,14 +88,14 @@ def _paced(part: RobotLog, rate: float, speed: float | None) -> Iterator[RobotLo
         yield part.take(slice(start, start + length))
 
 
-def _show(online: OnlineFriction, live: Live | None, *, json: bool, rerun: bool) -> None:
+def _show(online: OnlineFriction, live: Live | None, began: float, *, json: bool, rerun: bool) -> None:
     """Print the state as JSON, draw it, or send it to the Rerun viewer."""
     joints = online.state()
     if json:
         states = {name: asdict(state) for name, state in joints.items()}
         typer.echo(json_format.dumps({"time": online.checked, "joints": states}))
     elif live is not None:
-        live.update(drawn(_table_of_state(online)), refresh=True)
+        live.update(drawn(_table_of_state(online, began)), refresh=True)
     if rerun:
         viewer = import_module("rerun")
         viewer.init("stribeck watch", spawn=True)
@@ -110,17 +110,17 @@ def _live_table(stack: ExitStack) -> Live | None:
     return stack.enter_context(Live(console=out, auto_refresh=False)) if out.is_terminal else None
 
 
-def _print_alarm(alarm: Alarm, live: Live | None, *, json: bool, quiet: bool) -> None:
+def _print_alarm(alarm: Alarm, live: Live | None, began: float, *, json: bool, quiet: bool) -> None:
     """Print an alarm as JSON, or as a line, above a live table if there is one."""
     if json:
         typer.echo(json_format.dumps({"alarm": asdict(alarm)}))
     elif not quiet:
-        line = Text(f"{alarm.time:.1f} s  {alarm.line}", style="red" if alarm.raised else "green")
+        line = Text(f"{alarm.time - began:.1f} s  {alarm.line}", style="red" if alarm.raised else "green")
         (live.console if live else terminal()).print(line, soft_wrap=True)
 
 
-def _table_of_state(online: OnlineFriction) -> TextTable:
-    """Make a table of the current friction of each joint, and of the raised alarms."""
+def _table_of_state(online: OnlineFriction, began: float) -> TextTable:
+    """Make a table of the current friction of each joint, and of the raised alarms, since the stream `began`."""
     rows = [
         [
             name,
@@ -133,7 +133,7 @@ def _table_of_state(online: OnlineFriction) -> TextTable:
         for name, state in online.state().items()
     ]
     return TextTable(
-        title=f"Friction at middle speed [N m], [N] after {online.time:.0f} s",
+        title=f"Alarms: {len(online.alarms)} after {online.time - began:.0f} s. Friction at middle speed [N m], [N]",
         left=["joint"],
         right=["identified", "now", "95 % interval", "change [%]"],
         last=["alarm"],

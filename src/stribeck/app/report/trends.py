@@ -33,8 +33,9 @@ def _chart(trends: Trends, joint: str, shown: dict[str, str]) -> tuple[Chart, st
     wanted = [channel for channel in channels if alarms and fleet.channels[channel].velocity == alarms[0].velocity]
     channel = wanted[0] if wanted else channels[len(channels) // 2]
     at = fleet.channels[channel]
-    first_start, one_day = fleet.start.min(), np.timedelta64(1, "D")
-    day = (fleet.start - first_start) / one_day
+    day, label = (fleet.start - fleet.start.min()) / np.timedelta64(1, "D"), "days since the first log [d]"
+    if day.max() < 0.1:  # logs without dates
+        day, label = 1.0 + np.argsort(np.argsort(fleet.start, kind="stable")), "log number"
     friction = fleet.friction[:, channel]
     known = np.flatnonzero(np.isfinite(friction))
     lines, drawn = [], dict(list(shown.items())[:4])  # more lines hide each other
@@ -47,10 +48,10 @@ def _chart(trends: Trends, joint: str, shown: dict[str, str]) -> tuple[Chart, st
     days = first - 0.02 * (last - first), last + 0.02 * (last - first) + 1e-6
     limits = robust_limits(friction[known], share=0.0, margin=0.15)
     chart = {
-        "x": axis("days since the first log [d]", days),
+        "x": axis(label, days),
         "y": axis(f"friction [{at.unit}]", limits),
-        "images": [density(day[known], friction[known], days, limits)],
+        "images": [density(day[known], friction[known], days, limits, (45, 75))],
         "lines": lines,
-        "marks": [float((np.datetime64(alarm.start.replace(tzinfo=None)) - first_start) / one_day) for alarm in alarms],
+        "marks": [float(day[(fleet.log == alarm.log) & (fleet.robots == alarm.robot)][0]) for alarm in alarms],
     }
     return chart, ": ".join(filter(None, (f"{joint} at {at.speed}", ", ".join(drawn))))

@@ -75,8 +75,9 @@ class FrictionChange(JointSpeed):
     def line(self) -> str:
         """One line, e.g. "R3 elbow: 1.20 -> 1.61 ± 0.04 N m at 0.5 rad/s since 2026-03-01 (log_17.npz)"."""
         change = f"{self.before:.3g} -> {self.after:.3g} ± {1.96 * self.standard_error:.2g} {self.unit}"
-        when = f"since {self.start:%Y-%m-%d} ({Path(self.log).name})"
-        return f"{self.robot} {self.joint}: {change} at {self.speed} {when}"
+        log = Path(self.log).name  # its stamps may count from zero
+        when = f"{self.start:%Y-%m-%d} ({log})" if self.start.year > 1970 else log
+        return f"{self.robot} {self.joint}: {change} at {self.speed} since {when}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,10 +96,10 @@ class Trends:
 
     @property
     def title(self) -> str:
-        """Numbers of logs and robots, and the first and the last day."""
+        """Numbers of logs and robots, and the first and the last day if known."""
         fleet = self.fleet
-        days = f"{fleet.start.min().astype('M8[D]')} to {fleet.start.max().astype('M8[D]')}"
-        return f"{len(fleet.log)} logs of {len(np.unique(fleet.robots))} robots, {days}"
+        days = f", {fleet.start.min().astype('M8[D]')} to {fleet.start.max().astype('M8[D]')}"
+        return f"{len(fleet.log)} logs of {len(np.unique(fleet.robots))} robots" + days * (days[2:6] != "1970")
 
     @property
     def conclusion(self) -> str:
@@ -124,7 +125,7 @@ class Trends:
         lines = [self.conclusion, self.title]
         for fit in self.friction:
             friction = f"{fit.friction:.3g} {fit.unit} at {fit.speed}"
-            spreads = f"standard deviations: robots {fit.robot_spread:.2g}, logs {fit.log_spread:.2g}"
+            spreads = f"standard deviations: robots {fit.robot_spread:.2g}, logs {fit.log_spread:.2g} {fit.unit}"
             lines.append(f"  {fit.joint}  {friction}; {spreads}; changes from {fit.smallest:.2g} %")
         for joint, group in groupby(self.parameters, key=lambda parameter: parameter.joint):
             lines.append(f"  {joint}  {', '.join(map(str, group))} in 90 % of the logs")
