@@ -12,17 +12,18 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stribeck import Robot, identify
-from stribeck.app.report.walk_section import SEEN_FROM
 from stribeck.core.result import Result
 from stribeck.core.result.mirror import mirrored_pairs
 from stribeck.simulation.demo import Demo, make_demo
-from stribeck.simulation.pictures.walk import WalkPicture
+from stribeck.simulation.pictures.walk import Pose
 
 JOINTS = ("left_hip_roll", "left_hip_pitch", "left_knee", "left_ankle_pitch")
 APART = 0.95
 """Distance between poses [m]."""
 LEFT, RIGHT = (0.26, 0.54, 0.90, 1.0), (0.86, 0.36, 0.12, 1.0)
 """Red, green, blue and opacity of the two sides."""
+SEEN_FROM = np.deg2rad(25.0)
+"""Angle of the view from the right towards the front [rad], which separates left and right limbs."""
 TARGET = Path(__file__).parent / "assets" / "demo.png"
 
 
@@ -44,20 +45,20 @@ def main() -> None:
     figure.savefig(TARGET, dpi=110, metadata={"Software": None})
 
 
-def draw_walk(axes: Axes, walk: WalkPicture, robot: Robot) -> None:
+def draw_walk(axes: Axes, walk: tuple[Pose, ...], robot: Robot) -> None:
     """Draw the robot side by side over one stride."""
     axes.axhline(0.0, color="#888888", lw=0.8, zorder=1)
     names = list(robot.tree.model.names)[2:]
     colours = dict.fromkeys(names, GREY)
     for one, other in mirrored_pairs(names):
         colours[one], colours[other] = LEFT, RIGHT
-    configurations = np.array([pose.configuration for pose in walk.poses])
-    azimuth = np.array([pose.yaw for pose in walk.poses]) + SEEN_FROM + np.pi / 2
+    configurations = np.array([pose.configuration for pose in walk])
+    azimuth = np.array([pose.yaw for pose in walk]) + SEEN_FROM + np.pi / 2
     drawn = draw(str(robot.model_path), np.array(names), np.array(list(colours.values())), configurations, azimuth)
-    for k, (pose, (pixels, (left, right, bottom, top))) in enumerate(zip(walk.poses, map(cropped, drawn), strict=True)):
+    for k, (pose, (pixels, (left, right, bottom, top))) in enumerate(zip(walk, map(cropped, drawn), strict=True)):
         axes.imshow(pixels, extent=(k * APART + left, k * APART + right, bottom, top), zorder=2)
         axes.text(k * APART, -0.06, f"{pose.time:.2f} s", ha="center", va="top", fontsize=8)
-    axes.set_xlim(-APART, len(walk.poses) * APART)
+    axes.set_xlim(-APART, len(walk) * APART)
     axes.set_ylim(-0.2, 1.9)
     axes.set_aspect("equal")
     axes.axis("off")

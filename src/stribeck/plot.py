@@ -42,8 +42,7 @@ def plot_joint(joint: JointResult, axes: Axes | None, offset: bool) -> Axes:
     curve = joint.band(velocity, offset=offset)
     if curve is None:
         axes.text(0.5, 0.5, joint.verdict, transform=axes.transAxes, ha="center", va="center", color="gray")
-        axes.set_xticks([])
-        axes.set_yticks([])
+        axes.set(xticks=[], yticks=[])
         return axes
     torque, band = curve
     if joint.measured is not None:

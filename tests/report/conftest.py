@@ -1,16 +1,21 @@
 """A plausible result with its evidence, made from the smooth Stribeck law and a walking rhythm."""
 
+import importlib
+import json
 import shutil
+import subprocess
+import time
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
+from urllib.request import urlopen
 
 import numpy as np
 import pytest
 from tests.samples import make_samples
-from tests.simulation.test_pictures import SOLES
 
-from stribeck import Robot, Settings
+from stribeck import Settings
 from stribeck.app.report import Reference
 from stribeck.core.base.finding import Finding
 from stribeck.core.friction import get_law
@@ -18,13 +23,8 @@ from stribeck.core.judgement.verdict import judge
 from stribeck.core.result import Evidence, LogSummary, Result
 from stribeck.core.result.samples import FrictionSamples
 from stribeck.paper.curve_fit.fit import fit_law, validate
-from stribeck.simulation.pictures.walk import WalkPicture, walk_picture
-from stribeck.simulation.prescribed.exact import exact_log
-from stribeck.simulation.robots import MODELS
-from stribeck.simulation.run import POSTURES
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-DRIVER = shutil.which("chromedriver")
 FLAGS = "--headless=new --no-sandbox --disable-gpu --disable-quic --no-first-run"
 QUIET = "--disable-background-networking --disable-component-update --disable-sync"
 """Or the browser asks the network."""
@@ -114,13 +114,6 @@ def build_result(duration: float = 40.0) -> Result:
     )
 
 
-def make_walk() -> WalkPicture:
-    """A picture of six steps of the packaged biped."""
-    robot = Robot.from_file(MODELS / "robot.toml")
-    log, truth = exact_log(robot, LAW, {}, duration=7.0, rate=200.0, posture=POSTURES["biped"])
-    return walk_picture(robot, log, truth.base_position, SOLES)
-
-
 def truth_of(result: Result) -> Reference:
     """A truth whose curves are a tenth higher than the fitted ones."""
     curves, known = {}, {}
@@ -133,20 +126,72 @@ def truth_of(result: Result) -> Reference:
     return Reference(name="the simulated truth", curves=curves, parameters=known)
 
 
+class Browser:
+    """Chromium, controlled by its own protocol, without the network; it keeps the errors of its console."""
+
+    def __init__(self, profile: Path) -> None:
+        flags = [*FLAGS.split(), *QUIET.split(), "--remote-debugging-port=0", f"--user-data-dir={profile}"]
+        self.process = subprocess.Popen([str(CHROMIUM), *flags, "about:blank"], stderr=subprocess.DEVNULL)
+        place, end = profile / "DevToolsActivePort", time.monotonic() + 60
+        while not (place.exists() and place.read_text().count("\n")) and time.monotonic() < end:
+            time.sleep(0.05)
+        with urlopen(f"http://127.0.0.1:{place.read_text().splitlines()[0]}/json") as answer:
+            (page,) = (each for each in json.load(answer) if each["type"] == "page")
+        connect = importlib.import_module("websocket").create_connection
+        self.socket, self.count = connect(page["webSocketDebuggerUrl"], suppress_origin=True), 0
+        self.errors: list[dict[str, Any]] = []
+        for domain in ("Runtime", "Log", "Page"):
+            self.send(f"{domain}.enable")
+
+    def send(self, method: str, **parameters: Any) -> dict[str, Any]:
+        """Send a command, and return its answer."""
+        self.count += 1
+        self.socket.send(json.dumps({"id": self.count, "method": method, "params": parameters}))
+        while (answer := json.loads(self.socket.recv())).get("id") != self.count:
+            if answer.get("method") in ("Runtime.exceptionThrown", "Log.entryAdded", "Runtime.consoleAPICalled"):
+                self.errors.append(answer["params"])
+        return dict(answer["result"])
+
+    def run(self, script: str) -> Any:
+        """Return the value of an expression, or of the promise that it is."""
+        answer = self.send("Runtime.evaluate", expression=script, awaitPromise=True, returnByValue=True)
+        assert "exceptionDetails" not in answer, answer
+        return answer["result"].get("value")
+
+    def show(self, path: Path, width: int, height: int = 900, scheme: str = "light", media: str = "screen") -> None:
+        """Open a page."""
+        self.send(
+            "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=width < 500
+        )
+        features = [{"name": "prefers-color-scheme", "value": scheme}]
+        self.send("Emulation.setEmulatedMedia", media=media, features=features)
+        self.send("Page.navigate", url=path.as_uri())
+        self.run("new Promise(done => document.readyState == 'complete' ? done() : addEventListener('load', done))")
+
+    def open_all(self) -> None:
+        """Open all folded parts."""
+        self.run("document.querySelectorAll('details').forEach(part => { part.open = true; })")
+
+    def draw(self) -> None:
+        """Let the page draw what is seen now."""
+        self.run("new Promise(done => requestAnimationFrame(() => setTimeout(done, 150)))")
+
+    def mouse(self, kind: str, x: float, y: float, **more: Any) -> None:
+        """Move, press or release the mouse at a place of the window."""
+        self.send("Input.dispatchMouseEvent", type=f"mouse{kind}", x=x, y=y, button="left", **more)
+
+
 @pytest.fixture(scope="session")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    """A browser without the network; tests that need it are skipped where there is none."""
-    if CHROMIUM is None or DRIVER is None:
-        pytest.skip("no Chromium with its chromedriver on the PATH: the pages are not looked at")
-    webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed: no page is looked at")
-    options = webdriver.ChromeOptions()
-    options.binary_location = CHROMIUM
-    for flag in (*FLAGS.split(), *QUIET.split(), f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
-        options.add_argument(flag)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(executable_path=DRIVER))
-    yield driver
-    driver.quit()
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    """A browser; tests that need it are skipped where there is none."""
+    if CHROMIUM is None:
+        pytest.skip("no Chromium on the PATH: the pages are not looked at")
+    pytest.importorskip("websocket", reason="websocket-client is not installed: no page is looked at")
+    browser = Browser(tmp_path_factory.mktemp("profile"))
+    yield browser
+    browser.socket.close()
+    browser.process.terminate()
+    browser.process.wait()
 
 
 @pytest.fixture(scope="session")

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.fleet.synthetic import write_store
-from tests.report.conftest import make_walk, truth_of
+from tests.report.conftest import truth_of
 from tests.report.test_report import inspection, joint
 
 from stribeck.app.comparison import compare, compare_sides
@@ -15,38 +15,38 @@ from stribeck.app.report import write_inspection, write_report
 from stribeck.app.report.comparison import write_comparison
 from stribeck.app.report.replay import write_replay
 from stribeck.app.report.trends import write_trends
-from stribeck.app.report.walk_section import walk_section
+from stribeck.core.judgement.torque_error import TorqueError
 from stribeck.core.result import Result
-from stribeck.design.replaying.comparison import Replay, Replayed
+from stribeck.design.replaying.comparison import LoggedMotion, Replay, Replayed
 from stribeck.design.replaying.rollouts import RolloutError
 from stribeck.service.fleet.trends import find_trends
 
-SEEDS = 6
-"""Pages with values of different sizes."""
-
 
 def sizes(seed: int, count: int) -> list[float]:
-    """Draw sizes from 1e-6 to 1e6, often just below a power of ten, where logarithmic axes begin badly."""
-    generator = np.random.default_rng(seed)
-    exponents = np.sort(generator.uniform(-6, 6, count)) if seed % 2 else generator.uniform(-1.1, 0.1, count)
-    return (10**exponents).tolist()
+    """Draw sizes from 1e-6 to 1e6."""
+    return (10 ** np.sort(np.random.default_rng(seed).uniform(-6, 6, count))).tolist()
 
 
 def replay_page(path: Path, seed: int, result: Result) -> None:
-    names, horizons = list(result.joints), (0.05, 0.1, 0.2)
-    models = []
-    for k in range(3):
-        relative = iter(sizes(100 * seed + k, len(names) * len(horizons)))
-        if seed == 0:
-            relative = iter([0.0957 / 0.7] * len(names) * len(horizons))  # the axis begins just below 0.1
-        errors = {
-            name: [RolloutError(relative=next(relative), rms=1.0, rollouts=9) for _ in horizons] for name in names
-        }
-        models.append(Replayed(model="arm.urdf", friction=bool(k), torque={}, rollouts=errors))
-    found = Replay(
-        robot=result.robot, log="log.npz", filter="none", horizons=horizons, models=models, notes=[], stribeck="1"
+    names, horizons, time = list(result.joints), (0.05, 0.1, 0.2), np.linspace(0.0, 9.0, 400)
+    reach = dict(zip(names, sizes(seed, len(names)), strict=True))
+    wave = {name: size * np.sin(time) for name, size in reach.items()}
+    error = TorqueError(r2=0.5, rms=0.1, samples=9)
+    moved = {name: (time[::50], np.tile(wave[name][::50, None], 20)) for name in names}
+    errors = {name: [RolloutError(relative=reach[name], rms=1.0, rollouts=9)] * 3 for name in names}
+    own = Replayed(
+        model="arm.urdf",
+        friction=False,
+        torque=dict.fromkeys(names, error),
+        rollouts=errors,
+        predicted={name: 0.5 * wave[name] for name in names},
+        positions=moved,
     )
-    write_replay(found, path)
+    models = [own, own, replace(own, friction=True)]
+    motion = LoggedMotion(torque_time=time, torque=wave, position_time=time, position=wave)
+    about = {"filter": "none", "horizons": horizons, "notes": [], "stribeck": "1", "motion": motion}
+    write_replay(Replay(robot=result.robot, log="log.npz", models=models, **about), path)
+    assert "<strong>Torque error 0.1 → 0.1 N m</strong>" in path.read_text()
 
 
 def inspection_page(path: Path, seed: int, result: Result) -> None:
@@ -84,7 +84,7 @@ def comparison_page(path: Path, seed: int, result: Result) -> None:
 
 
 def report_page(path: Path, seed: int, result: Result) -> None:
-    write_report(scaled(result, seed), path, reference=truth_of(result), further=[walk_section(make_walk())])
+    write_report(scaled(result, seed), path, reference=truth_of(result))
 
 
 def trends_page(path: Path, seed: int, result: Result) -> None:  # noqa: ARG001 - of stores
@@ -105,19 +105,19 @@ PAGES = {
 @pytest.mark.parametrize("write", PAGES.values(), ids=PAGES)
 def test_every_kind_of_page_is_drawn_without_errors(browser, result, tmp_path, write):
     charts = 0
-    metrics = {"width": 1280, "height": 12_000, "deviceScaleFactor": 1, "mobile": False}  # all charts are seen
-    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
-    browser.get_log("browser")
-    for seed in range(SEEDS):
+    browser.errors.clear()
+    for seed in range(6):  # values of different sizes
         path = tmp_path / f"{seed}.html"
         write(path, seed, result)
-        browser.get(path.as_uri())
-        browser.execute_script("document.querySelectorAll('details').forEach(part => part.open = true)")
-        places = browser.execute_script("return document.querySelectorAll('[data-chart]').length")
+        browser.show(path, 1280, height=12_000)  # all charts are seen
+        browser.open_all()
+        places = browser.run("document.querySelectorAll('[data-chart]').length")
         drawn, end = -1, time.monotonic() + 30
         while drawn < places and time.monotonic() < end:
-            browser.execute_async_script("requestAnimationFrame(() => setTimeout(arguments[0], 20))")
-            drawn = browser.execute_script("return document.querySelectorAll('[data-chart] .u-over').length")
-        assert (drawn, browser.get_log("browser")) == (places, [])
+            browser.draw()
+            drawn = browser.run("document.querySelectorAll('[data-chart] .u-over').length")
+        assert (drawn, browser.errors) == (places, [])
+        widths = browser.run("[...document.querySelectorAll('.figures .u-over')].map(each => each.clientWidth)")
+        assert min(widths, default=100) > 80
         charts += places
-    assert charts >= SEEDS or write is inspection_page
+    assert charts >= 6 or write is inspection_page

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -90,6 +90,8 @@ class Inspection:
         Structured findings: check, evidence, remedy, joints.
     torque_source
         Source of the torques.
+    evidence
+        Measured torque and the model's, which the page draws; not part of the JSON text.
     """
 
     robot: str
@@ -110,6 +112,7 @@ class Inspection:
     notes: list[str]
     audit: list[Finding] = field(default_factory=list)
     torque_source: TorqueSource = "link_side_sensor"
+    evidence: AuditData | None = field(default=None, compare=False)
 
     def __repr__(self) -> str:
         size = f"{self.samples} samples in {self.duration:.4g} s, {len(self.joints)} joints"
@@ -145,7 +148,9 @@ class Inspection:
 
     def to_json(self) -> str:
         """Return the inspection as JSON text."""
-        return json.dumps(asdict(self), indent=2, allow_nan=False) + "\n"
+        plain = asdict(replace(self, evidence=None))
+        del plain["evidence"]
+        return json.dumps(plain, indent=2, allow_nan=False) + "\n"
 
 
 def inspect_log(log: LogLike, robot: Robot | str | Path, settings: Settings | None = None) -> Inspection:
@@ -177,18 +182,12 @@ def inspect_log(log: LogLike, robot: Robot | str | Path, settings: Settings | No
     with one_blas_thread(), findings_kept(robot.warnings), errors_about(log_path(log)):
         settings = settings or robot.settings
         (prepared,), of_currents, _, robot = find_torques([prepare(log, robot, settings)], robot, settings)
-        return _inspect(prepared, robot, settings, with_filter(prepared, robot, settings), of_currents)
+        return _inspect(prepared, robot, settings, of_currents)
 
 
-def _inspect(
-    prepared: PreparedLog,
-    robot: Robot,
-    settings: Settings,
-    chosen: tuple[Settings, list[str]],
-    of_currents: list[Finding],
-) -> Inspection:
+def _inspect(prepared: PreparedLog, robot: Robot, settings: Settings, of_currents: list[Finding]) -> Inspection:
     log, sampling = prepared.log, prepared.sampling
-    with_its_filter, choices = chosen
+    with_its_filter, choices = with_filter(prepared, robot, settings)
     evidence = gather(prepared, robot, settings)
     lags = delays(evidence)
     problems = [*findings(evidence, lags, settings), *of_currents, *model_findings(robot)]
@@ -221,6 +220,7 @@ def _inspect(
         notes=[*prepared.notes, *choices],
         audit=problems,
         torque_source=log.torque_source,
+        evidence=evidence,
     )
 
 

@@ -6,4 +6,5 @@ from .planning.present import measured_robot as measured_robot
 from .planning.present import motion_of_log as motion_of_log
 from .rehearsal import rehearse as rehearse
 from .replaying.comparison import Replay as Replay
+from .replaying.replay import read_friction as read_friction
 from .replaying.replay import replay as replay

@@ -6,9 +6,6 @@ from .files import write_simulated as write_simulated
 from .friction.parameters import Parameters as Parameters
 from .mujoco.mjcf_of_urdf import LIGHTEST as LIGHTEST
 from .mujoco.mjcf_of_urdf import mjcf_of_urdf as mjcf_of_urdf
-from .pictures.walk import Footprint as Footprint
-from .pictures.walk import Pose as Pose
-from .pictures.walk import WalkPicture as WalkPicture
 from .prescribed.exact import exact_log as exact_log
 from .prescribed.ground import inverse_dynamics as inverse_dynamics
 from .robots import MODELS as MODELS

@@ -14,8 +14,7 @@ from stribeck.core.result.reference import Reference
 from stribeck.core.robot import Robot
 from stribeck.simulation.files import write_simulated
 from stribeck.simulation.friction.parameters import Parameters
-from stribeck.simulation.mujoco.model import compile_body
-from stribeck.simulation.pictures.walk import WalkPicture, walk_picture
+from stribeck.simulation.pictures.walk import Pose, walk_poses
 from stribeck.simulation.robots import MODELS
 from stribeck.simulation.robots.toro import MODEL_FILE, ROBOT_FILE
 from stribeck.simulation.run import run_scenario
@@ -61,13 +60,13 @@ FILES = ("scenario.toml", "robot.toml", MODEL_FILE.name, "log.npz", "log.truth.n
 
 @dataclass(frozen=True, eq=False)
 class Demo:
-    """Files of a demonstration, true friction law, parameters by joint and name, and the walk."""
+    """Files of a demonstration, true friction law, parameters by joint and name, and poses of the walk."""
 
     robot_file: Path
     log: Path
     law: FrictionLaw
     parameters: Parameters
-    walk: WalkPicture
+    walk: tuple[Pose, ...]
 
 
 def make_demo(folder: Path, progress: Callable[[float], None] = lambda _: None, *, scenario: Path = SCENARIO) -> Demo:
@@ -94,5 +93,5 @@ def make_demo(folder: Path, progress: Callable[[float], None] = lambda _: None, 
         log=folder / "log.npz",
         law=get_law(chosen.friction.law),
         parameters=result.truth.parameters,
-        walk=walk_picture(robot, result.log, result.truth.base_position, compile_body(robot).soles),
+        walk=walk_poses(robot, result.log, result.truth.base_position),
     )

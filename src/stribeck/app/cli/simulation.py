@@ -47,7 +47,6 @@ def demo(
 ) -> None:
     """Identify a simulated walking humanoid, compare with truth."""
     require_extra("simulation", "mujoco", "daqp")
-    from stribeck.app.report.walk_section import walk_section
     from stribeck.core.identify.pipeline import identify as run
     from stribeck.core.robot import Robot
     from stribeck.simulation import FILES, make_demo, truth_reference
@@ -60,7 +59,7 @@ def demo(
         result = _moved(result, str(staging), str(output))
         progress("writing the report", 0.9)
         truth = truth_reference(result, example.law, example.parameters)
-        options.write_result(result, staging, reference=truth, further=[walk_section(example.walk)])
+        options.write_result(result, staging, reference=truth)
     if not quiet:
         print_truth(result, example.parameters)
         console.print_paths([output / name for name in (example.log.name, RESULT, TABLE, REPORT)])

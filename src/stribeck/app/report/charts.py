@@ -14,11 +14,14 @@ from numpy.typing import ArrayLike, NDArray
 from stribeck.core.base.typing import Array
 
 Chart = dict[str, Any]
-"""Axes `x` and `y` (see `axis`), `lines` (see `line`), `images` and `marks`; `sync` names charts that zoom together."""
+"""Axes `x` and `y` (see `axis`), `lines` (see `line`), `images`, upright `marks` and shaded `spans`.
+
+`sync` names charts that zoom together; `residual` names the chart whose first line minus its others is drawn.
+"""
 
 
 def axis(label: str, limits: tuple[float, float], **more: Any) -> dict[str, Any]:
-    """Describe an axis; `log=True` makes it logarithmic, `names` are labels for 0, 1, 2, ..."""
+    """Describe an axis; `names` are labels for 0, 1, 2, ..., or for the places `at`."""
     return {"label": label, "range": _short(limits), **more}
 
 
@@ -34,8 +37,7 @@ def line(
     band
         Lower and upper end of a band around the line, shape (2, N).
     **style
-        `width` [px], `dash` [px, px], `opacity`, `points` (diameter [px], instead of a line), `steps` (filled steps
-        down to `base`), `closed` and `fill` (outline of a shape, x in any order).
+        `width` [px], `dash` [px, px], `opacity`, and `steps` (filled steps down to `base`).
     """
     series = {"x": _short(x), "y": _short(y), "colour": colour, "name": name, **style}
     if band is not None and np.isfinite(band).all():

@@ -1,23 +1,22 @@
-"""Folded sections of the report: verdicts, terms, validation, corrections, torque source, power and provenance."""
+"""Folded sections of the report: verdicts, terms, validation, corrections, torque source and provenance."""
 
 from pathlib import PurePath
 
 import numpy as np
 
 from stribeck.app.report.charts import Chart, line, robust_limits, velocity_axes
-from stribeck.app.report.curves import is_significant
 from stribeck.app.report.joints import joint_samples, running_mean
 from stribeck.app.report.page import Section, section
-from stribeck.app.report.text import parameter_names, symbols
+from stribeck.app.report.text import parameter_names, short_names, symbols
 from stribeck.core.base.typing import Array, TorqueSource
 from stribeck.core.friction.law import FrictionLaw
-from stribeck.core.result import Evidence, Result
+from stribeck.core.result import BodyCorrection, Evidence, Result
 from stribeck.core.result.reference import Reference
 from stribeck.core.result.samples import FrictionSamples
 
 
-def verdict_table(result: Result, evidence: Evidence, law: FrictionLaw, reference: Reference) -> Section:
-    """Render the table of verdict, reason, parameters and validation, with one row per joint."""
+def verdict_table(result: Result, law: FrictionLaw, reference: Reference) -> Section:
+    """Render the table of verdicts and parameters, with one row per joint."""
     columns = {}
     for name in parameter_names(result, law):
         units = [joint.parameters[name].unit for joint in result.joints.values() if name in joint.parameters]
@@ -30,7 +29,7 @@ def verdict_table(result: Result, evidence: Evidence, law: FrictionLaw, referenc
         columns=columns,
         symbols=symbols(law),
         joints=result.joints,
-        prismatic=evidence.prismatic,
+        short=short_names(result.joints),
         known=reference,
     )
 
@@ -66,7 +65,10 @@ def corrections(result: Result) -> Section | None:
     if errors is None:
         return None
     ordered = sorted(errors.bodies.items(), key=lambda item: -item[1].known)
-    bodies = {name: body for name, body in ordered if body.known >= 0.1}
+    reported = {name for finding in result.findings if finding.check.startswith("bodies-") for name in finding.joints}
+    bodies = {name: body for name, body in ordered if name in reported or (body.known >= 0.1 and _differs(body))}
+    sensors = [*errors.torque_gain.items(), *errors.encoder_zero.items()]
+    wrong = [name for name, (value, error) in sensors if abs(value) > 1.96 * error]
     return section(
         "corrections",
         "Corrections of the model",
@@ -75,8 +77,14 @@ def corrections(result: Result) -> Section | None:
         errors=errors,
         bodies=bodies,
         logs=[PurePath(path).name for path in result.log.paths],
-        joints=list(dict.fromkeys([*errors.torque_gain, *errors.encoder_zero])),
+        joints=list(dict.fromkeys(wrong)),
     )
+
+
+def _differs(body: BodyCorrection) -> bool:
+    """Check that the mass or the center of mass of a body differs from the model by more than its 95 % interval."""
+    before, after = (np.array([body.mass[k], *body.centre_of_mass[k]]) for k in (0, 1))
+    return bool((np.abs(after - before) > 1.96 * np.array([body.mass_error, *body.centre_of_mass_error])).any())
 
 
 def branch_charts(result: Result) -> list[tuple[Chart, str]]:
@@ -127,26 +135,6 @@ def _split(up: Array, down: Array) -> float:
 def torque_meaning(source: TorqueSource) -> Section:
     """Render the section on the friction that the torque source includes, and its limits."""
     return section("torque-source", "Which friction is measured", "torque_meaning", source=source)
-
-
-def power(result: Result) -> Section | None:
-    """Render one bar per joint for the share of samples with added power, up to 0.5; None without data.
-
-    Joints without significant friction are left out unless they add power: their power is only noise.
-    """
-    suspicious = 0.2  # share of samples [1] above which model, torque sign and delay should be checked
-    adding = {name for finding in result.findings if finding.check == "passivity" for name in finding.joints}
-    checked = {
-        name: joint
-        for name, joint in result.joints.items()
-        if name in adding or (joint.verdict != "no friction" and is_significant(joint))
-    }
-    shares = {name: joint.positive_power_fraction for name, joint in checked.items()}
-    rows = {name: share for name, share in shares.items() if share is not None}
-    if not rows:
-        return None
-    omitted = len(result.joints) - len(checked)
-    return section("power", "Power check", "power", rows=rows, suspicious=suspicious, omitted=omitted)
 
 
 def provenance(result: Result, evidence: Evidence) -> Section:

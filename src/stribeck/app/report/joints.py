@@ -1,16 +1,14 @@
 """Panels per joint: parameters, and charts of friction, residual and coverage."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from stribeck.app.report.charts import Chart, axis, density, line, robust_limits, velocity_axes
 from stribeck.app.report.page import Section, render
-from stribeck.app.report.text import number, symbols
+from stribeck.app.report.text import symbols
 from stribeck.core.base.typing import Array, BoolArray, IntArray
 from stribeck.core.friction.law import FrictionLaw
-from stribeck.core.friction.terms.motion import drift
 from stribeck.core.result import Evidence, JointResult, Result, velocity_grid
 from stribeck.core.result.reference import Reference
 from stribeck.core.result.samples import FrictionSamples
@@ -21,15 +19,14 @@ class JointSamples:
     """Evenly thinned samples of a joint that the fit may use, without its offset.
 
     `time` [s], `velocity` [rad/s], friction `torque` [N m] (for prismatic joints m/s and N) and whether the velocity
-    `rises` have the shape (N,); each sample represents `period` seconds of the log. Samples of the contact modes
-    `omitted` are left out, because they are much noisier than the fit.
+    `rises` have the shape (N,). Samples of the contact modes `omitted` are left out, because they are much noisier
+    than the fit.
     """
 
     time: Array
     velocity: Array
     torque: Array
     rises: BoolArray
-    period: float
     omitted: tuple[str, ...] = ()
 
 
@@ -44,7 +41,7 @@ def joint_samples(samples: FrictionSamples, name: str, joint: JointResult | None
         column = samples.joint_names.index(name)
         values = samples.velocity[::every, column] + samples.friction_torque[::every, column]
         rows = every * np.flatnonzero(samples.usable[::every, column] & np.isfinite(values))
-    noisy = [] if joint is None else _noisy_modes(samples, rows, column, joint)
+    noisy = [] if joint is None else noisy_modes(samples, rows, column, joint)
     offset = 0.0 if joint is None else joint.values.get("offset", 0.0)
     rows = rows[~np.isin(samples.support[rows], noisy)]
     return JointSamples(
@@ -52,12 +49,11 @@ def joint_samples(samples: FrictionSamples, name: str, joint: JointResult | None
         velocity=samples.velocity[rows, column],
         torque=samples.friction_torque[rows, column] - offset,
         rises=samples.acceleration[rows, column] > 0,
-        period=samples.period * samples.stride * every,
         omitted=tuple(samples.support_names[mode] for mode in noisy),
     )
 
 
-def _noisy_modes(samples: FrictionSamples, rows: IntArray, column: int, joint: JointResult) -> list[int]:
+def noisy_modes(samples: FrictionSamples, rows: IntArray, column: int, joint: JointResult) -> list[int]:
     """Find the contact modes with large residuals of a fitted joint, as indices; never the quietest one.
 
     Their samples, for example of a standing leg, hardly contribute to the fit.
@@ -102,19 +98,8 @@ def joint_charts(name: str, joint: JointResult, evidence: Evidence, reference: R
     if near is not None and len(near.time) > 1:
         span = f"{near.time[0]:.2f} to {near.time[-1]:.2f} s of the log"
         figures.append((friction_over_time(near, joint, units[1]), f"Over time, {span}"))
-    if any(drift(joint.values, np.ones(1))):
-        figures.append((friction_level(shown, joint), "Friction over the log relative to its mean, and its drift"))
-    stribeck = joint.parameters.get("stribeck_velocity")
-    coverage = velocity_coverage(shown, stribeck.value if stribeck else None, over_velocity["x"])
-    dashed = f"; dashed: Stribeck velocity ±{number(stribeck.value, 2)} {units[0]}" if stribeck else ""
-    return [
-        *figures,
-        (
-            residual_over_velocity(shown, joint.friction(shown.velocity), over_velocity),
-            "Residual of the law, and its mean",
-        ),
-        (coverage, f"Velocity coverage{dashed}"),
-    ]
+    law = joint.friction(shown.velocity)
+    return [*figures, (residual_over_velocity(shown, law, over_velocity), "Residual of the law, and its mean")]
 
 
 def friction_over_velocity(
@@ -154,24 +139,6 @@ def friction_over_time(near: JointSamples, joint: JointResult, unit: str) -> Cha
     }
 
 
-def friction_level(shown: JointSamples, joint: JointResult, bins: int = 30) -> Chart:
-    """Draw the least-squares factor between measured friction and the law in parts of the log, and the fitted drift."""
-    law, since = joint.friction(shown.velocity), shown.time - shown.time[0]
-    share = since / max(float(since[-1]), 1e-9)
-    drifting = law + (share - 0.5) * drift(joint.values, shown.velocity)
-    parts = np.minimum((bins * share).astype(int), bins - 1)
-    size = np.bincount(parts, law**2, bins)
-    known = size > 0.1 * size.mean()  # not in parts at rest
-    levels = [np.bincount(parts, law * torque, bins)[known] / size[known] for torque in (shown.torque, drifting)]
-    middles = ((np.arange(bins) + 0.5) / bins * since[-1])[known]
-    low, high = np.min(levels), np.max(levels)
-    return {
-        "x": axis("time [s]", (0.0, float(since[-1]))),
-        "y": axis("friction / mean [1]", (min(0.9, 1.05 * low), max(1.1, 1.05 * high))),
-        "lines": [line(middles, levels[0], "data", "measured"), line(middles, levels[1], "law", "drift")],
-    }
-
-
 def residual_over_velocity(shown: JointSamples, law: Array, over_velocity: Chart) -> Chart:
     """Draw the residual as a density with its mean; structure indicates friction beyond the law."""
     finite = np.isfinite(law)  # a law at a bound, such as a Stribeck velocity of zero, can be undefined
@@ -185,23 +152,6 @@ def residual_over_velocity(shown: JointSamples, law: Array, over_velocity: Chart
         "y": axis(label, (-reach, reach)),
         "lines": [line(centre, mean, "law", "mean residual", width=1.5)],
         "images": [density(velocity, residual, limits, (-reach, reach))],
-    }
-
-
-def velocity_coverage(shown: JointSamples, stribeck_velocity: float | None, velocity: dict[str, Any]) -> Chart:
-    """Draw the time at each velocity on a logarithmic scale, with the Stribeck velocity."""
-    limits = robust_limits(shown.velocity, share=0.0, margin=0.03)
-    counts, edges = np.histogram(shown.velocity, bins=80, range=limits)
-    floor = 0.5 * shown.period
-    seconds = np.maximum(counts * shown.period, floor)
-    style = {"step": edges[1] - edges[0], "steps": True, "base": floor, "opacity": 0.75}
-    steps = line(edges[:1], [*seconds, floor], "data", "time", **style)
-    marks = [] if stribeck_velocity is None else [-stribeck_velocity, stribeck_velocity]
-    return {
-        "x": velocity,
-        "y": axis("time at velocity [s]", (floor, 2 * float(seconds.max())), log=True),
-        "lines": [steps],
-        "marks": [mark for mark in marks if limits[0] < mark < limits[1]],
     }
 
 

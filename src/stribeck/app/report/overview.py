@@ -1,6 +1,7 @@
 """First screen of the report: results, trust, next steps, and one line per joint."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from operator import attrgetter
 from pathlib import PurePath
 from statistics import median
 
@@ -10,12 +11,12 @@ from markupsafe import Markup
 from stribeck.app.report.curves import curve_charts, friction_curve
 from stribeck.app.report.joints import joint_samples
 from stribeck.app.report.page import Section, render, section
-from stribeck.app.report.text import number
-from stribeck.core.base.finding import Finding
+from stribeck.app.report.text import short_names
+from stribeck.core.base.finding import Finding, catalogue
 from stribeck.core.friction.law import FrictionLaw
-from stribeck.core.result import CurvePoint, Evidence, JointResult, Result, Verdict
+from stribeck.core.result import Evidence, JointResult, ParameterEstimate, Result, Verdict
 from stribeck.core.result.reference import NO_REFERENCE, Reference
-from stribeck.core.result.tables import advice, logs_text, upper_bound
+from stribeck.core.result.tables import MAIN, advice, bound_text, logs_text, main_parameters, upper_bound
 
 VERDICTS: tuple[Verdict, ...] = ("identified", "weak", "not excited", "no friction")
 """Verdicts in sorting order."""
@@ -23,40 +24,35 @@ VERDICTS: tuple[Verdict, ...] = ("identified", "weak", "not excited", "no fricti
 
 def heading(result: Result, law: FrictionLaw, reference: Reference = NO_REFERENCE) -> Markup:
     """Render the lead of the page: log, law, number of joints per verdict, friction, trust and next step."""
-    joints = result.joints
+    short = short_names(result.joints)
+    joints = {short[name]: joint for name, joint in result.joints.items()}
     named = {verdict: [name for name, joint in joints.items() if joint.verdict == verdict] for verdict in VERDICTS}
     findings = by_severity(result.findings)
-    flagged = {name for finding in findings if finding.on_friction for name in finding.joints}
+    flagged = {short.get(name) for finding in findings if finding.on_friction for name in finding.joints}
     identified = named["identified"]
-    distrusted = {
-        "warned": [name for name in identified if name in flagged],
-        "weak": named["weak"],
-        "not excited": named["not excited"],
-    }
+    distrusted = {verdict: named[verdict] for verdict in ("weak", "not excited")}
     steps: dict[str, list[str]] = {}  # next step and its joints
     for name, joint in joints.items():
         if joint.verdict in ("weak", "not excited"):
             steps.setdefault(advice(joint), []).append(name)
     r2 = [joint.torque_r2 for joint in joints.values() if joint.torque_r2]
     unseen = [share for joint in joints.values() if joint.curve and (share := unseen_r2(joint)) is not None]
-    without = [_bound(joints[name]) for name in named["no friction"] if joints[name].curve]
     return render(
         "heading.html.j2",
         result=result,
         law=law,
         logs=[PurePath(path).name or "log in memory" for path in result.log.paths],
         named=named,
-        range=_friction_range(result),
+        ranges=_main_ranges(result),
         known=reference,
         deviations=_deviations(result, reference),
-        bound=_bound_text(max(without, default=None)),
+        bound=_largest_bound(joints[name] for name in named["no friction"]),
         r2=median(score.best for score in r2) if r2 else None,
         r2_nominal=median(score.nominal for score in r2) if r2 else None,
         unseen=median(unseen) if unseen else None,
         another=1.96 * max((point.between_logs for joint in joints.values() for point in joint.curve), default=0.0),
         between=logs_text(result.corrections, result.log.paths),
-        trusted=[name for name in identified if name not in flagged],
-        distrusted=distrusted,
+        distrusted=distrusted | {"warned": [name for name in identified if name in flagged]},
         urgent=next((finding for finding in findings if finding.cure and not finding.has("note")), None),
         steps=steps,
         warnings=sum(not finding.has("note") for finding in findings),
@@ -74,15 +70,17 @@ def unseen_r2(joint: JointResult) -> float | None:
     return 1 - min(validation.unexplained, 1e3) ** 2
 
 
-def _friction_range(result: Result) -> list[tuple[str, CurvePoint]]:
-    """Find the smallest and largest identified friction at middle speed, by joint; fewer if there are not two."""
-    middles = {
-        name: joint.curve[len(joint.curve) // 2]
-        for name, joint in result.joints.items()
-        if joint.verdict == "identified" and joint.curve and joint.torque_unit is None
-    }
-    ordered = sorted(middles, key=lambda name: middles[name].value)
-    return [(name, middles[name]) for name in dict.fromkeys([*ordered[:1], *ordered[-1:]])]
+def _main_ranges(result: Result) -> list[tuple[str, ParameterEstimate, ParameterEstimate]]:
+    """Find the smallest and largest value of each main parameter and unit over the identified joints."""
+    groups: dict[tuple[str, str], list[ParameterEstimate]] = {}
+    for joint in result.joints.values():
+        for title, name in MAIN.items() if joint.verdict == "identified" else ():
+            ways = [joint.parameters.get(name + way) for way in ("", "_positive", "_negative")]
+            for estimate in ways:
+                if estimate is not None and estimate.verdict == "identified":
+                    groups.setdefault((title, estimate.unit), []).append(estimate)
+    by_value = attrgetter("value")
+    return [(title, min(group, key=by_value), max(group, key=by_value)) for (title, _), group in groups.items()]
 
 
 def _deviations(result: Result, reference: Reference) -> list[float]:
@@ -112,44 +110,43 @@ def first_screen(result: Result, evidence: Evidence, reference: Reference = NO_R
         for name, joint in result.joints.items()
     }
     curves = {name: curve for name, curve in drawn.items() if curve is not None}
-    charts, finer = curve_charts(curves)
     shown = {name: joint for name, joint in result.joints.items() if joint.verdict != "no friction"}
     without = {name: joint for name, joint in result.joints.items() if joint.verdict == "no friction"}
-    bounds = {name: _bound(joint) for name, joint in without.items() if joint.curve}
     units = {joint.curve[0].unit for joint in shown.values() if joint.curve}
+    columns: dict[str, set[str]] = {}  # units of the main parameters
+    for joint in shown.values():
+        for title, (text, unit) in zip(MAIN, main_parameters(joint), strict=True):
+            columns.setdefault(title, set()).update([unit] if text else [])
     kinds = list(dict.fromkeys(curve.units for curve in curves.values())) or [("rad/s", "N m")]
     return section(
         "friction",
         "Friction of every joint",
         "first_screen",
-        {f"c{k}": (chart, name) for k, (name, chart) in enumerate(charts.items())},
+        {f"c{k}": (chart, name) for k, (name, chart) in enumerate(curve_charts(curves).items())},
         joints=result.joints,
+        short=short_names(result.joints),
         shown=shown,
-        without={name: _bound_text(bounds.get(name)) or joint.reason for name, joint in without.items()},
+        columns={title: min(kinds) if len(kinds) == 1 else "" for title, kinds in columns.items() if kinds},
+        names=MAIN,
+        without={name: bound_text(joint) or joint.reason for name, joint in without.items()},
         places={name: index for index, name in enumerate(result.joints)},
-        finer=finer,
         own_units={name: curve.units[1] for name, curve in curves.items()} if len(kinds) > 1 else {},
         verdicts=VERDICTS,
         flagged={name for finding in result.findings for name in finding.joints},
         warnings=warnings(result),
         known=reference,
-        most=_bound_text(max(bounds.values(), default=None)),
+        most=_largest_bound(without.values()),
         unit=min(units) if len(units) == 1 else "",
         units=[", ".join(dict.fromkeys(units)) for units in zip(*kinds, strict=True)],
         longest=24,  # characters of a joint's name that fit one line; longer names are broken, never cut
-        compared=any(joint.torque_r2 for joint in shown.values()),
-        rotors=any("armature" in joint.parameters for joint in shown.values()),
+        explained={name: unseen_r2(joint) for name, joint in shown.items() if joint.curve},
     )
 
 
-def _bound(joint: JointResult) -> tuple[float, str]:
-    """Find the upper bound of a joint's friction curve, and its unit."""
-    return upper_bound(joint.curve), joint.curve[0].unit
-
-
-def _bound_text(bound: tuple[float, str] | None) -> str:
-    """Format an upper bound of friction; "" for none."""
-    return f"below {number(bound[0], 2)} {bound[1]}" if bound else ""
+def _largest_bound(joints: Iterable[JointResult]) -> str:
+    """Format the largest upper bound of the friction of joints; "" without any."""
+    known = [joint for joint in joints if joint.curve]
+    return bound_text(max(known, key=lambda joint: upper_bound(joint.curve))) if known else ""
 
 
 def warnings(result: Result) -> Section | None:
@@ -160,5 +157,20 @@ def warnings(result: Result) -> Section | None:
 
 
 def by_severity(findings: Sequence[Finding]) -> list[Finding]:
-    """Sort findings: fatal ones first, then those on friction; notes come last."""
-    return sorted(findings, key=lambda finding: (not finding.stops, finding.has("note"), not finding.on_friction))
+    """Sort findings: causes, then what may follow from them, such as drifts and bodies that differ, then notes."""
+    after = catalogue()["after"]
+
+    def rank(finding: Finding) -> tuple[bool, ...]:
+        follows = finding.on_friction or finding.check.startswith("bodies-") or finding.has("symptom")
+        fixed = bool(finding.settings or finding.exclude)
+        return (
+            finding.has("note"),
+            not finding.stops,
+            follows,
+            not finding.doubt,
+            not finding.cure,
+            finding.check in after,
+            not fixed,
+        )
+
+    return sorted(findings, key=rank)

@@ -1,21 +1,18 @@
 """Page and recording of `stribeck replay`: errors per joint and model, and torques and positions over time."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import zip_longest
 from pathlib import Path, PurePath
 
 import numpy as np
 
-from stribeck.app.report.charts import Chart, axis, line
+from stribeck.app.report.charts import Chart
 from stribeck.app.report.page import Section, render, section, write_page
 from stribeck.app.report.recording import Curves
-from stribeck.app.report.text import number
-from stribeck.app.report.torques import POINTS, over_time
+from stribeck.app.report.text import number, share
+from stribeck.app.report.torques import POINTS, over_time, residual
 from stribeck.core.base.typing import Array
 from stribeck.design import Replay
-
-Values = Sequence[Sequence[float | None]]
-"""Values by model and joint."""
 
 Legend = Sequence[tuple[str, str]]
 """Color and label of each line."""
@@ -32,58 +29,34 @@ def write_replay(replay: Replay, path: str | Path) -> None:
     torque = [[model.torque.get(joint) for joint in replay.joints] for model in replay.models]
     none = [None] * len(replay.horizons)
     runs = [[model.rollouts.get(joint) or none for joint in replay.joints] for model in replay.models]
-    times = [f"{1e3 * horizon:.0f}" for horizon in replay.horizons]
-    errors: dict[str, Values] = {
-        f"velocity error after {time} ms": [
-            [rollout.relative if (rollout := run[k]) else None for run in row] for row in runs
-        ]
-        for k, time in enumerate(times)
-    }
+    times = ", ".join(f"{1e3 * horizon:.0f}" for horizon in replay.horizons)
     tables = [
-        _errors(
+        _table(
             replay.joints,
-            "Torque not explained by inverse dynamics",
-            "R² of the measured torque (RMS error in N m, N); motion and torque pass the same filter.",
-            {"1 − R²": [[1 - error.r2 if error else None for error in row] for row in torque]},
-            [[f"{error.r2:.3f} ({error.rms:.3g})" if error else "–" for error in row] for row in torque],
+            "Torque error of inverse dynamics",
+            "RMS error in N m, N (R² of the measured torque); motion and torque pass the same filter.",
+            [[f"{number(error.rms)} ({share(error.r2, 2)})" if error else "–" for error in row] for row in torque],
             legend,
         ),
-        _errors(
+        _table(
             replay.joints,
             "Velocity error of short simulations",
-            "RMS error of the velocity divided by the RMS change of the measured velocity; above 1, a model is worse "
-            f"than a constant velocity. After {', '.join(times)} ms.",
-            errors,
-            [[", ".join(f"{e.relative:.3g}" if e else "–" for e in run) for run in row] for row in runs],
+            f"RMS error of the velocity after {times} ms, divided by the RMS change of the measured velocity; above 1, "
+            "a model is worse than a constant velocity.",
+            [[", ".join(number(e.relative) if e else "–" for e in run) for run in row] for row in runs],
             legend,
         ),
     ]
-    sections = [part for pair in zip_longest(tables, _motion_sections(replay, legend)) for part in pair]
+    sections = [part for pair in zip_longest(_motion_sections(replay, legend), tables) for part in pair]
     lead = render("replay_heading.html.j2", replay=replay, log=PurePath(replay.log).name or "log in memory")
     write_page(path, f"{replay.robot}: a log replayed", sections, lead=lead)
 
 
-def _errors(
-    joints: list[str], title: str, caption: str, shown: Mapping[str, Values], cells: list[list[str]], legend: Legend
-) -> Section:
-    """Render charts and a table of values by model and joint."""
-    anchor = title.partition(" ")[0].lower()
-    figures = {f"{anchor}{k}": (_chart(joints, *entry, legend), entry[0]) for k, entry in enumerate(shown.items())}
+def _table(joints: list[str], title: str, caption: str, cells: list[list[str]], legend: Legend) -> Section:
+    """Render a table of values by model and joint."""
     rows = list(zip(joints, zip(*cells, strict=True), strict=True))
-    return section(anchor, title, "replay", figures, caption=caption, legend=legend, rows=rows)
-
-
-def _chart(joints: list[str], label: str, values: Values, legend: Legend) -> Chart:
-    """Draw one dot per joint and model on a logarithmic axis."""
-    shown = np.array(values, dtype=float)  # NaN for None
-    shown[~(shown > 0)] = np.nan
-    seen = shown[np.isfinite(shown)].tolist() or [0.1, 1.0]
-    return {
-        "x": axis("", (-0.5, len(joints) - 0.5), names=joints),
-        "y": axis(label, (0.7 * min(seen), 1.4 * max(seen)), log=True),
-        "lines": [line(range(len(joints)), row, *key, points=8) for row, key in zip(shown, legend, strict=True)],
-        "height": 320,
-    }
+    anchor = title.partition(" ")[0].lower()
+    return section(anchor, title, "replay", caption=caption, legend=legend, rows=rows)
 
 
 def _motion_sections(replay: Replay, legend: Legend) -> list[Section | None]:
@@ -116,7 +89,13 @@ def _motion_sections(replay: Replay, legend: Legend) -> list[Section | None]:
     about = "under the measured torque or the commands; each starts at the measured position and velocity."
     about = f"Simulations of {1e3 * replay.horizons[-1]:.0f} ms {about}"
     return [
-        _over_log("Torque over the log", "", motion.torque_time, torques, legend),
+        _over_log(
+            "Torque over the log",
+            "Two charts per joint: torques, and measured torque minus the torque of each model.",
+            motion.torque_time,
+            torques,
+            legend,
+        ),
         _over_log("Position of short simulations", about, time, positions, legend),
     ]
 
@@ -146,11 +125,13 @@ def pieces(time: Array, start: Array, position: Array, replay: Replay) -> Array:
 
 def _over_log(title: str, about: str, time: Array, drawn: Drawn, legend: Legend) -> Section | None:
     """Render one chart per joint; all charts of a section zoom together."""
-    anchor = title.partition(" ")[0].lower() + "-over-log"
-    figures = {
-        f"{anchor}{k}": (over_time(time - time[0], label, values, legend, POINTS // len(drawn), anchor), caption)
-        for k, (caption, (label, values)) in enumerate(drawn.items())
-    }
+    anchor, points = title.partition(" ")[0].lower() + "-over-log", POINTS // max(len(drawn), 1)
+    figures: dict[str, tuple[Chart, str]] = {}
+    for k, (caption, (label, values)) in enumerate(drawn.items()):
+        figures[f"{anchor}{k}"] = over_time(time - time[0], label, values, legend, points, anchor), caption
+        if label.startswith("torque"):
+            left = residual(f"{anchor}{k}", time - time[0], label, values, np.isfinite(values[0])) | {"sync": anchor}
+            figures[f"{anchor}{k}r"] = left, f"{caption.partition(':')[0]}: measured minus predicted"
     return section(anchor, title, "torques", figures, legend=legend, about=about) if figures else None
 
 

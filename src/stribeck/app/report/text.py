@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from markupsafe import Markup
@@ -92,6 +92,19 @@ def breakable(name: str) -> Markup:
 def named(joints: Sequence[str]) -> str:
     """List joints by name, or their number if there are many."""
     return ", ".join(joints) if len(joints) <= 3 else f"{len(joints)} joints"
+
+
+def short_names(names: Iterable[str]) -> dict[str, str]:
+    """Strip the words that all names begin or end with, such as `_joint`; the rest begins with a letter."""
+    whole = list(names)
+    parts = [name.split("_") for name in whole]
+    for end, rest in ((-1, slice(None, -1)), (0, slice(1, None))):
+        while len(parts) > 1 and len({words[end] for words in parts}) == 1:
+            shorter = [words[rest] for words in parts]
+            if not all(words and words[0][:1].isalpha() for words in shorter):
+                break
+            parts = shorter
+    return {name: "_".join(words) for name, words in zip(whole, parts, strict=True)}
 
 
 def words(name: str) -> str:

@@ -9,15 +9,13 @@ from stribeck.core.base.typing import Array
 Phases = list[tuple[float, float, str, bool]]
 
 
-def timeline(recorded: Phases, clear: float | None = None, usage: str = "") -> Section | None:
-    """Render the timeline, a close-up of a long log, and the time in each mode; None without time.
+def timeline(recorded: Phases, usage: str = "") -> Section | None:
+    """Render the timeline and the time in each mode; None without time.
 
     Parameters
     ----------
     recorded
         Start [s], end [s], contact mode, whether it is used; in log order.
-    clear
-        Start of the close-up in the joints' panels [s]; this close-up includes it.
     usage
         Phrase on the samples whose friction torque is known.
     """
@@ -27,10 +25,6 @@ def timeline(recorded: Phases, clear: float | None = None, usage: str = "") -> S
         return None
     names = list(dict.fromkeys(phase[2] for phase in phases))
     figures = {"p0": (_strips(phases, names, start, end), "Whole log")}
-    shown = 12.0  # duration of the close-up of a long log [s]
-    if end - start > 2 * shown:
-        near = min(max(start if clear is None else clear - 1.0, start), end - shown)
-        figures["p1"] = _strips(phases, names, near, near + shown), f"Close-up of {shown:.0f} s"
     spans = {name: [(phase[1] - phase[0], phase[3]) for phase in phases if phase[2] == name] for name in names}
     rows = {key: ([span for span, _ in pairs], [span for span, used in pairs if used]) for key, pairs in spans.items()}
     about = {"several": phases != recorded, "usage": usage[:1].upper() + usage[1:]}

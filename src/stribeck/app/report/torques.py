@@ -5,9 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from stribeck.app.report.charts import Chart, axis, line, robust_limits
+from stribeck.app.report.joints import noisy_modes
 from stribeck.app.report.page import Section, section
 from stribeck.app.report.text import number
-from stribeck.core.base.typing import Array
+from stribeck.core.base.typing import Array, BoolArray
 from stribeck.core.result import JointResult, Result
 from stribeck.core.result.samples import FrictionSamples
 
@@ -18,16 +19,21 @@ LEGEND = (("data", "measured"), ("muted", "without friction"), ("law", "with fri
 
 
 def replayed_torques(result: Result, samples: FrictionSamples) -> Section | None:
-    """Render one chart per joint with friction; None if the measured torque is unknown."""
+    """Render two charts per joint with friction, torque and residual; None if the measured torque is unknown."""
     figures: dict[str, tuple[Chart, str]] = {}
     fitted = [name for name, joint in result.joints.items() if joint.parameters and name in samples.joint_names]
     points = POINTS // max(len(fitted), 1)
     for name in fitted if samples.torque is not None else []:
         column = samples.joint_names.index(name)
         if column < samples.torque.shape[1] and len(samples.time) > 1:  # type: ignore[union-attr]  # not a coupling
-            figures[f"o{column}"] = _chart(name, result.joints[name], samples, column, points)
+            figures |= _charts(name, result.joints[name], samples, column, points)
     title = "Torque over the log, without and with friction"
-    about = "Inverse dynamics plus the offset of the torque, without and with friction, at the bandwidth of the filter."
+    about = (
+        "Two charts per joint: inverse dynamics plus the offset of the torque, without and with friction, at the "
+        "bandwidth of the filter; and measured torque minus each of them."
+    )
+    if any(chart["spans"] for chart, _ in figures.values()):
+        about += " Shaded: the model explains these contacts less well; they hardly count for the friction."
     return section("torques", title, "torques", figures, legend=LEGEND, about=about) if figures else None
 
 
@@ -64,14 +70,43 @@ def over_time(
     }
 
 
-def _chart(name: str, joint: JointResult, samples: FrictionSamples, column: int, points: int) -> tuple[Chart, str]:
-    """Draw the torques of a joint, with the RMS errors in the caption; lines break where the friction is unknown."""
-    values = predictions(joint, samples, column)
-    measured, *predicted = (torque[np.isfinite(torque)] for torque in values)
-    errors = " → ".join(number(_rms(measured - torque), 2) for torque in predicted)
-    unit = joint.units(bool(samples.prismatic) and samples.prismatic[column])[1]
-    chart = over_time(elapsed(samples), f"torque [{unit}]", values, LEGEND, points, "torques")
-    return chart, f"{name}: error {errors} {unit} (RMS)"
+def residual(of: str, time: Array, label: str, values: Sequence[Array], known: BoolArray) -> Chart:
+    """Describe the first line of the chart `of` minus its other lines, which the page computes.
+
+    `label`, `time` and `values` are those of `over_time`; the scale fits the `known` samples, shape (T,).
+    """
+    errors = np.concatenate([(values[0] - value)[known] for value in values[1:]])
+    reach = max(map(abs, robust_limits(errors[np.isfinite(errors)], share=0.002)))
+    x, y = axis("time [s]", (0.0, float(time[-1]))), axis(label.replace("torque", "residual"), (-reach, reach))
+    return {"x": x, "y": y, "lines": [], "residual": of}
+
+
+def _charts(
+    name: str, joint: JointResult, samples: FrictionSamples, column: int, points: int
+) -> dict[str, tuple[Chart, str]]:
+    """Draw torque and residual of a joint, with RMS errors in the caption; noisy contact modes are shaded."""
+    values, time = predictions(joint, samples, column), elapsed(samples)
+    noisy = noisy_modes(samples, np.flatnonzero(np.isfinite(values[2])), column, joint)
+    shaded = np.isin(samples.support, noisy)
+    known = np.isfinite(values[2]) & ~shaded
+    errors = " → ".join(number(_rms((values[0] - torque)[known]), 2) for torque in values[1:])
+    unit, key = joint.units(samples.slides(column))[1], f"o{column}"
+    label, spans = f"torque [{unit}]", {"spans": _spans(time, shaded & np.isfinite(values[2])), "sync": "torques"}
+    chart = over_time(time, label, values, LEGEND, points, "torques") | spans
+    caption = f"{name}: error {errors} {unit} (RMS)"
+    if noisy:
+        rest = np.isfinite(values[2]) & shaded
+        caption += f"; shaded: {number(_rms((values[0] - values[2])[rest]), 2)} {unit}"
+    left = residual(key, time, label, values, known) | spans
+    return {key: (chart, caption), f"{key}r": (left, f"{name}: measured minus predicted")}
+
+
+def _spans(time: Array, shaded: BoolArray) -> list[list[float]]:
+    """List start and end of shaded parts [s]; pauses of less than 0.2 % of the time are included."""
+    at = time[shaded]
+    breaks = np.flatnonzero(np.diff(at) > 2e-3 * time[-1])
+    starts, ends = at[np.insert(breaks + 1, 0, 0)[: len(at)]], at[np.append(breaks, len(at) - 1)[: len(at)]]
+    return [[float(start), float(end)] for start, end in zip(starts, ends, strict=True)]
 
 
 def predictions(joint: JointResult, samples: FrictionSamples, column: int) -> tuple[Array, Array, Array]:

@@ -1,16 +1,18 @@
 """Report of a result: its sections in reading order, in one file."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from markupsafe import Markup
 
 from stribeck.app.report import details
 from stribeck.app.report.comparison import sides
+from stribeck.app.report.correlations import correlations
 from stribeck.app.report.joints import joint_panels
 from stribeck.app.report.overview import first_screen, heading
-from stribeck.app.report.page import Section, write_page
+from stribeck.app.report.page import write_page
+from stribeck.app.report.robot import robot_picture, stated_friction
 from stribeck.app.report.timeline import timeline
 from stribeck.app.report.torques import replayed_torques
 from stribeck.core.friction import get_law
@@ -24,7 +26,6 @@ def write_report(
     path: str | Path,
     *,
     reference: Reference = NO_REFERENCE,
-    further: Sequence[Section] = (),
 ) -> None:
     """Write the report as one self-contained HTML file, identical for identical results.
 
@@ -35,9 +36,7 @@ def write_report(
     path
         File to write, completely or not at all.
     reference
-        Known friction to show next to the result.
-    further
-        Additional folded sections.
+        Known friction to show next to the result, by default the friction that the robot's model states.
 
     Raises
     ------
@@ -51,23 +50,20 @@ def write_report(
     result = result if isinstance(result, Result) else read_result(result)
     evidence = result.evidence or saved_evidence(result)
     law = get_law(result.law)
+    reference = stated_friction(evidence.robot, result) if reference is NO_REFERENCE else reference
     shown = replace(result, joints=result.all_friction, couplings={})
-    close_up = evidence.close_up
     with np.errstate(all="ignore"):
         on_demand = [
             joint_panels(shown, evidence, law, reference),
             replayed_torques(shown, evidence.samples),
-            details.verdict_table(shown, evidence, law, reference),
+            details.verdict_table(shown, law, reference),
             details.terms(shown),
-            *further,
+            correlations(shown),
             sides(result, evidence.prismatic),
             details.held_out(result),
             details.corrections(result),
             details.torque_meaning(evidence.torque_source) if evidence.torque_source else None,
-            details.power(shown),
-            timeline(
-                evidence.phases, float(close_up.time[0]) if close_up and len(close_up.time) else None, result.log.usage
-            ),
+            timeline(evidence.phases, result.log.usage),
             details.provenance(result, evidence),
         ]
         write_page(
@@ -75,5 +71,6 @@ def write_report(
             f"Joint friction of {result.robot}",
             [first_screen(shown, evidence, reference)],
             folded=on_demand,
-            lead=heading(shown, law, reference),
+            lead=(robot_picture(evidence.robot, shown) if evidence.robot else Markup())
+            + heading(shown, law, reference),
         )

@@ -220,4 +220,5 @@ def _evidence(
         ],
         correction=correction,
         torque_source=log.torque_source,
+        robot=robot,
     )

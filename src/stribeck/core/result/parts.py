@@ -12,6 +12,7 @@ from pydantic import AfterValidator, Field
 from stribeck.core.base.frozen import freeze_dicts
 from stribeck.core.base.typing import Array, TorqueSource
 from stribeck.core.result.samples import FrictionSamples
+from stribeck.core.robot import Robot
 
 
 def _ascending(ends: tuple[float, float]) -> tuple[float, float]:
@@ -176,6 +177,8 @@ class Evidence:
         Samples of free and swinging limbs before and after the correction of model and log.
     torque_source
         Source of the robot's torques, which determines the friction that is included; None if unknown.
+    robot
+        Robot of the logs; None for a result that was read from a file.
     """
 
     samples: FrictionSamples
@@ -186,6 +189,7 @@ class Evidence:
     prismatic: frozenset[str] = frozenset()
     correction: tuple[FrictionSamples, FrictionSamples] | None = None
     torque_source: TorqueSource | None = "link_side_sensor"
+    robot: Robot | None = None
 
     @cached_property
     def measured(self) -> dict[str, tuple[Array, Array]]:

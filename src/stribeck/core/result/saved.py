@@ -38,13 +38,12 @@ def saved_evidence(result: Result) -> Evidence:
     except (pa.ArrowException, OSError, KeyError, ValueError) as error:
         raise SettingsError(f"{path}: is not the table of this result ({error}); {needed}") from error
     support_names, support = np.unique(support_text, return_inverse=True)
-    step = every / result.log.rate
     samples = FrictionSamples(
         joint_names=names,
         period=1.0 / result.log.rate,
         time=time,
         velocity=velocity.astype(float),
-        acceleration=np.gradient(velocity.astype(float), step, axis=0),
+        acceleration=np.gradient(velocity.astype(float), every / result.log.rate, axis=0),
         friction_torque=torque.astype(float),
         usable=usable.astype(bool),
         block=columns["block"],

@@ -1,10 +1,8 @@
-"""Picture of a simulated walk, from its log and the true path of its base: footprints, center of mass and poses."""
+"""Poses of a simulated walk over one stride, from its log and the true path of its base."""
 
-from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
@@ -13,35 +11,6 @@ from stribeck.core.errors import SettingsError
 from stribeck.core.log import RobotLog
 from stribeck.core.robot import Robot
 from stribeck.core.robot.kinematics import frame_pose
-from stribeck.simulation.robots.sole import Sole
-
-NO_SOLE = Sole.model_construct(half_length=0.0, half_width=0.0)  # a point
-"""Sole of a point foot."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Footprint:
-    """Place where a foot stood.
-
-    Attributes
-    ----------
-    foot
-        Name of the contact.
-    place
-        Middle of the sole in the world [m].
-    yaw
-        Heading of the foot in the world [rad].
-    size
-        Length and width of the sole [m]; zeros for a point.
-    time
-        Time of the touchdown [s].
-    """
-
-    foot: str
-    place: tuple[float, float]
-    yaw: float
-    size: tuple[float, float]
-    time: float
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -52,14 +21,11 @@ class Pose:
     ----------
     time
         Time of the pose [s].
-    segments
-        Start and end of each line of the stick figure in the world [m], shape (S, 2, 3).
     configuration
         Position and quaternion xyzw of the root link, then the tree's joints, shape (7 + n,).
     """
 
     time: float
-    segments: Array
     configuration: Array
 
     @property
@@ -69,31 +35,8 @@ class Pose:
         return float(np.arctan2(turn[1, 0], turn[0, 0]))
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class WalkPicture:
-    """Everything that a report draws of a walk.
-
-    Attributes
-    ----------
-    footprints
-        Footprints in the order of the touchdowns.
-    com_time, com
-        Time [s], shape (N,), and center of mass seen from above [m], shape (N, 2).
-    poses
-        Poses of one stride.
-    segment_names
-        Joint or contact to which each line of the stick figure leads, S of them.
-    """
-
-    footprints: tuple[Footprint, ...]
-    com_time: Array
-    com: Array
-    poses: tuple[Pose, ...]
-    segment_names: tuple[str, ...]
-
-
-def walk_picture(robot: Robot, log: RobotLog, base_position: Array, soles: Mapping[str, Sole]) -> WalkPicture:
-    """Compute the picture of a walk.
+def walk_poses(robot: Robot, log: RobotLog, base_position: Array) -> tuple[Pose, ...]:
+    """Compute the poses of one stride.
 
     Parameters
     ----------
@@ -103,8 +46,6 @@ def walk_picture(robot: Robot, log: RobotLog, base_position: Array, soles: Mappi
         Log without noise, with base orientation and contacts.
     base_position
         Position of the root link in the world [m], shape (T, 3).
-    soles
-        Soles by contact; other contacts are drawn as points.
 
     Raises
     ------
@@ -115,38 +56,9 @@ def walk_picture(robot: Robot, log: RobotLog, base_position: Array, soles: Mappi
         raise SettingsError(
             f"{robot.name}: a walk cannot be drawn; expected a floating base, base_orientation and contact"
         )
-    phases = stances(log.time, log.contact)
-    model, data = robot.tree.model, robot.tree.model.createData()
     configurations = _configurations(robot, log, base_position)
-    poses, names = [], ()
-    for row in _pose_rows(phases, base_position):
-        pin.forwardKinematics(model, data, configurations[row])
-        names, segments = zip(*stick_figure(robot, data, soles), strict=True)
-        poses.append(Pose(time=float(log.time[row]), segments=np.array(segments), configuration=configurations[row]))
-    footprints = []
-    for start, end, foot in phases:  # half way through a stance, where the foot rests
-        pin.framesForwardKinematics(model, data, configurations[(start + end) // 2])
-        name = log.foot_names[foot]
-        pose, sole = data.oMf[model.getFrameId(robot.contacts[name].frame)], soles.get(name, NO_SOLE)
-        x, y, _ = pose.act(np.array(sole.centre)).tolist()
-        footprints.append(
-            Footprint(
-                foot=name,
-                place=(x, y),
-                yaw=float(np.arctan2(pose.rotation[1, 0], pose.rotation[0, 0])),
-                size=(2 * sole.half_length, 2 * sole.half_width),
-                time=float(log.time[start]),
-            )
-        )
-    points = min(2000, round((log.time[-1] - log.time[0]) / 0.02) + 2, len(log.time))  # one per 20 ms
-    rows = np.unique(np.linspace(0, len(log.time) - 1, points).round().astype(np.int64))
-    return WalkPicture(
-        footprints=tuple(footprints),
-        com_time=log.time[rows],
-        com=np.array([pin.centerOfMass(model, data, configurations[row])[:2] for row in rows]),
-        poses=tuple(poses),
-        segment_names=names,
-    )
+    rows = _pose_rows(stances(log.time, log.contact), base_position)
+    return tuple(Pose(time=float(log.time[row]), configuration=configurations[row]) for row in rows)
 
 
 def stances(time: Array, contact: NDArray[np.bool_]) -> list[tuple[int, int, int]]:
@@ -194,29 +106,3 @@ def _configurations(robot: Robot, log: RobotLog, base_position: Array) -> Array:
     in_root, _ = frame_pose(robot.tree, robot.tree.model.getFrameId(robot.base_frame), log.position)
     rotation = Rotation.from_quat(log.base_orientation) * Rotation.from_matrix(in_root).inv()
     return np.hstack([base_position, rotation.as_quat(), log.position[:, robot.tree.columns]])
-
-
-def stick_figure(robot: Robot, data: pin.Data, soles: Mapping[str, Sole]) -> Iterator[tuple[str, Array]]:
-    """Yield the lines of a robot after `pin.forwardKinematics`: joint or contact, start and end [m], shape (2, 3).
-
-    Lines connect joints, lead to the ends of limbs (the center of mass of the last body), and surround soles. Lines
-    shorter than 1 mm are omitted.
-    """
-    model, origin = robot.tree.model, np.zeros(3)
-    lines: list[tuple[str, int, Array, Array]] = []
-    standing = set()
-    for name, contact in robot.contacts.items():
-        frame = model.frames[model.getFrameId(contact.frame)]
-        standing.add(joint := int(frame.parentJoint))
-        sole = soles.get(name, NO_SOLE)
-        ahead = np.array([sole.half_length, 0.0, 0.0])
-        heel, toe = (frame.placement.act(np.array(sole.centre) + way) for way in (-ahead, ahead))
-        lines += [(name, joint, *ends) for ends in ((origin, heel), (heel, toe), (toe, origin))]
-    for joint in range(2 if robot.tree.floating else 1, model.njoints):
-        placement = model.jointPlacements[joint]  # without the travel of a sliding joint: lines keep their lengths
-        lines.append((model.names[joint], int(model.parents[joint]), origin, placement.translation))
-        if joint not in standing and joint not in set(model.parents):
-            lines.append((model.names[joint], joint, origin, 2 * model.inertias[joint].lever))
-    for name, joint, start, end in lines:
-        if np.linalg.norm(end - start) > 1e-3:
-            yield name, np.array([data.oMi[joint].act(start), data.oMi[joint].act(end)])

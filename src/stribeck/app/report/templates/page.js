@@ -1,5 +1,5 @@
 "use strict";
-/* Folded parts that a link leads to, sorting of the table, and every chart: hover, zoom, common or own scales. */
+/* Folded parts that a link leads to, sorting of the table, and every chart: hover and zoom. */
 (() => {
   const root = document.documentElement;
   root.classList.add("js");
@@ -39,9 +39,12 @@
   const charts = JSON.parse(store.textContent);
   const places = [...document.querySelectorAll("[data-chart]")];
   const plots = new Map(); // those that are drawn, by their place
-  const toggle = document.getElementById("scales");
-  const own = () => toggle?.getAttribute("aria-pressed") === "true";
 
+  for (const chart of Object.values(charts)) {
+    const [first, ...others] = charts[chart.residual]?.lines ?? []; // measured, and what explains it
+    for (const line of others)
+      chart.lines.push({ ...line, y: first.y.map((value, k) => (value == null || line.y[k] == null ? null : value - line.y[k])) });
+  }
   for (const chart of Object.values(charts))
     for (const line of chart.lines)
       if (line.step) line.x = line.y.map((_, k) => line.x[0] + k * line.step);
@@ -67,35 +70,22 @@
 
   /* An axis with its grid, numbers or names, and label; `across` is the horizontal one. */
   const axis = (spec, across, small, wide) => {
-    const names = spec.names, upright = names && across && width(names) > wide / names.length;
+    const names = spec.names?.map((name) => (name.length > 22 ? name.slice(0, 21) + "\u2026" : name));
+    const upright = names && across && width(names) > wide / names.length;
     return {
       font: FONT, labelFont: FONT, stroke: style("muted"), gap: 4,
-      grid: { stroke: style("grid"), width: 1, ...(spec.log && { filter: decades }) }, ticks: { show: false },
+      grid: { stroke: style("grid"), width: 1 }, ticks: { show: false },
       ...(small || !spec.label ? {} : { label: spec.label, labelSize: 18, labelGap: 0 }),
       rotate: upright ? -90 : 0,
-      space: small ? (across ? 36 : 28) : across ? 60 : 36,
+      space: small ? (across ? 36 : 28) : across ? 60 : 26,
       size: (_, texts) => Math.ceil((across && !upright ? 16 : width(texts)) + (across ? 4 : 8)),
       ...(names
         ? { splits: () => spec.at ?? names.map((_, k) => k), values: () => names }
-        : spec.log
-          ? { splits: logarithmic, filter: decades, values: (_, splits) => splits.map(number) }
-          : { incrs: STEPS, values: (_, splits, k, space, step) => splits.map((value) => tick(value, step)) }),
+        : { incrs: STEPS, values: (_, splits, k, space, step) => splits.map((value) => tick(value, step)) }),
       ...(small && { splits: symmetric, values: (_, splits) => splits.map(number) }),
     };
   };
   const STEPS = Array.from({ length: 99 }, (_, k) => Number([1, 2, 5][k % 3] + "e" + (Math.floor(k / 3) - 16)));
-  const decades = (_, splits) => {
-    const leading = (digits) => splits.map((value) => (digits.includes(Number(value.toExponential(9)[0])) &&
-      Math.abs(value / 10 ** Math.floor(Math.log10(value) + 1e-9) % 1) < 1e-6 ? value : null));
-    const found = leading([1]);
-    return found.filter((value) => value != null).length > 1 ? found : leading([1, 2, 5]);
-  };
-  /* 1 to 9 in each power of ten; uPlot's own splits never end if the minimum lies just below a power */
-  const logarithmic = (plot, k, low, high) => {
-    const first = Math.floor(Math.log10(low)), count = Math.min(Math.ceil(Math.log10(high)) - first + 1, 99);
-    const all = Array.from({ length: 9 * Math.max(count, 0) }, (_, n) => Number((n % 9) + 1 + "e" + (first + Math.floor(n / 9))));
-    return all.filter((value) => low <= value && value <= high);
-  };
   const symmetric = (plot, k, low, high) => {
     const half = (high - low) / 2, power = 10 ** Math.floor(Math.log10(half));
     const step = [5, 2, 1].find((each) => each * power <= half * (1 + 1e-9)) * power;
@@ -108,19 +98,16 @@
     const colour = shade(line.colour, line.opacity), hidden = { width: 0, points: { show: false }, pxAlign: 0 };
     const curve = {
       label: line.name, stroke: colour, width: line.width ?? 2, dash: line.dash, points: { show: false }, pxAlign: 0,
-      ...(line.points && { paths: () => null, points: { show: true, size: line.points, fill: colour, width: 0 } }),
       ...(line.steps && { paths: uPlot.paths.stepped({ align: 1 }), fill: colour, fillTo: () => line.base, width: 0 }),
     };
     return line.low ? [curve, hidden, hidden] : [curve];
   };
-  const curves = (chart) => chart.lines.filter((line) => !line.closed);
 
   /* The value of a line at x, between its points */
   const valueAt = (line, values, x) => {
-    let k = line.x.findLastIndex((each) => each <= x);
-    if (line.points) k = line.x.findIndex((each) => Math.abs(each - x) < 0.5);
-    if (k < 0 || (!line.points && k === line.x.length - 1)) return null;
-    if (line.points || line.steps) return values[k];
+    const k = line.x.findLastIndex((each) => each <= x);
+    if (k < 0 || k === line.x.length - 1) return null;
+    if (line.steps) return values[k];
     const [a, b] = [values[k], values[k + 1]], share = (x - line.x[k]) / (line.x[k + 1] - line.x[k]);
     return a == null || b == null ? null : a + share * (b - a);
   };
@@ -134,7 +121,7 @@
     const x = plot.posToVal(plot.cursor.left, "x"), [across, up] = [chart.x, chart.y];
     const unit = (spec) => spec.label.match(/\[(.*)\]/)?.[1] ?? "";
     const found = [];
-    for (const line of curves(chart)) {
+    for (const line of chart.lines) {
       const value = valueAt(line, line.y, x);
       if (value == null || (up.names && (!line.name || value - line.base < 0.3))) continue;
       const band = line.low && ` (${number(valueAt(line, line.low, x))} to ${number(valueAt(line, line.high, x))})`;
@@ -146,7 +133,7 @@
     reading(place, `${title ? title + ": " : ""}${found.join(", ")} ${up.names ? "" : unit(up)} at ${where ?? ""}`);
   };
 
-  /* Images, lines at zero and closed shapes beneath the curves; marks above them */
+  /* Shaded spans, images and lines at zero beneath the curves; marks above them */
   const around = (plot, chart, images, above) => {
     const { ctx, bbox } = plot, ratio = devicePixelRatio;
     const X = (value) => plot.valToPos(value, "x", true), Y = (value) => plot.valToPos(value, "y", true);
@@ -154,6 +141,8 @@
     ctx.beginPath();
     ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
     ctx.clip();
+    ctx.fillStyle = above ? shade("ground", chart.residual ? 0.7 : 0) : shade("muted", 0.16);
+    for (const [start, end] of chart.spans ?? []) ctx.fillRect(X(start), bbox.top, Math.max(X(end) - X(start), 1), bbox.height);
     for (const { picture, x, y, smooth } of above ? [] : images) {
       ctx.imageSmoothingEnabled = !!smooth;
       if (picture.complete) ctx.drawImage(picture, X(x[0]), Y(y[1]), X(x[1]) - X(x[0]), Y(y[0]) - Y(y[1]));
@@ -170,24 +159,17 @@
     const upright = (x, colour, thickness, dash) => stroke(colour, thickness, dash, [X(x), top], [X(x), top + height]);
     if (!chart.equal && !above) {
       if (!chart.x.names) upright(0, shade("muted"), 0.7, []);
-      if (!chart.y.names && !chart.y.log) stroke(shade("muted"), 0.7, [], [left, Y(0)], [left + wide, Y(0)]);
+      if (!chart.y.names) stroke(shade("muted"), 0.7, [], [left, Y(0)], [left + wide, Y(0)]);
     }
     for (const mark of (above && chart.marks) || []) upright(mark, shade("law"), 1.2, [3, 2]);
-    for (const line of above ? [] : chart.lines.filter((each) => each.closed)) {
-      const points = line.x.map((x, k) => [X(x), Y(line.y[k])]);
-      stroke(shade(line.colour, line.width === 0 ? 0 : line.opacity), line.width ?? 1, [], ...points);
-      if (!line.fill) continue;
-      ctx.fillStyle = shade(line.colour, line.fill);
-      ctx.fill();
-    }
     ctx.restore();
   };
 
   const draw = (place) => {
     plots.get(place)?.destroy();
     const name = place.dataset.chart, chart = charts[name], small = place.closest(".curve") !== null;
-    const range = (k) => (small && own() ? chart.own[k] : chart[k].range);
-    const lines = curves(chart), sync = chart.sync ?? name;
+    const range = (k) => chart[k].range;
+    const lines = chart.lines, sync = chart.sync ?? name;
     const tables = lines.map((line) => [line.x, line.y, ...(line.low ? [line.low, line.high] : [])]);
     const data = tables.length ? uPlot.join(tables) : [range("x"), range("y")];
     const nothing = { paths: () => null, points: { show: false } };
@@ -202,7 +184,7 @@
       return { ...image, picture };
     });
     let ready = false; // then zooming sets the ranges
-    const scale = (k) => ({ time: false, auto: false, distr: chart[k].log ? 3 : 1,
+    const scale = (k) => ({ time: false, auto: false,
       range: (_, low, high) => (ready && low != null ? [low, high] : range(k)) });
     const plot = new uPlot(
       {
@@ -303,10 +285,6 @@
     resized.observe(place);
   }
   const again = () => [...plots.keys()].forEach(apart);
-  toggle?.addEventListener("click", () => {
-    toggle.setAttribute("aria-pressed", String(!own()));
-    places.filter((place) => plots.has(place) && place.closest(".curve")).forEach(apart);
-  });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", again);
   matchMedia("print").addEventListener("change", again);
   addEventListener("beforeprint", () => places.filter((place) => place.clientWidth && !plots.has(place)).forEach(apart));
