@@ -203,15 +203,14 @@ def rates(rows: Collection[Row], check: str) -> tuple[int, int, int, int]:
 
 
 def tables(rows: list[Row]) -> list[str]:
-    """Format the table."""
+    """Format the table; its last row sums up."""
+    groups = [[row for row in rows if row["robot"] in robots] for robots in (CHOSEN_ON, SHOWN_ON)]
+    counts = np.array([[rates(group, check) for group in groups] for check in CAUSES])
+    counts[list(CAUSES).index(UNCLEAR), :, :2] = 0  # a finding that names the cause is better than an unclear one
     cells = []
-    for check in CAUSES:
-        line = [f"`{check}`"]
-        for robots in (CHOSEN_ON, SHOWN_ON):
-            hit, having, false, others = rates([row for row in rows if row["robot"] in robots], check)
-            shown = having and check != UNCLEAR  # a finding that names the cause is better than an unclear one
-            line += [f"{hit} of {having}" if shown else "–", f"{false} of {others}"]
-        cells.append(line)
+    for name, pair in zip((*(f"`{check}`" for check in CAUSES), "all"), [*counts, counts.sum(axis=0)], strict=True):
+        parts = [(f"{hit} of {having}" if having else "–", f"{false} of {rest}") for hit, having, false, rest in pair]
+        cells.append([name, *parts[0], *parts[1]])
     return [markdown_table(("check", *2 * ("with its cause", "without")), cells)]
 
 
