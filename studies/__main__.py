@@ -39,7 +39,8 @@ STUDIES: dict[str, tuple[float, tuple[str, ...]]] = {
     "ablation": (60, (REAL, EVERYDAY)),
 }
 """Processor time on one core [min], and the variables with folders of logs that are needed; `legs` shows baselines."""
-PAGES = [ROOT / "README.md", ROOT / "docs" / "extensions" / "findings.py", *sorted((ROOT / "docs").rglob("*.md"))]
+SHOWING = ("README.md", "docs/**/*.md", "docs/extensions/*.py", "studies/*.md")
+PAGES = sorted(page for pattern in SHOWING for page in ROOT.glob(pattern))
 
 
 def path_of(study: str) -> Path:

@@ -113,9 +113,10 @@ def draw(figure: Figure, data: Dots, label: str) -> None:
 
 
 def main() -> None:
-    page = PAGE.read_text(encoding="utf-8")
-    for table in tables():
-        page = with_table(page, table)
-    PAGE.write_text(page, encoding="utf-8")
+    for page in (PAGE, ROOT / "studies/accuracy.md"):
+        text = page.read_text(encoding="utf-8")
+        for table in (table for table in tables() if table.split("\n", 1)[0] in text):
+            text = with_table(text, table)
+        page.write_text(text, encoding="utf-8")
     for name, (data, label) in dots().items():
         figures.save(name, partial(draw, data=data, label=label), ASSETS)

@@ -11,7 +11,7 @@ One file per study. To add one:
    it has figures, `drawings(numbers)`, functions that draw on a figure, by name. Put an empty mapping into
    `numbers/<study>.json`.
 2. Add the finding to `statements.toml`, where `{<study>.<text>}` stands for a text. `python -m studies.paper` writes
-   the statements into docs/paper.md and figures to `docs/assets/paper/<figure>-light.svg` and `-dark.svg`.
+   the statements into README.md and figures to `docs/assets/paper/<figure>-light.svg` and `-dark.svg`.
 
 `make paper` then runs `tests/studies/test_paper.py`, which runs short versions of all studies and compares the page
 with the numbers.

@@ -1,4 +1,4 @@
-"""Run the studies: write numbers to JSON and figures to SVG, fill docs/paper.md, and print all numbers."""
+"""Run the studies: write numbers to JSON and figures to SVG, fill README.md, and print all numbers."""
 
 import argparse
 import json

@@ -1,4 +1,4 @@
-"""Write the table of statements into docs/paper.md, and print all numbers of the studies.
+"""Write the table of statements into README.md, and print all numbers of the studies.
 
 `statements.toml` lists the claims of the paper in their order: place, claim, the study that tests the claim, outcome
 and finding, where `{study.text}` stands for a text of a study.
@@ -13,7 +13,7 @@ from pathlib import Path
 from studies.markdown import markdown_table, with_table
 from studies.paper.study import NUMBERS, ROOT, find_studies
 
-PAGE = ROOT / "docs" / "paper.md"
+PAGE = ROOT / "studies" / "paper" / "README.md"
 STATEMENTS = Path(__file__).parent / "statements.toml"
 
 

@@ -1,4 +1,4 @@
-"""The studies of the paper run (`make paper`), docs/paper.md contains their numbers, and their tools are correct."""
+"""The studies of the paper run (`make paper`), their page contains their numbers, and their tools are correct."""
 
 import json
 import pkgutil

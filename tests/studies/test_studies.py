@@ -93,7 +93,7 @@ def test_all_mechanisms_exist() -> None:
 
 
 def test_the_page_on_accuracy_summarizes_the_saved_studies() -> None:
-    page = summary.PAGE.read_text(encoding="utf-8")
+    page = "".join(path.read_text(encoding="utf-8") for path in (summary.PAGE, summary.ROOT / "studies/accuracy.md"))
     for table in summary.tables():
         assert table in page, table
     for name, (data, label) in summary.dots().items():
