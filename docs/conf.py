@@ -30,12 +30,14 @@ NAVIGATION = {
         "Tutorials": ["tour", "tutorials/index"],
         "How-to guides": [
             "own-log",
+            "rl",
+            "currents",
             "robots",
             "library",
             "methods",
             "verdicts",
+            "weak",
             "findings",
-            "findings-after",
             "plan",
             "export",
             "replay",
@@ -59,9 +61,9 @@ NAVIGATION = {
             "simulation",
             "paper",
         ],
-        "Reference": ["cli", "robot-file", "settings", "logs", "result", "samples", "api/index", "glossary"],
+        "Reference": ["cli", "robot-file", "settings", "logs", "result", "api/index", "glossary"],
     },
-    "tutorials/index": {"": ["tutorials/arm", "tutorials/quadruped", "tutorials/humanoid"]},
+    "tutorials/index": {"": ["tutorials/arm", "tutorials/quadruped", "tutorials/humanoid", "tutorials/python"]},
     "laws/index": {
         "": [
             "laws/stribeck",

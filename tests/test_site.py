@@ -78,7 +78,7 @@ def pages(site: Path) -> dict[Path, Page]:
 
 
 def test_every_page_is_built_and_in_the_navigation(site: Path, pages: dict[Path, Page]) -> None:
-    names = {path.relative_to(DOCS).with_suffix("") for kind in ("md", "rst") for path in DOCS.rglob(f"*.{kind}")}
+    names = {p.relative_to(DOCS).with_suffix("") for kind in ("md", "rst", "ipynb") for p in DOCS.rglob(f"*.{kind}")}
     assert {site / f"{name}.html" for name in names} <= set(pages)
     navigation = re.search(r'<div class="sidebar-tree">(.*?)</div>', (site / "index.html").read_text(), re.DOTALL)
     assert {f"{name}.html" for name in names} - {"index.html"} <= set(re.findall(r'href="([^"#]+)"', navigation[1]))
@@ -101,7 +101,10 @@ def test_links_lead_somewhere(pages: dict[Path, Page]) -> None:
                 assert anchor in pages[target].anchors, f"{path.name}: {link}"
 
 
-@pytest.mark.parametrize(("name", "told"), [("arm", "opposite"), ("quadruped", "front_left"), ("humanoid", "motor_0")])
+SHOWN = {"arm": "opposite", "quadruped": "front_left", "humanoid": "motor_0", "python": "(true: 1.1)"}
+
+
+@pytest.mark.parametrize(("name", "told"), SHOWN.items())
 def test_tutorials_show_what_their_commands_print(name: str, told: str, tutorials: Path) -> None:
     outputs = (tutorials / f"{name}.html").read_text().split('<div class="cell_output')[1:]
     assert any("<img" in output for output in outputs)

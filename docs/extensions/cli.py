@@ -16,9 +16,8 @@ COMMON = 3
 
 HEAD = """# Command line
 
-This page lists all commands, as `stribeck COMMAND -h` prints them. The usual order is [`init`](#init),
-[`inspect`](#inspect), [`identify`](#identify), [`export`](#export). Results go to stdout, errors and progress to
-stderr. Outputs are written completely or not at all. `stribeck --install-completion` enables completion in your shell.
+This page lists all commands, as `stribeck COMMAND -h` prints them. Results go to stdout, errors and progress to stderr.
+Outputs are written completely or not at all. `stribeck --install-completion` enables completion in your shell.
 
 | exit code | meaning |
 |---|---|
