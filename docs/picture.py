@@ -14,16 +14,19 @@ from matplotlib.figure import Figure
 from stribeck import Robot, identify
 from stribeck.core.result import Result
 from stribeck.core.result.mirror import mirrored_pairs
+from stribeck.core.result.tables import main_parameters
 from stribeck.simulation.demo import Demo, make_demo
 from stribeck.simulation.pictures.walk import Pose
 
-JOINTS = ("left_hip_roll", "left_hip_pitch", "left_knee", "left_ankle_pitch")
+JOINTS = ("left_hip_pitch", "left_knee")
 APART = 0.95
 """Distance between poses [m]."""
 LEFT, RIGHT = (0.26, 0.54, 0.90, 1.0), (0.86, 0.36, 0.12, 1.0)
 """Red, green, blue and opacity of the two sides."""
 SEEN_FROM = np.deg2rad(25.0)
 """Angle of the view from the right towards the front [rad], which separates left and right limbs."""
+TEXT = 13
+"""Size of letters [pt], legible on a phone, whose screen is 390 pixels wide."""
 TARGET = Path(__file__).parent / "assets" / "demo.png"
 
 
@@ -33,16 +36,14 @@ def main() -> None:
         example = make_demo(Path(folder))
         robot = Robot.from_file(example.robot_file)
         result = identify(example.log, robot)
-        figure = Figure(figsize=(11, 5.2), layout="constrained")
-        grid = figure.add_gridspec(2, len(JOINTS), height_ratios=(2.1, 3.1))
+        figure = Figure(figsize=(6.4, 5.0), layout="constrained")
+        grid = figure.add_gridspec(2, len(JOINTS), height_ratios=(1.4, 3.1))
         draw_walk(figure.add_subplot(grid[0, :]), example.walk, robot)
     for k, joint in enumerate(JOINTS):
         draw_friction(figure.add_subplot(grid[1, k]), joint, example, result)
-    first = figure.axes[1]
-    first.set_ylabel("friction torque [N m]", fontsize=9)
-    first.legend(fontsize=8, loc="upper left")
+    figure.axes[1].set_ylabel("friction torque [N m]", fontsize=TEXT)
     TARGET.parent.mkdir(exist_ok=True)
-    figure.savefig(TARGET, dpi=110, metadata={"Software": None})
+    figure.savefig(TARGET, dpi=150, metadata={"Software": None})
 
 
 def draw_walk(axes: Axes, walk: tuple[Pose, ...], robot: Robot) -> None:
@@ -59,6 +60,8 @@ def draw_walk(axes: Axes, walk: tuple[Pose, ...], robot: Robot) -> None:
         axes.imshow(pixels, extent=(k * APART + left, k * APART + right, bottom, top), zorder=2)
         axes.text(k * APART, -0.06, f"{pose.time:.2f} s", ha="center", va="top", fontsize=8)
     axes.set_xlim(-APART, len(walk) * APART)
+        axes.text(k * APART, -0.06, f"{pose.time:.2f} s", ha="center", va="top", fontsize=TEXT - 3)
+    axes.set_xlim(-APART, len(walk.poses) * APART)
     axes.set_ylim(-0.2, 1.9)
     axes.set_aspect("equal")
     axes.axis("off")
@@ -75,14 +78,17 @@ def draw_friction(axes: Axes, joint: str, example: Demo, result: Result) -> None
     known = {**example.parameters[joint], "offset": 0.0}
     truth = example.law.torque(velocity, np.array([known[parameter.name] for parameter in example.law.parameters]))
     seen = samples.friction_torque[rows, column] - result.joints[joint].parameters["offset"].value
-    axes.plot(samples.velocity[rows, column], seen, ".", ms=1.2, color="#9dbfe8", zorder=1)
-    axes.plot(velocity, truth, color="black", lw=3.0, label="truth")
-    axes.plot(velocity, result.joints[joint].friction(velocity), color="#f08030", lw=1.4, label="found")
-    axes.set_xlim(low, high)
-    axes.set_ylim(*np.percentile(seen, [0.5, 99.5]))
-    axes.set_title(joint.replace("_", " "), fontsize=10)
-    axes.set_xlabel("velocity [rad/s]", fontsize=9)
-    axes.tick_params(labelsize=8)
+    axes.plot(samples.velocity[rows, column], seen, ".", ms=2, color="#9dbfe8", zorder=1)
+    axes.plot(velocity, truth, color="black", lw=4.5)
+    axes.plot(velocity, result.joints[joint].friction(velocity), color="#f08030", lw=2.2)
+    top = 2.5 * np.abs(truth).max()
+    axes.set(xlim=(low, high), ylim=(-top, top))
+    found, _ = main_parameters(result.joints[joint])[0]
+    lines = [f"true Coulomb friction: {known['coulomb']:.3g} N m", f"identified: {found} N m"]
+    axes.text(0.5, 0.97, "\n".join(lines), fontsize=TEXT - 2, ha="center", va="top", transform=axes.transAxes)
+    axes.set_title(joint.replace("_", " "), fontsize=TEXT)
+    axes.set_xlabel("velocity [rad/s]", fontsize=TEXT)
+    axes.tick_params(labelsize=TEXT - 1)
     axes.grid(alpha=0.25)
 
 
