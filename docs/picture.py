@@ -58,10 +58,8 @@ def draw_walk(axes: Axes, walk: tuple[Pose, ...], robot: Robot) -> None:
     drawn = draw(str(robot.model_path), np.array(names), np.array(list(colours.values())), configurations, azimuth)
     for k, (pose, (pixels, (left, right, bottom, top))) in enumerate(zip(walk, map(cropped, drawn), strict=True)):
         axes.imshow(pixels, extent=(k * APART + left, k * APART + right, bottom, top), zorder=2)
-        axes.text(k * APART, -0.06, f"{pose.time:.2f} s", ha="center", va="top", fontsize=8)
-    axes.set_xlim(-APART, len(walk) * APART)
         axes.text(k * APART, -0.06, f"{pose.time:.2f} s", ha="center", va="top", fontsize=TEXT - 3)
-    axes.set_xlim(-APART, len(walk.poses) * APART)
+    axes.set_xlim(-APART, len(walk) * APART)
     axes.set_ylim(-0.2, 1.9)
     axes.set_aspect("equal")
     axes.axis("off")

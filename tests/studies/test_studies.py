@@ -16,7 +16,7 @@ from studies import ablation, accuracy, compensation, plan, robots, summary
 from studies.__main__ import PAGES, dated, path_of, state
 from studies.__main__ import STUDIES as COSTS
 from studies.accuracy_cases import NAMES
-from studies.command import SOURCE, command, read, saved
+from studies.command import ROOT, SOURCE, command, read, saved
 from studies.harder_cases import CONDITIONS, ROTOR, Harder, as_seen
 from studies.mutations import MUTATIONS, TESTS, Mutation
 
@@ -93,7 +93,7 @@ def test_all_mechanisms_exist() -> None:
 
 
 def test_the_page_on_accuracy_summarizes_the_saved_studies() -> None:
-    page = "".join(path.read_text(encoding="utf-8") for path in (summary.PAGE, summary.ROOT / "studies/accuracy.md"))
+    page = "".join(path.read_text(encoding="utf-8") for path in (summary.PAGE, ROOT / "studies/accuracy.md"))
     for table in summary.tables():
         assert table in page, table
     for name, (data, label) in summary.dots().items():
