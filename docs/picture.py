@@ -10,13 +10,13 @@ import numpy as np
 from drawing import GREY, cropped, draw
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from poses import Pose, walk_poses
 
-from stribeck import Robot, identify
+from stribeck import Robot, identify, read_log
 from stribeck.core.result import Result
 from stribeck.core.result.mirror import mirrored_pairs
 from stribeck.core.result.tables import main_parameters
 from stribeck.simulation.demo import Demo, make_demo
-from stribeck.simulation.pictures.walk import Pose
 
 JOINTS = ("left_hip_pitch", "left_knee")
 APART = 0.95
@@ -38,7 +38,9 @@ def main() -> None:
         result = identify(example.log, robot)
         figure = Figure(figsize=(6.4, 5.0), layout="constrained")
         grid = figure.add_gridspec(2, len(JOINTS), height_ratios=(1.4, 3.1))
-        draw_walk(figure.add_subplot(grid[0, :]), example.walk, robot)
+        with np.load(example.log.with_suffix(".truth.npz")) as truth:
+            walk = walk_poses(robot, read_log(example.log, robot), truth["base_position"])
+        draw_walk(figure.add_subplot(grid[0, :]), walk, robot)
     for k, joint in enumerate(JOINTS):
         draw_friction(figure.add_subplot(grid[1, k]), joint, example, result)
     figure.axes[1].set_ylabel("friction torque [N m]", fontsize=TEXT)

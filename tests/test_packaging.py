@@ -45,7 +45,8 @@ def test_the_wheel_contains_only_the_packages(tmp_path: Path) -> None:
         information = f"stribeck-{__version__}.dist-info"
         metadata = archive.read(f"{information}/METADATA").decode()
         scripts = archive.read(f"{information}/entry_points.txt").decode()
-    assert {name for name in names if not name.startswith(information)} == PACKAGED
+    packaged = {name for name in PACKAGED if not name.endswith(("README.md", "LICENSE"))}
+    assert {name for name in names if not name.startswith(information)} == packaged
     assert f"{information}/licenses/LICENSE" in names
     assert "License-Expression: Apache-2.0" in metadata
     assert "stribeck = stribeck.app.cli:main" in scripts

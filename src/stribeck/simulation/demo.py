@@ -11,10 +11,8 @@ from stribeck.core.base.typing import Array
 from stribeck.core.friction import FrictionLaw, get_law
 from stribeck.core.result import Result
 from stribeck.core.result.reference import Reference
-from stribeck.core.robot import Robot
 from stribeck.simulation.files import write_simulated
 from stribeck.simulation.friction.parameters import Parameters
-from stribeck.simulation.pictures.walk import Pose, walk_poses
 from stribeck.simulation.robots import MODELS
 from stribeck.simulation.robots.toro import MODEL_FILE, ROBOT_FILE
 from stribeck.simulation.run import run_scenario
@@ -60,13 +58,12 @@ FILES = ("scenario.toml", "robot.toml", MODEL_FILE.name, "log.npz", "log.truth.n
 
 @dataclass(frozen=True, eq=False)
 class Demo:
-    """Files of a demonstration, true friction law, parameters by joint and name, and poses of the walk."""
+    """Files of a demonstration, true friction law, and parameters by joint and name."""
 
     robot_file: Path
     log: Path
     law: FrictionLaw
     parameters: Parameters
-    walk: tuple[Pose, ...]
 
 
 def make_demo(folder: Path, progress: Callable[[float], None] = lambda _: None, *, scenario: Path = SCENARIO) -> Demo:
@@ -86,12 +83,9 @@ def make_demo(folder: Path, progress: Callable[[float], None] = lambda _: None, 
     chosen = read_scenario(folder / "scenario.toml")
     result = run_scenario(chosen, folder, progress)
     write_simulated(result.log, result.truth, folder / "log.npz")
-    robot = Robot.from_file(folder / "robot.toml")
-    assert result.truth.base_position is not None  # the base floats
     return Demo(
         robot_file=folder / "robot.toml",
         log=folder / "log.npz",
         law=get_law(chosen.friction.law),
         parameters=result.truth.parameters,
-        walk=walk_poses(robot, result.log, result.truth.base_position),
     )

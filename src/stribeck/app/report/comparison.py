@@ -18,7 +18,7 @@ def write_comparison(comparison: Comparison, path: str | Path) -> None:
     --------
     >>> write_comparison(compare("out/result.json", result), "compare.html")
     """
-    lead = render("comparison_heading.html.j2", found=comparison)
+    lead = render("lead.html.j2", term="Change", text=comparison.conclusion, how=comparison.law)
     prismatic = {name for name, pair in comparison.joints.items() if any(joint.slides for joint in pair)}
     sections = [comparison_section(comparison, prismatic)]
     write_page(path, f"{comparison.robot}: {comparison.a} and {comparison.b}", sections, lead=lead)

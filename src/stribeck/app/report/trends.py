@@ -22,7 +22,7 @@ def write_trends(trends: Trends, path: str | Path) -> None:
         section("joints", "Joints over time", "trends", figures),
         section("type", "Friction of the type", "trends_type", found=trends),
     ]
-    write_page(path, trends.title, sections, lead=render("trends_heading.html.j2", found=trends))
+    write_page(path, trends.title, sections, lead=render("lead.html.j2", term="Result", text=trends.conclusion))
 
 
 def _chart(trends: Trends, joint: str, shown: dict[str, str]) -> tuple[Chart, str]:

@@ -1,6 +1,6 @@
 """Generate the TORO-like humanoid as an MJCF file that both Pinocchio and MuJoCo load.
 
-`python -m stribeck.simulation.robots.toro` writes `models/toro.xml`. MuJoCo computes the inertias of the links from
+`python -m stribeck.simulation.robots.toro.model` writes `models/toro.xml`. MuJoCo computes the inertias of the links from
 their solids and writes them to the file, so that all readers use the same numbers.
 """
 
@@ -99,3 +99,7 @@ def _add_sole(foot: mujoco.MjsBody, side: str) -> None:
         priority=1,
     )
     foot.add_site(name=f"{side}_sole", pos=SOLE, size=[0.01] * 3)
+
+
+if __name__ == "__main__":  # writes the model file
+    MODEL_FILE.write_text(toro_mjcf(), encoding="utf-8")
