@@ -3,7 +3,6 @@
     python -m benchmarks.contest make FOLDER                        logs and truth, from a seed
     python -m benchmarks.contest run FOLDER --save benchmarks/contest/scores.json
     python -m benchmarks.contest table benchmarks/contest/scores.json          all tables
-    python -m benchmarks.contest picture benchmarks/contest/scores.json docs/assets/benchmark.svg
 
 To run your own method: `python -m benchmarks.contest run FOLDER --entry "mine=python my_method.py"`.
 """
@@ -18,7 +17,6 @@ from pathlib import Path
 
 from benchmarks.contest.cases import ROBOTS
 from benchmarks.contest.make import make
-from benchmarks.contest.picture import draw
 from benchmarks.contest.real import NO_LOGS, make_real
 from benchmarks.contest.run import chosen, install, read_scores, run, write_scores
 from benchmarks.contest.schema import SUMS, cases_of
@@ -48,10 +46,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     showing = commands.add_parser("table", help="print the table")
     showing.add_argument("scores", type=Path)
     showing.set_defaults(act=lambda given: print("\n".join(lines(read_scores(given.scores)))))
-    drawing = commands.add_parser("picture", help="draw the errors of the curves")
-    drawing.add_argument("scores", type=Path)
-    drawing.add_argument("picture", type=Path)
-    drawing.set_defaults(act=lambda given: draw(read_scores(given.scores), given.picture))
     commands.add_parser("install", help="install the environments of others").set_defaults(act=lambda _: install())
     given = parser.parse_args(arguments)
     try:

@@ -1,7 +1,7 @@
 """Generate the TORO-like humanoid as an MJCF file that both Pinocchio and MuJoCo load.
 
-`python -m stribeck.simulation.robots.toro.model` writes `models/toro.xml`. MuJoCo computes the inertias of the links from
-their solids and writes them to the file, so that all readers use the same numbers.
+`python -m stribeck.simulation.robots.toro.model` writes `models/toro.xml`. MuJoCo computes the inertias of the links
+from their solids and writes them to the file, so that all readers use the same numbers.
 """
 
 import mujoco
