@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from xml.dom.minidom import Document, Element, Text, parse, parseString
 
@@ -58,13 +58,14 @@ def mjcf_text(request: Request) -> str:
         _move_mjcf_files(root, request.model.parent, request.folder)
     stated = {name: terms.numbers for name, terms in request.joints.items()}
     bristles = _bristles(request.robot, stated)
-    for world in _children(root, "worldbody"):
-        for name, body in _bodies(world, ""):
-            if name in request.links:
-                _set_mjcf_inertia(_child(body, "inertial"), request.links[name])
-            for place, joint in enumerate(_children(body, "joint")):
-                if (joint_name := joint.getAttribute("name") or f"{name}_joint{place}") in stated:
-                    _set_mjcf_friction(root, joint, stated[joint_name], bristles.get(joint_name))
+    bodies = [body for world in _children(root, "worldbody") for body in world.getElementsByTagName("body")]
+    for number, body in enumerate(bodies, 1):
+        name = body.getAttribute("name") or f"body{number}"  # as the reader names it
+        if name in request.links:
+            _set_mjcf_inertia(_child(body, "inertial"), request.links[name])
+        for place, joint in enumerate(_children(body, "joint")):
+            if (joint_name := joint.getAttribute("name") or f"{name}_joint{place}") in stated:
+                _set_mjcf_friction(root, joint, stated[joint_name], bristles.get(joint_name))
     for compiler in _children(root, "compiler") if request.links else []:
         if compiler.getAttribute("inertiafromgeom") == "true":
             compiler.setAttribute("inertiafromgeom", "auto")  # use stated inertias instead of the shapes'
@@ -203,14 +204,6 @@ def _include(parent: Element, folder: Path) -> None:
             parent.removeChild(element)
         else:
             _include(element, folder)
-
-
-def _bodies(parent: Element, name: str) -> Iterator[tuple[str, Element]]:
-    """Yield the bodies below an element with Pinocchio's names: one without a name has its parent's and "Bis"."""
-    for body in _children(parent, "body"):
-        body_name = body.getAttribute("name") or f"{name}Bis"
-        yield body_name, body
-        yield from _bodies(body, body_name)
 
 
 def _set_mjcf_inertia(inertial: Element, link: pin.Inertia) -> None:
