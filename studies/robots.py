@@ -38,7 +38,7 @@ TITLE = f"{HEAD}\n|---|---:|---:|---:|---:|---|"
 
 def shortened(result: Result) -> str:
     """Format a result as JSON, one line per joint, without details that most users do not need."""
-    text = replace(result, corrections=None).to_json()
+    text = replace(result, corrections=None, robot_file=None).to_json()
     for path in result.log.paths:
         text = text.replace(path, Path(path).name)
     plain = json.loads(text, parse_float=lambda number: float(f"{float(number):.6g}"))
