@@ -215,7 +215,7 @@ SHOWN = [
     ("double-pendulum", "Double pendulum", 1),
     pytest.param("tx40", "Staubli TX40", 6, marks=pytest.mark.long),
     pytest.param("kinova-gen3", "Kinova Gen3", 6, marks=pytest.mark.long),
-    pytest.param("go2", "Unitree Go2", 11, marks=pytest.mark.long),
+    pytest.param("go2", "Unitree Go2", 10, marks=pytest.mark.long),
 ]
 """Robot, heading on the page, and how many joints and couplings are identified at least by default."""
 

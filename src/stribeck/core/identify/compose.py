@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -87,7 +88,7 @@ def compose(
     joints = with_next_log(joints, of_logs, fits, law, removed)
     return Result(
         robot=robot.name,
-        robot_file=FileStamp(path=robot.path, sha256=sha256(robot.path)) if robot.path else None,
+        robot_file=FileStamp(path=str(Path(robot.path).resolve()), sha256=sha256(robot.path)) if robot.path else None,
         log=log_summary([part.log for part in prepared], prepared[0].sampling.rate, sum(p.used for p in friction.logs)),
         law=law.name,
         method=method.name,

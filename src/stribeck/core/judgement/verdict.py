@@ -92,7 +92,8 @@ def with_torque_r2(joint: JointResult, r2: TorqueR2 | None, fixed: bool) -> Join
     result = replace(joint, torque_r2=r2 if joint.curve else None)
     if joint.verdict != "identified" or r2 is None or not (r2.nominal < -5 or (fixed and r2.best < 0)):
         return result
-    worse, share = "the model predicts held-out torques worse than their mean does", min(r2.best, r2.nominal)
+    given = " with the given inertias" * (r2.best >= 0)
+    worse, share = f"the model{given} predicts held-out torques worse than their mean does", min(r2.best, r2.nominal)
     return replace(result, verdict="weak", **Reason(worse, f" (R² = {share:.2f})", "check gain, unit and model").fields)
 
 
