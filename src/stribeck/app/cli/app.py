@@ -13,7 +13,7 @@ import typer
 
 from stribeck.app.cli import console, options
 from stribeck.app.cli.options import REPORT, RESULT, TABLE, argument, output_option, robot_option
-from stribeck.core.base.outputs import check_name, check_outputs, staged_folder
+from stribeck.core.base.outputs import check_name, staged_folder
 from stribeck.core.base.parts import Parts
 from stribeck.core.errors import StribeckError, require_extra
 
@@ -60,7 +60,7 @@ def init(
     from stribeck.core.base.outputs import whole_or_not_at_all
     from stribeck.core.robot import model_path
 
-    check_outputs([output], [model_path(model, Path()), *([log] if log else [])], overwrite)
+    options.check_files([output], [model_path(model, Path()), *([log] if log else [])], overwrite)
     with console.progress_bar(quiet) as progress:
         progress("comparing model and log", 0.1)
         draft = draft_robot_file(model, log, output)
@@ -89,7 +89,7 @@ def inspect(
     from stribeck.check import inspect_log
 
     machine = options.robot_of(robot, exclude, [log])
-    check_outputs([output] if output else [], [log, *options.files_of(machine)], overwrite)
+    options.check_files([output] if output else [], [log, *options.files_of(machine)], overwrite)
     with console.progress_bar(quiet) as progress:
         progress("inspecting", 0.1)
         chosen = options.with_settings(machine.settings, {}, settings)
@@ -125,7 +125,7 @@ def identify(
     machine = options.robot_of(robot, exclude, [*logs, *validate])
     chosen = options.with_settings(machine.settings, {"law": law, "method": method}, settings)
     outputs = [*(output / name for name in (RESULT, REPORT, TABLE)), *([rerun] if rerun else [])]
-    check_outputs(outputs, [*logs, *validate, *options.files_of(machine)], overwrite)
+    options.check_files(outputs, [*logs, *validate, *options.files_of(machine)], overwrite)
     if rerun:
         require_extra("rerun", "rerun")
     with staged_folder(output) as staging, console.progress_bar(quiet) as progress:
@@ -154,7 +154,7 @@ def convert(
     from stribeck.io import read_log, write_log
 
     machine = Robot.from_file(robot) if robot else None
-    check_outputs([output], [log, *(options.files_of(machine) if machine else [])], overwrite)
+    options.check_files([output], [log, *(options.files_of(machine) if machine else [])], overwrite)
     with console.progress_bar(quiet) as progress:
         progress("reading", 0.1)
         recording = read_log(log, machine)

@@ -2,6 +2,7 @@
 
 import json as json_format
 import sys
+from collections.abc import Iterable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
@@ -55,8 +56,7 @@ def fleet(
     if json:
         typer.echo(json_format.dumps(asdict(tally), indent=2))
     elif not quiet:
-        for path in tally.damaged:
-            typer.echo(f"set aside as damaged: {path}")
+        _print_damaged(tally.damaged)
         for outcome in tally.failed:
             typer.echo(f"{outcome.status}: {outcome.error}")
         typer.echo(f"{tally.line}; {output}")
@@ -73,9 +73,13 @@ def _compact(store: Path, *, json: bool, quiet: bool) -> None:
         counts = {"before": before, "after": after, "damaged": list(map(str, damaged))}
         typer.echo(json_format.dumps(counts, indent=2))
     elif not quiet:
-        for path in damaged:
-            typer.echo(f"set aside as damaged: {path}")
+        _print_damaged(map(str, damaged))
         typer.echo(f"{store}: {before} files merged into {after}")
+
+
+def _print_damaged(paths: Iterable[str]) -> None:
+    for path in paths:
+        typer.echo(f"set aside as damaged: {path}")
 
 
 def trends(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperCommand
 
+from stribeck.core.base.outputs import check_name, check_outputs
 from stribeck.core.base.parts import Parts
 from stribeck.core.errors import SettingsError
 
@@ -188,6 +189,16 @@ def robot_of(path: Path, exclude: list[str], logs: list[Path]) -> Robot:
 def files_of(robot: Robot) -> list[Path]:
     """List the robot file and its model file."""
     return [*([Path(robot.path)] if robot.path else []), robot.model_file]
+
+
+def check_files(outputs: Iterable[Path], inputs: Iterable[Path], overwrite: bool) -> None:
+    """Refuse missing inputs, and the outputs that `check_outputs` refuses."""
+    inputs = [*inputs]
+    for path in inputs:
+        check_name(path)
+        if not path.exists():
+            raise SettingsError(f"{path}: no such file; check the path")
+    check_outputs(outputs, inputs, overwrite)
 
 
 def write_result(result: Result, folder: Path, **shown: Any) -> None:

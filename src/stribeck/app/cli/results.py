@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from stribeck.app.cli import console, options
-from stribeck.app.cli.options import argument, option, output_option, robot_option
-from stribeck.core.base.outputs import check_outputs, staged_folder
+from stribeck.app.cli.options import argument, option, output_option
+from stribeck.core.base.outputs import staged_folder
 from stribeck.core.errors import SettingsError, require_extra
 
 
@@ -41,7 +41,7 @@ def export(
     if ranges and (samples is not None or strict or write is not None or friction is not None):
         raise SettingsError("--ranges takes neither --samples, --strict, --friction nor --inertia; leave them out")
     if samples is None:
-        check_outputs([output], [result, *options.files_of(machine)], overwrite)
+        options.check_files([output], [result, *options.files_of(machine)], overwrite)
     elif output.is_dir() and any(output.iterdir()) and not overwrite:
         raise SettingsError(f"{output}: already exists", option="choose another -o, or pass --overwrite")
     lines, paths = list[str](), [output]
@@ -71,7 +71,7 @@ def compare(
     from stribeck.core.result import read_result
 
     files = [options.result_file(path) for path in results]
-    check_outputs([output] if output else [], files, overwrite)
+    options.check_files([output] if output else [], files, overwrite)
     labels = options.split_names(names)
     if len(files) > 2:
         raise SettingsError(f"compare: {len(files)} results were given; expected two, or one to compare left and right")
@@ -92,9 +92,7 @@ def plan(
     source: Annotated[
         str, argument("RESULT", "A result.json; before the first log, a robot file or a model (as for `init`).")
     ],
-    robot: Annotated[
-        Path | None, robot_option("Robot file (robot.toml).  [default: that of the identification]")
-    ] = None,
+    robot: options.ItsRobot = None,
     output: Annotated[Path | None, output_option("FOLDER", "Folder for plan.json and trajectory.csv.")] = None,
     joints: options.Planned = None,
     held: options.Held = None,
@@ -112,7 +110,7 @@ def plan(
     file, machine = options.planned_robot(source, robot, held)
     outputs = [output / name for name in ("plan.json", "trajectory.csv")] if output else []
     asked = options.split_names(joints)
-    check_outputs(outputs, [*([file] if file else []), *options.files_of(machine)], overwrite)
+    options.check_files(outputs, [*([file] if file else []), *options.files_of(machine)], overwrite)
     with console.progress_bar(quiet) as progress:
         proposal = run(
             file, machine, joints=asked, held=held, duration=duration if output or not file else None, progress=progress
@@ -154,7 +152,7 @@ def replay(
     if rerun:
         require_extra("rerun", "rerun")
         outputs.append(rerun)
-    check_outputs(outputs, [*logs, model, *options.files_of(machine)], overwrite)
+    options.check_files(outputs, [*logs, model, *options.files_of(machine)], overwrite)
     with console.progress_bar(quiet) as progress:
         part, *more = (options.part_of(log, machine, start, stop) for log in logs)
         playback = run(part, machine, model, chosen, more=more, horizon=horizon, force=force, progress=progress)

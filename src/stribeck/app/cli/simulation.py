@@ -31,8 +31,7 @@ def simulate(
     if output.suffix != ".npz":
         raise SettingsError(f"--output {output}: the suffix is '{output.suffix}'; simulated logs are written as .npz")
     chosen = read_scenario(scenario)
-    inputs = [path for path in (scenario, scenario.parent / chosen.robot) if path.exists()]  # not of an example robot
-    check_outputs([output, truth_file(output)], inputs, overwrite)
+    check_outputs([output, truth_file(output)], [scenario, scenario.parent / chosen.robot], overwrite)
     with console.progress_bar(quiet) as progress:
         simulation = run_scenario(chosen, scenario.parent, lambda share: progress(f"simulating {scenario.stem}", share))
     truth = write_simulated(simulation.log, simulation.truth, output)
@@ -89,7 +88,7 @@ def rehearse(
 
     machine = Robot.from_file(robot)
     outputs = [output / name for name in ("log.npz", RESULT, REPORT, TABLE)]
-    check_outputs(outputs, [*([log] if log else []), *options.files_of(machine)], overwrite)
+    options.check_files(outputs, [*([log] if log else []), *options.files_of(machine)], overwrite)
     with staged_folder(output) as staging, console.progress_bar(quiet) as progress:
         progress("reading the motion" if log else "planning the motion", 0.05)
         try:

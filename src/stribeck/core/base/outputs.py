@@ -82,19 +82,14 @@ def check_name(path: Path) -> None:
 
 
 def check_outputs(outputs: Iterable[Path], inputs: Iterable[Path], overwrite: bool) -> None:
-    """Refuse missing inputs, outputs over an input (or a file in an input folder), and over files without `overwrite`.
+    """Refuse to overwrite an input (or a file in an input folder), and any existing file unless `overwrite` is set.
 
     Raises
     ------
     SettingsError
-        If an input does not exist, or an output is an input, a folder, a device, or exists.
+        If an output is an input, a folder, a device, or exists.
     """
-    inputs = [*inputs]
-    for path in inputs:
-        check_name(path)
-        if not path.exists():
-            raise SettingsError(f"{path}: no such file; check the path")
-    read = [file for path in inputs for file in (path.iterdir() if path.is_dir() else [path])]
+    read = [file for path in inputs if path.exists() for file in (path.iterdir() if path.is_dir() else [path])]
     for output in outputs:
         check_name(output)
         if os.path.lexists(output) and not output.is_file() and (output.exists() or overwrite):

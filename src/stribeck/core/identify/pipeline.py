@@ -123,7 +123,7 @@ def find_torques(
 def _place_of(table: str | Path, sources: Sequence[LogLike], robot: Robot) -> AbstractContextManager[Path]:
     """Open the place of a table that replaces neither a log nor the robot."""
     files = [*map(log_path, sources), robot.path, robot.model_path]
-    check_outputs([Path(table)], [Path(file) for file in files if file and Path(file).exists()], overwrite=True)
+    check_outputs([Path(table)], [Path(file) for file in files if file], overwrite=True)  # a log in memory has none
     return whole_or_not_at_all(table)
 
 
