@@ -250,7 +250,7 @@ def tables(rows: list[Row]) -> list[str]:
     cells = [
         ("true friction within the 95 % interval now", f"{inside} of {joints} joints"),
         ("friction now within the interval of the next log", f"{near} of {joints} joints, {alarms} alarms"),
-        (f"unchanged for {20 * len(own['20 hours'])} h, simulated by windows", f"{rare} alarms"),
+        (f"unchanged for {20 * len(own['20 hours'])} h, simulated by windows", f"{rare} alarm{'s' * (rare != 1)}"),
     ]
     for row in own["smallest"]:
         sizes = Counter(f"{100 * size:.0f} %" if size else "more" for size in row["smallest"].values())

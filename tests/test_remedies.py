@@ -22,7 +22,7 @@ Log = dict[str, Any]
 def identify(folder: Path, capsys: pytest.CaptureFixture[str], options: Sequence[str]) -> dict[str, str]:
     """Identify the log of a folder: the message of each finding, or of the error as "error"."""
     command = ["identify", folder / "log.npz", "-r", folder / "robot.toml", "-o", folder / "out", "--overwrite"]
-    if run(*command, *options) == 2:
+    if run(*command, *options):
         return {"error": capsys.readouterr().err.rpartition("stribeck: ")[2]}
     result = read_result(folder / "out/result.json")
     doubted = [joint for finding in result.findings if finding.doubt for joint in finding.joints]

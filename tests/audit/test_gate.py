@@ -33,7 +33,7 @@ def test_a_fatal_error_writes_nothing_and_force_reports_it_everywhere(
     assert run(*command, "--method", "curve-fit") == 2
     assert re.search(r"as if they were in N mm or mN m.*scale = 0\.001.*--force", capsys.readouterr().err)
     assert list(tmp_path.iterdir()) == []
-    assert run(*command, "--method", "curve-fit", "--force") == 3
+    assert run(*command, "--method", "curve-fit", "--force") == 0
     document = json.loads((tmp_path / "out" / "result.json").read_text())
     (finding,) = document["findings"]
     assert finding["check"] == "torque-scale"

@@ -118,7 +118,8 @@ def identify(
 ) -> None:
     """Identify the friction of every joint from logs.
 
-    Writes result.json, report.html and friction_torque.parquet. Exit code 3: no joint is identified.
+    Writes result.json, report.html and friction_torque.parquet. With --quiet, exit code 3 means that no joint is
+    identified.
     """
     from stribeck.core.identify.pipeline import identify as run
 
@@ -138,7 +139,7 @@ def identify(
 
             write_recording(curves_of_result(result), rerun, result.robot)
     console.show(result, console.print_result, outputs, json=json, quiet=quiet)
-    if {"identified", "no friction"}.isdisjoint(joint.verdict for joint in result.values()):
+    if quiet and {"identified", "no friction"}.isdisjoint(joint.verdict for joint in result.values()):
         raise typer.Exit(3)
 
 

@@ -88,7 +88,8 @@ def delays(evidence: AuditData) -> dict[str, Lag]:
 def check_delay(evidence: AuditData, lags: dict[str, Lag]) -> list[Finding]:
     """Report low-pass filters, running means, another clock, or a delay of more than a sample or two.
 
-    A short delay needs three joints, if the robot has as many, of which 60 % agree, or 75 % of fewer than eight.
+    A short delay is reported if at least three joints (or all of a smaller robot) have one, and 60 % of them agree, or
+    75 % of fewer than eight.
     """
     period = evidence.prepared.sampling.period
     shortest, sure = 0.01, 30.0  # time constant of a filter [s] and evidence [1] from which it replaces a delay

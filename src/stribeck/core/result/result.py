@@ -82,7 +82,7 @@ class LogSummary:
 
 @dataclass(frozen=True, kw_only=True)
 class FileStamp:
-    """Path of a file as given, and its hash."""
+    """Full path of a file, and its hash."""
 
     path: str
     sha256: str

@@ -153,7 +153,7 @@ class Watchdog:
         sureness = np.append(2 * ndtr(np.abs(tests[0]) / np.sqrt(tests[1] + tests[2])) - 1, np.ones(stream.size))
         tests[0, -1] *= self._mass
         known = self.learned >= 5.0  # [s] of motion, until a joint's noise is known
-        seen = np.concatenate([moved & known, np.isfinite(tests[2, -2:]), moved | True, moved & known])
+        seen = np.concatenate([moved & known, np.isfinite(tests[2, -2:]), np.ones_like(moved), moved & known])
         alarms = self._decide(time, np.append(tests[0], stream), size, sureness, seen)
         self._learn(time, changes, moved, payload)
         if any(alarm.kind == "payload" for alarm in alarms):

@@ -33,8 +33,8 @@ from stribeck.service.online.state import load_state, save_state
 WINDOW = 0.05
 """Duration of a window [s]: short compared with a step, long compared with the noise of velocities."""
 FEWEST, IMPOSSIBLE, FASTER = 8, 30.0, 10.0
-"""Smallest number of samples in a window, and relative change of its friction and speed relative to the identified
-log's top speed from which it is damaged [1]."""
+"""Smallest number of samples in a window; and its change of friction, relative to the friction, and its speed, relative
+to the top speed of the identified log, from which it is damaged [1]."""
 WALK = 300.0
 """Motion in which friction may change as much as it differs from log to log [s]."""
 RETURN = 3600.0
@@ -236,9 +236,7 @@ class OnlineFriction:
         usable = (np.abs(value) < IMPOSSIBLE) & known & moving & tree.seen[columns]
         regressor[~usable], value[~usable] = 0.0, 0.0  # a dead channel blinds its own joint only
         resting = known & (np.abs(v).max(axis=0) < of.speeds[0]) & (np.abs(q[-1] - q[0]) < of.speeds[0] * self._span)
-        enough = np.where(
-            usable, 20.0, resting
-        )  # one window in twenty is enough, and a joint at rest has nothing to see
+        enough = np.where(usable, 20.0, resting)  # one window in twenty is enough; a joint at rest has nothing to see
         self._unseen = np.maximum(self._unseen - self._span * enough, 0.0)
         return regressor, value, usable, tree.stands[columns]
 
