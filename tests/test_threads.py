@@ -1,5 +1,8 @@
 """Concurrent threads give the same results as sequential ones, and restore the state of the process."""
 
+import os
+import subprocess
+import sys
 import warnings
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -7,6 +10,7 @@ from threading import Barrier
 
 import matplotlib as mpl
 import pytest
+import scipy.linalg  # noqa: F401 - loads its BLAS
 import threadpoolctl
 from tests.arm import arm_log, write_arm
 
@@ -56,3 +60,13 @@ def test_the_limit_of_blas_ends_with_the_last_thread_that_needs_it() -> None:
         assert set(process_state()[1]) == {1}
         second.__exit__(None, None, None)
         assert process_state()[1] == before == [2] * len(before)
+
+
+def test_the_limit_covers_the_blas_of_scipy_which_is_loaded_late() -> None:
+    code = """
+from stribeck.core.base.threads import one_blas_thread
+with one_blas_thread():
+    import scipy.linalg, threadpoolctl
+    assert {library["num_threads"] for library in threadpoolctl.threadpool_info()} == {1}
+"""
+    subprocess.run([sys.executable, "-c", code], check=True, env=os.environ | {"OPENBLAS_NUM_THREADS": "2"})

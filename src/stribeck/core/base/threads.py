@@ -17,6 +17,8 @@ def one_blas_thread() -> Iterator[None]:
     Matrices here have as many rows as a robot has joints, or thousands of rows and a handful of columns. Waiting
     threads cost more than they gain, up to a hundredfold on a busy machine. Pinocchio's threads are not affected.
     """
+    import scipy.linalg  # noqa: F401 - a limit holds for the libraries that are loaded, and SciPy brings its own BLAS
+
     with _turn:
         _limits.append(threadpool_limits(limits=1, user_api="blas"))
     try:
