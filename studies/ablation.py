@@ -32,7 +32,7 @@ from stribeck.core.log import RobotLog
 from studies import baselines, coverage, legs
 from studies.accuracy_cases import CASES as WALKED
 from studies.accuracy_cases import exact_walks
-from studies.command import Row, command, rounded
+from studies.command import Row, command, of_estimates, rounded
 from studies.coverage import Curve, counts, points_of
 from studies.harder_cases import as_seen
 from studies.markdown import markdown_table
@@ -209,4 +209,4 @@ def _log_ratio(row: Row, full: Row) -> float:
 
 if __name__ == "__main__":
     keys = [{"case": case, "without": mechanism} for case in ROBOTS for mechanism in MECHANISMS]
-    command(__doc__, keys, run, tables)
+    command(__doc__, keys, run, tables, of_estimates)

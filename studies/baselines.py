@@ -33,7 +33,7 @@ from stribeck.core.base.typing import Array
 from stribeck.core.errors import NothingIdentifiedError
 from stribeck.core.log import RobotLog
 from stribeck.core.result import JointResult, Result
-from studies.command import Row, command, real_robot, rounded
+from studies.command import Row, command, of_estimates, real_robot, rounded
 from studies.held_out import predicted_torque, with_torques
 from studies.markdown import markdown_table
 
@@ -252,4 +252,4 @@ def tables(rows: list[Row]) -> list[str]:
 
 
 if __name__ == "__main__":
-    command(__doc__, [{"robot": robot} for robot in ROBOTS], run, tables)
+    command(__doc__, [{"robot": robot} for robot in ROBOTS], run, tables, of_estimates)

@@ -24,14 +24,25 @@ from stribeck.core.base.outputs import whole_or_not_at_all
 
 ROOT = Path(__file__).parents[1]
 SOURCE = ROOT / "src" / "stribeck"
+REAL = dict.fromkeys(("kuka-lwr4", "kinova-gen3", "double-pendulum"), "log_1") | {
+    "tx40": "log",
+    "go2-ten-logs": "log_0",
+}
+"""Log of each real robot whose numbers are frozen."""
 Row = dict[str, Any]
 """Keys and numbers of one run, as in a JSON file."""
 
 
-def of_estimates() -> str:
+def of_estimates(*without: str) -> str:
     """Compute the digest of studies that estimate friction: that of the frozen numbers, which refactoring keeps."""
     frozen = json.loads((ROOT / "tests" / "golden.json").read_bytes())
-    return hashlib.sha256(json.dumps(_without_words(frozen)).encode()).hexdigest()[:12]
+    kept = {case: _without_words(numbers) for case, numbers in frozen.items() if case not in without}
+    return hashlib.sha256(json.dumps(kept).encode()).hexdigest()[:12]
+
+
+def of_simulated() -> str:
+    """Compute the digest of studies that estimate friction from simulated logs only."""
+    return of_estimates(*REAL)
 
 
 def _without_words(node: Any) -> Any:
@@ -71,7 +82,7 @@ def command(
     runs: Iterable[Row],
     run: Callable[..., Row],
     tables: Callable[[list[Row]], list[str]],
-    digest: Callable[[], str] = of_estimates,
+    digest: Callable[[], str] = of_simulated,
 ) -> None:
     """Run a study from the command line.
 

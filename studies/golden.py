@@ -34,7 +34,7 @@ from stribeck.simulation.prescribed.exact import exact_log
 from stribeck.simulation.run import POSTURES
 from stribeck.simulation.sensors.measure import with_noise
 from studies.changes import packaged
-from studies.command import ROOT, real_robot
+from studies.command import REAL, ROOT, real_robot
 
 FILE = ROOT / "tests" / "golden.json"
 Files = tuple[list[Path], Path]
@@ -99,10 +99,6 @@ CASES = QUICK | {
 }
 """All logs that the repository makes."""
 EVERYDAY = {"trot": "trot", "payload": "log", "mobile": "log"}
-REAL = dict.fromkeys(("kuka-lwr4", "kinova-gen3", "double-pendulum"), "log_1") | {
-    "tx40": "log",
-    "go2-ten-logs": "log_0",
-}
 METHODS = {"arm": ("curve-fit", "direct", "observer"), "humanoid": ("ground-reaction",)}
 """Methods besides the default."""
 

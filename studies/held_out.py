@@ -31,7 +31,7 @@ from stribeck.core.log.interpolation import linear, with_command_delay
 from stribeck.core.log.sampling import regularise
 from stribeck.core.result import Result
 from stribeck.core.result.bodies import with_bodies
-from studies.command import Row, command, real_robot, rounded
+from studies.command import Row, command, of_estimates, real_robot, rounded
 from studies.markdown import markdown_table
 
 BANDS = {"tx40": 20.0, "kinova-gen3": 10.0, "go2": 12.0, "double-pendulum": 6.0}
@@ -191,4 +191,4 @@ def tables(rows: list[Row]) -> list[str]:
 
 
 if __name__ == "__main__":
-    command(__doc__, [{"robot": robot} for robot in BANDS], run, tables)
+    command(__doc__, [{"robot": robot} for robot in BANDS], run, tables, of_estimates)

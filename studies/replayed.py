@@ -14,7 +14,7 @@ import numpy as np
 from stribeck import Robot, export, identify
 from stribeck.design.replaying.replay import replay
 from stribeck.design.replaying.rollouts import HORIZONS
-from studies.command import Row, command, real_robot, rounded
+from studies.command import Row, command, of_estimates, real_robot, rounded
 from studies.markdown import markdown_table
 
 RUNS = (
@@ -78,4 +78,4 @@ def tables(rows: list[Row]) -> list[str]:
 
 
 if __name__ == "__main__":
-    command(__doc__, [{"robot": robot, "replayed": log} for robot, log in RUNS], run, tables)
+    command(__doc__, [{"robot": robot, "replayed": log} for robot, log in RUNS], run, tables, of_estimates)

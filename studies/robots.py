@@ -13,7 +13,7 @@ from pathlib import Path
 from stribeck import identify, read_result
 from stribeck.core.result import JointResult, Result
 from stribeck.core.result.tables import friction_text, main_parameters
-from studies.command import ROOT, Row, command, read, real_robot
+from studies.command import ROOT, Row, command, of_estimates, read, real_robot
 from studies.markdown import markdown_table
 
 PAGE, RESULTS = ROOT / "examples" / "real_robots" / "friction.md", ROOT / "docs" / "robots"
@@ -92,4 +92,4 @@ def tables(rows: list[Row]) -> list[str]:
 HEADS = ("robot", "joints", "identified")
 
 if __name__ == "__main__":
-    command(__doc__, [{"robot": robot} for robot in SOURCES], run, tables)
+    command(__doc__, [{"robot": robot} for robot in SOURCES], run, tables, of_estimates)

@@ -57,6 +57,16 @@ def test_in_a_disturbed_log_held_out_friction_must_be_explained(make_samples, ma
     assert ("something else acts on this joint from 40.2 to 70.1 s" in found.reason) == (verdict == "weak")
 
 
+@pytest.mark.parametrize(("turns", "verdict"), [(3, "weak"), (4, "identified")])
+def test_few_reversals_identify_no_joint(make_samples, make_joint, turns, verdict) -> None:
+    samples = make_samples({"knee": make_joint()})
+    velocity = 2.0 * np.cos(np.linspace(0, turns * np.pi, len(samples.time)))[:, None]
+    samples = replace(samples, velocity=velocity, friction_torque=1.5 * np.sign(velocity))
+    found = identified(samples, "coulomb-viscous")["knee"]
+    assert (found.verdict, found.reversals) == (verdict, turns)
+    assert found.parameters["coulomb"].value == pytest.approx(1.5)
+
+
 def test_a_still_joint_gets_no_numbers(make_samples, make_joint) -> None:
     joints = {"knee": make_joint(), "neck": make_joint(speed=0.002), "hip": make_joint()}
     results = identified(make_samples(joints), "coulomb-viscous")

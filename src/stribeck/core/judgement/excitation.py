@@ -22,7 +22,7 @@ At lower speeds gear teeth and seals deform instead of sliding, and tanh of the 
 """
 
 MIN_REVERSALS = 4
-"""Minimum number of reversals [1]; they distinguish friction from an offset or a slow drift."""
+"""Minimum number of reversals of an identified joint [1]; they distinguish friction from an offset or a slow drift."""
 
 NOISE_FACTOR = 4.0
 """Noise threshold of motion [standard deviations of the velocity's noise]; noise exceeds it once in 16,000 samples."""
@@ -49,16 +49,13 @@ def excitation(velocity: Array, block: IntArray, parameters: int, prismatic: boo
     parameters
         Number of parameters to fit.
     """
-    blocks = len(np.unique(block))
-    noise = velocity_noise(velocity)
-    threshold = max(NOISE_FACTOR * noise, 0.02 * top_speed(velocity))  # hysteresis against noise
-    reversals = count_reversals(velocity, threshold)
+    blocks, noise = len(np.unique(block)), velocity_noise(velocity)
     return Excitation(
         samples=len(velocity),
         blocks=blocks,
         velocity_range=(float(velocity.min()), float(velocity.max())) if len(velocity) else (0.0, 0.0),
-        reversals=reversals,
-        reason=_too_few(len(velocity), parameters, blocks) or _too_slow(velocity, noise, reversals, prismatic),
+        reversals=_reversals(velocity),
+        reason=_too_few(len(velocity), parameters, blocks) or _too_slow(velocity, noise, prismatic),
     )
 
 
@@ -70,6 +67,17 @@ def velocity_noise(velocity: Array) -> float:
     if len(velocity) < 3:
         return 0.0
     return robust_scale(np.diff(velocity, n=2)) / float(np.sqrt(6.0))
+
+
+def few_reversals(velocity: Array) -> Reason | None:
+    """Say if a joint reverses less than `MIN_REVERSALS` times; its velocity [rad/s] may have gaps of NaN."""
+    turns = _reversals(velocity[np.isfinite(velocity)])
+    remedy = f"reverse the direction at least {MIN_REVERSALS} times"
+    return Reason(f"only {turns} reversals", remedy=remedy) if turns < MIN_REVERSALS else None
+
+
+def _reversals(velocity: Array) -> int:
+    return count_reversals(velocity, max(NOISE_FACTOR * velocity_noise(velocity), 0.02 * top_speed(velocity)))
 
 
 def count_reversals(velocity: Array, threshold: float) -> int:
@@ -89,7 +97,7 @@ def _too_few(samples: int, parameters: int, blocks: int) -> Reason | None:
     return None
 
 
-def _too_slow(velocity: Array, noise: float, reversals: int, prismatic: bool) -> Reason | None:
+def _too_slow(velocity: Array, noise: float, prismatic: bool) -> Reason | None:
     unit = "m/s" if prismatic else "rad/s"
     least = MIN_SPEED[prismatic]
     backward, forward = np.percentile(velocity, [100 - TOP_SPEED_PERCENTILE, TOP_SPEED_PERCENTILE])
@@ -102,8 +110,6 @@ def _too_slow(velocity: Array, noise: float, reversals: int, prismatic: bool) ->
     if min(forward, -backward) < least:
         remedy = f"move the joint faster than {least} {unit} in the other direction, too"
         return Reason(f"moves in only one direction, {span}", remedy=remedy)
-    if reversals < MIN_REVERSALS:
-        return Reason(f"only {reversals} reversals", remedy=f"reverse the direction at least {MIN_REVERSALS} times")
     return None
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from stribeck.core.friction import FrictionLaw, unit_for
 from stribeck.core.judgement.curve import ROUNDING, WIDEST, friction_curve, is_significant, relative_width
 from stribeck.core.judgement.curve_fit.problem import FitProblem, joint_problem
-from stribeck.core.judgement.excitation import MIN_SPEED, Excitation
+from stribeck.core.judgement.excitation import MIN_SPEED, Excitation, few_reversals
 from stribeck.core.judgement.joint_fit import JointFit
 from stribeck.core.judgement.passivity import added_power, positive_power_fraction
 from stribeck.core.judgement.reason import Reason
@@ -50,7 +50,8 @@ def judge(
     - "not excited": the joint does not move enough; it has no parameters.
     - "weak": half of the 95 % interval of the friction curve is wider than `WIDEST` times the curve, the measured
       friction adds power, the law explains held-out blocks no better than zero friction, or leaves more than
-      `UNEXPLAINED` of the friction torque there in a log that is `disturbed` ("from 40.2 to 70.1 s").
+      `UNEXPLAINED` of the friction torque there in a log that is `disturbed` ("from 40.2 to 70.1 s"), or the joint
+      has `few_reversals`.
     - "no friction": the curve is at most half of the residual (RMS), and is significant at no speed or
       explains held-out blocks no better than zero friction.
     - "identified": otherwise.
@@ -74,6 +75,8 @@ def judge(
             if unit:
                 result = replace(result, torque_unit=unit)
                 result = replace(result, reason=f"{result.reason}; {result.unit_note}")
+            if result.verdict == "identified" and (few := few_reversals(samples.velocity[:, column])):
+                result = replace(result, verdict="weak", **few.fields)
             share = result.validation.unexplained if result.validation else 0.0
             if disturbed and result.verdict == "identified" and share > UNEXPLAINED:
                 part = f"; on held-out parts, {100 * share:.0f} % of the friction torque stays unexplained"
