@@ -132,7 +132,7 @@ def test_joints_have_a_line_a_panel_and_a_row_and_those_without_friction_one_lin
     assert all(name in Page(f"<table><tbody><tr{rows[-1]}</table>").text for name in others[:2])
     folded = html[html.index('<details class="section">') :]
     assert folded.count("6.0 ± 0.4 N m at 1 rad/s") == folded.count("below 0.5 N m") == 2  # panels of two joints
-    assert "held-out parts of the log: 0.987, with the model as given 0.500" in folded
+    assert "Torque R² in held-out parts of the log: 0.987, with the model as given 0.500" in folded
     panel = folded[folded.index('id="joint-5"') : folded.index("</article>", folded.index('id="joint-5"'))]
     assert "<dl" not in panel  # not excited: no numbers
     assert panel.count("data-chart") == 1  # the raw samples

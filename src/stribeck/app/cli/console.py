@@ -118,7 +118,7 @@ def print_result(result: Result) -> None:
             [joint, number(error.rms), number(error.rms_zero_friction), f"{error.torque_r2:.3f}"]
             for joint, error in log.joints.items()
         ]
-        numbers = ["RMS\nwith friction", "RMS\nwithout friction", "R²"]
+        numbers = ["RMS\nwith friction", "RMS\nwithout friction", "torque R²"]
         print_table(TextTable(title="torque error [N m]", left=["joint"], right=numbers, rows=rows))
     say([result.log.usage])
     for name, joint in result.all_friction.items():
@@ -150,7 +150,7 @@ def _lines_of_joints(result: Result, *, all_speeds: bool) -> TextTable:
                 _at_speed(joint.curve[k], joint.units() if mixed else ()) if len(joint.curve) > k else ""
                 for k in speeds.values()
             ),
-            f"{joint.torque_r2.best:.3f}" if joint.torque_r2 else "",
+            "" if joint.friction_r2 is None else f"{joint.friction_r2:.3f}",
             joint.verdict,
             advice(joint),
         ]
@@ -160,7 +160,7 @@ def _lines_of_joints(result: Result, *, all_speeds: bool) -> TextTable:
     return TextTable(
         title=f"Friction of {result.robot} (95 % intervals, law {result.law})",
         left=["joint"],
-        right=[*headings, "R²\nheld out"],
+        right=[*headings, "friction\nR²"],
         last=["verdict", "next step"],
         rows=rows,
     )

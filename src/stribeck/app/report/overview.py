@@ -36,7 +36,7 @@ def heading(result: Result, law: FrictionLaw, reference: Reference = NO_REFERENC
         if joint.verdict in ("weak", "not excited"):
             steps.setdefault(advice(joint), []).append(name)
     r2 = [joint.torque_r2 for joint in joints.values() if joint.torque_r2]
-    unseen = [share for joint in joints.values() if joint.curve and (share := unseen_r2(joint)) is not None]
+    unseen = [share for joint in joints.values() if (share := joint.friction_r2) is not None]
     return render(
         "heading.html.j2",
         result=result,
@@ -57,17 +57,6 @@ def heading(result: Result, law: FrictionLaw, reference: Reference = NO_REFERENC
         steps=steps,
         warnings=sum(not finding.has("note") for finding in findings),
     )
-
-
-def unseen_r2(joint: JointResult) -> float | None:
-    """Compute the share of the friction torque's mean square that the law explains on held-out data [1].
-
-    None for joints without friction. Limited to a law that is 1000 times worse than zero friction.
-    """
-    validation = joint.validation
-    if validation is None or validation.rms_zero_friction <= 0 or joint.verdict == "no friction":
-        return None
-    return 1 - min(validation.unexplained, 1e3) ** 2
 
 
 def _main_ranges(result: Result) -> list[tuple[str, ParameterEstimate, ParameterEstimate]]:
@@ -139,7 +128,6 @@ def first_screen(result: Result, evidence: Evidence, reference: Reference = NO_R
         unit=min(units) if len(units) == 1 else "",
         units=[", ".join(dict.fromkeys(units)) for units in zip(*kinds, strict=True)],
         longest=24,  # characters of a joint's name that fit one line; longer names are broken, never cut
-        explained={name: unseen_r2(joint) for name, joint in shown.items() if joint.curve},
     )
 
 

@@ -95,6 +95,17 @@ class JointResult:
         return replace(self, parameters=parameters)
 
     @property
+    def friction_r2(self) -> float | None:
+        """Share of the friction torque's mean square that the law explains on held-out data [1]; None without friction.
+
+        Limited to a law that is 1000 times worse than zero friction.
+        """
+        unknown = self.validation is None or not self.validation.rms_zero_friction or not self.curve
+        if unknown or self.verdict == "no friction":
+            return None
+        return 1 - min(self.validation.unexplained, 1e3) ** 2
+
+    @property
     def slides(self) -> bool:
         """Whether the units of the result are those of a prismatic joint."""
         units = {*(point.unit for point in self.curve), *(parameter.unit for parameter in self.parameters.values())}

@@ -38,7 +38,7 @@ def joint_rows(joints: Joints) -> list[dict[str, object]]:
     rows: list[dict[str, object]] = []
     for name, joint in joints.items():
         judged = {"verdict": joint.verdict, "reason": joint.reason, "next_step": advice(joint)}
-        row: dict[str, object] = {"joint": name, **judged, "r2": joint.torque_r2.best if joint.torque_r2 else None}
+        row: dict[str, object] = {"joint": name, **judged, "r2": joint.friction_r2}
         if joint.curve:
             middle = joint.curve[len(joint.curve) // 2]
             low, high = middle.interval_95
