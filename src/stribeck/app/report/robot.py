@@ -14,9 +14,16 @@ from stribeck.design import read_friction
 
 
 def robot_picture(robot: Robot, result: Result) -> Markup:
-    """Draw the joints at zero position, or at the nearest limit, in the colors of their verdicts."""
+    """Draw the joints in the middle of their positions in the log, in the colors of their verdicts.
+
+    Joints without positions are at zero, or at the nearest limit.
+    """
     model, data = robot.tree.model, robot.tree.model.createData()
-    pin.forwardKinematics(model, data, np.clip(pin.neutral(model), model.lowerPositionLimit, model.upperPositionLimit))
+    pose = np.clip(pin.neutral(model), model.lowerPositionLimit, model.upperPositionLimit)
+    for name, joint in result.joints.items():
+        if joint.position_range and model.existJointName(name):
+            pose[model.joints[model.getJointId(name)].idx_q] = np.mean(joint.position_range)
+    pin.forwardKinematics(model, data, pose)
     first = 2 if robot.tree.floating else 1
     reach = np.linalg.norm([placement.translation for placement in model.jointPlacements], axis=1).max()
     levers = np.array([2 * inertia.lever for inertia in model.inertias])
