@@ -146,7 +146,7 @@ def test_a_joint_without_friction_has_none_in_the_model_and_its_bound_is_reporte
 def test_of_two_directions_models_get_the_mean(tmp_path: Path) -> None:
     levels = {"viscous_positive": 0.2, "viscous_negative": 0.4, "coulomb_positive": 1.5, "coulomb_negative": 0.5}
     asymmetric = replace(joint_result({name: (value, "N m") for name, value in levels.items()}), law="asymmetric")
-    rotor = joint_result({**FRICTION, "armature": (0.05, "kg m^2")}, weak=tuple(FRICTION))
+    rotor = joint_result({**FRICTION, "armature": (0.05, "kg m^2")}, weak=(*FRICTION, "armature"))
     result, robot = of_joints(tmp_path, asymmetric, rotor, robot="toro")
     export(result, robot, tmp_path / "new.xml", "mjcf")
     model = compiled(tmp_path / "new.xml")

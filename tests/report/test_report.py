@@ -17,6 +17,7 @@ from tests.result.made import point
 from stribeck import Robot, Settings, identify, inspect_log
 from stribeck.app.report import write_inspection, write_report
 from stribeck.app.report.curves import friction_curve
+from stribeck.app.report.robot import robot_picture
 from stribeck.app.report.text import short_names
 from stribeck.check.inspection import Inspection, JointInspection
 from stribeck.core.base.finding import Finding
@@ -275,6 +276,8 @@ def test_pages_of_an_arm_show_its_robot_the_friction_of_its_model_and_its_torque
     result = identify(log, robot, Settings(law="stribeck", method="curve-fit"))
     html = written(result, tmp_path)
     assert html.count("<circle") == 3
+    moved = {name: replace(joint, position_range=(1.0, 1.2)) for name, joint in result.joints.items()}
+    assert robot_picture(robot, result) != robot_picture(robot, replace(result, joints=moved))
     assert "model 0.7" in html
     assert short_names(result.joints) == {f"arm_{name}_joint": name for name in names}
     assert short_names(["lwr_0_joint", "lwr_1_joint"]) == {"lwr_0_joint": "lwr_0", "lwr_1_joint": "lwr_1"}

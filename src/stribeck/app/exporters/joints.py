@@ -95,7 +95,8 @@ def joint_terms(
 
     All of a joint's friction is stated if its curve, or its Coulomb or viscous friction in any direction, is
     identified, because Coulomb and viscous friction compensate for each other's errors. It is zero for the verdict
-    "no friction". A rotor inertia is stated if it is identified, or next to friction if its interval excludes zero.
+    "no friction". A rotor inertia is stated if its interval excludes zero, whatever the friction's verdict, because a
+    model has a guess or none.
 
     Parameters
     ----------
@@ -138,7 +139,7 @@ def _terms(joint: JointResult, form: Form | None, good: Collection[str], beyond:
         return WrittenJoint(stated=steady if _has_friction(joint, good) else {}, left_out=left_out, beyond=beyond)
     words, rotor, units = form.words, {}, _units(joint)
     inertia = estimates.get("armature") if "armature" in words else None
-    if inertia and (inertia.verdict in good or (inertia.interval_95[0] > 0 and _has_friction(joint, good))):
+    if inertia and (inertia.verdict in good or inertia.interval_95[0] > 0):
         rotor[words["armature"]] = _rounded(inertia.value, inertia.standard_error), "kg m^2"
     formless = set(FORMLESS) - ({"armature"} & words.keys())
     left_out = {name: pair for name, pair in quantities.items() if name in formless and pair[0]}
