@@ -254,7 +254,7 @@ def test_the_page_shows_the_inspection(tmp_path: Path) -> None:
     write_inspection(inspection(), path)
     html = path.read_text(encoding="utf-8")
     text = unescape(html)
-    for expected in ("1000 Hz", "12.0 µs", "opposite", "10.2500", "head <b>", "left_knee <script>", "foot forces"):
+    for expected in ("1000 Hz", "0.0120 ms", "opposite", "10.2500", "head <b>", "left_knee <script>", "foot forces"):
         assert expected in text
     assert "<script>" not in html.partition("</main>")[0]
     write_inspection(replace(inspection(), findings=[], audit=[], gaps=[], phases=[], notes=[]), path)

@@ -14,15 +14,17 @@ from stribeck.design import read_friction
 
 
 def robot_picture(robot: Robot, result: Result) -> Markup:
-    """Draw the joints in the middle of their positions in the log, in the colors of their verdicts.
+    """Draw the joints in the colors of their verdicts, in the middle of their positions in the log.
 
-    Joints without positions are at zero, or at the nearest limit.
+    An arm, which often moves about its stretched pose, is at three quarters. Joints without positions are at zero, or
+    at the nearest limit.
     """
     model, data = robot.tree.model, robot.tree.model.createData()
     pose = np.clip(pin.neutral(model), model.lowerPositionLimit, model.upperPositionLimit)
     for name, joint in result.joints.items():
         if joint.position_range and model.existJointName(name):
-            pose[model.joints[model.getJointId(name)].idx_q] = np.mean(joint.position_range)
+            place = model.joints[model.getJointId(name)].idx_q
+            pose[place] = np.quantile(joint.position_range, 0.5 if robot.tree.floating else 0.75)
     pin.forwardKinematics(model, data, pose)
     first = 2 if robot.tree.floating else 1
     reach = np.linalg.norm([placement.translation for placement in model.jointPlacements], axis=1).max()

@@ -47,7 +47,7 @@ def over_time(
     time
         Times from zero [s], shape (T,).
     label
-        Label of the vertical axis, which is scaled to the first values.
+        Label of the vertical axis. It shows the first values, and others up to twice their range.
     values, legend
         Values, shape (T,), and color and label of each line; the first line is the thickest.
     points
@@ -59,9 +59,13 @@ def over_time(
     even = np.arange(0.0, float(time[-1]), step)
     rows = np.searchsorted(time, even).clip(max=len(time) - 1)
     near = np.abs(time[rows] - even) < 3 * step
+    known = [series[np.isfinite(series)] for series in values]
+    low, high = robust_limits(known[0], share=0.0)
+    lowest, highest = robust_limits(np.concatenate(known), share=0.0)
+    room = (high - low) / 2
     return {
         "x": axis("time [s]", (0.0, float(time[-1]))),
-        "y": axis(label, robust_limits(values[0][np.isfinite(values[0])], share=0.0)),
+        "y": axis(label, (max(lowest, low - room), min(highest, high + room))),
         "lines": [
             line([0.0], np.where(near, series[rows], np.nan), *key, width=1.1 if k else 1.6, step=step)
             for k, (series, key) in enumerate(zip(values, legend, strict=True))
