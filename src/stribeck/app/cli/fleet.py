@@ -103,8 +103,5 @@ def trends(
     fleet_trends = find_trends(store, logs_per_false_alarm=logs_per_false_alarm)
     if output is not None:
         write_trends(fleet_trends, output / REPORT)
-    if json:
-        typer.echo(fleet_trends.to_json(), nl=False)
-    elif not quiet:
-        typer.echo(fleet_trends.summary())
-        console.print_paths([output / REPORT] if output else [])
+    paths = [output / REPORT] if output else []
+    console.show(fleet_trends, lambda trends: typer.echo(trends.summary()), paths, json=json, quiet=quiet)

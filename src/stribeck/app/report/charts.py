@@ -4,20 +4,24 @@ import base64
 import json
 import struct
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 from numpy.typing import ArrayLike, NDArray
 
-from stribeck.core.base.typing import Array
+from stribeck.core.base.typing import Array, BoolArray
 
 Chart = dict[str, Any]
 """Axes `x` and `y` (see `axis`), `lines` (see `line`), `images`, upright `marks` and shaded `spans`.
 
 `sync` names charts that zoom together; `residual` names the chart whose first line minus its others is drawn.
 """
+
+
+Figures = dict[str, tuple[Chart, str]]
+"""Charts with captions, by their names in a page."""
 
 
 def axis(label: str, limits: tuple[float, float], **more: Any) -> dict[str, Any]:
@@ -83,6 +87,55 @@ def robust_limits(values: Array, share: float = 0.002, margin: float = 0.08) -> 
     low, high = np.quantile(values, [share, 1 - share]) if len(values) else (0.0, 0.0)
     pad = margin * (high - low) or 1e-3
     return float(low - pad), float(high + pad)
+
+
+def over_time(
+    time: Array, label: str, values: Sequence[Array], legend: Sequence[tuple[str, str]], points: int, sync: str
+) -> Chart:
+    """Draw values over time on an even grid; lines break at gaps and where a value is not finite.
+
+    Parameters
+    ----------
+    time
+        Times from zero [s], shape (T,).
+    label
+        Label of the vertical axis. It shows the first values, and others up to twice their range.
+    values, legend
+        Values, shape (T,), and color and label of each line; the first line is the thickest.
+    points
+        Largest number of points of a line.
+    sync
+        Name of the charts that zoom together.
+    """
+    step = max(float(np.median(np.diff(time))), float(time[-1]) / points)
+    even = np.arange(0.0, float(time[-1]), step)
+    rows = np.searchsorted(time, even).clip(max=len(time) - 1)
+    near = np.abs(time[rows] - even) < 3 * step
+    known = [series[np.isfinite(series)] for series in values]
+    low, high = robust_limits(known[0], share=0.0)
+    lowest, highest = robust_limits(np.concatenate(known), share=0.0)
+    room = (high - low) / 2
+    return {
+        "x": axis("time [s]", (0.0, float(time[-1]))),
+        "y": axis(label, (max(lowest, low - room), min(highest, high + room))),
+        "lines": [
+            line([0.0], np.where(near, series[rows], np.nan), *key, width=1.1 if k else 1.6, step=step)
+            for k, (series, key) in enumerate(zip(values, legend, strict=True))
+        ],
+        "sync": sync,
+    }
+
+
+def with_residual(key: str, caption: str, chart: Chart, values: Sequence[Array], known: BoolArray) -> Figures:
+    """Add a chart of the first line minus the others, which the page computes.
+
+    `chart` is that of `over_time` with the `values`, named `key`; the scale fits the `known` samples, shape (T,).
+    """
+    errors = np.concatenate([(values[0] - value)[known] for value in values[1:]])
+    reach = max(map(abs, robust_limits(errors[np.isfinite(errors)], share=0.002)))
+    y = axis(chart["y"]["label"].replace("torque", "residual"), (-reach, reach))
+    left = {**chart, "y": y, "lines": [], "residual": key}
+    return {key: (chart, caption), f"{key}r": (left, f"{caption.partition(':')[0]}: measured minus predicted")}
 
 
 def to_json(charts: Mapping[str, Chart]) -> Markup:

@@ -6,10 +6,10 @@ from collections.abc import Iterable
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING
 
-from stribeck.app.report.charts import Chart
+from stribeck.app.report.charts import Figures, over_time
 from stribeck.app.report.page import Section, render, section, write_page
 from stribeck.app.report.timeline import timeline
-from stribeck.app.report.torques import POINTS, over_time
+from stribeck.app.report.torques import POINTS
 
 if TYPE_CHECKING:  # only for types: inspection is above this room
     from stribeck.check import Inspection, JointInspection
@@ -33,16 +33,14 @@ def write_inspection(inspection: Inspection, path: str | Path) -> None:
 
 def _torques(inspection: Inspection) -> Section | None:
     """Draw measured torque and inverse dynamics of each joint over time; None if nothing is known."""
-    data, figures = inspection.evidence, dict[str, tuple[Chart, str]]()
+    data, figures = inspection.evidence, Figures()
     if data is None or len(data.rows) < 2:
         return None
     legend = (("data", "measured"), ("law", "model"))
     time = data.prepared.log.time[data.rows] - data.prepared.log.time[0]
     for k, name in enumerate(data.joints):
-        values, label = (
-            (data.torque[:, k], data.model[:, k]),
-            f"torque [{'N' if inspection.joints[name].prismatic else 'N m'}]",
-        )
+        values, unit = (data.torque[:, k], data.model[:, k]), "N" if inspection.joints[name].prismatic else "N m"
+        label = f"torque [{unit}]"
         figures[f"m{k}"] = over_time(time, label, values, legend, POINTS // len(data.joints), "torques"), name
     about = "Torque of the log and of the model without friction, in means over short bins."
     return section("torques", "Measured and model torque", "torques", figures, legend=legend, about=about)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stribeck.app.report.charts import Chart, axis, density, line, robust_limits, velocity_axes
+from stribeck.app.report.charts import Chart, axis, density, line, over_time, robust_limits, velocity_axes
 from stribeck.app.report.page import Section, render
 from stribeck.app.report.text import symbols
 from stribeck.core.base.typing import Array, BoolArray, IntArray
@@ -97,7 +97,9 @@ def joint_charts(name: str, joint: JointResult, evidence: Evidence, reference: R
     near = None if evidence.close_up is None else joint_samples(evidence.close_up, name, joint)
     if near is not None and len(near.time) > 1:
         span = f"{near.time[0]:.2f} to {near.time[-1]:.2f} s of the log"
-        figures.append((friction_over_time(near, joint, units[1]), f"Over time, {span}"))
+        lines, legend = (near.torque, joint.friction(near.velocity)), (("data", "measured"), ("law", "law"))
+        chart = over_time(near.time - near.time[0], f"friction [{units[1]}]", lines, legend, 700, "")
+        figures.append((chart, f"Over time, {span}"))
     law = joint.friction(shown.velocity)
     return [*figures, (residual_over_velocity(shown, law, over_velocity), "Residual of the law, and its mean")]
 
@@ -117,26 +119,6 @@ def friction_over_velocity(
             low, high = min(low, 1.08 * float(curve.min())), max(high, 1.08 * float(curve.max()))
     samples = density(shown.velocity, shown.torque, limits, (low, high))
     return {**velocity_axes(units, limits, (low, high)), "lines": lines, "images": [samples]}
-
-
-def friction_over_time(near: JointSamples, joint: JointResult, unit: str) -> Chart:
-    """Draw a few seconds of the friction torque and the law; lines break at missing samples."""
-    one_pixel = (near.time[-1] - near.time[0]) / 700
-    step = max(float(np.median(np.diff(near.time))), one_pixel, 1e-9)
-    rows = np.searchsorted(near.time, np.arange(near.time[0], near.time[-1] + step / 2, step))
-    rows = rows.clip(max=len(near.time) - 1)
-    mask = np.abs(near.time[rows] - (near.time[0] + step * np.arange(len(rows)))) < 3 * step
-    velocity, torque = near.velocity[rows], np.where(mask, near.torque[rows], np.nan)
-    law = np.where(mask, joint.friction(velocity), np.nan)
-    limits = robust_limits(near.torque, share=0.0)
-    return {
-        "x": axis("time [s]", (0.0, step * len(rows))),
-        "y": axis(f"friction [{unit}]", limits),
-        "lines": [
-            line([0.0], torque, "data", "measured", width=1.1, step=step),
-            line([0.0], law, "law", "law", width=1.2, step=step),
-        ],
-    }
 
 
 def residual_over_velocity(shown: JointSamples, law: Array, over_velocity: Chart) -> Chart:

@@ -10,7 +10,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from stribeck.app.report.charts import Chart, to_json
+from stribeck.app.report.charts import Chart, Figures, to_json
 from stribeck.app.report.text import FILTERS
 from stribeck.core.base.outputs import whole_or_not_at_all
 
@@ -26,10 +26,6 @@ class Section:
     title: str
     body: Markup
     charts: Mapping[str, Chart] = field(default_factory=dict)
-
-
-Figures = Mapping[str, tuple[Chart, str]]
-"""Charts with captions, by their names in a page."""
 
 
 def section(anchor: str, title: str, template: str, figures: Figures | None = None, **values: Any) -> Section:

@@ -6,11 +6,11 @@ from pathlib import Path, PurePath
 
 import numpy as np
 
-from stribeck.app.report.charts import Chart
+from stribeck.app.report.charts import Figures, over_time, with_residual
 from stribeck.app.report.page import Section, render, section, write_page
 from stribeck.app.report.recording import Curves
 from stribeck.app.report.text import number, share
-from stribeck.app.report.torques import POINTS, over_time, residual
+from stribeck.app.report.torques import POINTS
 from stribeck.core.base.typing import Array
 from stribeck.design import Replay
 
@@ -126,12 +126,11 @@ def pieces(time: Array, start: Array, position: Array, replay: Replay) -> Array:
 def _over_log(title: str, about: str, time: Array, drawn: Drawn, legend: Legend) -> Section | None:
     """Render one chart per joint; all charts of a section zoom together."""
     anchor, points = title.partition(" ")[0].lower() + "-over-log", POINTS // max(len(drawn), 1)
-    figures: dict[str, tuple[Chart, str]] = {}
+    figures: Figures = {}
     for k, (caption, (label, values)) in enumerate(drawn.items()):
-        figures[f"{anchor}{k}"] = over_time(time - time[0], label, values, legend, points, anchor), caption
-        if label.startswith("torque"):
-            left = residual(f"{anchor}{k}", time - time[0], label, values, np.isfinite(values[0])) | {"sync": anchor}
-            figures[f"{anchor}{k}r"] = left, f"{caption.partition(':')[0]}: measured minus predicted"
+        key, chart = f"{anchor}{k}", over_time(time - time[0], label, values, legend, points, anchor)
+        pair = with_residual(key, caption, chart, values, np.isfinite(values[0])) if label.startswith("torque") else {}
+        figures |= pair or {key: (chart, caption)}
     return section(anchor, title, "torques", figures, legend=legend, about=about) if figures else None
 
 

@@ -1,10 +1,8 @@
 """Measured and predicted torque over the whole log, without and with the identified friction."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from stribeck.app.report.charts import Chart, axis, line, robust_limits
+from stribeck.app.report.charts import Figures, over_time, with_residual
 from stribeck.app.report.joints import noisy_modes
 from stribeck.app.report.page import Section, section
 from stribeck.app.report.text import number
@@ -20,7 +18,7 @@ LEGEND = (("data", "measured"), ("muted", "without friction"), ("law", "with fri
 
 def replayed_torques(result: Result, samples: FrictionSamples) -> Section | None:
     """Render two charts per joint with friction, torque and residual; None if the measured torque is unknown."""
-    figures: dict[str, tuple[Chart, str]] = {}
+    figures: Figures = {}
     fitted = [name for name, joint in result.joints.items() if joint.parameters and name in samples.joint_names]
     points = POINTS // max(len(fitted), 1)
     for name in fitted if samples.torque is not None else []:
@@ -37,72 +35,21 @@ def replayed_torques(result: Result, samples: FrictionSamples) -> Section | None
     return section("torques", title, "torques", figures, legend=LEGEND, about=about) if figures else None
 
 
-def over_time(
-    time: Array, label: str, values: Sequence[Array], legend: Sequence[tuple[str, str]], points: int, sync: str
-) -> Chart:
-    """Draw values over time on an even grid; lines break at gaps and where a value is not finite.
-
-    Parameters
-    ----------
-    time
-        Times from zero [s], shape (T,).
-    label
-        Label of the vertical axis. It shows the first values, and others up to twice their range.
-    values, legend
-        Values, shape (T,), and color and label of each line; the first line is the thickest.
-    points
-        Largest number of points of a line.
-    sync
-        Name of the charts that zoom together.
-    """
-    step = max(float(np.median(np.diff(time))), float(time[-1]) / points)
-    even = np.arange(0.0, float(time[-1]), step)
-    rows = np.searchsorted(time, even).clip(max=len(time) - 1)
-    near = np.abs(time[rows] - even) < 3 * step
-    known = [series[np.isfinite(series)] for series in values]
-    low, high = robust_limits(known[0], share=0.0)
-    lowest, highest = robust_limits(np.concatenate(known), share=0.0)
-    room = (high - low) / 2
-    return {
-        "x": axis("time [s]", (0.0, float(time[-1]))),
-        "y": axis(label, (max(lowest, low - room), min(highest, high + room))),
-        "lines": [
-            line([0.0], np.where(near, series[rows], np.nan), *key, width=1.1 if k else 1.6, step=step)
-            for k, (series, key) in enumerate(zip(values, legend, strict=True))
-        ],
-        "sync": sync,
-    }
-
-
-def residual(of: str, time: Array, label: str, values: Sequence[Array], known: BoolArray) -> Chart:
-    """Describe the first line of the chart `of` minus its other lines, which the page computes.
-
-    `label`, `time` and `values` are those of `over_time`; the scale fits the `known` samples, shape (T,).
-    """
-    errors = np.concatenate([(values[0] - value)[known] for value in values[1:]])
-    reach = max(map(abs, robust_limits(errors[np.isfinite(errors)], share=0.002)))
-    x, y = axis("time [s]", (0.0, float(time[-1]))), axis(label.replace("torque", "residual"), (-reach, reach))
-    return {"x": x, "y": y, "lines": [], "residual": of}
-
-
-def _charts(
-    name: str, joint: JointResult, samples: FrictionSamples, column: int, points: int
-) -> dict[str, tuple[Chart, str]]:
+def _charts(name: str, joint: JointResult, samples: FrictionSamples, column: int, points: int) -> Figures:
     """Draw torque and residual of a joint, with RMS errors in the caption; noisy contact modes are shaded."""
     values, time = predictions(joint, samples, column), elapsed(samples)
     noisy = noisy_modes(samples, np.flatnonzero(np.isfinite(values[2])), column, joint)
     shaded = np.isin(samples.support, noisy)
     known = np.isfinite(values[2]) & ~shaded
     errors = " → ".join(number(_rms((values[0] - torque)[known]), 2) for torque in values[1:])
-    unit, key = joint.units(samples.slides(column))[1], f"o{column}"
-    label, spans = f"torque [{unit}]", {"spans": _spans(time, shaded & np.isfinite(values[2])), "sync": "torques"}
-    chart = over_time(time, label, values, LEGEND, points, "torques") | spans
+    unit = joint.units(samples.slides(column))[1]
+    chart = over_time(time, f"torque [{unit}]", values, LEGEND, points, "torques")
+    chart["spans"] = _spans(time, shaded & np.isfinite(values[2]))
     caption = f"{name}: error {errors} {unit} (RMS)"
     if noisy:
         rest = np.isfinite(values[2]) & shaded
         caption += f"; shaded: {number(_rms((values[0] - values[2])[rest]), 2)} {unit}"
-    left = residual(key, time, label, values, known) | spans
-    return {key: (chart, caption), f"{key}r": (left, f"{name}: measured minus predicted")}
+    return with_residual(f"o{column}", caption, chart, values, known)
 
 
 def _spans(time: Array, shaded: BoolArray) -> list[list[float]]:

@@ -4,14 +4,14 @@ from pathlib import Path
 
 import numpy as np
 
-from stribeck.app.report.charts import Chart, axis, density, line, robust_limits
+from stribeck.app.report.charts import Chart, Figures, axis, density, line, robust_limits
 from stribeck.app.report.page import render, section, write_page
 from stribeck.service import Trends
 
 
 def write_trends(trends: Trends, path: str | Path) -> None:
     """Write the trends as one self-contained HTML file, completely or not at all."""
-    figures: dict[str, tuple[Chart, str]] = {}
+    figures: Figures = {}
     changed = {(alarm.robot, alarm.joint): "law" for alarm in trends.alarms}
     shown = changed | {(entry.robot, entry.joint): "ink" for entry in trends.odd} | changed  # changes are drawn first
     for joint in dict.fromkeys(channel.joint for channel in trends.fleet.channels):
