@@ -1,5 +1,7 @@
 """Comparison of two results of a robot, or of the left and right joints of one result."""
 
+from __future__ import annotations
+
 import json
 import math
 from collections.abc import Mapping, Sequence

@@ -1,5 +1,7 @@
 """Report of a result: its sections in reading order, in one file."""
 
+from __future__ import annotations
+
 from dataclasses import replace
 from pathlib import Path
 

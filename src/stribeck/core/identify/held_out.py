@@ -36,10 +36,8 @@ def held_out_log(prepared: PreparedLog, fitted: Fitted, result: Result, robot: R
     """
     given = prepared.log
     log = fitted.correct(given) if fitted.correct else given
-    settings, names = (
-        settings.model_copy(update=COMMON),
-        [robot.joint_names[column] for column in robot.torque_controlled],
-    )
+    settings = settings.model_copy(update=COMMON)
+    names = [robot.joint_names[column] for column in robot.torque_controlled]
     stride = max(1, -(-len(log.time) // MOST_KEPT))
     parts: list[tuple[Array, ...]] = []
     with errors_about(given.path):

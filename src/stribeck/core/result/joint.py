@@ -100,10 +100,8 @@ class JointResult:
 
         Limited to a law that is 1000 times worse than zero friction.
         """
-        unknown = self.validation is None or not self.validation.rms_zero_friction or not self.curve
-        if unknown or self.verdict == "no friction":
-            return None
-        return 1 - min(self.validation.unexplained, 1e3) ** 2
+        validation = self.validation if self.curve and self.verdict != "no friction" else None
+        return None if validation is None else 1 - min(validation.unexplained, 1e3) ** 2
 
     @property
     def slides(self) -> bool:

@@ -96,9 +96,8 @@ def main_parameters(joint: JointResult) -> list[tuple[str, str]]:
             texts.append(("", ""))
             continue
         value, half = (sum(column) / len(fits) for column in zip(*((p.value, p.half_width) for p in fits), strict=True))
-        texts.append(
-            (with_error(value, half) + "?" * any(estimate.verdict == "weak" for estimate in fits), fits[0].unit)
-        )
+        weak = any(estimate.verdict == "weak" for estimate in fits)
+        texts.append((with_error(value, half) + "?" * weak, fits[0].unit))
     return texts
 
 
@@ -194,14 +193,13 @@ def upper_bound(curve: Sequence[CurvePoint]) -> float:
 
 
 def _of_weak(joint: JointResult) -> str:
-    validation = joint.validation
     if joint.remedy:
         return joint.remedy
     if not joint.curve:
         return "record faster and longer motion"
     if not any(point.interval_95[0] > 0 for point in joint.curve):
         return "check the torque signal or record a longer log"
-    if validation is not None and validation.rms >= validation.rms_zero_friction:
+    if joint.friction_r2 is not None and joint.friction_r2 <= 0:
         return "check the model, signs and delays"
     return f"record more motion near {least_known(joint.curve).velocity:.2g} {joint.units()[0]}"
 
