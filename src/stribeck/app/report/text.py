@@ -11,6 +11,7 @@ from stribeck.core.friction.law import FrictionLaw
 from stribeck.core.friction.terms import BEYOND_VELOCITY
 from stribeck.core.result import Result
 from stribeck.core.result.estimates import verdict_place
+from stribeck.core.result.log_spread import change_text
 from stribeck.core.result.tables import advice, friction_text, main_parameters, rounded
 
 MINUS = "\N{MINUS SIGN}"
@@ -154,6 +155,6 @@ def share(value: float, decimals: int = 3) -> str:
 
 
 _OWN = (number, matched, brief, percent, count, gain, share, duration, words, unit, breakable, symbol, named)
-_FILTERS: tuple[Any, ...] = (*_OWN, advice, main_parameters, friction_text)
+_FILTERS: tuple[Any, ...] = (*_OWN, advice, change_text, main_parameters, friction_text)
 FILTERS: dict[str, Any] = {"place": verdict_place, **{function.__name__: function for function in _FILTERS}}
 """Filters of the templates, by name."""

@@ -39,20 +39,18 @@ def held_out_log(prepared: PreparedLog, fitted: Fitted, result: Result, robot: R
     settings = settings.model_copy(update=COMMON)
     names = [robot.joint_names[column] for column in robot.torque_controlled]
     stride = max(1, -(-len(log.time) // MOST_KEPT))
-    parts: list[tuple[Array, ...]] = []
     with errors_about(given.path):
-        for _, channels in explained_runs(result, replace(prepared, log=log), fitted.robot, robot, settings):
-            parts.append(tuple(channel[::stride] for channel in channels))
+        runs = explained_runs(result, replace(prepared, log=log), fitted.robot, robot, settings)
+        parts = [tuple(channel[::stride] for channel in channels) for _, channels in runs]
     errors = {}
     if parts:
         velocity, torque, without, friction = (np.concatenate(part) for part in zip(*parts, strict=True))
-        of_models = [without, without - friction]
-        without_friction, with_friction = torque_errors(names, velocity, torque, of_models, settings.rest)
+        before, after = torque_errors(names, velocity, torque, [without, without - friction], settings.rest)
         errors = {
             name: HeldOutError(
-                rms=error.rms, rms_zero_friction=without_friction[name].rms, torque_r2=error.r2, samples=error.samples
+                rms=error.rms, rms_zero_friction=before[name].rms, torque_r2=error.r2, samples=error.samples
             )
-            for name, error in with_friction.items()
+            for name, error in after.items()
         }
     duration = float(given.time[-1] - given.time[0])
     return HeldOutLog(path=given.path, sha256=sha256(given.path), duration=duration, joints=errors)

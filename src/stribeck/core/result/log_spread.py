@@ -104,7 +104,12 @@ def learn_spread(
 def smallest_text(changes: Mapping[str, float]) -> str:
     """Format the smallest changes [%] of the best and the worst joint, e.g. "4.1 % (elbow) to 12 % (wrist)"."""
     ends = dict.fromkeys((min(changes, key=changes.__getitem__), max(changes, key=changes.__getitem__)))
-    return " to ".join(f"{changes[joint]:.2g} % ({joint})" for joint in ends)
+    return " to ".join(f"{change_text(changes[joint])} ({joint})" for joint in ends)
+
+
+def change_text(change: float) -> str:
+    """Format a positive change [%] with two digits, e.g. "4.1 %" or "over 1000 %"."""
+    return f"{float(f'{change:.2g}'):g} %" if change <= 1000 else "over 1000 %"
 
 
 def _scaled(logarithm: Array) -> Array:

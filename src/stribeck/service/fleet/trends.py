@@ -15,7 +15,7 @@ import numpy as np
 
 from stribeck.core.base.typing import Array, BoolArray
 from stribeck.core.errors import SettingsError
-from stribeck.core.result.log_spread import smallest_text
+from stribeck.core.result.log_spread import change_text, smallest_text
 from stribeck.service.fleet.changes import Change, find_changes, visible_change
 from stribeck.service.fleet.friction import Fleet, JointSpeed, TypeParameter, read_fleet, read_parameters
 from stribeck.service.fleet.spreads import log_variance, outliers, reml
@@ -97,9 +97,9 @@ class Trends:
     @property
     def title(self) -> str:
         """Numbers of logs and robots, and the first and the last day if known."""
-        fleet = self.fleet
+        fleet, robots = self.fleet, len(np.unique(self.fleet.robots))
         days = f", {fleet.start.min().astype('M8[D]')} to {fleet.start.max().astype('M8[D]')}"
-        return f"{len(fleet.log)} logs of {len(np.unique(fleet.robots))} robots" + days * (days[2:6] != "1970")
+        return f"{len(fleet.log)} logs of {robots} robot" + "s" * (robots != 1) + days * (days[2:6] != "1970")
 
     @property
     def conclusion(self) -> str:
@@ -124,9 +124,9 @@ class Trends:
         """Format the conclusion, and tables of the type's friction, robots that stand out, and alarms."""
         lines = [self.conclusion, self.title]
         for fit in self.friction:
-            friction = f"{fit.friction:.3g} {fit.unit} at {fit.speed}"
-            spreads = f"standard deviations: robots {fit.robot_spread:.2g}, logs {fit.log_spread:.2g} {fit.unit}"
-            lines.append(f"  {fit.joint}  {friction}; {spreads}; changes from {fit.smallest:.2g} %")
+            text = f"  {fit.joint}  {fit.friction:.3g} {fit.unit} at {fit.speed}; standard deviations: "
+            text += f"robots {fit.robot_spread:.2g}, " * (fit.robot_spread >= 0)  # NaN of a single robot
+            lines.append(f"{text}logs {fit.log_spread:.2g} {fit.unit}; changes from {change_text(fit.smallest)}")
         for joint, group in groupby(self.parameters, key=lambda parameter: parameter.joint):
             lines.append(f"  {joint}  {', '.join(map(str, group))} in 90 % of the logs")
         lines += [f"stands out: {robot.line}" for robot in self.odd]
