@@ -52,7 +52,7 @@ def heading(result: Result, law: FrictionLaw, reference: Reference = NO_REFERENC
         unseen=median(unseen) if unseen else None,
         another=1.96 * max((point.between_logs for joint in joints.values() for point in joint.curve), default=0.0),
         between=logs_text(result.corrections, result.log.paths),
-        distrusted=distrusted | {"warned": [name for name in identified if name in flagged]},
+        distrusted=distrusted | {"intervals too narrow": [name for name in identified if name in flagged]},
         urgent=next((finding for finding in findings if finding.cure and not finding.has("note")), None),
         steps=steps,
         warnings=sum(not finding.has("note") for finding in findings),
