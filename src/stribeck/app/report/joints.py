@@ -99,6 +99,7 @@ def joint_charts(name: str, joint: JointResult, evidence: Evidence, reference: R
         span = f"{near.time[0]:.2f} to {near.time[-1]:.2f} s of the log"
         lines, legend = (near.torque, joint.friction(near.velocity)), (("data", "measured"), ("law", "law"))
         chart = over_time(near.time - near.time[0], f"friction [{units[1]}]", lines, legend, 700, "")
+        chart["lines"][0]["width"] = 0.8  # noise does not hide the law
         figures.append((chart, f"Over time, {span}"))
     law = joint.friction(shown.velocity)
     return [*figures, (residual_over_velocity(shown, law, over_velocity), "Residual of the law, and its mean")]
