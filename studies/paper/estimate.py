@@ -18,7 +18,7 @@ from stribeck.core.friction import get_law
 from stribeck.core.judgement.curve_fit.problem import joint_problem
 from stribeck.core.result.samples import FrictionSamples
 from stribeck.core.settings import FilterSettings, SupportSettings
-from stribeck.paper.curve_fit.fit import fit_joint
+from stribeck.paper.curve_fit.fit import fit_joint, part_of
 from stribeck.paper.filters.butterworth import central_kernels
 from stribeck.simulation.run import Simulated
 
@@ -103,7 +103,7 @@ def fit_law(found: Estimate, joint: str, settings: Settings, most: int | None = 
     """Fit the law `stribeck` to at most `most` samples of a joint; return its parameters and the velocities."""
     problem = joint_problem(found.samples, joint, get_law("stribeck"), settings)
     if most:
-        problem = problem.take(slice(None, None, -(-len(problem.velocity) // most)))
+        problem = part_of(problem, slice(None, None, -(-len(problem.velocity) // most)))
     fit = fit_joint(problem)
     return dict(zip(fit.names, map(float, fit.values), strict=True)), problem.velocity
 

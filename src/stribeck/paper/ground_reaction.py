@@ -25,6 +25,7 @@ from stribeck.core.robot import Robot
 from stribeck.core.robot.kinematics import joint_torque_of_wrench
 from stribeck.core.settings import Settings
 from stribeck.paper.curve_fit import method as curve_fit
+from stribeck.paper.curve_fit.prediction import predict
 
 
 def find(
@@ -108,7 +109,7 @@ def _compared(fit: JointFit, swung: FitProblem, stood: FitProblem) -> tuple[str,
     Swinging friction is regressed on the prediction; standard errors use the differences between swings.
     """
     standing, swinging = (
-        np.column_stack([part.predict(fit.values), np.ones(len(part.velocity))]) for part in (stood, swung)
+        np.column_stack([predict(part, fit.values), np.ones(len(part.velocity))]) for part in (stood, swung)
     )
     of_a_block = len(standing) / len(np.unique(stood.block)) * fit.rms**2
     square = _rms(stood.friction_torque) ** 2

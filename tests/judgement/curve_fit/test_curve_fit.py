@@ -11,6 +11,7 @@ from stribeck.core.friction import LAWS, get_law
 from stribeck.core.judgement.curve_fit.problem import joint_problem
 from stribeck.core.settings import Settings
 from stribeck.paper.curve_fit.fit import eliminate_linear, fit_joint, fit_law, hold_out
+from stribeck.paper.curve_fit.prediction import jacobian, predict
 
 SETTINGS = Settings()
 
@@ -18,7 +19,7 @@ SETTINGS = Settings()
 def test_a_linear_law_has_the_closed_form_solution(make_samples, make_joint) -> None:
     samples, law = make_samples({"knee": make_joint()}), get_law("coulomb-viscous")
     training, _ = hold_out(joint_problem(samples, "knee", law, SETTINGS), SETTINGS.holdout)
-    expected, *_ = np.linalg.lstsq(training.jacobian(np.zeros(3)), training.friction_torque)
+    expected, *_ = np.linalg.lstsq(jacobian(training, np.zeros(3)), training.friction_torque)
     np.testing.assert_allclose(fit_law(samples, law, SETTINGS)["knee"].values, expected, rtol=1e-7)
 
 
@@ -89,7 +90,7 @@ def test_elimination_is_bounded_linear_least_squares(make_samples, make_joint, n
     cost, values = eliminate_linear(problem, shape)
     assert cost == pytest.approx(2 * expected.cost)
     assert values[-1] == pytest.approx(expected.x[-1], abs=1e-9)
-    assert np.sum((problem.predict(values) - problem.friction_torque) ** 2) == pytest.approx(cost, rel=1e-9)
+    assert np.sum((predict(problem, values) - problem.friction_torque) ** 2) == pytest.approx(cost, rel=1e-9)
 
 
 TRUTH = {"viscous": 0.5, "coulomb": 2.0, "offset": -0.7}

@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import cast
 
 import numpy as np
@@ -18,6 +18,7 @@ from stribeck.core.result import Validation
 from stribeck.core.result.samples import FrictionSamples
 from stribeck.core.settings import Settings
 from stribeck.paper.curve_fit.covariance import block_covariance
+from stribeck.paper.curve_fit.prediction import filtered_basis, internal_jacobian, logarithmic, predict
 from stribeck.paper.curve_fit.robust import TUNING, Loss, influence
 
 
@@ -59,14 +60,14 @@ def fit_joint(problem: FitProblem, loss: Loss = "linear") -> JointFit:
 def _minimise(problem: FitProblem, loss: Loss) -> tuple[Descent, float]:
     """Find the best minimum and the scale of the loss [N m], 0 for a loss without scale."""
     step = -(-len(problem.velocity) // 4000)  # samples are sufficient to compare starts
-    subset = problem.take(slice(None, None, step))
+    subset = part_of(problem, slice(None, None, step))
     starts = grid_starts(subset)
     descents = [descend(subset, values, tolerance=1e-6) for _, values in starts[:3]]
     best = min(descents, key=lambda descent: descent.cost)
     loss_scale = 0.0
     if loss != "linear":  # twice: outliers inflate the first scale
         for _ in range(2):
-            loss_scale = TUNING[loss] * robust_scale(subset.predict(best.values) - subset.friction_torque)
+            loss_scale = TUNING[loss] * robust_scale(predict(subset, best.values) - subset.friction_torque)
             best = descend(subset, best.values, loss, loss_scale, 1e-6)
     return descend(problem, best.values, loss, loss_scale), loss_scale
 
@@ -91,7 +92,7 @@ def eliminate_linear(problem: FitProblem, shape: dict[str, float]) -> tuple[floa
 
     Solves bounded linear least squares with the triangular factor; free columns such as the offset can be negative.
     """
-    basis = problem.basis(shape)
+    basis = filtered_basis(problem, shape)
     if problem.acceleration is not None:
         basis = np.column_stack([basis, problem.acceleration])
     columns = basis.shape[1]
@@ -112,17 +113,17 @@ def descend(
 
     It converges when cost and parameters change by less than the relative `tolerance`.
     """
-    logs = problem.logarithmic
+    logs = logarithmic(problem)
     # residuals of order one, because SciPy's gradient tolerance is absolute
     scale = max(float(np.sqrt(np.mean(problem.friction_torque**2))), 1e-30) * np.sqrt(len(problem.velocity))
-    bounds = problem.bounds
+    bounds = _bounds(problem)
     lower, upper = to_internal(bounds[:, 0], logs), to_internal(bounds[:, 1], logs)
 
     def residual(u: Array) -> Array:
-        return np.asarray((problem.predict(to_external(u, logs)) - problem.friction_torque) / scale)
+        return np.asarray((predict(problem, to_external(u, logs)) - problem.friction_torque) / scale)
 
     def jacobian(u: Array) -> Array:
-        return np.asarray(problem.internal_jacobian(to_external(u, logs)) / scale)
+        return np.asarray(internal_jacobian(problem, to_external(u, logs)) / scale)
 
     solution = least_squares(
         residual,
@@ -146,15 +147,15 @@ def descend(
 
 def describe_fit(problem: FitProblem, best: Descent, loss: Loss, loss_scale: float) -> JointFit:
     """Compute covariance, intervals and counts at the minimum."""
-    values, logs = best.values, problem.logarithmic
-    residual = problem.friction_torque - problem.predict(values)
-    jacobian = problem.internal_jacobian(values)
+    values, logs = best.values, logarithmic(problem)
+    residual = problem.friction_torque - predict(problem, values)
+    jacobian = internal_jacobian(problem, values)
     psi, slope = influence(residual / loss_scale, loss) if loss_scale else (residual, 1.0)
     score = psi * (loss_scale or 1.0) / max(slope, 0.1)
     estimate = block_covariance(jacobian, score, problem.block, _prior(problem))
     deviation = np.sqrt(np.diag(estimate.covariance))
     factor = np.where(logs, values, 1.0)
-    bounds = problem.bounds
+    bounds = _bounds(problem)
     intervals = intervals_95(values, deviation, estimate.degrees_of_freedom, logs)
     units = parameter_units(problem.parameters, *_scales(problem))
     return JointFit(
@@ -170,6 +171,11 @@ def describe_fit(problem: FitProblem, best: Descent, loss: Loss, loss_scale: flo
         blocks=len(np.unique(problem.block)),
         converged=best.converged,
     )
+
+
+def _bounds(problem: FitProblem) -> Array:
+    """Collect the lower and upper bound of each parameter, shape (p, 2)."""
+    return np.array([(parameter.lower, parameter.upper) for parameter in problem.parameters])
 
 
 def _scales(problem: FitProblem) -> tuple[float, float, float]:
@@ -208,7 +214,7 @@ def validate_values(values: Array, training: FitProblem, unseen: FitProblem) -> 
     """
     coefficients, *_ = np.linalg.lstsq(_coulomb_basis(training), training.friction_torque)
     return Validation(
-        rms=_rms(unseen.friction_torque - unseen.predict(values)),
+        rms=_rms(unseen.friction_torque - predict(unseen, values)),
         rms_zero_friction=_rms(unseen.friction_torque),
         rms_coulomb_only=_rms(unseen.friction_torque - _coulomb_basis(unseen) @ coefficients),
     )
@@ -226,4 +232,17 @@ def hold_out(problem: FitProblem, every: int) -> tuple[FitProblem, FitProblem]:
     """Split a problem into training and validation; every n-th of the joint's own blocks is held out."""
     _, number = np.unique(problem.block, return_inverse=True)
     validation = cast("BoolArray", number % every == every // 2)
-    return problem.take(~validation), problem.take(validation)
+    return part_of(problem, ~validation), part_of(problem, validation)
+
+
+def part_of(problem: FitProblem, rows: slice | BoolArray) -> FitProblem:
+    """Select samples of a problem."""
+    return replace(
+        problem,
+        velocity=problem.velocity[rows],
+        friction_torque=problem.friction_torque[rows],
+        acceleration=None if problem.acceleration is None else problem.acceleration[rows],
+        block=problem.block[rows],
+        around=None if problem.around is None else problem.around[rows],
+        along=None if problem.along is None else problem.along.take(rows),
+    )

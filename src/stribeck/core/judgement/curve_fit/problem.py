@@ -1,11 +1,8 @@
-"""Least squares problem of one joint: samples and parameters; `fit` solves it."""
+"""Samples of one joint and the parameters of its law, for fits and verdicts."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Any, cast
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -54,74 +51,9 @@ class FitProblem:
     weights: Array | None = None
     along: Along | None = None
 
-    @property
-    def logarithmic(self) -> BoolArray:
-        """Mask of the parameters that are fitted in their logarithm, shape (p,)."""
-        return np.array([parameter.logarithmic for parameter in self.parameters])
-
-    @property
-    def bounds(self) -> Array:
-        """Lower and upper bound of each parameter, shape (p, 2)."""
-        return np.array([(parameter.lower, parameter.upper) for parameter in self.parameters])
-
-    @cached_property
-    def turning(self) -> IntArray:
-        """Samples with a relevant change of velocity within the filter's window."""
-        if self.around is None:
-            return np.empty(0, dtype=np.int64)
-        change = np.abs(self.around - self.velocity[:, None]).max(axis=1)
-        return np.flatnonzero(change > 0.2 * np.abs(self.velocity))  # the law is nearly linear over smaller changes
-
-    def average(self, function: Callable[[Array], Array]) -> Array:
-        """Average a function of the velocity, shape (M,) -> (M, ...), with the filter's weights, shape (N, ...)."""
-        result = function(self.velocity)
-        if len(self.turning) and self.around is not None and self.weights is not None:
-            around = self.around[self.turning]
-            values = function(around.ravel()).reshape(*around.shape, -1)
-            result[self.turning] = np.einsum("nkp,k->np", values, self.weights).reshape(-1, *result.shape[1:])
-        return result
-
-    def _of_law(self, kind: str, values: Any) -> Array:
-        """Compute the `torque` or `jacobian` of the law at values, or its `basis` for a shape, filtered."""
-        if self.along is not None and isinstance(self.law, LawWithState):
-            return self.along.average(getattr(self.law, f"{kind}_along")(self.along.motion, values))
-        return self.average(lambda velocity: cast(Array, getattr(self.law, kind)(velocity, values)))
-
-    def basis(self, shape: Mapping[str, float]) -> Array:
-        """Compute the filtered basis of the law for given nonlinear parameters, shape (N, k)."""
-        return self._of_law("basis", shape)
-
-    def predict(self, values: Array) -> Array:
-        """Compute the torque [N m] for parameter values, shape (p,) -> (N,)."""
-        if self.acceleration is None:
-            return self._of_law("torque", values)
-        return np.asarray(self._of_law("torque", values[:-1]) + values[-1] * self.acceleration)
-
-    def jacobian(self, values: Array) -> Array:
-        """Compute the derivatives of `predict`, shape (N, p)."""
-        if self.acceleration is None:
-            return self._of_law("jacobian", values)
-        return np.column_stack([self._of_law("jacobian", values[:-1]), self.acceleration])
-
-    def internal_jacobian(self, values: Array) -> Array:
-        """Compute the derivatives in internal coordinates, dR/d(ln p) = p dR/dp for scales, shape (N, p)."""
-        return self.jacobian(values) * np.where(self.logarithmic, values, 1.0)
-
     def excitation(self, prismatic: bool) -> Excitation:
         """Judge the motion of the joint."""
         return excitation(self.velocity, self.block, len(self.parameters), prismatic)
-
-    def take(self, rows: slice | BoolArray | IntArray) -> FitProblem:
-        """Select samples of the problem."""
-        return replace(
-            self,
-            velocity=self.velocity[rows],
-            friction_torque=self.friction_torque[rows],
-            acceleration=None if self.acceleration is None else self.acceleration[rows],
-            block=self.block[rows],
-            around=None if self.around is None else self.around[rows],
-            along=None if self.along is None else self.along.take(rows),
-        )
 
 
 def to_internal(values: Array, logarithmic: BoolArray) -> Array:
