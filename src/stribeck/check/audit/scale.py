@@ -42,11 +42,7 @@ def _off(estimate: GainFit) -> bool:
 
 
 def check_scales(evidence: AuditData, fits: dict[int, GainFit], joints: list[int]) -> list[Finding]:
-    """Report torques of implausible size: gains that differ from one, exceeded bounds, levels.
-
-    Friction adds to the model's torque, up to ten times the load with large gears: an RMS below 1/8 or above 100 times
-    the model's has another cause.
-    """
+    """Report torques of implausible size: gains that differ from one, and exceeded bounds."""
     off = {k: estimate for k, estimate in fits.items() if _off(estimate) and _surely(estimate)}
     competing = compete(evidence, joints) if all(estimate.gain > 0 for estimate in fits.values()) else []
     if causes := _causes(evidence, rivals(competing), bool(off)):
@@ -54,12 +50,7 @@ def check_scales(evidence: AuditData, fits: dict[int, GainFit], joints: list[int
     if concerns_most(len(off), len(fits), evidence.joints):
         return [_scale_of_all(evidence, {k: abs(estimate.gain) for k, estimate in off.items()})]
     bounded = out_of_bounds(evidence, [k for k in joints if k not in off])
-    if any(finding.stops for finding in bounded):
-        return bounded
-    levels = _levels(evidence, joints)
-    if len(fits) < 2 and len(levels) >= 2 and not any(0.125 < level < 100.0 for level in levels.values()):
-        return [_scale_of_all(evidence, levels)]
-    if competing:
+    if competing or any(finding.stops for finding in bounded):
         return bounded
     off = {k: estimate for k, estimate in off.items() if evidence.moves(k)}  # a gear at rest can carry any torque
     if off:
@@ -179,21 +170,6 @@ def _surely(estimate: GainFit) -> bool:
     """Whether the gain is wrong even if all of the error is in the model (reverse regression)."""
     other = abs(estimate.gain) / estimate.share
     return not 1 / NEAR < other < NEAR and (other > 1) == (abs(estimate.gain) > 1)
-
-
-def _levels(evidence: AuditData, joints: list[int]) -> dict[int, float]:
-    """Divide the RMS of the torque by the model's, for the joints with the largest loads and nonzero torque."""
-    model = np.array([_rms(evidence.model[:, k]) for k in joints])
-    if len(model) == 0 or not model.max() > 0:
-        return {}
-    carrying = [(k, size) for k, size in zip(joints, model.tolist(), strict=True) if size > 0.2 * model.max()]
-    levels = {k: _rms(evidence.torque[np.isfinite(evidence.model[:, k]), k]) / size for k, size in carrying}
-    return {k: level for k, level in levels.items() if level > 0}
-
-
-def _rms(values: Array) -> float:
-    finite = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(finite**2))) if len(finite) else 0.0
 
 
 def _scale_of_all(evidence: AuditData, gains: dict[int, float]) -> Finding:
