@@ -256,6 +256,14 @@ def test_odd_logs_end_in_a_file_with_questions(model, changed, words, tmp_path):
     assert f"{text.count('TODO:')} questions are open" in robot.warnings[-1]
 
 
+def test_nameless_columns_without_a_torque_are_asked_for_as_grippers(tmp_path: Path) -> None:
+    arrays = {"position": np.insert(MOVES, 3, 0.02, axis=1), "torque": np.insert(PUSHES, 3, 0.0, axis=1)}
+    np.savez(tmp_path / "log.npz", time=TIME, **arrays)  # type: ignore[arg-type]
+    robot, text = drafted("package:ur5_robot", tmp_path / "log.npz", tmp_path)
+    assert robot.log_table.joint_order.index("unknown_0") == 3
+    assert "TODO: the log has no column names, and no torque in columns 4" in text
+
+
 @pytest.mark.parametrize(("repeats", "unit"), [(3, 1.0), (5, 1e-3), (50, 1.0)])
 def test_rows_between_ticks_of_a_coarse_clock_are_evenly_spaced(repeats, unit, tmp_path):
     log = noisy_log("ur5")

@@ -13,6 +13,8 @@ from stribeck.core.robot.scale_setting import scale_setting
 
 OUTSIDE = 0.25
 """Distance outside the range beyond which no stop is plausible [rad] or [m]."""
+ELASTIC = 0.03
+"""Distance by which a stop gives way [rad] or [m]; joints that move further have no stop at the limit."""
 
 
 def check_positions(evidence: AuditData) -> list[Finding]:
@@ -53,28 +55,37 @@ def _jumps(evidence: AuditData) -> list[Finding]:
 def _degrees(evidence: AuditData) -> list[Finding]:
     """Report positions that fit the model's limits as degrees but not as radians."""
     log, robot = evidence.prepared.log, evidence.robot
-    low, high = robot.position_limits
-    turning = ~np.array(robot.prismatic)
     lowest, highest = evidence.position_range
-    limited = turning & np.isfinite(low) & np.isfinite(high)
-    excess = _excess(lowest, highest, low, high)
-    distances = _excess(np.deg2rad(lowest), np.deg2rad(highest), low, high)[limited]
-    wide = limited & (excess > 1.0)
     steps = np.percentile(np.abs(np.diff(log.position[:6000], axis=0)), 99, axis=0)
-    fast = turning & (steps / evidence.prepared.sampling.period > 60.0)  # rad/s: faster than any joint
-    moving = turning & (highest - lowest > 0.02)
-    few = 0.02  # largest distance outside the limits in degrees relative to the distance in radians [1]
-    fits = distances.sum() < few * excess[limited].sum() or np.count_nonzero(distances >= 0.1) <= 0.1 * len(distances)
-    of_limits = fits and np.count_nonzero(wide) >= max(1, 0.5 * np.count_nonzero(limited & moving))
-    of_speed = not limited.any() and np.count_nonzero(fast) >= max(1, 0.5 * np.count_nonzero(moving))
-    if not of_limits and not of_speed:
+    wrong = in_degrees(robot, lowest, highest, steps / evidence.prepared.sampling.period)
+    if not wrong.any():
         return []
-    names = [robot.joint_names[k] for k in np.flatnonzero(wide if of_limits else fast)]
     units = [Setting("log.position", "unit", "deg")]
     units += [Setting("log.desired_position", "unit", "deg")] * (log.command is not None)
     units += [Setting("log.velocity", "unit", "deg/s")] * (log.velocity is not None)
-    reach = float(np.maximum(-lowest, highest)[turning].max())
+    reach = float(np.maximum(-lowest, highest)[~np.array(robot.prismatic)].max())
+    names = [robot.joint_names[k] for k in np.flatnonzero(wrong)]
     return [Finding.of("position-degrees", names, reach=reach, settings=units)]
+
+
+def in_degrees(robot: Robot, lowest: Array, highest: Array, speed: Array) -> BoolArray:
+    """Find the joints that are outside their limits or too fast as radians, if most of them fit as degrees, shape (n,).
+
+    `speed` is each joint's top speed [rad/s].
+    """
+    low, high = robot.position_limits
+    turning = ~np.array(robot.prismatic)
+    limited = turning & np.isfinite(low) & np.isfinite(high)
+    excess = _excess(lowest, highest, low, high)
+    distances = _excess(np.deg2rad(lowest), np.deg2rad(highest), low, high)[limited]
+    wide, fast = limited & (excess > 1.0), turning & (speed > 60.0)  # rad/s: faster than any joint
+    moving = turning & (highest - lowest > 0.02)
+    few = 0.02  # largest distance outside the limits in degrees relative to the distance in radians [1]
+    fits = distances.sum() < few * excess[limited].sum() or np.count_nonzero(distances >= 0.1) <= 0.1 * len(distances)
+    if fits and np.count_nonzero(wide) >= max(1, 0.5 * np.count_nonzero(limited & moving)):
+        return wide
+    of_speed = not limited.any() and np.count_nonzero(fast) >= max(1, 0.5 * np.count_nonzero(moving))
+    return fast & of_speed
 
 
 def in_millimeters(robot: Robot, lowest: Array, highest: Array) -> BoolArray:
@@ -97,7 +108,8 @@ def _limits(evidence: AuditData, left_out: Collection[str]) -> list[Finding]:
     other = np.array([name not in left_out for name in robot.joint_names])
     margin = 1e-3  # rad or m
     reached = other & ((lowest < low + margin) | (highest > high - margin))
-    outside = reached & ((lowest < low - OUTSIDE) | (highest > high + OUTSIDE))
+    beyond = _excess(lowest, highest, low, high)
+    outside, stopped = reached & (beyond > OUTSIDE), reached & (beyond < ELASTIC)
 
     def finding(check: str, joints: BoolArray) -> list[Finding]:
         spans = {
@@ -106,4 +118,4 @@ def _limits(evidence: AuditData, left_out: Collection[str]) -> list[Finding]:
         }
         return [Finding.of(check, spans)] if spans else []
 
-    return [*finding("position-limits", outside), *finding("position-stop", reached & ~outside)]
+    return [*finding("position-limits", outside), *finding("position-stop", stopped)]

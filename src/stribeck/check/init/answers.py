@@ -93,11 +93,12 @@ def _answer_from_log(draft: Draft, log: Path) -> None:
     for channel in ("position", "velocity"):
         if lengths.any() and getattr(read, channel) is not None:
             factors = np.where(lengths, 1e-3, 1.0).tolist()
-            why = "these positions are within the model's limits only as millimeters."
-            draft.set(f"log.{channel}", "scale", multiply_scale(robot, draft.table("log"), channel, factors), why)
+            why = "are these millimeters? The positions are within the model's limits only as millimeters."
+            draft.guess(f"log.{channel}", "scale", multiply_scale(robot, draft.table("log"), channel, factors), why)
     timed = "time" in source.channels
     for channel, unit, why in columns.position_and_velocity_units(read, robot) if timed and not turn else []:
-        draft.set(f"log.{channel}", "unit", unit, why)
+        draft.table(f"log.{channel}")["unit"] = unit
+        (draft.note if "times as fast" in why else draft.ask)(f"log.{channel}.unit", why)
         if channel == "position" and read.command is not None:
             draft.set("log.desired_position", "unit", unit, "as the positions.")
         if channel == "position" and unit == "deg" and (ranges := columns.normalized_ranges(read, robot)):
@@ -168,12 +169,8 @@ def _find_time_unit(draft: Draft, source: Recording) -> bool:
             stamps = np.asarray(loaded["time"], dtype=float).reshape(-1)
             stamps = stamps[np.isfinite(stamps)] - stamps[np.isfinite(stamps)][:1]
     if not stamps.any():
-        draft.table("log")["rate"] = 1000.0  # [Hz], nothing is derived from it
-        draft.ask(
-            "log.rate",
-            "the log has no usable time; what is its sampling rate [Hz]? Units, signs and order are not checked until "
-            "`stribeck inspect` runs with this rate.",
-        )
+        question = "the log has no usable time; what is its sampling rate [Hz]? Units, signs and order need it."
+        draft.guess("log", "rate", 1000.0, question)  # nothing is derived from this rate
         return True
     mean = mean_step(stamps, (slice(0, len(stamps)),))
     coarse = mean > 0 and np.mean(np.diff(stamps) == 0) > 0.5
@@ -181,8 +178,8 @@ def _find_time_unit(draft: Draft, source: Recording) -> bool:
     if unit != "s" and source.time_unit is None:
         draft.set("log.time", "unit", unit, "found from the length of its steps.")
     if coarse:
-        draft.table("log")["rate"] = float(f"{1 / (mean * TIME[unit]):.4g}")
-        draft.ask("log.rate", "most stamps repeat, as from a coarse clock; is this the rate of the rows [Hz]?")
+        question = "most stamps repeat, as from a coarse clock; is this the rate of the rows [Hz]?"
+        draft.guess("log", "rate", float(f"{1 / (mean * TIME[unit]):.4g}"), question)
     return False
 
 
@@ -191,8 +188,7 @@ def _decide_base(draft: Draft, source: Recording) -> None:
     facts, robot = draft.facts, draft.document["robot"]
     seen = [name for name in ("base_orientation", "contact", "foot_wrench") if name in source.channels]
     if facts.base == "floating" and not seen:
-        robot["base"] = "fixed"
-        draft.ask("robot.base", "is the base clamped? The log has neither its orientation nor contacts.")
+        draft.guess("robot", "base", "fixed", "is the base clamped? The log has neither its orientation nor contacts.")
     if facts.base == "fixed" and seen and facts.feet:
         draft.set("robot", "base", "floating", f"the log has {', '.join(seen)}.")
     if robot["base"] == "fixed":
@@ -209,8 +205,8 @@ def _decide_base(draft: Draft, source: Recording) -> None:
             feet = tuple(dict.fromkeys(label.rsplit(".", 1)[0] if width > 1 else label for label in given or ()))
             labels = labels or feet
             if given is None and source.channels[name].columns == width * len(facts.feet):
-                draft.table("log")["foot_order"] = [foot.name for foot in facts.feet]
-                draft.ask("log.foot_order", "the log has no foot names; is this their order?")
+                names = [foot.name for foot in facts.feet]
+                draft.guess("log", "foot_order", names, "the log has no foot names; is this their order?")
     write_contacts(draft, labels)
     if "base_orientation" in seen:
         draft.note("robot.base", "the log's base orientation should refer to the root link; if not, set base_frame.")

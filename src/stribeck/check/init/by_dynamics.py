@@ -80,8 +80,8 @@ def answer_by_dynamics(draft: Draft, log: Path, unsure: Sequence[str]) -> None:
 
 
 def _write_unit(draft: Draft, unit: str, log: RobotLog) -> None:
-    why = "with this unit the torques agree with the model, and in radians they do not."
-    draft.set("log.position", "unit", unit, why)
+    why = "With this unit the torques agree with the model, and in radians they do not."
+    draft.guess("log.position", "unit", unit, f"is this the unit of the positions? {why}")
     if log.velocity is not None:
         draft.set("log.velocity", "unit", f"{unit}/s", "as the positions.")
 
@@ -123,12 +123,10 @@ def _write_columns(draft: Draft, robot: Robot, columns: ColumnMatch, log: RobotL
     changed = columns.order != as_given(len(robot.joint_names)).order
     if changed:
         moved = {robot.joint_names[column]: name for column, name in zip(columns.order, robot.joint_names, strict=True)}
-        why = "in this order the model explains the torques far better than in the log's order."
-        if "joint_order" in table:
-            draft.set("log", "joint_order", [moved.get(name, name) for name in table["joint_order"]], why)
-        else:
-            names = {label: moved.get(joint, joint) for label, joint in table.get("joint_names", {}).items()}
-            draft.set("log", "joint_names", names, why)
+        order = [moved.get(name, name) for name in table.get("joint_order", ())]
+        names = {label: moved.get(joint, joint) for label, joint in table.get("joint_names", {}).items()}
+        why = "In it the model explains the torques far better than in the log's order"
+        draft.guess("log", "joint_order" if order else "joint_names", order or names, f"is this right? {why}.")
     channels = {"position": columns.position, "torque": columns.torque}
     if log.velocity is not None:
         channels["velocity"] = columns.position

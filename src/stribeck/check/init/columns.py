@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from stribeck.check.audit.positions import in_degrees
 from stribeck.check.init.names import WORDS, split
 from stribeck.core.base.typing import Array, TorqueSource
 from stribeck.core.log import RobotLog
@@ -127,17 +128,10 @@ def orientation_order(log: RobotLog) -> str:
 
 def position_and_velocity_units(log: RobotLog, robot: Robot) -> list[tuple[str, str, str]]:
     """Find channel, unit and evidence if positions or velocities are not in radians."""
-    low, high = robot.position_limits
     lowest, highest = np.nanmin(log.position, axis=0), np.nanmax(log.position, axis=0)
-    turning = ~np.array(robot.prismatic)
-    limited = turning & np.isfinite(low) & np.isfinite(high) & (highest - lowest > 0.02)
-    wide = limited & ((lowest < low - 1.0) | (highest > high + 1.0))  # [rad]
-    fits = (np.deg2rad(lowest) > low - 0.1) & (np.deg2rad(highest) < high + 0.1)
     speed = np.nanpercentile(np.abs(np.diff(log.position, axis=0)), 99, axis=0) / np.nanmedian(np.diff(log.time))
-    degrees = wide.sum() >= max(1, 0.5 * limited.sum()) and bool(np.all(fits[limited]))
-    # Without limits, joints faster than 60 rad/s are in degrees.
-    degrees |= not limited.any() and np.count_nonzero(turning & (speed > 60.0)) >= max(1, 0.5 * turning.sum())
-    why = "the positions are outside the model's limits in radians, and inside in degrees."
+    degrees = in_degrees(robot, lowest, highest, speed).any()
+    why = "is this the unit? The positions are outside the model's limits in radians, and inside in degrees."
     position, velocity = "deg" if degrees else "rad", "deg/s" if degrees else "rad/s"
     if log.velocity is not None:
         slopes = position_slopes(log)

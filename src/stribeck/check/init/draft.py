@@ -55,6 +55,11 @@ class Draft:
         self.table(place)[key] = value
         self.note(f"{place}.{key}", why)
 
+    def guess(self, place: str, key: str, value: object, question: str) -> None:
+        """Set a key of a table to a guess, with a question that gives its evidence."""
+        self.table(place)[key] = value
+        self.ask(f"{place}.{key}", question)
+
     def note(self, key: str, text: str) -> None:
         """Add a comment above a key, or below the header of a table."""
         self.notes.setdefault(key, []).append(text)
@@ -116,9 +121,10 @@ def _build_table(values: Mapping[str, Any], place: str, notes: Mapping[str, list
 
 def ask_for_torque_source(draft: Draft) -> None:
     """Write the default torque source, and ask for the right one; rotors, which others contain, are fitted as well."""
-    draft.document["robot"]["torque_source"] = "link_side_sensor"
-    draft.ask(
-        "robot.torque_source",
+    draft.guess(
+        "robot",
+        "torque_source",
+        "link_side_sensor",
         'is the torque measured behind the gear ("link_side_sensor") or before it ("motor_side_sensor"), computed '
         'from the current ("motor_current"), or commanded by a controller ("command")? If the drives compensate '
         "friction, is that torque in the log?",

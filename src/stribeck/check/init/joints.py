@@ -1,12 +1,13 @@
 """Matching of a log's joints with the joints of a model, by name or order."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 
 import numpy as np
 
 from stribeck.check.init.draft import Draft
 from stribeck.check.init.names import match, words
-from stribeck.core.errors import listed
+from stribeck.core.errors import LogError, listed
 from stribeck.core.log.channels import JOINT_CHANNELS
 from stribeck.io import Recording
 
@@ -25,7 +26,7 @@ def match_joints(draft: Draft, source: Recording) -> list[str] | None:
     numbers = [label for channel in (position, torque) for label in channel.labels or ()]
     counted_apart = position.labels != torque.labels and all(label.isdecimal() for label in numbers)  # q0, but tau1
     nameless = position.labels is None or counted_apart
-    names, unsure, extra = _assign_in_order(draft, position.columns) if nameless else _match(draft, source)
+    names, unsure, extra = _assign_in_order(draft, source) if nameless else _match(draft, source)
     if not names:
         draft.ask(
             "log",
@@ -75,7 +76,7 @@ def _match(draft: Draft, source: Recording) -> tuple[list[str], list[str], list[
     if renamed:
         draft.table("log")["joint_names"] = renamed
     if set(renamed.values()) - set(unsure):
-        draft.note("log.joint_names", "matched by similar names; check them.")
+        draft.ask("log.joint_names", "matched by similar names; are they right?")
     if unsure:
         draft.ask("log.joint_names", f"not matched by name; is this the order of {', '.join(unsure)}?")
     return names, unsure, extra
@@ -92,11 +93,28 @@ def _without_hands(joints: Sequence[str]) -> Sequence[str]:
     return [joint for joint in joints if not hands & set(words(joint))]
 
 
-def _assign_in_order(draft: Draft, columns: int) -> tuple[list[str], list[str], list[str]]:
-    """Assign unnamed columns in the model's order, first without hands."""
-    every, arms = draft.facts.joints, _without_hands(draft.facts.joints)
+def _assign_in_order(draft: Draft, source: Recording) -> tuple[list[str], list[str], list[str]]:
+    """Assign unnamed columns in the model's order, first without hands; columns without a torque may be grippers."""
+    every, arms, columns = draft.facts.joints, _without_hands(draft.facts.joints), source.channels["position"].columns
     joints = list(arms if columns <= len(arms) and columns < len(every) else every)[:columns]
-    order = joints + [f"unknown_{k}" for k in range(columns - len(joints))]
-    draft.table("log")["joint_order"] = order
-    draft.ask("log.joint_order", "the log has no column names; is this their order?")
+    spare, idle, question = columns - len(joints), _idle_columns(source), "the log has no column names"
+    if spare and len(idle) == spare:
+        question += f", and no torque in columns {', '.join(str(column + 1) for column in idle)}, as of grippers"
+    else:
+        idle = list(range(len(joints), columns))
+    left = iter(joints)
+    order = [f"unknown_{idle.index(k)}" if k in idle else next(left) for k in range(columns)]
+    draft.guess("log", "joint_order", order, f"{question}; is this their order?")
     return joints, joints, []
+
+
+def _idle_columns(source: Recording) -> list[int]:
+    """Find the columns whose torque never changes."""
+    count = source.channels["torque"].columns if "torque" in source.channels else 0
+    if count != source.channels["position"].columns:
+        return []
+    with suppress(LogError):  # text
+        loaded, _ = source.load({"position": [0], "torque": range(count)})
+        torque = np.nan_to_num(np.asarray(loaded["torque"], dtype=float))
+        return np.flatnonzero(np.ptp(torque, axis=0) == 0).tolist()
+    return []
