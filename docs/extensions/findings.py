@@ -35,7 +35,7 @@ that would make every number wrong *stops* `identify` unless you pass `--force`.
     """## After the fit
 
 A fit may converge although the law does not describe the friction, or although another effect looks like friction.
-Effects that move the friction curve by less than its interval are not reported. In simulation, these checks name 7 of
+Effects that move the friction curve by less than its interval are notes. In simulation, these checks name 7 of
 17 causes in logs of the humanoid on which their thresholds were chosen, and 19 of 39 in logs of a G1 and an arm. They
 report 9 causes in 836 cases without them (`python -m studies.misfits`, 2026-11-28).
 """,

@@ -96,7 +96,7 @@ def check_delay(evidence: AuditData, lags: dict[str, Lag]) -> list[Finding]:
     slow = {name: lag for name, lag in lags.items() if lag.constant > shortest}
     if 2 * len(slow) > len(lags) and sum(lag.evidence for lag in slow.values()) > sure:
         constant = float(np.median([lag.constant for lag in slow.values()]))
-        return [Finding.of("torque-filtered", tuple(slow), cutoff=1 / (2 * np.pi * constant))]
+        return [Finding.of("torque-filtered", evidence.joints, cutoff=1 / (2 * np.pi * constant))]
     if other := _other_times(evidence):
         return other
     values = np.array([lag.delay for lag in lags.values() if lag.delay is not None])

@@ -59,6 +59,8 @@ class Finding:
         Whether all results would be invalid: `identify` ends, unless `force` is set.
     doubt
         Reason why identified joints are weak until the fault is fixed; empty if they stay identified.
+    note
+        Whether the finding moves no friction out of its interval: it belongs to the details.
     gains
         Wrong gains of torques by joint [1].
     """
@@ -73,6 +75,7 @@ class Finding:
     logs: tuple[str, ...] = ()
     stops: bool = False
     doubt: str = ""
+    note: bool = False
     gains: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
@@ -122,6 +125,7 @@ class Finding:
             channel=channel,
             stops=entry.get("stops") is True if stops is None else stops,
             doubt=entry.get("doubt", ""),
+            note=entry.get("note", False),
             gains=gains,
         )
 
@@ -136,7 +140,8 @@ class Finding:
 
     def has(self, mark: str) -> bool:
         """Return whether the catalogue marks the check, e.g. as "symptom"."""
-        return any(entries.get(self.check, {}).get(mark, False) for entries in catalogue().values())
+        marked = any(entries.get(self.check, {}).get(mark, False) for entries in catalogue().values())
+        return marked or (mark == "note" and self.note)
 
     @property
     def on_friction(self) -> bool:

@@ -80,10 +80,10 @@ def compose(
     rolls = any(contact.radius and contact.given for contact in robot.contacts.values())  # not one from the log
     samples = filled(evidence.samples, fitted.fits, law) if rolls else evidence.samples
     ranges = _position_ranges(prepared, robot)
-    joints = {
-        name: replace(with_torque_r2(joint, r2.get(name), robot.base == "fixed"), position_range=ranges.get(name))
-        for name, joint in _joints(fitted, samples, law, settings).items()
-    }
+    joints = _joints(fitted, samples, law, settings)
+    for name, joint in joints.items():
+        joint = with_torque_r2(joint, r2.get(name), robot.base == "fixed", fitted.body_corrections.get(name, 0.0))
+        joints[name] = replace(joint, position_range=ranges.get(name))
     removed = fitted.corrections.log_friction if fitted.corrections else {}
     joints = with_next_log(joints, of_logs, fits, law, removed)
     return Result(

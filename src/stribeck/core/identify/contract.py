@@ -125,6 +125,8 @@ class Fitted:
         Criteria of weak parameters.
     corrections
         Corrections of model and calibration, if estimated.
+    body_corrections
+        Largest correction of a body's inertia by joint [prior standard deviations].
     terms
         Terms of the law "auto", by joint.
     couplings
@@ -148,6 +150,7 @@ class Fitted:
     settings: Settings | None = None
     criteria: Criteria = USUAL
     corrections: Corrections | None = None
+    body_corrections: Mapping[str, float] = field(default_factory=dict)
     terms: Mapping[str, JointTerms] = field(default_factory=dict)
     couplings: Sequence[str] = ()
     set_aside: Sequence[Sequence[Span]] = ()

@@ -124,6 +124,7 @@ def find(
         settings=settings.model_copy(update={"standing_legs": True}),
         criteria=CRITERIA,
         corrections=fit.described,
+        body_corrections=fit.body_corrections,
         terms=fit.joint_terms,
         couplings=tuple(robot.couplings),
         set_aside=fit.set_aside,

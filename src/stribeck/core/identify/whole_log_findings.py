@@ -1,9 +1,11 @@
 """Findings on a whole-log fit: errors beyond their covariance, a model far off, delays, and misfits of the law."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import chain
 
 import numpy as np
+import scipy  # its special is slow to import: loaded at its first use
 
 from stribeck.core.base.finding import Finding, Setting
 from stribeck.core.base.spans import listed_spans
@@ -13,7 +15,8 @@ from stribeck.core.equations.whole_log.corrections import CORRECTIONS
 from stribeck.core.equations.whole_log.corrections.calibration import delay_finding
 from stribeck.core.equations.whole_log.corrections.correction import Layout
 from stribeck.core.estimator.fit_checks.competing_causes import Cause, Causes
-from stribeck.core.estimator.fit_checks.misfits import misfit_findings
+from stribeck.core.estimator.fit_checks.misfits import Misfit, misfit_findings
+from stribeck.core.estimator.uncertainty.resisting import Resisting
 from stribeck.core.friction.terms.motion import drift
 from stribeck.core.identify.whole_log_fitted import FEW, WholeLog
 from stribeck.core.judgement.curve import WIDEST
@@ -26,18 +29,18 @@ FAR = 10.0
 
 def find_problems(fit: WholeLog) -> list[Finding]:
     """Find the problems of a fit that a user should act on."""
-    problems = _of_disturbances(fit)
-    if fit.chi_square >= 1.5:  # per degree of freedom
-        problems.append(Finding.of("chi-square", chi_square=fit.chi_square))
-    if fit.heterogeneity >= 4.0:  # folds differ by twice as much as errors explain
-        problems.append(Finding.of("heterogeneity", times=np.sqrt(fit.heterogeneity)))
+    problems, times = _of_disturbances(fit), float(np.sqrt(fit.heterogeneity))
+    symptoms = {"chi-square": fit.chi_square >= 1.5, "heterogeneity": times >= 2.0}  # beyond what errors explain
+    if all(symptoms.values()) and fit.robot.base == "floating":
+        symptoms = {"heterogeneity.floating": True}
+    problems += [Finding.of(check, chi_square=fit.chi_square, times=times) for check in symptoms if symptoms[check]]
     if fit.robot.torque_source != "command" and fit.causes.scale_error > 0.1:
         problems.append(Finding.of("torque-scale.unknown"))
     if np.any(fit.wrenches_off > FAR):
         problems.append(Finding.of("wrench-sensors", far=FAR))
     problems += [*_of_logs(fit), *_of_drift(fit)]
     causes, delays = _of_causes(fit), _of_delays(fit)
-    misfits = misfit_findings(fit.misfits, fit.joints, fit.read.terms.settings)
+    misfits = _of_misfits(fit)
     if not causes:
         return [*problems, *_of_bodies(fit), *delays, *misfits]
     joints = {joint for cause in causes for joint in cause.joints}  # their friction is strained by the same errors
@@ -76,21 +79,21 @@ def _of_causes(fit: WholeLog) -> list[Finding]:
 
 def _of_bodies(fit: WholeLog) -> list[Finding]:
     """Find bodies that differ from the model, if no other error explains more, or are implausible."""
-    moved, problems, model = {}, [], fit.fit.model
+    moved, small, problems, model = {}, True, [], fit.fit.model
     # In `studies.misfits` a payload that the log shows moves a body by 5 and more, and nothing else does by more than
     # 2.6. Second moments, which absorb friction that the law does not describe, are corrected by more.
-    differs = 3.0  # correction of mass or center of mass from which a warning is given [prior standard deviations]
+    differs = 3.0  # correction of mass or center of mass that is reported [prior standard deviations]
     if fit.causes.leading == "body":
         masses = model.layout.inertial_parameters[:, 0]
         for name, mass, correction in zip(model.layout.bodies, masses, fit.causes.bodies, strict=True):
             if max(abs(correction[0]), np.linalg.norm(correction[1:4])) > differs:
                 more = float(mass * np.expm1(model.priors.mass * correction[0]))
                 moved[name] = body_text(more, model.priors.centre_of_mass * correction[1:4])
+                small &= abs(more) < 0.03 * float(masses.sum())  # of the robot's mass: friction stays the same
     if moved:
         evidence = ", ".join(f"{name} appears {text}" for name, text in moved.items())
-        problems.append(Finding.of("bodies-differ", tuple(moved), evidence=evidence))
-    furthest = zip(model.layout.bodies, np.abs(fit.causes.bodies).max(axis=1, initial=0.0), strict=True)
-    if bodies := [name for name, size in furthest if size > FAR and name not in moved]:
+        problems.append(replace(Finding.of("bodies-differ", tuple(moved), evidence=evidence), note=small))
+    if bodies := [name for name, size in fit.body_corrections.items() if size > FAR and name not in moved]:
         problems.append(Finding.of("bodies-implausible", bodies, bodies=", ".join(bodies), far=FAR))
     return problems
 
@@ -106,6 +109,29 @@ def _of_logs(fit: WholeLog) -> list[Finding]:
     return [Finding.of("log-friction", far)] if far else []
 
 
+def _of_misfits(fit: WholeLog) -> list[Finding]:
+    """Report what the laws do not describe; a joint is doubted unless its interval contains the change of its curve."""
+    likely = [() if "drift" in {m.kind for m in own} and k in fit.paced else own for k, own in enumerate(fit.misfits)]
+    found = []
+    for inside in (False, True):
+        own = [misfits if _contained(fit, k, misfits) is inside else () for k, misfits in enumerate(likely)]
+        for finding in misfit_findings(own, fit.joints, fit.read.terms.settings):
+            reach = "The intervals contain this" if inside else "This moves the curves out of their intervals"
+            doubt = "" if inside else finding.doubt
+            found.append(replace(finding, text=f"{finding.text}. {reach}", doubt=doubt, note=inside))
+    return found
+
+
+def _contained(fit: WholeLog, joint: int, misfits: Sequence[Misfit]) -> bool:
+    """Whether the interval of a joint's curve is wider than what its misfits would change."""
+    resisting, budget = Resisting(fit.fit, joint), fit.budget
+    tested = max(1.0, fit.chi_square) * resisting.variance(budget.total - budget.heterogeneity)
+    whole = resisting.variance(budget.total) + fit.law_misfits[joint] ** 2
+    share = float(np.sqrt(np.max(tested / whole)))  # standard errors of the test relative to those of the interval [1]
+    quantile = float(scipy.special.stdtrit(fit.fits[fit.joints[joint]].degrees_of_freedom.min(), 0.975))
+    return share * max((misfit.shift for misfit in misfits), default=0.0) < quantile
+
+
 def _of_drift(fit: WholeLog) -> list[Finding]:
     """Find joints whose law contains a drift of more than 5 % of their friction at half the top speed."""
     changed, laws = {}, fit.fit.laws
@@ -113,7 +139,9 @@ def _of_drift(fit: WholeLog) -> list[Finding]:
         speed = laws.top_speed[[k]] / 2
         friction = laws.law.resisting(speed, joint_fit.law_values(laws.law, joint_fit.mean_load))
         share = float((drift(joint_fit.by_name, speed) / np.maximum(friction, LEAST_FRICTION * laws.torque[k]))[0])
-        if abs(share) > 0.05:  # change of friction during a log relative to its mean [1], as for misfits
+        if (
+            abs(share) > 0.05 and k not in fit.paced
+        ):  # change of friction during a log relative to its mean [1], as for misfits
             changed[joint] = f" ({100 * share:+.0f} %)"
     return [Finding.of("friction-drift.known", changed)] if changed else []
 

@@ -104,6 +104,20 @@ class WholeLog(WholeLogFit):
         return find_causes(self.fit, self.read.whole, limbs, max(1.0, self.chi_square, self.heterogeneity))
 
     @property
+    def body_corrections(self) -> dict[str, float]:
+        """Largest correction of each body's inertia [prior standard deviations]."""
+        largest = np.abs(self.causes.bodies).max(axis=1, initial=0.0).tolist()
+        return dict(zip(self.fit.model.layout.bodies, largest, strict=True))
+
+    @cached_property
+    def paced(self) -> set[int]:
+        """Numbers of the joints whose speed rises or falls with time, as in a chirp: friction seems to drift there."""
+        paced, parts = 0.8, self.read.pilot.parts  # smallest correlation of the logarithm of the speed with time [1]
+        rows = [[part.time.mean(), *np.log(np.maximum(part.velocity.std(axis=0), 1e-9))] for part in parts]
+        with np.errstate(all="ignore"):  # speeds may be constant
+            return set(np.flatnonzero(np.abs(np.corrcoef(rows, rowvar=False)[0, 1:]) > paced)) if rows[3:] else set()
+
+    @property
     def notes(self) -> list[str]:
         """Notes on segments that were skipped, outliers, and compensation by the drives."""
         read, whole = len(self.read.windows), len(self.read.equations)

@@ -86,14 +86,17 @@ def judge(
     return results
 
 
-def with_torque_r2(joint: JointResult, r2: TorqueR2 | None, fixed: bool) -> JointResult:
+def with_torque_r2(joint: JointResult, r2: TorqueR2 | None, fixed: bool, correction: float) -> JointResult:
     """Add the share of the torque that is explained on held-out parts.
 
     Nothing is identified by a negative share on a fixed base (others also move by unknown accelerations), nor by one
-    below -5 with the given inertias: the torque is less than 0.3 times the model's, as with a missing gear ratio.
+    below -5 with the given inertias, if the joint's body has an implausible `correction` [prior standard deviations]:
+    the torque is less than 0.3 times the model's, and a body has to explain it, as with a missing gear ratio.
     """
     result = replace(joint, torque_r2=r2 if joint.curve else None)
-    if joint.verdict != "identified" or r2 is None or not (r2.nominal < -5 or (fixed and r2.best < 0)):
+    far = 6.0  # corrections of bodies on real robots whose torques are right reach 4.5 [prior standard deviations]
+    replaced = r2 is not None and r2.nominal < -5 and (r2.corrected is None or correction > far)
+    if joint.verdict != "identified" or r2 is None or not (replaced or (fixed and r2.best < 0)):
         return result
     given = " with the given inertias" * (r2.best >= 0)
     worse, share = f"the model{given} predicts held-out torques worse than their mean does", min(r2.best, r2.nominal)
