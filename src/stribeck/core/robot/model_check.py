@@ -96,7 +96,8 @@ def check_urdf(xml: XmlFile) -> tuple[list[str], dict[str, str]]:
     """
     root = xml.root
     if not root.get("name"):
-        raise RobotFileError(f'{xml.path}: the <robot> element has no name; write <robot name="...">')
+        xml.repair("a robot without a name has the name of its file", "<robot>", root)
+        root.set("name", xml.path.stem)
     macro = next((element for element in root.iter() if element.tag.startswith("xacro:")), None)
     if macro is not None:
         xml.refuse(macro, f"<{macro.tag}> is a macro; expected the URDF that `xacro` generates from this file")
