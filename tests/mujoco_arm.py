@@ -34,8 +34,14 @@ def urdf(again: str = "", products: str = 'ixy="0" ixz="0" iyz="0"', tool: str =
     return f'<robot name="arm">{links}{joints}{tool}</robot>'
 
 
-def record(speed: Sequence[float], seconds: float = 10.0, **law: float) -> dict[str, np.ndarray]:
-    """Record the arm at 200 Hz while its joints follow sums of sines with these largest speeds [rad/s]."""
+def record(
+    speed: Sequence[float], seconds: float = 10.0, motors: np.ndarray | None = None, **law: float
+) -> dict[str, np.ndarray]:
+    """Record the arm at 200 Hz while its joints follow sums of sines with these largest speeds [rad/s].
+
+    The friction acts on the speeds of the joints, or of `motors`, which are sums of them (one per column).
+    """
+    motors = np.eye(3) if motors is None else motors
     spec = mujoco.MjSpec.from_string(urdf())
     spec.option.timestep = STEP
     for name in JOINTS:
@@ -48,7 +54,7 @@ def record(speed: Sequence[float], seconds: float = 10.0, **law: float) -> dict[
     for target in goal:
         mujoco.mj_step1(arm, data)
         torque = 200 * (target - data.qpos) - 20 * data.qvel + data.qfrc_bias
-        data.qfrc_applied[:] = torque - friction(data.qvel, **law)
+        data.qfrc_applied[:] = torque - motors @ friction(motors.T @ data.qvel, **law)
         rows.append([data.qpos.copy(), data.qvel.copy(), torque])
         mujoco.mj_step2(arm, data)
     every = round(0.005 / STEP)

@@ -9,12 +9,13 @@ import pytest
 from tests.loops import LAW, MJCF, PARALLELOGRAM, PARALLELOGRAM_FILE, TRUTH, leg, loop_log, robot_of
 
 from stribeck import Robot, identify
-from stribeck.core.dynamics.loops import closed_log, loop_inertia, loop_momentum_balance, loop_terms
+from stribeck.core.dynamics.loops import closed_log, loop_terms
 from stribeck.core.equations.friction_torque.preparation import prepare
 from stribeck.core.errors import RobotFileError, SettingsError
 from stribeck.core.friction import get_law
 from stribeck.core.identify.whole_log import identify_whole_log
 from stribeck.core.settings import FilterSettings, Settings
+from stribeck.paper.loop_momentum import loop_inertia, loop_momentum_balance
 
 EXACT = Settings(method="curve-fit", law="coulomb-viscous", filter=FilterSettings(kind="log"), standing_legs=True)
 GRAVITY = 9.81

@@ -91,10 +91,3 @@ def reversal(speed: float, period: float) -> np.ndarray:
 def test_friction_comes_back_within_the_travel_at_any_speed(speed: float) -> None:
     expected = -2 * np.exp(-np.array([0.002, 0.01, 0.03, 0.09]) / TRAVEL)
     np.testing.assert_allclose(reversal(speed, 1e-3), expected, rtol=0.05)
-
-
-def test_a_joint_that_stops_keeps_its_deflection() -> None:
-    velocity = np.concatenate([np.full(1000, 0.1), np.full(50, -0.1), np.zeros(50)])[:, None]
-    lag = lag_behind(velocity, 1e-3, SMOOTH, np.full((1, 1), TRAVEL))[0, :, 0]
-    z = lag + np.tanh(velocity[:, 0] / SMOOTH)
-    np.testing.assert_allclose(z[1050:], z[1049])

@@ -22,6 +22,7 @@ class CouplingTable(Table):
 
     joints: dict[str, Finite]  # joint -> its coefficient in the sum
     name: str | None = None
+    own_friction: bool = True  # whether these joints also have separate friction
 
     @property
     def label(self) -> str:

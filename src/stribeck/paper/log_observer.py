@@ -8,12 +8,12 @@ import scipy  # its signal is slow to import: loaded at its first use
 
 from stribeck.core.base.typing import Array, IntArray
 from stribeck.core.dynamics.contact.mode import ContactMode
-from stribeck.core.dynamics.loops import loop_momentum_balance
 from stribeck.core.dynamics.state import State
 from stribeck.core.equations.friction_torque.explained import Explained
 from stribeck.core.filters.averaging import MOST_NODES, Nodes
 from stribeck.core.log.clock import STEP
 from stribeck.core.settings import Settings
+from stribeck.paper.loop_momentum import loop_momentum_balance
 from stribeck.paper.observer import decay
 
 PAST = (1.0, 3.0)

@@ -26,11 +26,11 @@ from numpy.typing import ArrayLike
 
 from stribeck.core.base.typing import Array, BoolArray
 from stribeck.core.dynamics.contact.mode import ContactMode
-from stribeck.core.dynamics.loops import loop_momentum_balance
 from stribeck.core.dynamics.root_motion import ENOUGH_POINTS
 from stribeck.core.dynamics.state import Orientation, State, root_quaternions
 from stribeck.core.errors import LogError, SettingsError
 from stribeck.core.robot import Robot
+from stribeck.paper.loop_momentum import loop_momentum_balance
 
 
 def decay(bandwidth: ArrayLike, period: float) -> Array:

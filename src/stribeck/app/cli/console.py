@@ -108,7 +108,7 @@ def print_result(result: Result) -> None:
     print_table(_lines_of_joints(result, all_speeds=terminal().width >= WIDE))
     without = {name: joint for name, joint in result.all_friction.items() if joint.verdict == "no friction"}
     if without:
-        bounds = ", ".join(f"{name} ({bound_text(joint)})" for name, joint in without.items())
+        bounds = ", ".join(f"{name} ({bound_text(joint) or joint.reason})" for name, joint in without.items())
         say([f"friction below the resolution of the log: {bounds} ({verdict_place('no friction')})"])
     if result.law != AUTO:
         print_table(_columns_of_parameters(result))

@@ -11,6 +11,7 @@ from stribeck.core.friction import get_law
 from stribeck.core.friction.terms import parameters_over
 from stribeck.core.result import JointResult, Result
 from stribeck.core.result.law_values import law_values
+from stribeck.core.robot import Robot
 
 BRISTLES = {"bristle_travel": "bristle_stiffness", "bristle_damping": "bristle_damping"}
 """Number of a friction model by the LuGre parameter that it represents."""
@@ -126,6 +127,26 @@ def joint_terms(
         if name in chosen and (any_unit or joint.torque_unit is None)
     }
     return {name: joint for name, joint in terms.items() if joint.stated}
+
+
+def coupling_terms(
+    result: Result, robot: Robot, form: Form, joints: Collection[str] | None, include_weak: bool
+) -> dict[str, WrittenJoint]:
+    """Select the terms of couplings whose joints are all exported, and zeros for joints without own friction."""
+    terms = joint_terms(
+        replace(result, joints=dict[str, JointResult](result.couplings), couplings={}), form, None, include_weak
+    )
+    exported = set(result.joints if joints is None else joints)
+    lost = {name for name, parts in robot.couplings.items() if name not in terms or not exported.issuperset(parts)}
+    needed = {joint: {name for name, parts in robot.couplings.items() if joint in parts} for joint in robot.bare}
+    lost |= {name for together in needed.values() if together & lost for name in together}
+    bare = {joint: result.joints[joint] for joint, together in needed.items() if not together & lost}
+    words = {name: word for name, word in form.words.items() if name != "armature"}
+    zeros = {
+        name: {word: (0.0, _units(joint)[term]) for term, word in words.items()} for name, joint in sorted(bare.items())
+    }
+    no_friction = {name: WrittenJoint(stated=zero, note=bare[name].reason) for name, zero in zeros.items()}
+    return no_friction | {name: term for name, term in terms.items() if name not in lost}
 
 
 def _terms(joint: JointResult, form: Form | None, good: Collection[str], beyond: Beyond | None) -> WrittenJoint:

@@ -12,12 +12,8 @@ import pinocchio as pin
 from stribeck.app.exporters.targets import Request
 from stribeck.app.exporters.text_files import SOLREFFRICTION
 from stribeck.core.base.typing import Array
-from stribeck.core.robot import Robot
 from stribeck.core.robot.xml_file import read_xml
-from stribeck.simulation import LIGHTEST, mjcf_of_urdf
-
-STEP = 2e-3
-"""Simulation step at which LuGre friction is stable, unless its bristles are identified [s]; MuJoCo's default."""
+from stribeck.simulation import mjcf_of_urdf, stable_bristles
 
 
 def urdf_text(request: Request) -> str:
@@ -57,7 +53,7 @@ def mjcf_text(request: Request) -> str:
         _include(root, request.model.parent)
         _move_mjcf_files(root, request.model.parent, request.folder)
     stated = {name: terms.numbers for name, terms in request.joints.items()}
-    bristles = _bristles(request.robot, stated)
+    bristles = stable_bristles(request.robot, stated)
     bodies = [body for world in _children(root, "worldbody") for body in world.getElementsByTagName("body")]
     for number, body in enumerate(bodies, 1):
         name = body.getAttribute("name") or f"body{number}"  # as the reader names it
@@ -66,6 +62,12 @@ def mjcf_text(request: Request) -> str:
         for place, joint in enumerate(_children(body, "joint")):
             if (joint_name := joint.getAttribute("name") or f"{name}_joint{place}") in stated:
                 _set_mjcf_friction(root, joint, stated[joint_name], bristles.get(joint_name))
+    for name, coupling in request.result.couplings.items():
+        if name in stated:
+            tendon = _add(_child(root, "tendon"), "fixed", name=f"friction of {name}")
+            for part, coefficient in coupling.joints.items():
+                _set_numbers(_add(tendon, "joint", joint=part), coef=coefficient)
+            _set_mjcf_friction(root, tendon, stated[name], None)
     for compiler in _children(root, "compiler") if request.links else []:
         if compiler.getAttribute("inertiafromgeom") == "true":
             compiler.setAttribute("inertiafromgeom", "auto")  # use stated inertias instead of the shapes'
@@ -141,36 +143,6 @@ def _transmission(root: Element, joint: str) -> Element:
     return transmission
 
 
-def _bristles(robot: Robot, stated: Mapping[str, Mapping[str, float]]) -> dict[str, tuple[float, float, float]]:
-    """Compute stiffness, damping and largest stable step [s] of the bristles of each joint with LuGre friction.
-
-    With inertia I, stiffness s and damping d, MuJoCo's explicit step h is stable for h < d / s and h < 2 I / d. Unless
-    they are identified, bristles have d / s = 2 `STEP`, d up to I / `STEP`, and travel at least 1 mrad or 1 mm.
-    """
-    lugre = {name: numbers for name, numbers in stated.items() if numbers.get("tau_s", 0.0) > 0}
-    inertia = _smallest_inertia(robot, stated) if lugre else {}
-    bristles = {}
-    for name, numbers in lugre.items():
-        stiffness = numbers.get("sigma_0", min(numbers["tau_s"] / 1e-3, inertia[name] / (2 * STEP**2)))
-        damping = numbers.get("sigma_1", 2 * STEP * stiffness)
-        bristles[name] = stiffness, damping, min(damping / (2 * stiffness), inertia[name] / damping)
-    return bristles
-
-
-def _smallest_inertia(robot: Robot, stated: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
-    """Compute each joint's smallest inertia [kg m^2], [kg] in 20 configurations while all other joints move freely."""
-    model, generator = pin.Model(robot.tree.model), np.random.default_rng(0)
-    places = {name: model.joints[model.getJointId(name)].idx_v for name in robot.joint_names}
-    for name in places.keys() & stated.keys():
-        model.armature[places[name]] = stated[name].get("armature", model.armature[places[name]])
-    data, largest = model.createData(), np.zeros(model.nv)
-    for _ in range(20):
-        position = pin.integrate(model, pin.neutral(model), generator.uniform(-np.pi, np.pi, model.nv))
-        inverse = pin.computeMinverse(model, data, position)
-        largest = np.fmax(largest, np.diag(inverse))
-    return {name: float(1 / min(largest[place], 1 / LIGHTEST)) for name, place in places.items()}
-
-
 def _set_mjcf_friction(
     root: Element, joint: Element, numbers: Mapping[str, float], bristles: tuple[float, float, float] | None
 ) -> None:
@@ -226,13 +198,7 @@ def _move_mjcf_files(root: Element, source: Path, folder: Path) -> None:
 
 
 def _read(path: Path) -> Element:
-    """Parse a file and return its root element, comments included.
-
-    Raises
-    ------
-    RobotFileError
-        If it is not well-formed.
-    """
+    """Parse a well-formed file and return its root element, comments included."""
     read_xml(path)  # refuses a missing file, deep nesting, and entities
     return _root(parse(str(path)))  # nosec B318
 

@@ -124,11 +124,12 @@ def summary(
     logs = ", ".join(Path(path).name for path in result.log.paths if path) or "a log"
     corrections = result.corrections
     bodies = ", ".join(corrections.bodies) if corrections else ""
-    temperatures = {name: result.joints[name].mean_temperature for name in joints}
+    temperatures = {name: result[name].mean_temperature for name in joints}
     warm = ", ".join(f"{name} {mean:.3g}" for name, mean in temperatures.items() if mean is not None)
     scaled = {name: joint for name, joint in result.joints.items() if joint.torque_unit and name not in joints}
     kept = ", ".join(name for name in result.joints if name not in joints and name not in scaled)
     slow = ", ".join(name for name, terms in joints.items() if isinstance(terms, WrittenJoint) and terms.beyond)
+    couplings = [name for name in result.couplings if name not in joints]
     changed, unchanged = "Cannot store corrected inertias", "Not identified or not requested"
     if target.models:
         changed = "Wrote the estimated" if inertia else "Kept the model's"
@@ -146,7 +147,7 @@ def summary(
         f"Extrapolated beyond the log's speeds, with the other joints: {slow}.": slow,
         f"Valid at the mean joint temperatures of the log [°C]: {warm}.": warm,
         f"{unchanged}: {kept}.": kept,
-        f"Cannot store the friction of couplings: {', '.join(result.couplings)}.": result.couplings,
+        f"Cannot store the friction of couplings: {', '.join(couplings)}.": couplings,
         "Not part of a model: the estimated gains of torque sensors and zeros of encoders.": corrections
         and (corrections.torque_gain or corrections.encoder_zero),
     }

@@ -6,7 +6,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from stribeck.app.exporters.joints import joint_terms
+from stribeck.app.exporters.joints import coupling_terms, joint_terms
 from stribeck.app.exporters.links import corrected_links
 from stribeck.app.exporters.model_files import MODELS
 from stribeck.app.exporters.projection import inertias_pay, projected
@@ -244,6 +244,10 @@ def _request(result: Result, robot: Robot, path: Path, target: str, choice: File
         raise SettingsError(f"export: the friction model is '{choice.friction}'; expected {_either(entry.forms)}")
     form = choice.friction or next(iter(entry.forms))
     terms = joint_terms(result, entry.forms[form], choice.joints, choice.include_weak, any_unit=entry.any_unit)
+    if target == "mjcf":
+        plain = entry.forms["plain"]
+        assert plain is not None
+        terms |= coupling_terms(result, robot, plain, choice.joints, choice.include_weak)
     corrections = result.corrections
     links, impossible = corrected_links(robot, corrections) if entry.models and corrections else ({}, [])
     if not inertia:  # read to check that the model is the one of the result

@@ -23,9 +23,9 @@ def table_of_joints(result: Result, robot: Robot, joints: Mapping[str, WrittenJo
         (
             name,
             _sum(model.get(name)),
-            _identified(result.joints[name]),
+            _identified(result[name]),
             _sum(terms.plain),
-            terms.difference or (_shift(result.joints[name], terms) if terms.plain else "-"),
+            terms.difference or (_shift(result[name], terms) if terms.plain else "-"),
             next((f"{value:.4g}" for value, unit in terms.stated.values() if unit == "kg m^2"), "-"),
         )
         for name, terms in joints.items()

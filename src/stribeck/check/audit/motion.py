@@ -52,10 +52,7 @@ def check_motion(evidence: AuditData) -> list[Finding]:
 def _fitted_gravity(evidence: AuditData, of_gravity: Array, inertial: Array) -> Array:
     """Fit gravity to all torques, shape (3,): an axis if one is within 10 degrees, zeros if its size differs.
 
-    Parameters
-    ----------
-    of_gravity, inertial
-        Torques of unit gravity along each axis [kg m], shape (B, k, 3), and of motion [N m], shape (B, k).
+    The torques are those of unit gravity along each axis [kg m], (B, k, 3), and of motion [N m], (B, k).
     """
     parts, size = [np.zeros((1, 4))], float(np.linalg.norm(evidence.robot.gravity))
     for k in range(len(evidence.joints)):

@@ -9,9 +9,10 @@ import numpy as np
 from stribeck.check.audit.positions import in_millimeters
 from stribeck.check.init import columns
 from stribeck.check.init.by_dynamics import answer_by_dynamics, by_logged_name, multiply_scale
-from stribeck.check.init.draft import Draft, ask_for_torque_source, write_contacts
+from stribeck.check.init.draft import Draft, ask_for_ankles, ask_for_torque_source, write_contacts
 from stribeck.check.init.joints import match_joints
 from stribeck.check.init.model import read_model
+from stribeck.check.init.names import WORDS
 from stribeck.core.base.threads import one_blas_thread
 from stribeck.core.base.typing import TorqueSource
 from stribeck.core.equations.friction_torque.preparation import prepare
@@ -54,6 +55,7 @@ def draft_robot_file(model: str, log: Path | None, output: Path) -> Draft:
     if loose := [joint for joint in facts.range if joint not in facts.joints]:
         draft.document["robot"]["locked"] = dict.fromkeys(loose, 0.0)
         draft.note("robot.locked", f"free and planar joints are locked: {', '.join(loose)}.")
+    ask_for_ankles(draft)
     with one_blas_thread(), np.errstate(all="ignore"):  # a log may contain anything
         if log is None:
             write_contacts(draft, ())
@@ -131,11 +133,7 @@ def _find_channels(draft: Draft, log: Path) -> tuple[Recording, TorqueSource | N
     used = str(table.get("torque", {}).get("name", ""))
     of_motors = [name for name in source.others if columns.is_motor_torque(name) and name not in used]
     if of_motors and not columns.is_motor_torque(used):
-        draft.ask(
-            "robot.torque_source",
-            f"which torque? {', '.join(of_motors)} is the motors' and contains the friction of gears, which a torque "
-            'behind the gear does not. For the former set name and, in [robot], torque_source = "motor_side_sensor".',
-        )
+        draft.ask("robot.torque_source", WORDS["questions"]["of_motors"].format(", ".join(of_motors)))
     return source, torque_source
 
 
@@ -155,13 +153,7 @@ def _ask_for_channels(draft: Draft, source: Recording, torque_source: TorqueSour
 
 
 def _find_time_unit(draft: Draft, source: Recording) -> bool:
-    """Find the unit of time, and the rate of rows whose stamps come from a coarse clock.
-
-    Returns
-    -------
-    placeholder
-        Whether the rate is a placeholder.
-    """
+    """Find the unit of time, or the rate of rows whose clock is coarse; return whether the rate is a placeholder."""
     stamps = np.zeros(0)
     if "time" in source.channels:
         with suppress(LogError):  # text

@@ -1,5 +1,6 @@
 """Draft of a robot file: tables, comments and questions, and entries that the model determines."""
 
+import re
 import textwrap
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -11,7 +12,7 @@ import tomlkit
 from tomlkit.items import Table
 
 from stribeck.check.init.model import ModelFacts
-from stribeck.check.init.names import match
+from stribeck.check.init.names import WORDS, match, words
 from stribeck.core.robot import Robot, robot_fields
 from stribeck.core.robot.robot_file import validated
 
@@ -121,16 +122,18 @@ def _build_table(values: Mapping[str, Any], place: str, notes: Mapping[str, list
 
 def ask_for_torque_source(draft: Draft) -> None:
     """Write the default torque source, and ask for the right one; rotors, which others contain, are fitted as well."""
-    draft.guess(
-        "robot",
-        "torque_source",
-        "link_side_sensor",
-        'is the torque measured behind the gear ("link_side_sensor") or before it ("motor_side_sensor"), computed '
-        'from the current ("motor_current"), or commanded by a controller ("command")? If the drives compensate '
-        "friction, is that torque in the log?",
-    )
+    draft.guess("robot", "torque_source", "link_side_sensor", WORDS["questions"]["torque_source"])
     why = "as long as the torque source is a guess; torques before the gear contain the rotors."
     draft.set("identify", "fit_armature", True, why)
+
+
+def ask_for_ankles(draft: Draft) -> None:
+    """Propose couplings for ankles like those of G1, H1-2 and Digit, which two parallel motors move."""
+    rolls = {joint: re.sub("pitch", "roll", joint, flags=re.IGNORECASE) for joint in draft.facts.joints}
+    both = [pair for pair in rolls.items() if pair[1] in rolls.keys() - {pair[0]}]
+    if ankles := [pair for pair in both if {"ankle", "toe"} & set(words(pair[0]))]:
+        every = ", ".join(map(" and ".join, ankles))
+        draft.ask("robot", WORDS["questions"]["ankles"].format(*ankles[0], every=every))
 
 
 def write_contacts(draft: Draft, labels: Sequence[str]) -> None:
@@ -139,8 +142,7 @@ def write_contacts(draft: Draft, labels: Sequence[str]) -> None:
     if draft.document["robot"]["base"] == "fixed":
         return
     names = {foot: label for label, foot in match(labels, [foot.name for foot in facts.feet]).items()}
-    topics = {label: foot for foot, label in names.items() if label.startswith("/")}
-    if topics:
+    if topics := {label: foot for foot, label in names.items() if label.startswith("/")}:
         draft.table("log")["foot_names"] = topics
     contacts: dict[str, dict[str, str | float]] = {}
     for foot in facts.feet:

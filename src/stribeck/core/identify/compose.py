@@ -19,10 +19,10 @@ from stribeck.core.estimator.terms.selection import with_terms
 from stribeck.core.friction import FrictionLaw
 from stribeck.core.identify.audited import model_findings
 from stribeck.core.identify.contract import Fitted, Method
+from stribeck.core.identify.own_friction import own_friction
 from stribeck.core.judgement.excitation import why_none
 from stribeck.core.judgement.joint_fit import in_channel_unit, with_armature, with_gain_error
 from stribeck.core.judgement.next_log import with_next_log
-from stribeck.core.judgement.own_friction import own_friction
 from stribeck.core.judgement.passivity import passivity_violated
 from stribeck.core.judgement.reason import Reason
 from stribeck.core.judgement.torque_error import change_by_inertias, friction_errors, torque_errors
@@ -72,8 +72,7 @@ def compose(
     origin = provenance(fitted.settings or settings, method.uses, robot.path, choices)
     evidence = _evidence(fitted, friction, prepared, robot, law, origin)
     r2, change = _held_out(fitted, friction, prepared, robot, law)
-    couplings = {name: robot.couplings[name] for name in fitted.couplings}
-    of_logs = [own_friction(part.samples, fitted.fits, law, couplings) for part in friction.logs]
+    of_logs = [own_friction(part.samples, fitted.fits, law, robot, fitted.couplings) for part in friction.logs]
     fits = fitted.fits
     fitted = _finished(fitted, robot, log, gain_errors)
     corrections = fitted.corrections and replace(fitted.corrections, held_out_change=change)
@@ -156,6 +155,10 @@ def _joints(fitted: Fitted, samples: FrictionSamples, law: FrictionLaw, settings
         if joints[name].verdict == "identified":
             why = Reason(f"the joint rubs {where}, and the curve is valid elsewhere", remedy="find what rubs")
             joints[name] = replace(joints[name], verdict="weak", **why.fields)
+    for name in fitted.robot.bare & fitted.fits.keys():
+        where = ", ".join(each for each in fitted.couplings if name in fitted.robot.couplings[each])
+        why = Reason(f"the friction of this joint is the friction of {where}")
+        joints[name] = replace(joints[name], verdict="no friction", curve=(), terms=None, **why.fields)
     return joints
 
 
@@ -166,10 +169,10 @@ def _held_out(
     if fitted.unseen is None:
         return {}, None
     fits = fitted.unseen.fits
-    couplings = {name: robot.couplings[name] for name in fitted.couplings}
-    parts = [swinging(part, robot) for part in fitted.unseen.samples(friction, prepared, robot)]
+    given = fitted.unseen.samples(friction, prepared, robot)
+    parts = [swinging(part, robot) for part in given if part.torque is not None]
     torques, errors, shares = list[Array](), list[Array](), list[dict[str, float]]()
-    for samples in (own_friction(part, fits, law, couplings) for part in parts if part.torque is not None):
+    for samples in (own_friction(part, fits, law, robot, fitted.couplings) for part in parts):
         assert samples.torque is not None
         measured = samples.torque.shape[1]  # couplings have no measured torque
         torques.append(samples.torque)
@@ -200,8 +203,8 @@ def _evidence(
 ) -> Evidence:
     """Collect the data that the report draws, in the units of the channels."""
     log = prepared[0].log
-    couplings = {name: robot.couplings[name] for name in fitted.couplings}
-    shown = [own_friction(part, fitted.fits, law, couplings) for part in (friction.samples, friction.logs[0].close_up)]
+    both = friction.samples, friction.logs[0].close_up
+    shown = [own_friction(part, fitted.fits, law, robot, fitted.couplings) for part in both]
     correction = None if fitted.robot is robot else before_and_after(friction, prepared, robot)
     if log.unscaled:
         shown = [in_channel_units(part, log) for part in shown]

@@ -51,6 +51,9 @@ def joints_that_move(
     if wheels and moves.any():  # the legs' equations need those of the wheels, which may roll in one direction
         turned = [tree.column(tree.model.frames[tree.model.getFrameId(wheel)].parentJoint) for wheel in wheels]
         moves |= np.isin(robot.torque_controlled, turned)
+    for coefficients in robot.couplings.values():
+        parts = np.isin(names, [name for name in coefficients if name in robot.bare])
+        moves |= parts & moves[parts].any()  # the motors of one joint also act on the others
     if not moves.any():
         raise NothingIdentifiedError(why_none(dict(zip(names, reasons, strict=True))))
     moving = {name for name, moved in zip(names, moves, strict=True) if moved}

@@ -51,7 +51,7 @@ def identify_whole_log(
     columns, couplings, top_speed = joints_that_move(prepared, robot, law, settings)
     forms = weak_forms(prepared, robot, columns, couplings, settings)
     noise = np.max([form.velocity_noise for form in forms], axis=0)
-    rest = np.maximum(settings.rest * top_speed, NOISE_FACTOR * noise)
+    rest = np.maximum(settings.rest * top_speed, NOISE_FACTOR * noise) * ~forms[0].bare
     equations, load = equation_sequence(forms, top_speed), np.zeros(4)
     if not equations:
         raise NothingIdentifiedError(

@@ -16,7 +16,7 @@ from stribeck.core.estimator.terms.selection import JointTerms
 from stribeck.core.estimator.uncertainty.intervals import joint_fits
 from stribeck.core.identify.causes_of_spans import Carried, Rub
 from stribeck.core.identify.corrected import corrected_log
-from stribeck.core.judgement.joint_fit import JointFit
+from stribeck.core.judgement.joint_fit import JointFit, without_friction
 from stribeck.core.log import RobotLog
 from stribeck.core.result import Corrections
 from stribeck.core.robot import Robot
@@ -69,7 +69,8 @@ class WholeLog(WholeLogFit):
     @property
     def fits(self) -> dict[str, JointFit]:
         """Fits of each joint's friction."""
-        return joint_fits(self, self.joints)
+        fits = joint_fits(self, self.joints)
+        return fits | {name: without_friction(fits[name]) for name in self.robot.bare & fits.keys()}
 
     @property
     def joint_terms(self) -> dict[str, JointTerms]:

@@ -115,6 +115,15 @@ def with_gain_error(fit: JointFit, error: float) -> JointFit:
     return replace(fit, covariance=covariance, standard_errors=fit.standard_errors * factor, intervals=intervals)
 
 
+def without_friction(fit: JointFit) -> JointFit:
+    """Set Coulomb and viscous friction to zero, for a joint whose friction is that of couplings."""
+    kept = np.array([not parameter.name.startswith(("coulomb", "viscous")) for parameter in fit.parameters])
+    values, errors, intervals = fit.values * kept, fit.standard_errors * kept, fit.intervals * kept[:, None]
+    covariance = fit.covariance * np.outer(kept, kept)
+    fit = replace(fit, values=values, standard_errors=errors, intervals=intervals, covariance=covariance)
+    return replace(fit, law_misfit=0.0)
+
+
 def in_channel_unit(fit: JointFit, gain: float) -> JointFit:
     """Divide a fit by the rough gain that its torques were multiplied by.
 

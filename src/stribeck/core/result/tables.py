@@ -170,7 +170,7 @@ def advice(joint: JointResult) -> str:
     if joint.verdict == "not excited":
         return joint.remedy or "record faster and longer motion in both directions"
     if joint.verdict == "no friction":
-        return "none: friction is below the resolution of the log"
+        return f"none: {'friction is below the resolution of the log' if joint.curve else joint.reason}"
     if joint.verdict == "identified":
         loose = any(parameter.verdict != "identified" for parameter in joint.parameters.values())
         return "OK, use the curve" if loose else "OK"

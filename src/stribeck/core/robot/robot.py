@@ -56,6 +56,8 @@ class Robot:
         Known time from the stamp of a command until it acts [s], shape (n,); None if it is not known.
     couplings
         Coefficients b_j of torque-controlled joints by coupling: friction R(sum_j b_j v_j) acts on joint j as b_j R.
+    bare
+        Joints without separate friction: all of it acts on couplings.
     known_rotors
         Joints whose rotor inertia is stated by the robot file; that of other joints is the model's.
     warnings
@@ -89,6 +91,7 @@ class Robot:
     command_gains: tuple[Array, Array] | None = None
     command_delay: Array | None = None
     couplings: dict[str, dict[str, float]] = field(default_factory=dict)
+    bare: frozenset[str] = frozenset()
     known_rotors: frozenset[str] = frozenset()
     log_table: LogTable = field(default_factory=LogTable)
     settings: Settings = field(default_factory=Settings)

@@ -132,6 +132,7 @@ def robot_fields(file: RobotFile, path: Path, loaded: tuple[pin.Model, list[str]
         "command_gains": _sort_gains(table, joints, measured, f"{path}: [robot]"),
         "command_delay": None if table.command_delay is None else _sorted(delays, joints),
         "couplings": _check_couplings(table, joints, measured, f"{path}: [[robot.couplings]]"),
+        "bare": frozenset(name for each in table.couplings if not each.own_friction for name in each.joints),
         "known_rotors": frozenset(table.armature),
         "log_table": file.log,
         "settings": file.identify,

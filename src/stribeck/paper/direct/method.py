@@ -17,10 +17,10 @@ from stribeck.core.friction import FrictionLaw, Parameter
 from stribeck.core.identify.contract import SHARED, Fitted, FrictionTorque, Method, Unseen, cut, joined_samples
 from stribeck.core.identify.corrected import corrected_robot
 from stribeck.core.identify.moving import joints_that_move
+from stribeck.core.identify.own_friction import own_friction
 from stribeck.core.judgement.curve_fit.problem import ARMATURE, joint_problem
 from stribeck.core.judgement.excitation import MIN_BLOCKS, MIN_SAMPLES_PER_PARAMETER
 from stribeck.core.judgement.joint_fit import PRIOR_FACTOR, JointFit, intervals_95, near_bound, parameter_units
-from stribeck.core.judgement.own_friction import own_friction
 from stribeck.core.result import BODY_COORDINATES, Corrections, ErrorCorrelation, Validation
 from stribeck.core.robot import Robot
 from stribeck.core.robot.inertial_parameters import SIZE, log_cholesky, pseudo_inertia
@@ -157,9 +157,8 @@ def _validations(
 ) -> Mapping[str, Validation | None]:
     """Validate each joint's law on the held-out blocks with the corrected robot."""
     assert fitted.unseen is not None
-    couplings = {name: fitted.robot.couplings[name] for name in fitted.couplings}
     seen, unseen = (
-        own_friction(samples, fitted.fits, law, couplings) if samples else None
+        own_friction(samples, fitted.fits, law, fitted.robot, fitted.couplings) if samples else None
         for samples in (joined_samples(logs, fitted.robot, settings) for logs in (training, fitted.unseen.logs))
     )
     validations: dict[str, Validation | None] = dict.fromkeys(fitted.fits)

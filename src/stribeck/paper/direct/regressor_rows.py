@@ -146,9 +146,10 @@ class RowMaker:
 
     def _law_columns(self, velocity: Array) -> Array:
         """Compute the derivatives of the law with respect to its parameters per joint, shape (T, (n + c) k)."""
-        speeds = velocity[:, self.joints] @ acting(self.couplings)
+        bare = np.array([self.robot.joint_names[column] in self.robot.bare for column in self.joints])
+        speeds = velocity[:, self.joints] * ~bare, velocity[:, self.joints] @ self.couplings
         none = np.zeros(len(self.law.parameters))
-        return np.hstack([self.law.jacobian(speed, none) for speed in speeds.T])
+        return np.hstack([self.law.jacobian(speed, none) for speed in np.hstack(speeds).T])
 
     def _of_mode(
         self, mode: ModeRows, state: State, torque: Array, law_columns: Array, seen: BoolArray, clusters: IntArray

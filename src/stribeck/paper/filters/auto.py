@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 
 from stribeck.core.base.typing import Array, BoolArray
-from stribeck.core.dynamics.loops import loop_inertia
 from stribeck.core.dynamics.rooted import MASSLESS
 from stribeck.core.equations.friction_torque.inverse_dynamics import Chunk, torque_chunks
 from stribeck.core.equations.friction_torque.preparation import PreparedLog
@@ -15,6 +14,7 @@ from stribeck.core.filters.savitzky_golay import savgol_cutoff
 from stribeck.core.robot import Robot
 from stribeck.core.settings import FilterSettings, Settings
 from stribeck.paper.filters.cutoff import MIN_SAMPLES, ORDER, choose_cutoff
+from stribeck.paper.loop_momentum import loop_inertia
 
 MOST_SAMPLES = 30_000
 """Largest number of usable samples for the choice of the cutoff."""

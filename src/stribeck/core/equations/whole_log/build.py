@@ -9,7 +9,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from stribeck.core.base.typing import Array, IntArray
+from stribeck.core.base.typing import Array, BoolArray, IntArray
 from stribeck.core.dynamics.root_motion import gravity_in_root_link
 from stribeck.core.dynamics.state import State, orientation_from_derivatives, root_quaternions
 from stribeck.core.equations.friction_torque.inverse_dynamics import uses_orientation
@@ -94,6 +94,12 @@ class WeakForm:
         return any(mode.flies or mode.slides for mode in self.contact_modes.values())
 
     @property
+    def bare(self) -> BoolArray:
+        """Mask of joints whose friction is only that of couplings, among joints and couplings, shape (n + c,)."""
+        own = [self.robot.joint_names[column] in self.robot.bare for column in self.joints]
+        return np.append(own, np.zeros(self.couplings.shape[1], dtype=bool))
+
+    @property
     def velocity_noise(self) -> Array:
         """Standard deviation of the velocities' noise [rad/s], of joints and couplings, shape (n + c,)."""
         noise = self.noise.position[self.joints] * np.linalg.norm(self.filters.smooth[1])
@@ -126,6 +132,7 @@ class WeakForm:
             return of_rows if free is None else free @ of_rows
 
         on_joints = acting(self.couplings)
+        speeds = on_joints * ~self.bare  # the friction of a joint that never moves is its offset
         on_rows = mode.on_rows(on_joints)
         plain = free is None and on_rows.shape == (len(joints), len(joints))
         smooth_torque, regressors = window.apply(torque[:, joints]), None
@@ -156,8 +163,8 @@ class WeakForm:
             until=(np.inf if segment.ends is None else log.time[segment.ends]) - time,
             gait=gait,
             residual=residual,
-            velocity=velocity @ on_joints,
-            before=before @ on_joints,
+            velocity=velocity @ speeds,
+            before=before @ speeds,
             blur=self.filters.smooth.shape[1] // 4 * window.fineness,
             taps=window.fine_taps,
             step=window.step * window.fineness,

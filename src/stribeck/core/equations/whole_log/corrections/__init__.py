@@ -36,7 +36,8 @@ def find_corrections(
     """
     asked = settings.fit_armature
     everywhere = asked is True or (asked == "auto" and robot.torque_source != "link_side_sensor")
-    rotors = tuple(k for k, name in enumerate(names) if everywhere or (isinstance(asked, list) and name in asked))
+    asked = [name for name in names if name not in robot.bare] if everywhere else asked  # their rotors are elsewhere
+    rotors = tuple(k for k, name in enumerate(names) if isinstance(asked, list) and name in asked)
     modelled = dict(zip(robot.joint_names, robot.armature.tolist(), strict=True))
     armature = np.array([modelled.get(names[k], 0.0) for k in rotors])
     guessed = np.array([names[k] not in robot.known_rotors for k in rotors], dtype=bool)

@@ -1,6 +1,6 @@
 """Friction torque attributed to each joint and each coupling."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,27 +8,28 @@ import numpy as np
 from stribeck.core.friction import FrictionLaw
 from stribeck.core.judgement.joint_fit import JointFit
 from stribeck.core.result.samples import FrictionSamples
+from stribeck.core.robot import Robot
 
 
 def own_friction(
     samples: FrictionSamples,
     fits: Mapping[str, JointFit],
     law: FrictionLaw,
-    couplings: Mapping[str, Mapping[str, float]],
+    robot: Robot,
+    couplings: Sequence[str],
 ) -> FrictionSamples:
     """Subtract the torque of fitted rotor inertias, and separate the friction of couplings into columns.
 
     A coupling's column is its fitted friction plus its least-squares share of the torque that the fits of its joints do
-    not explain. `couplings` contains the coefficients of the joints, by coupling.
+    not explain. Other couplings share this torque if these joints have no separate friction.
     """
-    names = (*samples.joint_names, *couplings)
-    sums = [[coupling.get(joint, 0.0) for joint in samples.joint_names] for coupling in couplings.values()]
-    acting = np.column_stack([np.eye(len(samples.joint_names)), *sums])
+    names, joints = (*samples.joint_names, *couplings), len(samples.joint_names)
+    acting = np.hstack([np.eye(joints), robot.coefficients(samples.joint_names, couplings)])
     torque = samples.friction_torque.copy()
     for name, weights in zip(names, acting.T, strict=True):
         if name in fits and "armature" in fits[name].names:
-            joints, inertia = np.flatnonzero(weights), fits[name].by_name["armature"]
-            torque[:, joints] -= inertia * np.outer(samples.acceleration[:, joints] @ weights[joints], weights[joints])
+            moved, inertia = np.flatnonzero(weights), fits[name].by_name["armature"]
+            torque[:, moved] -= inertia * np.outer(samples.acceleration[:, moved] @ weights[moved], weights[moved])
     if not couplings:
         return replace(samples, friction_torque=torque)
     velocity = samples.velocity @ acting
@@ -38,15 +39,16 @@ def own_friction(
             friction[:, column] = law.torque(velocity[:, column], fits[name].law_values(law))
     unexplained = torque - friction @ acting.T
     parts = [np.flatnonzero(weights) for weights in acting.T]  # a coupling requires all of its joints
-    shares = [
-        unexplained[:, part] @ np.linalg.pinv(row[part, None])[0] for part, row in zip(parts, acting.T, strict=True)
-    ]
+    for column, part in enumerate(parts):
+        alone = column < joints or robot.bare.isdisjoint(robot.couplings[names[column]])
+        others = [] if alone else [k for k in range(joints, len(names)) if k != column and acting[part, k].any()]
+        friction[:, column] += unexplained[:, part] @ np.linalg.pinv(acting[part][:, [column, *others]])[0]
     return replace(
         samples,
         joint_names=names,
         velocity=velocity,
         acceleration=samples.acceleration @ acting,
-        friction_torque=friction + np.column_stack(shares),
+        friction_torque=friction,
         usable=np.column_stack([samples.usable[:, part].all(axis=1) for part in parts]),
         prismatic=tuple(all(samples.slides(joint) for joint in part.tolist()) for part in parts),
         jerk=None if samples.jerk is None else samples.jerk @ acting,
