@@ -42,7 +42,8 @@ def test_joints_units_and_kinds_in_one_name(position, other, torque, units, tmp_
 
 
 @pytest.mark.parametrize(
-    ("current", "unit"), [("actual_current_{k}", "A"), ("current_mA.{joint}", "mA"), ("{joint} Current [A]", "A")]
+    ("current", "unit"),
+    [("actual_current_{k}", "A"), ("iq_{k}", "A"), ("current_mA.{joint}", "mA"), ("{joint} Current [A]", "A")],
 )
 def test_currents_are_taken_where_there_is_no_torque(current: str, unit: str, tmp_path: Path) -> None:
     names = ["t", *columns("current_position_{joint}", current)]

@@ -236,7 +236,6 @@ ODD = {
         {"joint_names": np.array(["x", "y"]), "position": MOVES[:, :2], "torque": PUSHES[:, :2]},
         "none of the joints 'x', 'y' of the log is in the model",
     ),
-    "no time": ({"time": None}, "what is its sampling rate [Hz]?"),
     "no names": (
         {"time": None, "position": None, "torque": None, "a": MOVES, "b": PUSHES, "c": np.ones(3)},
         "no name suggests joint positions; which of 'a', 'b' are they?",
