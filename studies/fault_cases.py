@@ -183,9 +183,13 @@ def _driving(log: RobotLog, robot: Robot) -> RobotLog:
     return replace(log, torque=torque)
 
 
-def turned(axis: str, degrees: float) -> Change:
+def turned(axis: str, degrees: float | list[float]) -> Change:
     turn = Rotation.from_euler(axis, degrees, degrees=True)
     return every("base_orientation", lambda q: (Rotation.from_quat(q) * turn).as_quat())
+
+
+def _y_up(orientation: Array) -> Array:
+    return (Rotation.from_euler("x", -90, degrees=True) * Rotation.from_quat(orientation)).as_quat()
 
 
 def _degrees(position: Array, robot: Robot) -> Array:
@@ -401,6 +405,8 @@ FAULTS = {
     "IMU pitched by 3°": Fault(turned("y", 3), ("imu-tilt",), of="G1"),
     "IMU pitched by 10°": Fault(turned("y", 10), ("imu-tilt", "base-orientation"), ("imu-tilt",), "walk G1"),
     "IMU turned by 90 degrees": Fault(turned("z", 90), AXES, of="talos"),
+    "IMU in any rotation": Fault(turned("xyz", [17, -11, 69]), AXES, of="talos"),
+    "vertical along y": Fault(every("base_orientation", _y_up), words=("gravity = [0.0, -9.81, 0.0]",), of="talos"),
     "gyroscope axes exchanged": Fault(every("angular_velocity", lambda w: w[:, [1, 0, 2]]), AXES, of="talos"),
     "accelerometer inverted": Fault(every("linear_acceleration", lambda a: -a), AXES, of="talos"),
     "quaternion wxyz": Fault(

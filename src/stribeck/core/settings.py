@@ -157,6 +157,7 @@ class ChannelTable(Table):
     delay: Finite = 0.0  # [s]
     unwrap: bool = False  # remove jumps by full turns, or by the range of unsigned integers (velocity, torque)
     order: Literal["xyzw", "wxyz"] | None = None  # quaternions only
+    mount: Annotated[tuple[Finite, Finite, Finite], Field(strict=False)] | None = None  # [rad], rpy of the IMU
 
 
 class LogTable(Table):

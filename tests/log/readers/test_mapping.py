@@ -6,6 +6,7 @@ import pyarrow.parquet
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 from tests.log.readers.formats import JOINTS, StubRobot, columns_of, synthetic_log, write_arrays
 
 from stribeck.core.errors import LogError, SettingsError
@@ -40,6 +41,15 @@ def test_every_unit_gives_si(channel, unit, tmp_path):
     robot = StubRobot(torque_source="motor_current" if unit in CURRENT else "link_side_sensor")
     log = read(tmp_path, {channel: {"unit": unit}}, robot, **NAMED, **{channel: FACTORS.get(unit, 1) * wanted})
     np.testing.assert_allclose(log.channels()[channel], wanted, rtol=1e-12, atol=1e-15)
+
+
+def test_an_imu_in_any_rotation_is_turned_into_the_base(tmp_path):
+    mount, rpy = Rotation.from_euler("xyz", [0.3, -0.2, 1.2]), {"mount": [0.3, -0.2, 1.2]}
+    imu = (Rotation.from_quat(LOG.base_orientation) * mount).as_quat()
+    turned = {"base_orientation": imu, "angular_velocity": mount.inv().apply(LOG.angular_velocity)}
+    log = read(tmp_path, dict.fromkeys(turned, rpy), **NAMED, **turned)
+    np.testing.assert_allclose(log.angular_velocity, LOG.angular_velocity, atol=1e-12)
+    np.testing.assert_allclose(log.base_orientation, LOG.base_orientation, atol=1e-12)
 
 
 @settings(max_examples=40)

@@ -63,8 +63,7 @@ def findings(evidence: AuditData, lags: dict[str, Lag], settings: Settings) -> l
     worse = [finding for finding in channels if finding.channel == "torque" and finding not in coarse]
     left_out = {name for finding in worse for name in finding.joints}
     left_out |= evidence.prepared.log.unscaled.keys() | evidence.standing  # their gains are rough or unknown
-    unsigned = check_unsigned(evidence, left_out)
-    if unsigned:
+    if unsigned := check_unsigned(evidence, left_out):
         channels = [finding for finding in channels if finding not in coarse]
     left_out |= {name for finding in (*unsigned, *coarse) for name in finding.joints}
     lost = any(f.check == "channel-frozen" and f.channel == "position" for f in channels)

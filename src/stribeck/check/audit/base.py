@@ -1,13 +1,13 @@
 """Checks of the base: orientation against standing feet, axes of the IMU, and contacts against heights of the feet."""
 
 from dataclasses import dataclass
-from itertools import permutations, product
+from itertools import permutations
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from stribeck.check.audit.evidence import LEAST_BINS, AuditData
-from stribeck.core.base.finding import Finding
+from stribeck.core.base.finding import Finding, Setting
 from stribeck.core.base.typing import Array, BoolArray, IntArray
 from stribeck.core.dynamics.contact.phases import switch, up_in_base
 from stribeck.core.dynamics.state import root_quaternions
@@ -145,14 +145,6 @@ class _Turns:
         return 1 - float(np.sum(residual**2) / np.sum((self.measured - self.measured.mean(axis=0)) ** 2))
 
 
-AXES = [
-    np.array([[sign * (column == place) for column in range(3)] for place, sign in zip(order, signs, strict=True)])
-    for order in permutations(range(3))
-    for signs in product((1.0, -1.0), repeat=3)
-]
-"""All permutations and inversions of three axes."""
-
-
 def _axes_off(turns: _Turns) -> Array | None:
     """Find the axes that explain a rotation far better than the given ones; None if the given ones are fine.
 
@@ -161,7 +153,9 @@ def _axes_off(turns: _Turns) -> Array | None:
     slowest = min(_rms(turns.measured), _rms(turns.expected)) if len(turns.measured) >= LEAST_BINS else 0.0
     if slowest < 0.02:  # rad/s
         return None
-    best = max(AXES, key=turns.explained)
+    left, _, right = np.linalg.svd(turns.measured.T @ turns.expected)  # Kabsch 1976
+    proper = left * [1, 1, np.sign(np.linalg.det(left @ right))] @ right  # of two axes, the third one has no sign
+    best = proper if turns.explained(proper) > turns.explained(left @ right) - 0.05 else left @ right
     explained = turns.explained(best)
     return best if explained > 0.5 and 1 - explained < 0.35 * (1 - turns.explained(np.eye(3))) else None
 
@@ -189,14 +183,13 @@ def _orientation(evidence: AuditData) -> list[Finding]:
     expected = (in_foot[first].inv() * in_foot[last]).as_rotvec() / step
     turns = _Turns(measured=(base[first].inv() * base[last]).as_rotvec() / step, expected=expected)
     backwards = _Turns(measured=(base[first] * base[last].inv()).as_rotvec() / step, expected=expected)
-    axes = _axes_off(turns)
-    if axes is not None:
+    if (axes := _axes_off(turns)) is not None:
         inverse = backwards.explained(np.eye(3))
         explained = max(inverse, turns.explained(axes))
-        if np.allclose(axes, -np.eye(3)) or inverse > explained - 0.05:
+        if np.trace(axes) < -2.5 or inverse > explained - 0.05:
             return [Finding.of("quaternion-inverse", explained=100 * explained)]
-        return [_axes_finding(axes, "base_orientation", turns, stops=True)]
-    normal = np.einsum("ti,ti->t", base.inv().apply([0.0, 0.0, 1.0])[known], poses[known, :, 2])
+        return [_axes_finding(evidence, axes, "base_orientation", turns, stops=True)]
+    normal = np.einsum("ti,ti->t", base.inv().apply(robot.up)[known], poses[known, :, 2])
     tilt = float(np.rad2deg(np.median(np.arccos(np.clip(normal, -1, 1)))))
     return [Finding.of("base-orientation", tilt=tilt)] if tilt > 25.0 else []
 
@@ -228,15 +221,24 @@ def _standing_sole(evidence: AuditData) -> IntArray | None:
     return np.array(of_support, dtype=np.int64)[evidence.support]
 
 
-def _axes_finding(axes: Array, channel: str, turns: _Turns, *, stops: bool) -> Finding:
+def _axes_finding(evidence: AuditData, axes: Array, channel: str, turns: _Turns, *, stops: bool) -> Finding:
+    names = [" ".join(_part(*pair) for pair in zip(row, "xyz", strict=True) if abs(pair[0]) > 0.1) for row in axes]
+    mount = Rotation.from_euler("xyz", getattr(evidence.robot.log_table, channel).mount or (0.0, 0.0, 0.0))
+    angles = (Rotation.from_matrix(axes.T) * mount).as_euler("xyz") if np.linalg.det(axes) > 0 else np.zeros(0)
     return Finding.of(
-        "imu-axes",
+        "imu-axes" if angles.size else "imu-axes.mirrored",
         channel=channel,
         stops=stops,
-        axes=", ".join(("-" if row.sum() < 0 else "") + "xyz"[int(np.argmax(np.abs(row)))] for row in axes),
+        settings=[Setting(f"log.{channel}", "mount", np.round(angles, 3).tolist())] if angles.size else [],
+        axes=", ".join(names),
         explained=100 * turns.explained(axes),
         given=100 * turns.explained(np.eye(3)),
     )
+
+
+def _part(value: float, axis: str) -> str:
+    """Format a part of a combination of axes, e.g. "x", "-y", "+0.5 z"."""
+    return f"{'-' if value < 0 else ''}{axis}" if abs(value) > 0.97 else f"{value:+.2g} {axis}"
 
 
 def _inertial(evidence: AuditData) -> list[Finding]:
@@ -251,11 +253,10 @@ def _inertial(evidence: AuditData) -> list[Finding]:
         sums = np.concatenate([np.zeros((1, 3)), np.cumsum(log.angular_velocity, axis=0)])
         mean = (sums[rows[last]] - sums[rows[first]]) / (rows[last] - rows[first])[:, None]
         turns = _Turns(measured=mean, expected=(base[first].inv() * base[last]).as_rotvec() / step)
-        axes = _axes_off(turns)
-        if axes is not None:
-            findings.append(_axes_finding(axes, "angular_velocity", turns, stops=False))
+        if (axes := _axes_off(turns)) is not None:
+            findings.append(_axes_finding(evidence, axes, "angular_velocity", turns, stops=False))
     if log.linear_acceleration is not None and not findings:
-        mean, up = log.linear_acceleration[rows].mean(axis=0), base.inv().apply([0.0, 0.0, 1.0]).mean(axis=0)
+        mean, up = log.linear_acceleration[rows].mean(axis=0), base.inv().apply(evidence.robot.up).mean(axis=0)
         size = float(np.linalg.norm(mean))
         agreement = float(mean @ up) / max(size, 1e-9)
         if 0.5 < size / 9.81 < 2 and agreement < 0.7:

@@ -66,9 +66,13 @@ def _check_orientation(log: RobotLog, where: str) -> list[str]:
 
 
 def uprightness(quaternion: Array) -> tuple[float, float]:
-    """Compute the median cosine of the base's tilt [1] from quaternions xyzw, and as if their order were wxyz."""
-    x, y, z = quaternion.T[:3]
-    return float(np.nanmedian(1 - 2 * (x**2 + y**2))), float(np.nanmedian(1 - 2 * (y**2 + z**2)))
+    """Compute the median cosine of the base's tilt [1] from quaternions xyzw, and as if their order were wxyz.
+
+    The tilt is that from the z axis of the world, or from the y axis, which motion capture often has as vertical.
+    """
+    x, y, z, w = quaternion.T
+    upright = np.maximum(1 - 2 * (x**2 + y**2), 2 * (y * z - x * w))
+    return float(np.nanmedian(upright)), float(np.nanmedian(1 - 2 * (y**2 + z**2)))
 
 
 def _check_velocity_unit(log: RobotLog, where: str) -> list[str]:

@@ -191,8 +191,7 @@ def _find_names(channel: str, arrays: Mapping[str, StoredArray], table: LogTable
     if asked is None:
         return [usual] if usual in arrays else []
     names = [asked] if isinstance(asked, str) else list(asked)
-    missing = [name for name in names if name not in arrays]
-    if missing:
+    if missing := [name for name in names if name not in arrays]:
         raise LogError(
             f"{path}: [log.{channel}] name lists array {listed(missing)}; the file contains {listed(list(arrays))}"
         )

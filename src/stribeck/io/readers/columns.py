@@ -123,8 +123,7 @@ def _columns_of(
     """Find labels and names of a channel's columns, by its standard or alternative name, or as `[log]` names them."""
     asked = getattr(settings, channel).name
     if isinstance(asked, list):
-        missing = [name for name in asked if name not in names]
-        if missing:
+        if missing := [name for name in asked if name not in names]:
             raise LogError(f"{path}: [log.{channel}] name lists column {listed(missing)}; the file has {listed(names)}")
         return (tuple(asked) if channel in JOINT_CHANNELS else None), asked
     prefix = asked or usual

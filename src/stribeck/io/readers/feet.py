@@ -40,8 +40,7 @@ def foot_columns(
     columns: dict[str, list[int]] = {}
     for name in offers:
         wanted = widened(feet, len(WRENCH) if name == "foot_wrench" else 1)
-        absent = [label for label in wanted if label not in places[name]]
-        if absent:
+        if absent := [label for label in wanted if label not in places[name]]:
             raise LogError(
                 f"{source.path}: '{name}' has no column for {listed(absent)}; expected six columns per foot, or "
                 "'foot_force' if only the vertical force is measured"

@@ -112,8 +112,7 @@ def _select_streams(
     if asked is None:
         return streams
     topics = _collect_topics(asked)
-    missing = sorted(topics - {stream.topic for stream in streams})
-    if missing:
+    if missing := sorted(topics - {stream.topic for stream in streams}):
         raise LogError(
             f"{path}: [log.{channel}] name lists topic {listed(missing)}; topics of this type are "
             f"{listed([stream.topic for stream in streams])}"

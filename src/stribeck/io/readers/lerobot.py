@@ -43,8 +43,7 @@ def open_lerobot(path: Path, table: LogTable) -> Recording:
     with foreign(str(path / INFO), "LeRobot's info.json"):  # it may be nested without end
         names = _rename_columns(tables[0].names, features)
     stored = dict(zip(names, tables[0].names, strict=True))
-    twice = [name for name in stored if names.count(name) > 1]
-    if twice:
+    if twice := [name for name in stored if names.count(name) > 1]:
         raise LogError(f"{path / INFO}: contains {listed(twice)} twice; expected one entry per joint and channel")
     places = {name: tables[0].places[column] for name, column in stored.items()}
     whole = replace(

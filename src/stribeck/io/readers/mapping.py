@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from stribeck.core.base.typing import Array
 from stribeck.core.errors import LogError, SettingsError, listed
@@ -35,6 +36,7 @@ UNITS: dict[str, dict[str, float]] = {
     "foot_force": {unit: EFFORT[unit] for unit in ("N", "mN", "kN")},
 }
 """Units of each channel in a log, with factors to SI."""
+IMU = ("base_orientation", "angular_velocity", "linear_acceleration")
 
 
 def check_table(table: LogTable, where: str) -> None:
@@ -55,8 +57,9 @@ def check_table(table: LogTable, where: str) -> None:
             )
         if settings.unwrap and name not in unwrapped:
             raise SettingsError(f"{where}: [log.{name}] unwrap is set; only {listed(unwrapped)} can be unwrapped")
-        if settings.order is not None and name != "base_orientation":
-            raise SettingsError(f"{where}: [log.{name}] order is set; only base_orientation has an order")
+        for key, known in (("order", IMU[:1]), ("mount", IMU)):
+            if getattr(settings, key) is not None and name not in known:
+                raise SettingsError(f"{where}: [log.{name}] {key} is set; only {listed(known)} can have it")
         by_joint = any(isinstance(value, list | dict) for value in (settings.scale, settings.offset))
         if name == "time" and (settings.delay or by_joint):
             what = "a delay, or a scale or offset by joint"
@@ -106,10 +109,20 @@ def convert(
         values += offset
     if settings.order == "wxyz":
         values[:] = values[:, [1, 2, 3, 0]]
+    if settings.mount is not None:
+        _into_base(values, Rotation.from_euler("xyz", settings.mount))
     if settings.unwrap and channel == "position":
         for column in values.T:
             known = np.isfinite(column)
             column[known] = np.unwrap(column[known])
+
+
+def _into_base(values: Array, mount: Rotation) -> None:
+    """Convert vectors, shape (T, 3), or orientations, (T, 4), of an IMU to those of the base, in place."""
+    known = np.isfinite(values).all(axis=1)
+    if known.any():
+        part = values[known]
+        values[known] = mount.apply(part) if part.shape[1] == 3 else (Rotation.from_quat(part) * mount.inv()).as_quat()
 
 
 def into_limits(position: Array, robot: Robot) -> None:
@@ -139,8 +152,7 @@ def _expand(setting: PerJoint, default: float, channel: str, key: str, labels: S
     """Expand a setting to one value per column; one more at the end is for column -1, which the log lacks."""
     place = f"{where}: [log.{channel}] {key}"
     if isinstance(setting, dict):
-        unknown = [name for name in setting if name not in labels]
-        if unknown:
+        if unknown := [name for name in setting if name not in labels]:
             raise SettingsError(f"{place} names {listed(unknown)}; the log's columns are {listed(labels, 40)}")
         return np.array([setting.get(name, default) for name in labels] + [default])
     if isinstance(setting, list):

@@ -26,8 +26,7 @@ def _joint_state(message: Any, place: str) -> list[Part]:
     values = {"position": message.position, "velocity": message.velocity, "torque": message.effort}
     values = {channel: numbers for channel, numbers in values.items() if len(numbers)}
     refuse_twice(names, place)
-    uneven = [channel for channel, numbers in values.items() if len(numbers) != len(names)]
-    if uneven:
+    if uneven := [channel for channel, numbers in values.items() if len(numbers) != len(names)]:
         raise LogError(
             f"{place} has {len(names)} joint names and {len(values[uneven[0]])} values of {uneven[0]}; "
             "expected one value per name, or none"
@@ -37,8 +36,7 @@ def _joint_state(message: Any, place: str) -> list[Part]:
 
 def refuse_twice(names: Sequence[str], place: str) -> None:
     """Refuse duplicate joint names."""
-    twice = [name for name, count in Counter(names).items() if count > 1]
-    if twice:
+    if twice := [name for name, count in Counter(names).items() if count > 1]:
         raise LogError(f"{place} names joint '{twice[0]}' twice; expected each once")
 
 
@@ -67,8 +65,7 @@ def _dynamic_joint_state(message: Any, place: str) -> list[Part]:
         if "effort" in readings:  # of ros2_control's torque and effort, the latter is used
             readings["torque"] = readings["effort"]
         channels = ("position", "velocity", "acceleration", "torque", "temperature")
-        values = {channel: readings[channel] for channel in channels if channel in readings}
-        if values:
+        if values := {channel: readings[channel] for channel in channels if channel in readings}:
             groups.setdefault(tuple(values), []).append((name, values))
     return [
         Part(

@@ -5,6 +5,7 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from stribeck.core.base.typing import Array, BoolArray
 from stribeck.core.dynamics.root_motion import gravity_in_root_link
@@ -212,13 +213,10 @@ def row_of_fall(log: RobotLog, robot: Robot, segments: Segments) -> int | None:
             continue
         if place or fallen[0]:
             return int(start + fallen[0])
-        if robot.gravity[2] > 0:
-            raise LogError(
-                f"{log.path or 'log'}: [robot] gravity points up: {robot.gravity.tolist()} m/s²; "
-                "expected gravity in world coordinates, usually [0, 0, -9.81]"
-            )
+        vertical = 0.0 - 9.81 * np.round(Rotation.from_quat(log.base_orientation[start]).apply([0.0, 0.0, 1.0]))
         raise LogError(
             f"{log.path or 'log'}: base_orientation tilts the base by {np.rad2deg(tilt[0]):.0f}° at the start, "
-            'as if the robot had fallen; if not, set [log] base_orientation = {order = "wxyz"} or [robot] base_frame'
+            'as if the robot had fallen; if not, set order = "wxyz" or mount in [log.base_orientation], base_frame in '
+            f"[robot], or, if that is down in the log's world, gravity = {vertical.tolist()} in [robot]"
         )
     return None
