@@ -173,12 +173,6 @@ def _made(kind: str, robot: Robot) -> Compensation | None:
     return compiled(result, robot)
 
 
-def gain_of(rows: list[Row]) -> float:
-    """Compute the gain of the identified compensation relative to the gain of the true one [1]."""
-    by = {row["compensation"]: row["error"] for row in rows}
-    return float((by["none"] - by["identified"]) / (by["none"] - by["true"]))
-
-
 def tables(rows: list[Row]) -> list[str]:
     """Format the table."""
     return [markdown_table(KINDS, [[f"{row['error']:.3g} mrad" for row in rows]], 0)]

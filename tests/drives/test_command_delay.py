@@ -5,14 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.command_logs import clamped_quadruped, hobby_arm, lerobot_arm
-from tests.commanded import ARM, QUADRUPED, STEP, acting, arm_drives, leg_drives, logged, multisine
 
 from stribeck import Result, Robot, identify, read_log
 from stribeck.check.drives.command_delay import pooled
 from stribeck.check.drives.torques import with_found_delays
 from stribeck.check.init.answers import draft_robot_file
-from stribeck.core.dynamics.rooted import rooted_inverse_dynamics
 from stribeck.core.equations.friction_torque.preparation import prepare
+from stribeck.core.log.interpolation import delayed
 
 
 @pytest.mark.parametrize(("write", "log"), [(hobby_arm, "log.npz"), (lerobot_arm, "dataset")], ids=["npz", "LeRobot"])
@@ -88,25 +87,7 @@ def test_a_log_that_no_fit_sees_gets_the_delay_of_the_others(tmp_path: Path) -> 
     assert np.mean(seen.log.command_delays, axis=0)[0] == pytest.approx(0.022, abs=2e-3)
 
 
-POLICY = 50.0  # [Hz]
-
-
-@pytest.mark.parametrize(
-    ("path", "drives"), [(ARM, arm_drives(1, 0.012)), (QUADRUPED, leg_drives(1, 0.006))], ids=["arm", "quadruped"]
-)
-def test_torques_of_late_commands_move_links_and_rotors_and_overcome_friction(path, drives):
-    center = (0.0, -0.3, 0.6, 0.3, 0.0, 0.4) if path == ARM else (0.0, 0.8, -1.6) * 4
-    command = multisine(np.random.default_rng(0), np.arange(40) / POLICY, center, (0.5,) * len(drives), (0.5, 1.0))
-    log = logged(path, command, drives, POLICY, 1 / STEP)
-    names = ("kp", "kd", "coulomb", "viscous", "armature")
-    kp, kd, coulomb, viscous, armature = np.array([[getattr(one, name) for one in drives.values()] for name in names])
-    q = log["position"]
-    v, a = np.gradient(q, STEP, axis=0), np.zeros_like(q)
-    a[1:-1] = np.diff(q, 2, axis=0) / STEP**2
-    torque = kp * (acting(command, drives, 1 / POLICY, len(q)) - q) - kd * v
-    robot = Robot.from_model(path, base="fixed")
-    rigid = rooted_inverse_dynamics(robot.tree, q, v, a)[1] + armature * a
-    moving = (np.abs(v) > 0.2) & (a != 0)  # without the ends
-    left = torque - rigid - viscous * v - coulomb * np.sign(v)
-    for k, joint in enumerate(drives):
-        assert np.sqrt(np.mean(left[moving[:, k], k] ** 2)) < 0.05 * coulomb[k], joint
+def test_late_commands_are_those_from_before() -> None:
+    time = 0.01 * np.arange(50)
+    found = delayed(np.stack([time, time], axis=1), time, np.array([0.1, 0.0]))
+    np.testing.assert_allclose(found[10:], np.stack([time - 0.1, time], axis=1)[10:], atol=1e-12)

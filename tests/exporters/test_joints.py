@@ -54,6 +54,13 @@ def test_load_acts_on_both_sides_of_a_gear() -> None:
     assert [found.numbers["gear_load"], found.remains] == pytest.approx([0.04, 0.0], abs=1e-9)
 
 
+def test_rounding_hardly_changes_the_friction_at_top_speed(tmp_path: Path) -> None:
+    fast = joint(coulomb=1.2345678, viscous=0.12345678)
+    fast = replace(fast, curve=[made.point(speed, 2.0, 0.02) for speed in (2.0, 10.0, 20.0)])
+    (terms,) = joint_terms(of_joint(fast, tmp_path)[0], PLAIN).values()
+    assert abs(20 * (terms.plain[1] - 0.12345678)) < 0.1 * fast.curve[-1].standard_error
+
+
 @pytest.mark.parametrize("form", [Form({"coulomb": "coulomb", "viscous": "viscous"}), None])
 def test_what_builds_up_after_a_reversal_is_left_out_by_name(form: Form | None, tmp_path: Path) -> None:
     bending = replace(joint(coulomb=1.0, viscous=0.1, presliding=0.9, offset=0.0), presliding_travel=0.01)

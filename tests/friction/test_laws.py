@@ -1,5 +1,7 @@
 """Properties of every friction law, in addition to the checks of `register_law` (test_register.py)."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -10,6 +12,7 @@ from stribeck.core.friction import LAWS, FrictionLaw, Parameter
 from stribeck.core.friction.parameters import MAX_GAIN
 from stribeck.core.friction.stribeck import from_coefficients
 from stribeck.core.friction.terms.motion import beyond_velocity, drift, signals
+from stribeck.core.friction.terms.ripple import RIPPLE
 from stribeck.core.judgement.curve_fit.problem import FitProblem
 from stribeck.paper.curve_fit.fit import fit_joint, grid_starts
 
@@ -89,6 +92,14 @@ def test_parameters_are_recovered_from_clean_samples(law: FrictionLaw, seed: int
 def test_breakaway_remains_if_the_kinetic_part_vanishes() -> None:
     _, coulomb, gain = from_coefficients(0.1, -0.5, 2.0)
     assert (gain, coulomb * gain) == pytest.approx((MAX_GAIN, 2.0))
+
+
+@pytest.mark.parametrize("phase", [0.4, 2.0])
+def test_a_ripple_is_found_where_its_sine_and_cosine_are_correlated(phase: float) -> None:
+    position = 3.0 * np.random.default_rng(0).beta(0.3, 1.0, (300, 1))  # mostly near one end
+    torque, ones = np.sin(11.4 * position - phase), np.ones((300, 1))
+    (found,) = RIPPLE.find(SimpleNamespace(position=position, score=torque, information=ones, speed=np.ones(1)))
+    assert found == pytest.approx(11.4, abs=0.01)
 
 
 def test_a_drift_is_the_change_from_the_start_to_the_end() -> None:

@@ -1,5 +1,7 @@
 """The friction curve: its interval holds the truth, also where single parameters are open or sit on a bound."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -54,6 +56,17 @@ def test_the_curve_leaves_the_offset_out(make_samples, make_joint) -> None:
         assert point.value == pytest.approx(1.5 + 0.6 * point.velocity)
         assert point.unit == "N"
     assert [middle.velocity, slow.velocity] == pytest.approx([top.velocity / 2, top.velocity / 10])
+
+
+def test_the_interval_contains_the_drift_in_addition_to_noise(make_samples, make_joint) -> None:
+    law, samples = get_law("coulomb-viscous"), make_samples({"knee": make_joint(noise=2.0)})
+    fit, velocity = fit_law(samples, law, Settings(law=law.name))["knee"], samples.velocity[:, 0]
+    drift, freedom = replace(COULOMB, name="coulomb_drift"), np.append(fit.degrees_of_freedom, 9.0)
+    wider = {"values": np.append(fit.values, 0.3), "covariance": np.pad(fit.covariance, (0, 1))}
+    drifting = replace(fit, parameters=(*fit.parameters, drift), degrees_of_freedom=freedom, **wider)
+    curves = (friction_curve(each, law, velocity, prismatic=False) for each in (drifting, fit))
+    halves = [[point.interval_95[1] - point.value for point in curve] for curve in curves]
+    np.testing.assert_allclose(np.sqrt(np.subtract(*np.square(halves))), 0.3, rtol=1e-3)
 
 
 def test_no_value_is_at_a_bound_because_its_error_has_exploded() -> None:

@@ -11,7 +11,7 @@ from tests.samples import make_samples
 from stribeck.core.base.typing import Array
 from stribeck.core.friction import LAWS, get_law
 from stribeck.core.identify.whole_log import CRITERIA
-from stribeck.core.judgement.passivity import passivity_violated
+from stribeck.core.judgement.passivity import added_power, passivity_violated
 from stribeck.core.judgement.torque_error import change_by_inertias, friction_errors, torque_errors
 from stribeck.core.judgement.verdict import judge
 from stribeck.core.judgement.weakness import USUAL, is_weak
@@ -180,6 +180,14 @@ def test_a_wrong_sign_violates_passivity_and_noise_does_not(seed: int) -> None:
     for friction, violated in ((0.0, False), (0.3, False), (-0.3, True)):
         found = passivity_violated({"hinge": WEAK}, samples(friction * np.sign(velocity) + noise, velocity))
         assert [finding.joints for finding in found] == [("hinge",)] * violated
+
+
+@pytest.mark.parametrize("size", [3.9, 4.1])
+def test_power_is_noise_within_four_standard_errors_of_the_mean_of_blocks(size: float) -> None:
+    levels = np.random.default_rng(0).standard_normal(5)
+    levels = (levels - levels.mean()) / (levels.std(ddof=1) / np.sqrt(5)) - size
+    found = make_samples(np.ones(50), np.repeat(levels, 10), block=np.repeat(np.arange(5), 10))
+    assert (added_power(found, 0, 0.0) > 0) == (size > 4)
 
 
 def test_few_blocks_and_resting_joints_violate_nothing() -> None:

@@ -3,20 +3,24 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
-from typing import Literal
+from types import SimpleNamespace
+from typing import Any, Literal
 
 import numpy as np
 import pinocchio as pin
 import pytest
 from tests.friction_torque.test_friction_torque import EXACT, by_support, chunks
 from tests.models import MODELS, POSTURES, example_log, example_robot, make_robot
+from tests.samples import make_samples
 
 from stribeck import Robot, Settings, identify
 from stribeck.core.equations.friction_torque.inverse_dynamics import torque_chunks
 from stribeck.core.equations.friction_torque.preparation import prepare
 from stribeck.core.friction import get_law
+from stribeck.core.judgement.curve_fit.problem import joint_problem
 from stribeck.core.log import RobotLog
 from stribeck.core.result import Result
+from stribeck.paper.ground_reaction import _compared
 from stribeck.simulation.prescribed.exact import Truth, exact_log
 
 LAW, TRUTH = get_law("coulomb-viscous"), {"viscous": 0.4, "coulomb": 1.0, "offset": 0.3}
@@ -87,6 +91,18 @@ def test_the_law_is_found_exactly_in_spite_of_zeros_of_the_sensors() -> None:
     assert "the wrench on 'left' reads 5, -4, 8 N and 0.3, -0.2, 0.1 N m while it swings" in notes
     assert f"{KNEE} (1.00 times" in notes
     assert not {"swing-differs", "wrench-zero", "foot-sensors"} & {each.check for each in result.findings}
+
+
+def test_a_difference_within_noise_is_none() -> None:
+    velocity, block = np.sin(0.1 * np.arange(600)), np.repeat(np.arange(6), 100)
+    friction, settings = LAW.torque(velocity, np.array([*TRUTH.values()])), Settings(law=LAW.name, averaged_law=False)
+    noise = np.linspace(-1.2, 1.2, 6)  # of the gain, swing by swing: 0.3 in the mean
+    swung, stood = (
+        joint_problem(make_samples(velocity, gain * friction, block=block), "knee", LAW, settings)
+        for gain in (1 + noise[block], 1.0)
+    )
+    fit: Any = SimpleNamespace(values=np.array([*TRUTH.values()]), rms=0.01)
+    assert not _compared(fit, swung, stood)[1]
 
 
 def test_zeros_of_feet_that_never_swing_change_offsets_and_are_reported() -> None:

@@ -1,9 +1,6 @@
 """Charts as data, compared with samples, law and phases; branches of a curve; numbers as text."""
 
-import base64
 import re
-import struct
-import zlib
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,12 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from tests.report.conftest import ARRAYS
 from tests.whole_log.logs import TRUTH, with_wrong_bodies
 
 from stribeck import Robot, identify, write_report
-from stribeck.app.report.charts import density
 from stribeck.app.report.details import branch_charts, branches
 from stribeck.app.report.text import MINUS, THIN, matched, number, percent
 from stribeck.app.report.timeline import share_held
@@ -27,27 +22,6 @@ from stribeck.core.settings import Settings
 from stribeck.simulation.prescribed.exact import exact_log
 from stribeck.simulation.robots import MODELS
 from stribeck.simulation.sensors.measure import with_noise
-
-
-def pixels_of(source: str) -> NDArray[np.uint8]:
-    """Decode a PNG of 8 bits with opacity whose rows have no filter."""
-    data = base64.b64decode(source.removeprefix("data:image/png;base64,"))
-    columns, rows = struct.unpack(">2I", data[16:24])
-    start = data.index(b"IDAT") + 4
-    return (
-        np.frombuffer(zlib.decompress(data[start:]), dtype=np.uint8).reshape(rows, -1)[:, 1:].reshape(rows, columns, 4)
-    )
-
-
-def test_the_raster_contains_each_sample_once_and_darkens_with_density() -> None:
-    x, y = np.array([0.1, 0.1, 0.1, 0.9, 5.0]), np.array([0.5, 0.5, 0.5, 0.2, 0.5])  # the last one lies outside
-    pixels = pixels_of(density(x, y, (0.0, 1.0), (0.0, 1.0))["source"])[::-1]  # from the bottom up
-    rows, columns, _ = pixels.shape
-    opacity = pixels[..., 3]
-    assert np.count_nonzero(opacity) == 2
-    assert opacity[int(0.5 * rows), int(0.1 * columns)] == 255
-    assert 50 < opacity[int(0.2 * rows), int(0.9 * columns)] < 255
-    assert tuple(pixels[0, 0, :3]) == (64, 133, 224)
 
 
 def test_the_strips_cover_the_phases() -> None:

@@ -7,17 +7,16 @@ from dataclasses import replace
 from datetime import date
 from functools import partial
 from pathlib import Path
-from pkgutil import resolve_name
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from studies import ablation, accuracy, compensation, plan, robots, summary
+from studies import robots, summary
 from studies.__main__ import PAGES, dated, path_of, state
 from studies.__main__ import STUDIES as COSTS
 from studies.accuracy_cases import NAMES
 from studies.command import ROOT, SOURCE, command, read, saved
-from studies.harder_cases import CONDITIONS, ROTOR, Harder, as_seen
+from studies.harder_cases import ROTOR, Harder, as_seen
 from studies.mutations import MUTATIONS, TESTS, Mutation
 
 from stribeck import Robot, read_result
@@ -88,10 +87,6 @@ def test_every_wrong_line_still_replaces_one_place(mutation: Mutation) -> None:
     assert all((TESTS / name).exists() for name in mutation.tests)
 
 
-def test_all_mechanisms_exist() -> None:
-    assert all(resolve_name(f"stribeck.core.{place}") for off in ablation.MECHANISMS.values() for place in off)
-
-
 def test_the_page_on_accuracy_summarizes_the_saved_studies() -> None:
     page = "".join(path.read_text(encoding="utf-8") for path in (summary.PAGE, ROOT / "studies/accuracy.md"))
     for table in summary.tables():
@@ -102,58 +97,10 @@ def test_the_page_on_accuracy_summarizes_the_saved_studies() -> None:
         assert f"assets/{name}-light.svg" in page
 
 
-def test_the_default_is_closer_than_the_curve_fit_in_all_harder_conditions() -> None:
-    errors = {(row["robot"], row["case"], row["method"]): np.mean(row["coulomb"]) for row in saved("accuracy")}
-    for robot in accuracy.HARDER_ROBOTS:
-        for case in CONDITIONS:
-            assert errors[robot, case, "default"] < errors[robot, case, "curve-fit"]
-
-
 def test_intervals_cover_the_truth_under_errors_that_no_setting_describes() -> None:
     count, inside, wrong = np.sum([row["points"] for row in saved("coverage")], axis=0)
     assert inside > 0.93 * count
     assert not wrong
-
-
-def test_plans_keep_their_promises() -> None:
-    """Within 30 % where friction is known, but for a few numbers."""
-    for row in saved("plan"):
-        if row.get("plan") == 2 or ("plan" in row and row["law"] == plan.LINEAR):
-            ratios = [ratio for each in row["runs"] for joint in each.values() for ratio in joint["curve"]]
-            assert 1 / 1.3 < np.median(ratios) < 1.3
-        for key in ("longer", "faster") if "walk" in row else ():
-            assert 1 / 1.5 < np.median([joint[key] for joint in row["joints"].values()]) < 1.5
-
-
-def test_faults_are_named_and_no_remedy_makes_a_joint_worse() -> None:
-    rows = saved("first_hour")
-    causes = {log: [row["cause"] for row in rows if row["log"] == log] for log in ("arm", "walk", "G1")}
-    assert [len(each) - 1 for each in causes.values()] == [32, 34, 45]
-    assert [each.count("named") for each in causes.values()] == [27, 25, 37]
-    assert [each.count("wrong") for each in causes.values()] == [1, 4, 2]
-    assert not any(row.get("worse") for row in rows)
-    assert all(not row["found"] for row in rows if row["fault"] == "none")
-
-
-def test_compensation_is_as_good_as_with_the_truth() -> None:
-    assert compensation.gain_of(saved("compensation")) > 0.75
-
-
-def test_lugre_finds_bristles_where_they_are() -> None:
-    by = {row["friction"]: row for row in saved("lugre")}
-    for row in (by["LuGre, 300 N m/rad"], by["walk, 300 N m/rad"]):
-        assert row["travel"]["identified"] > 0.7 * row["travel"]["of"]
-        assert row["held_out"]["lugre"] < 0.5 * row["held_out"]["stribeck"]
-    assert by["no bristles"]["travel"]["identified"] == 0
-
-
-def test_exported_models_explain_other_logs() -> None:
-    for row in saved("replayed"):
-        assert row["exported"]["velocity"][1] < row["as given"]["velocity"][1]
-
-
-def test_no_walk_fell() -> None:
-    assert not any(row["fell"] or row["slip"] >= 3.0 for row in saved("walking"))
 
 
 @pytest.fixture(scope="module")

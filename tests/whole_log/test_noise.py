@@ -132,6 +132,7 @@ def test_the_autocorrelation_has_a_positive_spectrum(lags: int) -> None:
     frequency = np.linspace(0, np.pi, 501)
     spectrum = 1 + 2 * np.cos(np.outer(frequency, np.arange(1, lags + 1))) @ autocorrelation(lags)[1:]
     assert spectrum.min() > 0.01 * spectrum.max()
+    assert autocorrelation(2 * lags - 1)[lags] == pytest.approx(0.25)  # half of the reach is left, squared
 
 
 def test_an_outlier_lasts_as_long_as_its_shoulders() -> None:

@@ -12,6 +12,7 @@ from stribeck.core.estimator.solver.elimination import solve
 from stribeck.core.estimator.solver.fit import Fit
 from stribeck.core.estimator.solver.statistics import Statistics, total
 from stribeck.core.estimator.terms.term_selection import _objection, make_trials, select_terms
+from stribeck.core.estimator.uncertainty.law_misfit import law_misfits
 
 FOLDS, MU = 4, 0.05
 LINEAR = ("viscous", "coulomb", "offset", "load", "coulomb_drift", "viscous_drift")
@@ -58,6 +59,19 @@ def test_scores_of_linear_terms_are_those_of_refits(linear: Log, joint: int) -> 
         found = solve(whole, start)
         np.testing.assert_allclose(tried.internal, found.internal[joint], atol=1e-3)
     np.testing.assert_allclose(np.diff(scores, axis=0), np.diff(refits, axis=0), rtol=1e-3, atol=0.05)
+
+
+def test_a_right_law_keeps_its_interval_and_a_wrong_one_widens_it(linear: Log) -> None:
+    whole, folds, fit = linear
+    trials, basis, errors = make_trials(whole, folds, fit), fit.laws.basis, []
+    bump = np.sign(basis.velocity[0]) * np.exp(-((basis.velocity[0] / 0.2) ** 2))
+    theta = np.zeros(trials.folds.right.shape[2])
+    theta[: basis.functions.shape[1]] = np.linalg.lstsq(basis.functions, bump, rcond=None)[0]
+    for size in (0.0, 0.2):  # [N m]; the friction is 0.5 to 1.2 N m
+        right = trials.folds.right + trials.folds.information @ (size * theta)
+        errors.append(law_misfits(fit, replace(trials, folds=replace(trials.folds, right=right)), fit.covariance))
+    assert np.max(errors[0]) < 1e-3
+    np.testing.assert_allclose(errors[1][:, 0], 0.2 * np.exp(-0.25), rtol=0.4)  # at a tenth of the top speed
 
 
 def test_terms_are_not_negative(linear: Log) -> None:

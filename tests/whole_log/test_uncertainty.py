@@ -1,6 +1,8 @@
 """Intervals contain what makes them wide: noise, the model, errors that last, errors that every step repeats."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +13,9 @@ from tests.whole_log.test_empirical_bayes import LAWS, NOISE, OFFSET, SAMPLES, Z
 from stribeck.core.base.typing import Array
 from stribeck.core.equations.constants import COSINES, ROOT_EFFECT_FACTOR
 from stribeck.core.equations.weak_equations import WeakEquations, autocorrelation
+from stribeck.core.estimator.fit_checks.validation import friction_residual_rms
 from stribeck.core.estimator.model.terms import Columns
+from stribeck.core.estimator.noise.variance_components import first_components
 from stribeck.core.estimator.solver.elimination import solve
 from stribeck.core.estimator.solver.empirical_bayes import solve_with_empirical_bayes
 from stribeck.core.estimator.solver.fit import Fit
@@ -31,6 +35,17 @@ def budget(overdispersion: float = 1.0) -> tuple[Fit, CovarianceBudget]:
     root = np.random.default_rng(1).standard_normal((len(fit.x), len(fit.x)))
     fit, none = replace(fit, covariance=root @ root.T), np.zeros_like(root)
     return fit, covariance_budget(fit, none, none, Heterogeneity(1.0, np.ones(2)), 1.0)
+
+
+def test_friction_that_is_off_leaves_its_error_as_the_residual() -> None:
+    laws, off = make_laws("coulomb-viscous", 3), np.array([0.02, 0.1, 0.4])
+    columns, (part, *_) = Columns(laws.basis, NoTerms()), steps(1)
+    values, wrong = (laws.coefficients(VALUES + np.outer(change, [0, 0, 1])).ravel() for change in (0 * off, off))
+    exact = columns.design(part, columns.by_joint(part)) @ values
+    components = first_components(part, np.zeros(3), np.zeros(3))
+    read: Any = SimpleNamespace(columns=columns, pilot=SimpleNamespace(components=components))
+    part = replace(part, residual=exact.reshape(part.residual.shape))
+    np.testing.assert_allclose(friction_residual_rms(read, [part], values, wrong[None])[0], off, rtol=0.02)
 
 
 def test_noise_is_the_covariance_given_the_model() -> None:

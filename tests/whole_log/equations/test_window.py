@@ -128,7 +128,12 @@ def test_noise_of_the_base_takes_nothing_off_its_inertia(noise: float, rate_nois
     turn = np.hstack([angle + error, np.ones((len(TIME), 1))])
     parts = [turn[first : first + 300] for first in range(0, 30_000, 500)]
     kernel = derivative_kernels(2e-5, PERIOD)[0][2]
-    found = turn_filter(parts, rate_noise, PERIOD, WINDOW, kernel).windows(turn, 300, 29_700)[:, :3]
+    turns = turn_filter(parts, rate_noise, PERIOD, WINDOW, kernel)
+    white = np.convolve(error[:, 0], kernel, mode="valid").std() / np.linalg.norm(kernel)  # as noisy accelerations
+    spans = tuple(slice(300 * k, 300 * (k + 1)) for k in range(len(parts)))
+    like = acceleration_filter(np.concatenate(parts), np.full(4, white), spans, PERIOD, WINDOW, kernel)
+    np.testing.assert_allclose(*(np.sum(each.kernels[:3] != 0, axis=1) for each in (turns, like)), rtol=0.05)
+    found = turns.windows(turn, 300, 29_700)[:, :3]
     true = WINDOW.apply(-(pace**2) * angle[300:29_700])
     slope = np.sum(found * true, axis=0) / np.sum(found**2, axis=0)
     np.testing.assert_allclose(slope, 1.0, atol=0.03)
