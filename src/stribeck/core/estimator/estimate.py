@@ -123,12 +123,14 @@ def fit_whole_log(
     def effects(fit: Fit) -> Array:
         return random_effect_covariance(read.sample, known.count, fit, root_turns)[1]
 
+    progress(0.8)
     trials = make_trials(known, read.folds, read.fit)
     if law.name == AUTO:
         refused = unsupported(read.pilot.parts, read.terms, known.mean_load, known.load_deviation)
         choice = select_terms(trials, known, read.fit, refused, effects)
     else:
         choice = Choice([{} for _ in rest], trials, read.fit)
+    progress(0.9)
     trained, before, differing = solve_overdispersed(known, read.folds, choice.start)
     fit = solve_with_empirical_bayes(whole, trained) if read.held else trained
     (residual_rms,) = friction_residual_rms(read, read.pilot.parts, fit.values, fit.values[None, : whole.friction])

@@ -21,13 +21,7 @@ from stribeck.core.estimator.model.terms import NO_TERM, Columns, Terms
 from stribeck.core.estimator.model.unexplained import Unexplained, find_terms
 from stribeck.core.estimator.solver.elimination import best_of_linear, blocks, eliminate, solve
 from stribeck.core.estimator.solver.fit import Fit
-from stribeck.core.estimator.solver.pilot import (
-    LINEAR,
-    Pilot,
-    fit_pilot,
-    secant_step,
-    with_terms,
-)
+from stribeck.core.estimator.solver.pilot import LINEAR, Pilot, fit_pilot, secant_step, with_terms
 from stribeck.core.estimator.solver.positive_definite import inverse_of
 from stribeck.core.estimator.solver.statistics import Statistics, accumulate, total
 from stribeck.core.estimator.terms.term_selection import overdispersion
@@ -120,7 +114,8 @@ def read_with_pilot(
     basis = make_basis(law, speed)
 
     def start(delay: float = 0.0) -> tuple[Laws, Terms, Pilot]:
-        return _with_terms(fit_pilot(equations, basis, rest, priors, delay), law, basis, speed, priors)
+        pilot = fit_pilot(equations, basis, rest, priors, delay, lambda share: progress(0.2 * share))
+        return _with_terms(pilot, law, basis, speed, priors)
 
     tried: list[tuple[float, float]] = []
     laws, terms, pilot = start()

@@ -1,6 +1,7 @@
 """Memory for channels: ordinary arrays, or arrays on an unlinked temporary file if they are large."""
 
 import math
+import mmap
 import os
 import shutil
 import tempfile
@@ -36,6 +37,9 @@ def too_large(path: str) -> str:
 _in_memory: list[weakref.ref[Array]] = []
 """Weak references to allocated arrays; dead ones are dropped at the next allocation."""
 
+_on_disk: list[weakref.ref[mmap.mmap]] = []
+"""Weak references to the maps of arrays on disk; a list, because other threads may allocate at the same time."""
+
 
 def stored_bytes(path: Path) -> int:
     """Compute the size of a file on disk, which is smaller than its length if the file has holes."""
@@ -63,10 +67,18 @@ def check_size(path: str, size: int) -> None:
         raise MemoryError
 
 
+def release_memory() -> None:
+    """Remove the pages of arrays on disk from the memory of this process; they return when they are read."""
+    for reference in [*_on_disk] if hasattr(mmap, "MADV_DONTNEED") else ():
+        if (mapped := reference()) is not None:
+            mapped.madvise(mmap.MADV_DONTNEED)
+
+
 def allocate(shape: tuple[int, ...]) -> Array:
     """Allocate an array of zeros, on an unlinked temporary file if arrays in memory would exceed `IN_MEMORY_LIMIT`.
 
     The operating system writes such an array to disk when memory is short, and the file vanishes with the array.
+    Earlier arrays leave the memory of this process.
 
     Raises
     ------
@@ -79,10 +91,13 @@ def allocate(shape: tuple[int, ...]) -> Array:
         zeros: Array = np.zeros(shape)
         _in_memory[:] = [weakref.ref(array) for array in (*living, zeros)]
         return zeros
+    release_memory()
     with tempfile.TemporaryFile(prefix="stribeck-") as file:
         if hasattr(os, "posix_fallocate"):  # detect a full disk now, not by a crash when a page is written
             try:
                 os.posix_fallocate(file.fileno(), 0, size)
             except OSError as error:
                 raise LogError(too_large("log")) from error
-        return np.asarray(np.memmap(file, dtype=np.float64, mode="w+", shape=shape))
+        mapped = np.memmap(file, dtype=np.float64, mode="w+", shape=shape)
+    _on_disk.append(weakref.ref(mapped._mmap))  # type: ignore[attr-defined]
+    return np.asarray(mapped)

@@ -18,14 +18,7 @@ from stribeck.core.errors import NothingIdentifiedError
 from stribeck.core.friction import FrictionLaw, LawWithState, get_law
 from stribeck.core.friction.auto import JUMP
 from stribeck.core.friction.terms.motion import beyond_velocity, drift, signals
-from stribeck.core.result.estimates import (
-    CurvePoint,
-    ParameterEstimate,
-    TermVerdict,
-    TorqueR2,
-    Validation,
-    Verdict,
-)
+from stribeck.core.result.estimates import CurvePoint, ParameterEstimate, TermVerdict, TorqueR2, Validation, Verdict
 from stribeck.core.result.law_values import along_motion, law_slopes, law_values
 from stribeck.core.result.parts import Count, Interval, Size
 

@@ -140,8 +140,8 @@ def into_limits(position: Array, robot: Robot) -> None:
 
 def word_size(values: Array) -> float:
     """Find the number that was added to negative values by storing signed integers as unsigned: 2^16, 2^32, or 0."""
-    finite = values[np.isfinite(values)]
-    if not finite.size or finite.min() < 0 or np.any(finite != np.round(finite)):
+    finite = values[np.isfinite(values) & ~np.any(values < 0)]  # a long log, which has both signs, is not copied
+    if not finite.size or np.any(finite != np.round(finite)):
         return 0.0
     size = 2.0**16 if finite.max() < 2**16 else 2.0**32
     middle = (finite > size / 4) & (finite < 3 * size / 4)  # no signal uses all of the range, back and forth

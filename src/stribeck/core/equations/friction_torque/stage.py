@@ -18,6 +18,7 @@ from stribeck.core.equations.friction_torque.thinning import join, join_logs, th
 from stribeck.core.errors import errors_about
 from stribeck.core.filters import make_filter, resolve_auto
 from stribeck.core.log import RobotLog
+from stribeck.core.log.storage import release_memory
 from stribeck.core.result.samples import MOST_KEPT, FrictionSamples
 from stribeck.core.robot import Robot
 from stribeck.core.settings import FilterSettings, Settings
@@ -175,6 +176,7 @@ def log_friction(
             used += chunk.samples.stride * int(chunk.samples.usable.any(axis=1).sum())
             moments += _compare_wrenches(log, chunk)
             progress(f"friction torque of log {index + 1} of {count}", (index + chunk.rows[-1] / len(log.time)) / count)
+            release_memory()
         samples = join(kept)
     notes, findings = _note_ground_reaction(moments, robot)
     return LogFriction(

@@ -111,13 +111,7 @@ class Terms:
             acceleration = part.windows(np.gradient(part.velocity, part.period, axis=0))
             change -= self.delay * np.gradient(part.torque, part.time, axis=0)
         blow, rebound = _blows(part, self.unexplained)
-        return {
-            "blow": blow,
-            "rebound": rebound,
-            "acceleration": acceleration,
-            "torque": part.torque,
-            "change": change,
-        }
+        return {"blow": blow, "rebound": rebound, "acceleration": acceleration, "torque": part.torque, "change": change}
 
     def signals(self, part: WeakEquations, windows: Array) -> dict[str, Any]:
         """Collect the signals of `Term.columns` through windows, shape (K, n)."""

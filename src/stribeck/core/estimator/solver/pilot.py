@@ -133,12 +133,13 @@ class _PilotFits:
     def _delayed(self) -> Callable[[float], tuple[list[WeakEquations], list[Array]]]:
         """Function that computes the segments with torques shifted by a delay [s], and their columns by joint."""
         size = max(PILOT_SEGMENTS, 240 // len(self.rest))  # few joints need more segments, and take less time
+        sequence, columns = self.equations, self.columns  # a reference to self would keep gigabytes alive
 
         @lru_cache(maxsize=3)  # delays return: zero, and the last one of the search
         def delayed(delay: float) -> tuple[list[WeakEquations], list[Array]]:
-            equations = self.equations.delayed(delay)
+            equations = sequence.delayed(delay)
             parts = [equations[place] for place in equations.spread(size)]
-            return parts, [self.columns.by_joint(part) for part in parts]
+            return parts, [columns.by_joint(part) for part in parts]
 
         return delayed
 
@@ -158,7 +159,14 @@ class _PilotFits:
         return Pilot(groups, model, components, prediction, delay or 0.0, torque, precision, by_joint)
 
 
-def fit_pilot(equations: EquationSequence, basis: Basis, rest: Array, priors: Priors, delay: float = 0.0) -> Pilot:
+def fit_pilot(
+    equations: EquationSequence,
+    basis: Basis,
+    rest: Array,
+    priors: Priors,
+    delay: float = 0.0,
+    progress: Callable[[float], None] = lambda _: None,
+) -> Pilot:
     """Fit the pilot, with torques shifted until they are linear in their remaining delay.
 
     Parameters
@@ -173,10 +181,13 @@ def fit_pilot(equations: EquationSequence, basis: Basis, rest: Array, priors: Pr
         Priors of model and sensors.
     delay
         Initial delay of the torques in the search [s].
+    progress
+        Callback `progress(fraction)`.
     """
     fit, apart = (_PilotFits(replace(equations, effects=count), basis, rest, priors).fit for count in (1, EFFECTS))
     layout, rounds, tried = equations.corrections, ROUNDS, list[tuple[float, float]]()
-    for _ in range(MOST_ROUNDS if layout.sizes["torque_delay"] else 0):  # on few windows, to save time
+    for turn in range(MOST_ROUNDS if layout.sizes["torque_delay"] else 0):  # on few windows, to save time
+        progress(0.5 * turn / MOST_ROUNDS)
         remainder, error = fit(delay, OPERATIONS / 4, rounds, True).late
         if abs(remainder) < max(LINEAR, 3 * error):
             break
@@ -186,6 +197,7 @@ def fit_pilot(equations: EquationSequence, basis: Basis, rest: Array, priors: Pr
         pilot = apart(delay, OPERATIONS, MOST_ROUNDS, False)
         with_logs, without_logs = _log_errors(pilot, pilot.components, pilot.model, pilot.model.with_equal_logs)
         fit = fit if np.median(without_logs - with_logs) < np.log(DIFFER) else apart
+    progress(0.5)
     if fit is not apart:
         pilot = fit(delay, OPERATIONS, MOST_ROUNDS, False)
     if abs(delay + pilot.late[0]) >= LINEAR:
@@ -294,11 +306,11 @@ def _groups(
 
     The prior of curves is as large as the joint's torque, the prior of terms a third of it.
     """
-    designs = [columns.design(part, each, part.residual.reshape(-1, 1)) for part, each in zip(parts, own, strict=True)]
-    step = max(2, round(sum(map(len, designs)) * designs[0].shape[1] ** 2 / operations))
-    groups = [
-        make_groups(part, k % (step - 1), step, design)  # all places between contact changes are among them
-        for k, (part, design) in enumerate(zip(parts, designs, strict=True))
+    width = own[0].shape[1] * own[0].shape[2] + 1 + (0 if parts[0].regressors is None else parts[0].regressors.shape[2])
+    step = max(2, round(sum(part.residual.size for part in parts) * width**2 / operations))
+    groups = [  # the designs of all parts at once would take gigabytes
+        make_groups(part, k % (step - 1), step, columns.design(part, each, part.residual.reshape(-1, 1)))
+        for k, (part, each) in enumerate(zip(parts, own, strict=True))  # places between contact changes are among them
     ]
     functions = len(columns.basis.variance)
     largest = np.sqrt(np.mean(np.concatenate([block[:, :, functions:] for block in own]) ** 2, axis=0))

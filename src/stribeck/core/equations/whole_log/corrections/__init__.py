@@ -11,11 +11,7 @@ from stribeck.core.equations.whole_log.corrections.correction import Correction,
 from stribeck.core.robot import Robot
 from stribeck.core.settings import Settings
 
-CORRECTIONS: tuple[Correction, ...] = (
-    model.BODIES,
-    *calibration.CALIBRATION,
-    *model.MODEL,
-)
+CORRECTIONS: tuple[Correction, ...] = (model.BODIES, *calibration.CALIBRATION, *model.MODEL)
 """Corrections in the order of their columns; a log is corrected in the reverse order.
 
 The overdispersion widens the priors from bodies to the delay of the base.

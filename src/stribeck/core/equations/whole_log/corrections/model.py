@@ -74,10 +74,7 @@ MODEL: tuple[Correction, ...] = (
     Correction(name="rotors", columns=_by_rotors, scales=_rotor_scales, size=lambda layout: len(layout.rotors)),
     # Inertial parameters of payloads.
     Correction(
-        name="payloads",
-        columns=_by_payloads,
-        scales=_payload_scales,
-        size=lambda layout: SIZE * len(layout.payloads),
+        name="payloads", columns=_by_payloads, scales=_payload_scales, size=lambda layout: SIZE * len(layout.payloads)
     ),
     # Offset and friction that differ between logs [N m], as contrasts; `EquationSequence` adds the columns.
     Correction(
