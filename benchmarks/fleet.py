@@ -10,7 +10,6 @@ store of `trends` is synthetic and compacted: robots with 200 logs each, and cur
 import resource
 import tempfile
 import time
-from argparse import ArgumentParser
 from pathlib import Path
 
 import numpy as np
@@ -27,16 +26,9 @@ CLUSTER = 100 * 32
 
 def main() -> None:
     """Print the figures."""
-    parser = ArgumentParser(description=__doc__)
-    parser.add_argument("--logs", type=int, default=12, help="logs of each run; 0 for trends only")
-    parser.add_argument("--robots", type=int, default=500, help="robots of the synthetic store; 0 for none")
-    parser.add_argument("--joints", type=int, default=29)
-    options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        if options.logs:
-            throughput(Path(folder), options.logs)
-        if options.robots:
-            trends(Path(folder) / "synthetic", options.robots, options.joints)
+        throughput(Path(folder), logs=12)
+        trends(Path(folder) / "synthetic", robots=500, joints=29)
 
 
 def throughput(folder: Path, logs: int) -> None:

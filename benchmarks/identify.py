@@ -25,7 +25,7 @@ from studies.compensation import arm, noisy_log
 from studies.kept_walks import FOLDER
 
 from benchmarks.humanoid import FEET, stepping_log, talos
-from benchmarks.report import arguments, report
+from benchmarks.report import report
 from stribeck.core.dynamics.rooted import THREADS
 from stribeck.io.writers import write_log
 from stribeck.simulation.robots import MODELS
@@ -38,11 +38,10 @@ BATCH, BATCHES = 50_000, 12
 
 def main() -> None:
     """Print the figures."""
-    options = arguments(__doc__ or "", samples=600_000)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         # A process inherits the peak memory of its parent, so the logs are made in a process that ends here.
-        writer = multiprocessing.get_context("spawn").Process(target=write_logs, args=(folder, options.samples))
+        writer = multiprocessing.get_context("spawn").Process(target=write_logs, args=(folder, 600_000))
         writer.start()
         writer.join()
         walkers = FOLDER / "TALOS.toml"

@@ -420,9 +420,7 @@ FAULTS = {
     "the robot falls": Fault(_falls, ("base-falls",), of="talos"),
     # Contacts
     "contacts swapped": Fault(
-        every("contact", lambda c: c[:, np.arange(c.shape[1]) ^ 1]),
-        ("contacts-swapped",),
-        of="walk G1 talos",
+        every("contact", lambda c: c[:, np.arange(c.shape[1]) ^ 1]), ("contacts-swapped",), of="walk G1 talos"
     ),
     "legs exchanged": Fault(_exchanged, ("legs-exchanged",), of="walk"),
     "contacts 60 ms late": Fault(late(0.06, "contact"), ("contact-stuck", "contact-delay"), of="G1"),

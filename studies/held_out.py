@@ -46,10 +46,7 @@ REST = 0.01
 """Share of a joint's top speed below which it is at rest [1]."""
 ENDS = 0.25
 """Duration excluded at both ends of a part, where its filters settle [s]."""
-METHODS: dict[str, dict[str, object]] = {
-    "default, model trusted": {"corrections": "none"},
-    "default": {},
-}
+METHODS: dict[str, dict[str, object]] = {"default, model trusted": {"corrections": "none"}, "default": {}}
 """Settings of the whole log's columns."""
 
 
@@ -150,10 +147,7 @@ def held_out(folder: Path, band: float, methods: Mapping[str, Mapping[str, objec
     errors: dict[str, list[Array]] = {}
     for part in parts:
         others, held = with_torques([other for other in parts if other is not part], part, robot)
-        found: dict[str, Result | None] = {
-            "no friction": None,
-            "curve-fit": identify(others, for_curves),
-        }
+        found: dict[str, Result | None] = {"no friction": None, "curve-fit": identify(others, for_curves)}
         found |= {name: identify(others, robot, robot.settings.model_copy(update=own)) for name, own in methods.items()}
         for name, result in found.items():
             errors.setdefault(name, []).append(torque_errors(held, robot, result, band, slowest))

@@ -227,11 +227,7 @@ def run(case: str, seed: int) -> Row:
     return RUNS[case](seed) if case in RUNS else changed(case, seed)
 
 
-RUNS: dict[str, Callable[[int], Row]] = {
-    "unchanged": unchanged,
-    "20 hours": hours,
-    "smallest": smallest,
-}
+RUNS: dict[str, Callable[[int], Row]] = {"unchanged": unchanged, "20 hours": hours, "smallest": smallest}
 SEEDS = {"unchanged": 5, "20 hours": 5, "smallest": 1, "step": 10, "drift": 1, "cold": 2, "payload": 2}
 """Number of runs by case."""
 TITLES = {

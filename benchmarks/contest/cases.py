@@ -34,10 +34,7 @@ def _steps(single_support: float = 0.8, **sizes: float) -> list[Steps]:
     common = {"single_support": single_support, "double_support": DOUBLE_SUPPORT}
     forward, sideways = sizes["forward"], sizes["sideways"]
     straight = Steps(count=7, forward=forward, **common)
-    return [
-        straight,
-        *(Steps(count=4, sideways=way, width=sizes["width"], **common) for way in (sideways, -sideways)),
-    ]
+    return [straight, *(Steps(count=4, sideways=way, width=sizes["width"], **common) for way in (sideways, -sideways))]
 
 
 WALKS = {
