@@ -12,9 +12,9 @@ import pytest
 from scipy.signal import lfilter
 from tests.arm import TRUTH, arm_log
 from tests.models import example_robot
-from tests.online.service import RATE, elbow, feed, same, stream
+from tests.online.service import RATE, elbow, feed, noisy, same, stream
 
-from stribeck import LogError, Result, Robot, RobotLog, SettingsError
+from stribeck import LogError, Result, Robot, RobotLog, SettingsError, identify
 from stribeck.core.base.typing import Array
 from stribeck.core.dynamics.contact.mode import ContactMode
 from stribeck.core.dynamics.momentum import momentum_balance
@@ -43,6 +43,14 @@ def test_a_step_is_reported_for_the_right_joint_and_cleared_when_it_returns(robo
     assert 0.08 < raised.change < 0.2
     assert cleared.time > 100
     assert not online.alarms
+
+
+@pytest.mark.parametrize("change", [-0.25, 0.25])
+def test_a_change_before_the_start_is_reported_where_logs_are_alike(robot: Robot, change: float) -> None:
+    logs = [noisy(arm_log(robot, duration=20.0, rate=RATE, seed=seed), seed) for seed in range(2)]
+    online = OnlineFriction(identify(logs, robot, law="stribeck", method="curve-fit"), robot, RATE)
+    (alarm,) = feed(online, stream(robot, 30.0, elbow(lambda time: change + 0 * time)))
+    assert (alarm.name, alarm.kind) == ("elbow", "joint")
 
 
 def test_the_friction_now_is_the_simulated_friction(robot: Robot, result: Result) -> None:

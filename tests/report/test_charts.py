@@ -14,7 +14,6 @@ from tests.whole_log.logs import TRUTH, with_wrong_bodies
 from stribeck import Robot, identify, write_report
 from stribeck.app.report.details import branch_charts, branches
 from stribeck.app.report.text import MINUS, THIN, matched, number, percent
-from stribeck.app.report.timeline import share_held
 from stribeck.app.report.torques import POINTS, replayed_torques
 from stribeck.core.friction import get_law
 from stribeck.core.result import Result
@@ -22,17 +21,6 @@ from stribeck.core.settings import Settings
 from stribeck.simulation.prescribed.exact import exact_log
 from stribeck.simulation.robots import MODELS
 from stribeck.simulation.sensors.measure import with_noise
-
-
-def test_the_strips_cover_the_phases() -> None:
-    rng = np.random.default_rng(5)
-    borders = np.sort(rng.uniform(0, 10, 40))
-    phases = [(float(a), float(b), "left", True) for a, b in zip(borders[::2], borders[1::2], strict=True)]
-    edges = np.linspace(-1, 11, 60)
-    share = share_held(phases, edges)
-    assert np.sum(share * np.diff(edges)) == pytest.approx(sum(b - a for a, b, _, _ in phases))
-    assert share.min() >= 0
-    assert share.max() <= 1 + 1e-12
 
 
 def test_torques_over_the_log_show_what_friction_explains(result: Result) -> None:

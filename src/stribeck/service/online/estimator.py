@@ -35,8 +35,9 @@ WINDOW = 0.05
 FEWEST, IMPOSSIBLE, FASTER = 8, 30.0, 10.0
 """Smallest number of samples in a window; and its change of friction, relative to the friction, and its speed, relative
 to the top speed of the identified log, from which it is damaged [1]."""
-WALK = 300.0
-"""Motion in which friction may change as much as it differs from log to log [s]."""
+WALK, CHANGE = 300.0, 0.13
+"""Motion in which friction may change as much as it differs from log to log [s], and smallest change that the filters
+expect [1], the spread of a robot with one log. A smaller one would hide wear where logs are alike."""
 RETURN = 3600.0
 """Time constant with which the estimate returns to the identified friction without motion, and longest pause [s]."""
 OFFSET, PAYLOAD = 1.0, 0.05
@@ -92,7 +93,7 @@ class OnlineFriction:
         self._zero = np.array([known.encoder_zero.get(name, (0.0,))[0] for name in names])
         self._delay = known.torque_delay[0] if known.torque_delay else 0.0
         self._untracked = np.setdiff1d(np.arange(len(names)), self.baseline.columns)
-        spread, columns = self.baseline.spread, self.baseline.columns
+        spread, columns = np.maximum(self.baseline.spread, CHANGE), self.baseline.columns
         zero = OFFSET * np.hypot(1.0, self.baseline.offset / self.baseline.level)
         scales = np.stack([spread, zero, spread, np.full(len(columns), PAYLOAD)], axis=1)
         self.filters = JointFilters(scales, scales / np.sqrt(WALK), RETURN, self.baseline.residual**2)
