@@ -129,7 +129,8 @@ def test_backends_give_the_same_store(logs: Path, store: Path, tmp_path: Path, b
 
 @pytest.mark.long
 def test_a_ray_cluster_is_found_by_its_address(logs: Path, store: Path, tmp_path: Path, monkeypatch: Any) -> None:
-    cluster = pytest.importorskip("ray.cluster_utils").Cluster(initialize_head=True, head_node_args={"num_cpus": 2})
+    cluster = pytest.importorskip("ray.cluster_utils").Cluster(initialize_head=True, head_node_args={"num_cpus": 1})
+    cluster.add_node(num_cpus=1)
     monkeypatch.setenv("RAY_ADDRESS", cluster.address)
     try:
         assert run_fleet(all_jobs(logs), tmp_path / "s", workers=2, backend="ray").counts == {"identified": 6}
