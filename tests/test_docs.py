@@ -129,7 +129,8 @@ def test_python_runs(page: str) -> None:
 @pytest.mark.parametrize("block", all_blocks("toml"))
 def test_robot_files_are_valid(block: Block) -> None:
     document = tomllib.loads(block.text)
-    file = settings.RobotFile.model_validate({"robot": {"model": "robot.urdf"}, **document})
+    robot_table = {"model": "robot.urdf", **document.pop("robot", {})}
+    file = settings.RobotFile.model_validate({"robot": robot_table, **document})
     check_table(file.log, "robot.toml")
     models = {Path(path).name: path for path, *_ in MODELS.values()}
     if file.robot.model in models:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from stribeck.core.base.typing import Array
 from stribeck.core.errors import LogError, SettingsError, listed
@@ -110,16 +109,18 @@ def convert(
     if settings.order == "wxyz":
         values[:] = values[:, [1, 2, 3, 0]]
     if settings.mount is not None:
-        _into_base(values, Rotation.from_euler("xyz", settings.mount))
+        _into_base(values, settings.mount)
     if settings.unwrap and channel == "position":
         for column in values.T:
             known = np.isfinite(column)
             column[known] = np.unwrap(column[known])
 
 
-def _into_base(values: Array, mount: Rotation) -> None:
+def _into_base(values: Array, angles: Sequence[float]) -> None:
     """Convert vectors, shape (T, 3), or orientations, (T, 4), of an IMU to those of the base, in place."""
-    known = np.isfinite(values).all(axis=1)
+    from scipy.spatial.transform import Rotation
+
+    mount, known = Rotation.from_euler("xyz", angles), np.isfinite(values).all(axis=1)
     if known.any():
         part = values[known]
         values[known] = mount.apply(part) if part.shape[1] == 3 else (Rotation.from_quat(part) * mount.inv()).as_quat()

@@ -5,7 +5,6 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from stribeck.core.base.typing import Array, BoolArray
 from stribeck.core.dynamics.root_motion import gravity_in_root_link
@@ -213,6 +212,8 @@ def row_of_fall(log: RobotLog, robot: Robot, segments: Segments) -> int | None:
             continue
         if place or fallen[0]:
             return int(start + fallen[0])
+        from scipy.spatial.transform import Rotation
+
         vertical = 0.0 - 9.81 * np.round(Rotation.from_quat(log.base_orientation[start]).apply([0.0, 0.0, 1.0]))
         raise LogError(
             f"{log.path or 'log'}: base_orientation tilts the base by {np.rad2deg(tilt[0]):.0f}° at the start, "
