@@ -28,9 +28,6 @@ def heading(result: Result, law: FrictionLaw, reference: Reference = NO_REFERENC
     joints = {short[name]: joint for name, joint in result.joints.items()}
     named = {verdict: [name for name, joint in joints.items() if joint.verdict == verdict] for verdict in VERDICTS}
     findings = by_severity(result.findings)
-    flagged = {short.get(name) for finding in findings if finding.on_friction for name in finding.joints}
-    identified = named["identified"]
-    distrusted = {verdict: named[verdict] for verdict in ("weak", "not excited")}
     steps: dict[str, list[str]] = {}  # next step and its joints
     for name, joint in joints.items():
         if joint.verdict in ("weak", "not excited"):
@@ -52,7 +49,7 @@ def heading(result: Result, law: FrictionLaw, reference: Reference = NO_REFERENC
         unseen=median(unseen) if unseen else None,
         another=1.96 * max((point.between_logs for joint in joints.values() for point in joint.curve), default=0.0),
         between=logs_text(result.corrections, result.log.paths),
-        distrusted=distrusted | {"intervals too narrow": [name for name in identified if name in flagged]},
+        distrusted={verdict: named[verdict] for verdict in ("weak", "not excited")},
         urgent=next((finding for finding in findings if finding.cure and not finding.has("note")), None),
         steps=steps,
         warnings=sum(not finding.has("note") for finding in findings),
@@ -121,7 +118,7 @@ def first_screen(result: Result, evidence: Evidence, reference: Reference = NO_R
         places={name: index for index, name in enumerate(result.joints)},
         own_units={name: curve.units[1] for name, curve in curves.items()} if len(kinds) > 1 else {},
         verdicts=VERDICTS,
-        flagged={name for finding in result.findings for name in finding.joints},
+        flagged={name for finding in result.findings if not finding.has("note") for name in finding.joints},
         warnings=warnings(result),
         known=reference,
         most=_largest_bound(without.values()),

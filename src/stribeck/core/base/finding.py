@@ -145,7 +145,7 @@ class Finding:
 
     @property
     def on_friction(self) -> bool:
-        """Whether friction of the joints is wrong by more than its intervals state."""
+        """Whether the finding is about what the friction law of the joints does not describe."""
         return self.check.startswith(FRICTION)
 
     @property
