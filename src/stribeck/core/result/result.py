@@ -274,8 +274,8 @@ class Result(Mapping[str, JointResult]):
             "parameters" for one row per parameter, and one per joint without parameters: joint, parameter, value,
             standard_error, low and high (the ends of the 95 % interval), unit, verdict, joint_verdict. Joints without
             parameters have None or NaN from `parameter` to `verdict`. "joints" for one row per joint: joint,
-            verdict, reason, next_step, r2 (`friction_r2`), and friction, low, high, unit, low_next_log, high_next_log
-            (the interval for another log of the robot) and velocity at middle speed.
+            verdict, reason, next_step, r2 of the torque and friction_r2 (held out), and friction, low, high, unit,
+            low_next_log, high_next_log (the interval for another log of the robot) and velocity at middle speed.
 
         Raises
         ------

@@ -37,8 +37,9 @@ def joint_rows(joints: Joints) -> list[dict[str, object]]:
     """Build the rows of `Result.to_dataframe("joints")`."""
     rows: list[dict[str, object]] = []
     for name, joint in joints.items():
-        judged = {"verdict": joint.verdict, "reason": joint.reason, "next_step": advice(joint)}
-        row: dict[str, object] = {"joint": name, **judged, "r2": joint.friction_r2}
+        row: dict[str, object] = {"joint": name, "verdict": joint.verdict, "reason": joint.reason}
+        row |= {"next_step": advice(joint), "r2": joint.torque_r2.best if joint.torque_r2 else None}
+        row["friction_r2"] = joint.friction_r2
         if joint.curve:
             middle = joint.curve[len(joint.curve) // 2]
             low, high = middle.interval_95
