@@ -1,12 +1,11 @@
 """Friction torque that a law predicts for the samples of a joint, averaged as by the filter of the torque."""
 
 from collections.abc import Callable, Mapping
-from functools import lru_cache
 from typing import Any, cast
 
 import numpy as np
 
-from stribeck.core.base.typing import Array, BoolArray, IntArray
+from stribeck.core.base.typing import Array, BoolArray
 from stribeck.core.friction import LawWithState
 from stribeck.core.judgement.curve_fit.problem import FitProblem
 
@@ -49,18 +48,9 @@ def _of_law(problem: FitProblem, kind: str, values: Any) -> Array:
 
 def _average(problem: FitProblem, function: Callable[[Array], Array]) -> Array:
     """Average a function of the velocity, shape (M,) -> (M, ...), with the filter's weights, shape (N, ...)."""
-    result, turning = function(problem.velocity), _turning(problem)
+    result, turning = function(problem.velocity), problem.turning
     if len(turning) and problem.around is not None and problem.weights is not None:
         around = problem.around[turning]
         values = function(around.ravel()).reshape(*around.shape, -1)
         result[turning] = np.einsum("nkp,k->np", values, problem.weights).reshape(-1, *result.shape[1:])
     return result
-
-
-@lru_cache(maxsize=2)
-def _turning(problem: FitProblem) -> IntArray:
-    """Find the samples with a relevant change of velocity within the filter's window."""
-    if problem.around is None:
-        return np.empty(0, dtype=np.int64)
-    change = np.abs(problem.around - problem.velocity[:, None]).max(axis=1)
-    return np.flatnonzero(change > 0.2 * np.abs(problem.velocity))  # the law is nearly linear over smaller changes

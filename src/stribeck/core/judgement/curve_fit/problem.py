@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -50,6 +51,13 @@ class FitProblem:
     around: Array | None = None
     weights: Array | None = None
     along: Along | None = None
+
+    @cached_property
+    def turning(self) -> IntArray:
+        """Samples with a relevant change of velocity within the filter's window."""
+        around = self.velocity[:, None] if self.around is None else self.around
+        change = np.abs(around - self.velocity[:, None]).max(axis=1)
+        return np.flatnonzero(change > 0.2 * np.abs(self.velocity))  # the law is nearly linear over smaller changes
 
     def excitation(self, prismatic: bool) -> Excitation:
         """Judge the motion of the joint."""
