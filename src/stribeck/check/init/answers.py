@@ -98,9 +98,9 @@ def _answer_from_log(draft: Draft, log: Path) -> None:
             why = "are these millimeters? The positions are within the model's limits only as millimeters."
             draft.guess(f"log.{channel}", "scale", multiply_scale(robot, draft.table("log"), channel, factors), why)
     timed = "time" in source.channels
-    for channel, unit, why in columns.position_and_velocity_units(read, robot) if timed and not turn else []:
-        draft.table(f"log.{channel}")["unit"] = unit
-        (draft.note if "times as fast" in why else draft.ask)(f"log.{channel}.unit", why)
+    units, why, sure = columns.position_and_velocity_units(read, robot) if timed and not turn else ({}, "", False)
+    for channel, unit in units.items():
+        (draft.set if sure else draft.guess)(f"log.{channel}", "unit", unit, why)
         if channel == "position" and read.command is not None:
             draft.set("log.desired_position", "unit", unit, "as the positions.")
         if channel == "position" and unit == "deg" and (ranges := columns.normalized_ranges(read, robot)):

@@ -126,21 +126,22 @@ def orientation_order(log: RobotLog) -> str:
     return "wxyz" if first > upright + 0.7 else ""
 
 
-def position_and_velocity_units(log: RobotLog, robot: Robot) -> list[tuple[str, str, str]]:
-    """Find channel, unit and evidence if positions or velocities are not in radians."""
+def position_and_velocity_units(log: RobotLog, robot: Robot) -> tuple[dict[str, str], str, bool]:
+    """Find the units of positions and velocities that are not in radians, the evidence, and whether it is sure."""
     lowest, highest = np.nanmin(log.position, axis=0), np.nanmax(log.position, axis=0)
     speed = np.nanpercentile(np.abs(np.diff(log.position, axis=0)), 99, axis=0) / np.nanmedian(np.diff(log.time))
     degrees = in_degrees(robot, lowest, highest, speed).any()
     why = "is this the unit? The positions are outside the model's limits in radians, and inside in degrees."
+    sure = False
     position, velocity = "deg" if degrees else "rad", "deg/s" if degrees else "rad/s"
     if log.velocity is not None:
         slopes = position_slopes(log)
         middle = float(np.nanmedian(slopes)) if np.isfinite(slopes).any() else 1.0
         if units := units_of_slope(abs(middle)):
             position, velocity = units
-            why = f"the positions change {middle:.4g} times as fast as the velocities."
-    entries = [("position", position, why)] if position != "rad" else []
-    return entries + ([("velocity", velocity, why)] if log.velocity is not None and velocity != "rad/s" else [])
+            why, sure = f"the positions change {middle:.4g} times as fast as the velocities.", True
+    found = {"position": position} if position != "rad" else {}
+    return found | ({"velocity": velocity} if log.velocity is not None and velocity != "rad/s" else {}), why, sure
 
 
 def normalized_ranges(log: RobotLog, robot: Robot) -> dict[str, tuple[float, float]]:
