@@ -21,15 +21,15 @@ def reconciled(audited: Sequence[Finding], result: Result, logs: int) -> list[Fi
     the spans that are set aside and the torque delay of one log more precisely than the audit.
     """
     refined = {"set-aside"} if {"set-aside", "payload"} & {finding.check for finding in result.findings} else set()
-    delay, long = result.corrections and result.corrections.torque_delay, 0.02  # delay that only a long one leaves [s]
+    delay = result.corrections.torque_delay if result.corrections and logs == 1 else None
+    found = 0.02  # delay of the fit [s] from which it has found a long one, which a shorter delay only approaches
     kept = [finding for finding in audited if finding.check not in refined]
-    if logs == 1 and delay:
-        kept = [f for f in kept if f.check != "torque-delay" or (f.doubt and abs(delay[0]) < long)]
-    left_out = set()
-    if any(finding.gains for finding in audited):
-        left_out = {"torque-gain", "torque-scale", "several-causes", "bodies-differ", "bodies-implausible"}
+    if delay:
+        kept = [each for each in kept if each.check != "torque-delay" or (each.doubt and abs(delay[0]) < found)]
+    gains = any(finding.gains for finding in audited)
+    left_out = {"torque-gain", "torque-scale", "several-causes", "bodies-differ", "bodies-implausible"} if gains else ()
     distorted = any(finding.has("distorts") for finding in audited)
-    fitted = [f for f in result.findings if not distorted or (f.has("symptom") and not f.doubt)]
+    fitted = [each for each in result.findings if not distorted or (each.has("symptom") and not each.doubt)]
     return [*kept, *(finding for finding in fitted if finding.check not in left_out)]
 
 

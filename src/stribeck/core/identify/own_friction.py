@@ -18,7 +18,7 @@ def own_friction(
     robot: Robot,
     couplings: Sequence[str],
 ) -> FrictionSamples:
-    """Subtract the torque of fitted rotor inertias, and separate the friction of couplings into columns.
+    """Subtract the torque of fitted rotors, and separate the friction of couplings into columns.
 
     A coupling's column is its fitted friction plus its least-squares share of the torque that the fits of its joints do
     not explain. Other couplings share this torque if these joints have no separate friction.
@@ -40,8 +40,8 @@ def own_friction(
     unexplained = torque - friction @ acting.T
     parts = [np.flatnonzero(weights) for weights in acting.T]  # a coupling requires all of its joints
     for column, part in enumerate(parts):
-        alone = column < joints or robot.bare.isdisjoint(robot.couplings[names[column]])
-        others = [] if alone else [k for k in range(joints, len(names)) if k != column and acting[part, k].any()]
+        shared = column >= joints and not robot.bare.isdisjoint(robot.couplings[names[column]])
+        others = [k for k in range(joints, len(names)) if shared and k != column and acting[part, k].any()]
         friction[:, column] += unexplained[:, part] @ np.linalg.pinv(acting[part][:, [column, *others]])[0]
     return replace(
         samples,

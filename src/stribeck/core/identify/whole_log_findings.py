@@ -139,9 +139,7 @@ def _of_drift(fit: WholeLog) -> list[Finding]:
         speed = laws.top_speed[[k]] / 2
         friction = laws.law.resisting(speed, joint_fit.law_values(laws.law, joint_fit.mean_load))
         share = float((drift(joint_fit.by_name, speed) / np.maximum(friction, LEAST_FRICTION * laws.torque[k]))[0])
-        if (
-            abs(share) > 0.05 and k not in fit.paced
-        ):  # change of friction during a log relative to its mean [1], as for misfits
+        if abs(share) > 0.05 and k not in fit.paced:  # relative change during a log [1], as for misfits
             changed[joint] = f" ({100 * share:+.0f} %)"
     return [Finding.of("friction-drift.known", changed)] if changed else []
 

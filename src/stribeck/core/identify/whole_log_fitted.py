@@ -113,10 +113,10 @@ class WholeLog(WholeLogFit):
     @cached_property
     def paced(self) -> set[int]:
         """Numbers of the joints whose speed rises or falls with time, as in a chirp: friction seems to drift there."""
-        paced, parts = 0.8, self.read.pilot.parts  # smallest correlation of the logarithm of the speed with time [1]
+        least, parts = 0.8, self.read.pilot.parts  # smallest correlation of the logarithm of the speed with time [1]
         rows = [[part.time.mean(), *np.log(np.maximum(part.velocity.std(axis=0), 1e-9))] for part in parts]
         with np.errstate(all="ignore"):  # speeds may be constant
-            return set(np.flatnonzero(np.abs(np.corrcoef(rows, rowvar=False)[0, 1:]) > paced)) if rows[3:] else set()
+            return set(np.flatnonzero(np.abs(np.corrcoef(rows, rowvar=False)[0, 1:]) > least)) if rows[3:] else set()
 
     @property
     def notes(self) -> list[str]:

@@ -120,8 +120,8 @@ def without_friction(fit: JointFit) -> JointFit:
     kept = np.array([not parameter.name.startswith(("coulomb", "viscous")) for parameter in fit.parameters])
     values, errors, intervals = fit.values * kept, fit.standard_errors * kept, fit.intervals * kept[:, None]
     covariance = fit.covariance * np.outer(kept, kept)
-    fit = replace(fit, values=values, standard_errors=errors, intervals=intervals, covariance=covariance)
-    return replace(fit, law_misfit=0.0)
+    fit = replace(fit, values=values, standard_errors=errors, intervals=intervals)
+    return replace(fit, covariance=covariance, law_misfit=0.0)
 
 
 def in_channel_unit(fit: JointFit, gain: float) -> JointFit:

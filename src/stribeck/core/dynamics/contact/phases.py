@@ -212,9 +212,8 @@ def row_of_fall(log: RobotLog, robot: Robot, segments: Segments) -> int | None:
             continue
         if place or fallen[0]:
             return int(start + fallen[0])
-        from scipy.spatial.transform import Rotation
-
-        vertical = 0.0 - 9.81 * np.round(Rotation.from_quat(log.base_orientation[start]).apply([0.0, 0.0, 1.0]))
+        x, y, z, w = log.base_orientation[start]
+        vertical = 0.0 - 9.81 * np.round([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x**2 + y**2)])
         raise LogError(
             f"{log.path or 'log'}: base_orientation tilts the base by {np.rad2deg(tilt[0]):.0f}° at the start, "
             'as if the robot had fallen; if not, set order = "wxyz" or mount in [log.base_orientation], base_frame in '

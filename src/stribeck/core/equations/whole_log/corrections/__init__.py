@@ -32,8 +32,8 @@ def find_corrections(
     """
     asked = settings.fit_armature
     everywhere = asked is True or (asked == "auto" and robot.torque_source != "link_side_sensor")
-    asked = [name for name in names if name not in robot.bare] if everywhere else asked  # their rotors are elsewhere
-    rotors = tuple(k for k, name in enumerate(names) if isinstance(asked, list) and name in asked)
+    chosen = set(asked) if isinstance(asked, list) else set(names) - robot.bare if everywhere else set()
+    rotors = tuple(k for k, name in enumerate(names) if name in chosen)  # bare joints: their rotors are the couplings'
     modelled = dict(zip(robot.joint_names, robot.armature.tolist(), strict=True))
     armature = np.array([modelled.get(names[k], 0.0) for k in rotors])
     guessed = np.array([names[k] not in robot.known_rotors for k in rotors], dtype=bool)
