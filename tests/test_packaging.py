@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 SUFFIXES = {".md", ".py", ".pyi", ".typed", ".j2", ".js", ".css", ".toml", ".urdf", ".xml"}
 """Of what the packages need: code, templates of reports, and the robots that are simulated."""
-WHEEL_BYTES = 1_010_000
+WHEEL_BYTES = 1_000_000
 """At most; it was 0.78 MB when this was written."""
 PACKAGED = {
     path.relative_to(ROOT / "src").as_posix()
@@ -45,7 +45,7 @@ def test_the_wheel_contains_only_the_packages(tmp_path: Path) -> None:
         information = f"stribeck-{__version__}.dist-info"
         metadata = archive.read(f"{information}/METADATA").decode()
         scripts = archive.read(f"{information}/entry_points.txt").decode()
-    packaged = {name for name in PACKAGED if not name.endswith(("README.md", "LICENSE"))}
+    packaged = {name for name in PACKAGED if not name.endswith(("README.md", "LICENSE")) and "/toro/" not in name}
     assert {name for name in names if not name.startswith(information)} == packaged
     assert f"{information}/licenses/LICENSE" in names
     assert "License-Expression: Apache-2.0" in metadata

@@ -15,7 +15,7 @@ from stribeck.core.errors import RobotFileError, SettingsError
 from stribeck.core.friction import get_law
 from stribeck.core.identify.whole_log import identify_whole_log
 from stribeck.core.settings import FilterSettings, Settings
-from stribeck.paper.loop_momentum import loop_inertia, loop_momentum_balance
+from stribeck.paper.observer import loop_inertia, loop_momentum_balance
 
 EXACT = Settings(method="curve-fit", law="coulomb-viscous", filter=FilterSettings(kind="log"), standing_legs=True)
 GRAVITY = 9.81

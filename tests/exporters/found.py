@@ -15,7 +15,7 @@ from stribeck.core.result import BodyCorrection, Corrections, JointResult, LogSu
 from stribeck.core.robot import Robot
 from stribeck.core.settings import Priors
 from stribeck.simulation.robots import MODELS as PACKAGED
-from stribeck.simulation.robots.toro import ROBOT_FILE
+from stribeck.simulation.robots import TORO
 
 FRICTION = {"viscous": (0.3, "N m s/rad"), "coulomb": (1.2, "N m"), "offset": (-0.4, "N m")}
 UNITS = {"viscous": "N m s/rad", "coulomb": "N m", "stribeck_velocity": "rad/s", "offset": "N m", "armature": "kg m^2"}
@@ -51,7 +51,7 @@ def of_joints(folder: Path, *own: JointResult, robot: str = "arm") -> tuple[Resu
 
 def robot_of(name: str, folder: Path) -> tuple[Robot, str]:
     """Return a robot, read from a file in the folder, and its format."""
-    packaged = {"toro": ROBOT_FILE, "arm": PACKAGED / "arm.toml", "biped": PACKAGED / "robot.toml"}
+    packaged = {"toro": TORO, "arm": PACKAGED / "arm.toml", "biped": PACKAGED / "robot.toml"}
     packaged["quadruped"] = PACKAGED / "quadruped.toml"
     path = folder / "robot.toml"
     if name in packaged:

@@ -13,7 +13,8 @@ from stribeck.simulation.demo import SCENARIO
 from stribeck.simulation.friction import FrictionTruth, LawFriction
 from stribeck.simulation.prescribed.exact import Truth
 from stribeck.simulation.rigid.constrained import BodyState, Support, simulate_constrained
-from stribeck.simulation.robots.toro import ROBOT_FILE, standing_posture
+from stribeck.simulation.robots import TORO
+from stribeck.simulation.robots.toro import standing_posture
 from stribeck.simulation.run import friction_of
 from stribeck.simulation.scenario import read_scenario
 
@@ -27,7 +28,7 @@ BUMP = 64 * Polynomial([0, 1]) ** 3 * Polynomial([1, -1]) ** 3
 
 @cache
 def toro() -> Robot:
-    return Robot.from_file(ROBOT_FILE)
+    return Robot.from_file(TORO)
 
 
 FRICTION = friction_of(read_scenario(SCENARIO), toro()).parameters

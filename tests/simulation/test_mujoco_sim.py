@@ -15,8 +15,8 @@ from stribeck.core.robot import Robot
 from stribeck.simulation.friction import FrictionTruth
 from stribeck.simulation.mujoco.model import compile_body
 from stribeck.simulation.mujoco.simulator import MujocoSim, foot_wrenches
-from stribeck.simulation.robots import MODELS
-from stribeck.simulation.robots.toro import MODEL_FILE, toro_links, toro_mjcf
+from stribeck.simulation.robots import MODELS, TORO_MODEL
+from stribeck.simulation.robots.toro import toro_links, toro_mjcf
 from stribeck.simulation.walking.balance.terms import Dynamics
 from stribeck.simulation.walking.start import start_standing
 
@@ -148,8 +148,8 @@ def test_positions_and_velocities_are_of_one_instant() -> None:
 
 
 def test_the_packaged_file_is_made_of_the_table() -> None:
-    assert MODEL_FILE.read_text(encoding="utf-8") == toro_mjcf()
-    compiled = mujoco.MjModel.from_xml_path(str(MODEL_FILE))
+    assert TORO_MODEL.read_text(encoding="utf-8") == toro_mjcf()
+    compiled = mujoco.MjModel.from_xml_path(str(TORO_MODEL))
     for link in toro_links():
         effort = link.drive.effort
         np.testing.assert_allclose(compiled.jnt_actfrcrange[compiled.joint(link.name).id], (-effort, effort))
@@ -164,7 +164,7 @@ def biped() -> tuple[pin.Model, set[str]]:
 
 
 def toro() -> tuple[pin.Model, set[str]]:
-    floating = pin.buildModelFromMJCF(str(MODEL_FILE))
+    floating = pin.buildModelFromMJCF(str(TORO_MODEL))
     model = pin.buildReducedModel(floating, [1], pin.neutral(floating))
     return model, {link.name for link in toro_links() if link.axis[1] != 0}
 

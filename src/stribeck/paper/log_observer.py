@@ -13,8 +13,7 @@ from stribeck.core.equations.friction_torque.explained import Explained
 from stribeck.core.filters.averaging import MOST_NODES, Nodes
 from stribeck.core.log.clock import STEP
 from stribeck.core.settings import Settings
-from stribeck.paper.loop_momentum import loop_momentum_balance
-from stribeck.paper.observer import decay
+from stribeck.paper.observer import decay, loop_momentum_balance
 
 PAST = (1.0, 3.0)
 """Times before a sample, in lags [1], with additional velocities, for the low-pass of a law where the joint reverses.

@@ -13,8 +13,7 @@ from stribeck.core.result import Result
 from stribeck.core.result.reference import Reference
 from stribeck.simulation.files import write_simulated
 from stribeck.simulation.friction.parameters import Parameters
-from stribeck.simulation.robots import MODELS
-from stribeck.simulation.robots.toro import MODEL_FILE, ROBOT_FILE
+from stribeck.simulation.robots import MODELS, TORO, TORO_MODEL
 from stribeck.simulation.run import run_scenario
 from stribeck.simulation.scenario import read_scenario
 
@@ -52,7 +51,7 @@ def _velocities(low: float, high: float) -> Array:
 
 SCENARIO = MODELS / "demo.toml"
 """Scenario of the demonstration."""
-FILES = ("scenario.toml", "robot.toml", MODEL_FILE.name, "log.npz", "log.truth.npz")
+FILES = ("scenario.toml", "robot.toml", TORO_MODEL.name, "log.npz", "log.truth.npz")
 """Files of the demonstration."""
 
 
@@ -78,7 +77,7 @@ def make_demo(folder: Path, progress: Callable[[float], None] = lambda _: None, 
     scenario
         Scenario file; by default the packaged humanoid in the contact simulator.
     """
-    for source, name in ((scenario, "scenario.toml"), (ROBOT_FILE, "robot.toml"), (MODEL_FILE, MODEL_FILE.name)):
+    for source, name in ((scenario, "scenario.toml"), (TORO, "robot.toml"), (TORO_MODEL, TORO_MODEL.name)):
         shutil.copyfile(source, folder / name)
     chosen = read_scenario(folder / "scenario.toml")
     result = run_scenario(chosen, folder, progress)

@@ -14,7 +14,7 @@ from stribeck.core.filters.savitzky_golay import savgol_cutoff
 from stribeck.core.robot import Robot
 from stribeck.core.settings import FilterSettings, Settings
 from stribeck.paper.filters.cutoff import MIN_SAMPLES, ORDER, choose_cutoff
-from stribeck.paper.loop_momentum import loop_inertia
+from stribeck.paper.observer import loop_inertia
 
 MOST_SAMPLES = 30_000
 """Largest number of usable samples for the choice of the cutoff."""

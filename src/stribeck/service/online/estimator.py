@@ -36,8 +36,8 @@ FEWEST, IMPOSSIBLE, FASTER = 8, 30.0, 10.0
 """Smallest number of samples in a window; and its change of friction, relative to the friction, and its speed, relative
 to the top speed of the identified log, from which it is damaged [1]."""
 WALK, CHANGE = 300.0, 0.13
-"""Motion in which friction may change as much as it differs from log to log [s], and smallest change that the filters
-expect [1], the spread of a robot with one log. A smaller one would hide wear where logs are alike."""
+"""Motion in which friction may change as much as from log to log [s], and smallest change that the filters expect [1]:
+the spread of a robot with one log. A smaller one would hide wear where logs are alike."""
 RETURN = 3600.0
 """Time constant with which the estimate returns to the identified friction without motion, and longest pause [s]."""
 OFFSET, PAYLOAD = 1.0, 0.05

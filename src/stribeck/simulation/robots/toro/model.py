@@ -7,10 +7,9 @@ from their solids and writes them to the file, so that all readers use the same 
 import mujoco
 import numpy as np
 
-from stribeck.simulation.robots import MODELS
+from stribeck.simulation.robots import TORO_MODEL
 from stribeck.simulation.robots.toro.table import FOOT_SIZE, PELVIS, SIDES, SOLE, Solid, toro_links
 
-MODEL_FILE, ROBOT_FILE = MODELS / "toro.xml", MODELS / "toro.toml"
 FOOT_THICKNESS = 0.03
 """Size of the sole's box [m]."""
 
@@ -102,4 +101,4 @@ def _add_sole(foot: mujoco.MjsBody, side: str) -> None:
 
 
 if __name__ == "__main__":  # writes the model file
-    MODEL_FILE.write_text(toro_mjcf(), encoding="utf-8")
+    TORO_MODEL.write_text(toro_mjcf(), encoding="utf-8")
