@@ -145,7 +145,7 @@ class Finding:
 
     @property
     def on_friction(self) -> bool:
-        """Whether the finding is about what the friction law of the joints does not describe."""
+        """Whether the finding is a misfit of the friction law."""
         return self.check.startswith(FRICTION)
 
     @property

@@ -22,10 +22,10 @@ def reconciled(audited: Sequence[Finding], result: Result, logs: int) -> list[Fi
     """
     refined = {"set-aside"} if {"set-aside", "payload"} & {finding.check for finding in result.findings} else set()
     delay = result.corrections.torque_delay if result.corrections and logs == 1 else None
-    found = 0.02  # delay of the fit [s] from which it has found a long one, which a shorter delay only approaches
+    enough = 0.02  # smallest delay of the fit [s] that replaces a long one of the audit
     kept = [finding for finding in audited if finding.check not in refined]
     if delay:
-        kept = [each for each in kept if each.check != "torque-delay" or (each.doubt and abs(delay[0]) < found)]
+        kept = [each for each in kept if each.check != "torque-delay" or (each.doubt and abs(delay[0]) < enough)]
     gains = any(finding.gains for finding in audited)
     left_out = {"torque-gain", "torque-scale", "several-causes", "bodies-differ", "bodies-implausible"} if gains else ()
     distorted = any(finding.has("distorts") for finding in audited)

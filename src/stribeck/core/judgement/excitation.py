@@ -70,7 +70,7 @@ def velocity_noise(velocity: Array) -> float:
 
 
 def few_reversals(velocity: Array) -> Reason | None:
-    """Say if a joint reverses less than `MIN_REVERSALS` times; its velocity [rad/s] may have gaps of NaN."""
+    """Explain that a joint reverses fewer times than `MIN_REVERSALS`; its velocity [rad/s] may have gaps of NaN."""
     turns = _reversals(velocity[np.isfinite(velocity)])
     remedy = f"reverse the direction at least {MIN_REVERSALS} times"
     return Reason(f"only {turns} reversals", remedy=remedy) if turns < MIN_REVERSALS else None
