@@ -29,9 +29,9 @@ def save_state(online: Any, path: Path) -> None:
     """Write the state of an `OnlineFriction`, completely or not at all."""
     document = {name: np.asarray(attrgetter(name)(online)).tolist() for name in KEPT}
     document |= {"result": _hash(online.result.to_json()), "alarms": list(map(asdict, online.alarms.values()))}
-    document["checksum"] = _hash(json.dumps(document))
+    body = json.dumps(document)[:-1]
     with whole_or_not_at_all(path) as temporary:
-        temporary.write_text(json.dumps(document), encoding="utf-8")
+        temporary.write_text(f'{body}, "checksum": "{_hash(body)}"}}', encoding="utf-8")
 
 
 def load_state(online: Any, path: Path) -> None:
@@ -44,9 +44,10 @@ def load_state(online: Any, path: Path) -> None:
     """
     text = read_text(path, "a state file of stribeck watch", SettingsError)
     try:
-        document = json.loads(text)
-        if document.pop("checksum") != _hash(json.dumps(document)):
+        body, _, checksum = text.rpartition(', "checksum": ')
+        if checksum != f'"{_hash(body)}"}}':
             raise ValueError("its checksum differs")
+        document = json.loads(text)
         alarms = {alarm.key: alarm for alarm in (Alarm(**fields) for fields in document["alarms"])}
         owner, values = document["result"], {}
         for name in KEPT:
