@@ -15,6 +15,7 @@ from tests.report.conftest import truth_of
 from tests.result.made import point
 
 from stribeck import Robot, Settings, identify, inspect_log
+from stribeck.app.cli.console import print_result
 from stribeck.app.report import write_inspection, write_report
 from stribeck.app.report.curves import friction_curve
 from stribeck.app.report.robot import robot_picture
@@ -135,19 +136,42 @@ def test_joints_have_a_line_a_panel_and_a_row_and_those_without_friction_one_lin
     assert panel.count("data-chart") == 1  # the raw samples
 
 
-def test_findings_are_sorted_by_severity_and_have_remedies(result: Result, tmp_path: Path) -> None:
-    cure = "[log.torque] delay = 0.002"
-    delay = Finding(check="delay", text="torques are late", cure=cure, joints=("left_hip_roll",))
-    sign = Finding(check="sign", text="torques <are> reversed", cure="[log.torque] scale = -1", stops=True)
-    changed = replace(result, findings=[delay, sign])
+def test_findings_are_sorted_by_severity_and_by_unknown_friction(
+    result: Result, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    joints = {name: with_curve(joint, 1.0, 2.0, 3.0) for name, joint in result.joints.items()}
+    known, least_known = list(joints)[:2]
+    joints[least_known] = replace(joints[least_known], curve=(point(1.0, 2.0, 1.5),))
+    cures = {
+        "sign": "scale = -1",
+        "gain": "scale = 2",
+        "delay": "delay = 0.002",
+        "clock": "rate = 2",
+        "zero": "zero = 1",
+    }
+    findings = [
+        Finding(check=check, text=f"a wrong <{check}>", cure=cure, joints=(least_known if check == "gain" else known,))
+        for check, cure in cures.items()
+    ]
+    findings = [*findings[1:4], replace(findings[4], note=True), replace(findings[0], stops=True)]
+    changed = replace(result, joints=joints, findings=findings)
+    print_result(changed)
+    said = capsys.readouterr().out
+    assert [line.split("<")[1].split(">")[0] for line in said.splitlines() if "warning: " in line] == [*cures][:3]
+    assert "1 more warning in the report: clock" in said
     html = written(changed, tmp_path)
     section = html[html.index('<section id="warnings"') :].partition("</section>")[0]
-    assert section.count("<li") == 2
-    assert section.index("reversed") < section.index("late")
-    for finding in (delay, sign):
+    assert section.count("<li") == 5
+    assert (
+        section.index("&lt;delay")
+        < section.index("<summary>2 more")
+        < section.index("&lt;clock")
+        < section.index("&lt;zero")
+    )
+    for finding in findings:
         assert f'<code class="cure">{finding.cure}</code>' in section
         assert f"<code>{finding.place}</code>" in section
-    assert html.count('<a href="#warnings">warned</a>') == 1
+    assert html.count('<a href="#warnings">warned</a>') == 2
     for verdict in {joint.verdict for joint in result.joints.values()}:
         assert f"<code>{verdict_place(verdict)}</code>" in html
 

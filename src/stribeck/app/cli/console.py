@@ -101,6 +101,8 @@ def _style(cell: str) -> str:
 
 def print_result(result: Result) -> None:
     """Print one line per joint, its parameters unless the law is "auto", reasons of weak verdicts, and warnings."""
+    from stribeck.app.priorities import FIRST, by_priority, unknown_friction
+    from stribeck.core.base.finding import listed
     from stribeck.core.friction import AUTO
     from stribeck.core.result.estimates import verdict_place
     from stribeck.core.result.tables import advice, bound_text, main_reason
@@ -121,12 +123,19 @@ def print_result(result: Result) -> None:
         numbers = ["RMS\nwith friction", "RMS\nwithout friction", "torque R²"]
         print_table(TextTable(title="torque error [N m]", left=["joint"], right=numbers, rows=rows))
     say([result.log.usage])
-    for name, joint in result.all_friction.items():
-        if joint.verdict in ("weak", "not excited"):
-            step = advice(joint)
-            step = f"{step[0].upper()}{step[1:]} ({verdict_place(joint.verdict)})."
-            say([f"{name} {joint.verdict}: {main_reason(joint)}. {step}"])
-    say(f"warning: {finding.line}" for finding in result.findings if not finding.has("note"))
+    doubtful = {name: joint for name, joint in result.all_friction.items() if joint.verdict in ("weak", "not excited")}
+    first = sorted(doubtful, key=lambda name: -unknown_friction(doubtful[name]))[:FIRST]
+    for name in first:
+        step = advice(doubtful[name])
+        step = f"{step[0].upper()}{step[1:]} ({verdict_place(doubtful[name].verdict)})."
+        say([f"{name} {doubtful[name].verdict}: {main_reason(doubtful[name])}. {step}"])
+    if others := [name for name in doubtful if name not in first]:
+        say([f"weak or not excited, too: {listed(others)} (reasons in the report)"])
+    warnings = [finding for finding in by_priority(result) if not finding.has("note")]
+    say(f"warning: {finding.line}" for finding in warnings[:FIRST])
+    if later := [finding.check for finding in warnings[FIRST:]]:
+        what = "more warning" if len(later) == 1 else "more warnings"
+        say([f"{len(later)} {what} in the report: {listed(later)} (stribeck explain CHECK)"])
 
 
 def _lines_of_joints(result: Result, *, all_speeds: bool) -> TextTable:

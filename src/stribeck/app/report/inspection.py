@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING
 
+from stribeck.app.priorities import FIRST
 from stribeck.app.report.charts import Figures, over_time
 from stribeck.app.report.page import Section, render, section, write_page
 from stribeck.app.report.timeline import timeline
@@ -19,7 +20,7 @@ def write_inspection(inspection: Inspection, path: str | Path) -> None:
     """Write an inspection as one self-contained HTML file, completely or not at all."""
     audit, joints = inspection.audit, inspection.joints
     sections = [
-        section("findings", "Findings", "warnings", findings=audit) if audit else None,
+        section("findings", "Findings", "warnings", findings=audit[:FIRST], others=audit[FIRST:]) if audit else None,
         section("joints", "Joints", "inspection_joints", joints=joints, scales=_scales(joints.values())),
         _torques(inspection),
         timeline(inspection.phases) if len({phase[2] for phase in inspection.phases}) > 1 else None,

@@ -1,6 +1,6 @@
 """First screen of the report: results, trust, next steps, and one line per joint."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from operator import attrgetter
 from pathlib import PurePath
 from statistics import median
@@ -8,11 +8,11 @@ from statistics import median
 import numpy as np
 from markupsafe import Markup
 
+from stribeck.app.priorities import FIRST, by_priority
 from stribeck.app.report.curves import curve_charts, friction_curve
 from stribeck.app.report.joints import joint_samples
 from stribeck.app.report.page import Section, render, section
 from stribeck.app.report.text import short_names
-from stribeck.core.base.finding import Finding, catalogue
 from stribeck.core.friction.law import FrictionLaw
 from stribeck.core.result import Evidence, JointResult, ParameterEstimate, Result, Verdict
 from stribeck.core.result.reference import NO_REFERENCE, Reference
@@ -27,7 +27,7 @@ def heading(result: Result, law: FrictionLaw, reference: Reference = NO_REFERENC
     short = short_names(result.joints)
     joints = {short[name]: joint for name, joint in result.joints.items()}
     named = {verdict: [name for name, joint in joints.items() if joint.verdict == verdict] for verdict in VERDICTS}
-    findings = by_severity(result.findings)
+    findings = by_priority(result)
     steps: dict[str, list[str]] = {}  # next step and its joints
     for name, joint in joints.items():
         if joint.verdict in ("weak", "not excited"):
@@ -135,27 +135,9 @@ def _largest_bound(joints: Iterable[JointResult]) -> str:
 
 
 def warnings(result: Result) -> Section | None:
-    """Render the findings; None without any."""
+    """Render the findings, only the first warnings open; None without any."""
     if not result.findings:
         return None
-    return section("warnings", "Warnings", "warnings", findings=by_severity(result.findings))
-
-
-def by_severity(findings: Sequence[Finding]) -> list[Finding]:
-    """Sort findings: causes, then what may follow from them, such as drifts and bodies that differ, then notes."""
-    after = catalogue()["after"]
-
-    def rank(finding: Finding) -> tuple[bool, ...]:
-        follows = finding.on_friction or finding.check.startswith("bodies-") or finding.has("symptom")
-        fixed = bool(finding.settings or finding.exclude)
-        return (
-            finding.has("note"),
-            not finding.stops,
-            follows,
-            not finding.doubt,
-            not finding.cure,
-            finding.check in after,
-            not fixed,
-        )
-
-    return sorted(findings, key=rank)
+    findings = by_priority(result)
+    shown = [finding for finding in findings if not finding.has("note")][:FIRST]
+    return section("warnings", "Warnings", "warnings", findings=shown, others=findings[len(shown) :])
