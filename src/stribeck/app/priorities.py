@@ -18,7 +18,7 @@ def by_priority(result: Result) -> list[Finding]:
         follows = finding.on_friction or finding.check.startswith("bodies-") or finding.has("symptom")
         unknown = [unknown_friction(friction[name]) for name in finding.joints or friction if name in friction]
         kind = (not finding.stops, follows, not finding.doubt, not finding.cure, finding.check in after)
-        return (finding.has("note"), *kind, -max(unknown, default=0.0))
+        return (finding.note, *kind, -max(unknown, default=0.0))
 
     return sorted(result.findings, key=rank)
 

@@ -131,7 +131,7 @@ def print_result(result: Result) -> None:
         say([f"{name} {doubtful[name].verdict}: {main_reason(doubtful[name])}. {step}"])
     if others := [name for name in doubtful if name not in first]:
         say([f"weak or not excited, too: {listed(others)} (reasons in the report)"])
-    warnings = [finding for finding in by_priority(result) if not finding.has("note")]
+    warnings = [finding for finding in by_priority(result) if not finding.note]
     say(f"warning: {finding.line}" for finding in warnings[:FIRST])
     if later := [finding.check for finding in warnings[FIRST:]]:
         what = "more warning" if len(later) == 1 else "more warnings"

@@ -50,9 +50,9 @@ def heading(result: Result, law: FrictionLaw, reference: Reference = NO_REFERENC
         another=1.96 * max((point.between_logs for joint in joints.values() for point in joint.curve), default=0.0),
         between=logs_text(result.corrections, result.log.paths),
         distrusted={verdict: named[verdict] for verdict in ("weak", "not excited")},
-        urgent=next((finding for finding in findings if finding.cure and not finding.has("note")), None),
+        urgent=next((finding for finding in findings if finding.cure and not finding.note), None),
         steps=steps,
-        warnings=sum(not finding.has("note") for finding in findings),
+        warnings=sum(not finding.note for finding in findings),
     )
 
 
@@ -118,7 +118,7 @@ def first_screen(result: Result, evidence: Evidence, reference: Reference = NO_R
         places={name: index for index, name in enumerate(result.joints)},
         own_units={name: curve.units[1] for name, curve in curves.items()} if len(kinds) > 1 else {},
         verdicts=VERDICTS,
-        flagged={name for finding in result.findings if not finding.has("note") for name in finding.joints},
+        flagged={name for finding in result.findings if not finding.note for name in finding.joints},
         warnings=warnings(result),
         known=reference,
         most=_largest_bound(without.values()),
@@ -139,5 +139,5 @@ def warnings(result: Result) -> Section | None:
     if not result.findings:
         return None
     findings = by_priority(result)
-    shown = [finding for finding in findings if not finding.has("note")][:FIRST]
+    shown = [finding for finding in findings if not finding.note][:FIRST]
     return section("warnings", "Warnings", "warnings", findings=shown, others=findings[len(shown) :])

@@ -140,8 +140,7 @@ class Finding:
 
     def has(self, mark: str) -> bool:
         """Return whether the catalogue marks the check, e.g. as "symptom"."""
-        marked = any(entries.get(self.check, {}).get(mark, False) for entries in catalogue().values())
-        return marked or (mark == "note" and self.note)
+        return any(entries.get(self.check, {}).get(mark, False) for entries in catalogue().values())
 
     @property
     def on_friction(self) -> bool:

@@ -31,7 +31,8 @@ def find_problems(fit: WholeLog) -> list[Finding]:
     """Find the problems of a fit that a user should act on."""
     problems, times = _of_disturbances(fit), float(np.sqrt(fit.heterogeneity))
     symptoms = {"chi-square": fit.chi_square >= 1.5, "heterogeneity": times >= 2.0}  # beyond what errors explain
-    if all(symptoms.values()) and fit.robot.base == "floating":
+    gain = any(cause.kind == "gain" for cause in fit.causes.rivals)
+    if fit.robot.base == "floating" and (gain or all(symptoms.values())):  # loops carry the error to all legs
         symptoms = {"heterogeneity.floating": True}
     problems += [Finding.of(check, chi_square=fit.chi_square, times=times) for check in symptoms if symptoms[check]]
     if fit.robot.torque_source != "command" and fit.causes.scale_error > 0.1:
