@@ -40,8 +40,7 @@ def find_problems(fit: WholeLog) -> list[Finding]:
     if np.any(fit.wrenches_off > FAR):
         problems.append(Finding.of("wrench-sensors", far=FAR))
     problems += [*_of_logs(fit), *_of_drift(fit)]
-    causes, delays = _of_causes(fit), _of_delays(fit)
-    misfits = _of_misfits(fit)
+    causes, delays, misfits = _of_causes(fit), _of_delays(fit), _of_misfits(fit)
     if not causes:
         return [*problems, *_of_bodies(fit), *delays, *misfits]
     joints = {joint for cause in causes for joint in cause.joints}  # their friction is strained by the same errors
@@ -169,7 +168,7 @@ def cause_findings(causes: Causes, robot: Robot, joints: Sequence[str], model: L
         return findings
     check = "several-causes.gains" if causes.more_gains else "several-causes"
     named = tuple(dict.fromkeys(joint for finding in findings for joint in finding.joints))
-    gains = {joint: gain for finding in findings for joint, gain in finding.gains.items()}
+    gains = {joint: gain for finding in reversed(findings) for joint, gain in finding.gains.items()}
     listed = "; ".join(f"{finding.check}: {finding.text}" for finding in findings)
     return [Finding.of(check, named, causes=listed, gains=gains)]
 

@@ -139,7 +139,7 @@ def find_causes(fit: Fit, statistics: Statistics, limbs: Mapping[str, BoolArray]
     noise = discount * float(statistics.loads[0].max())  # windows of one joint
     off = fit.corrections - fit.model.prior_mean
     strain = float(off @ fit.model.precision @ off) / discount
-    causes, tests = list(_causes(fit, limbs)), []
+    causes, tests, sizes = list(_causes(fit, limbs)), list[Cause](), dict[tuple[str, tuple[int, ...]], float]()
     for kind, places, columns, least in causes:
         evidence, values, errors = score.test(columns)
         if kind == "gain" and errors.all():
@@ -153,9 +153,11 @@ def find_causes(fit: Fit, statistics: Statistics, limbs: Mapping[str, BoolArray]
         if possible and np.abs(values).max() > least:
             gain = evidence / discount - 2 * len(values)
             tests.append(Cause(kind=kind, places=places, evidence=gain, values=values, errors=errors))
+            sizes[kind, places] = float(np.abs(values).max()) / least * (len(places) if kind == "gain" else 1)
     tests.sort(key=lambda cause: -cause.evidence)
     leading = tests[0].kind if tests else ""
     rivals = [cause for cause in tests if cause.evidence > RIVAL * tests[0].evidence]
+    rivals.sort(key=lambda cause: sizes[cause.kind, cause.places])  # the likeliest first
     if not tests or tests[0].evidence < max(LEAST, SHARE * strain):
         rivals = []
     more = _more_gains(score, causes, rivals[0], discount, noise) if len(rivals) == 1 and leading == "gain" else []
@@ -202,8 +204,7 @@ def _without_noise(values: Array, errors: Array, noise: float) -> tuple[float, A
 def _score(fit: Fit, statistics: Statistics) -> _Score:
     f, c, n = statistics.friction, len(fit.corrections), fit.internal.size
     outside = _outside(fit)
-    P, C = fit.model.precision, fit.covariance
-    A = statistics.information
+    P, C, A = fit.model.precision, fit.covariance, statistics.information
     pulled = fit.pulled(A[:, outside])  # J^T A_E
     PC = P @ C[n:]
     information = np.zeros((c + len(outside),) * 2)
