@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.csv
 import pyarrow.feather
 import pyarrow.parquet
 import pytest
@@ -60,6 +61,15 @@ def test_csv_as_people_write_it(dialect, tmp_path):
     log = read_log(path, StubRobot())
     for name, channel in LOG.channels().items():
         np.testing.assert_array_equal(log.channels()[name], channel, err_msg=name)
+
+
+def test_seconds_and_nanoseconds_are_one_time(tmp_path):
+    columns = columns_of(LOG)
+    stamps = 1_700_000_000_250_000_000 + np.round(1e9 * columns.pop("time")).astype(np.int64)
+    columns |= {"header.stamp.sec": stamps // 10**9, "header.stamp.nanosec": stamps % 10**9}
+    pyarrow.csv.write_csv(pa.table(columns), tmp_path / "log.csv")
+    read = read_log(tmp_path / "log.csv", StubRobot())
+    np.testing.assert_allclose(read.time - read.time[0], LOG.time - LOG.time[0], atol=1e-9)
 
 
 def _records():

@@ -99,10 +99,5 @@ def _gravity(evidence: AuditData, bins: IntArray, feet_of: list[list[str]]) -> A
     if log.base_orientation is not None:
         turned = root_quaternions(robot, log.position[rows], log.base_orientation[rows])
         return gravity_in_root_link(turned, robot.gravity)
-    first = [feet_of[support][0] for support in evidence.support[bins]]
-    return np.array(
-        [
-            robot.foot_pose(foot, position[None])[0][0] @ robot.gravity
-            for foot, position in zip(first, log.position[rows], strict=True)
-        ]
-    )
+    known = zip((feet_of[support][0] for support in evidence.support[bins]), log.position[rows], strict=True)
+    return np.array([robot.foot_pose(foot, position[None])[0][0] for foot, position in known]) @ robot.gravity

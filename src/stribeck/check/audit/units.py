@@ -27,10 +27,8 @@ def possible_causes(factor: float | None) -> str:
     if factor is None:
         return ", ".join([*causes, "or shares of each joint's rated torque"])
     causes += ['positions in another unit (unit = "turn" or "deg" in [log.position])', "or wrong masses of the model"]
-    near = [
-        f"{unit} (scale = {1 / ratio:.4g})" for ratio, unit in UNITS.items() if abs(np.log(factor / ratio)) < NEARBY
-    ]
-    return ", ".join([*near, *causes])
+    near = {ratio: unit for ratio, unit in UNITS.items() if abs(np.log(factor / ratio)) < NEARBY}
+    return ", ".join([*(f"{unit} (scale = {1 / ratio:.4g})" for ratio, unit in near.items()), *causes])
 
 
 def unit_of(factor: float) -> float | None:

@@ -24,7 +24,7 @@ from stribeck.core.log.plausibility import position_slopes
 from stribeck.core.robot import model_path
 from stribeck.core.robot.packages import PREFIX
 from stribeck.core.settings import LogTable
-from stribeck.io import Recording, name_motors, open_log, read_log, word_size
+from stribeck.io import Recording, name_motors, open_log, word_size
 
 
 def draft_robot_file(model: str, log: Path | None, output: Path) -> Draft:
@@ -80,7 +80,7 @@ def _answer_from_log(draft: Draft, log: Path) -> None:
         return
     robot = draft.robot()
     try:
-        read = read_log(log, robot)
+        read = draft.read(log)
         if not np.isfinite(read.position).any(axis=0).all():
             prepare(read, robot, robot.settings)  # raises an error that describes the problem
     except LogError as error:
@@ -114,11 +114,13 @@ def _answer_from_log(draft: Draft, log: Path) -> None:
 def _find_channels(draft: Draft, log: Path) -> tuple[Recording, TorqueSource | None]:
     """Find the arrays or columns of each channel."""
     table = draft.table("log")
-    named, torque_source = columns.find_columns(open_log(log, LogTable()))
+    named, torque_source = columns.find_columns(source := open_log(log, LogTable()))
     for channel, entry in named.items():
         draft.note(f"log.{channel}", f"the log has {channel.replace('_', ' ')} under this name.")
         table[channel] = dict(entry)
-    source, _ = name_motors(open_log(log, LogTable.model_validate(table)), LogTable(), draft.facts.joints)
+    if named:
+        source = open_log(log, LogTable.model_validate(table))
+    source, _ = name_motors(source, LogTable(), draft.facts.joints)
     if not {"torque", "desired_position"} & set(source.channels) and (name := columns.find_command(source)):
         draft.set("log.desired_position", "name", name, "the log has desired positions under this name.")
         source = open_log(log, LogTable.model_validate(table))

@@ -23,7 +23,6 @@ from stribeck.core.equations.friction_torque.preparation import prepare
 from stribeck.core.errors import LogError, SettingsError, errors_about
 from stribeck.core.log import RobotLog
 from stribeck.core.robot import Robot
-from stribeck.io import read_log
 
 QUESTIONS = ("torque-scale", "torque-gain", "several-causes", "bodies-differ", "payload", "gravity")
 """Checks whose remedies depend on what the user knows about the robot."""
@@ -33,15 +32,14 @@ UNEXPLAINED = (*QUESTIONS[:-1], "torque-unexplained")
 
 def answer_by_dynamics(draft: Draft, log: Path, unsure: Sequence[str]) -> None:
     """Apply the settings suggested by the audit, and the order and signs that fit the model best."""
-    searched = False
-    problems: list[Finding] = []
+    searched, problems = False, list[Finding]()
     for _ in range(4):  # rounds; a correction may reveal further problems
         robot = draft.robot()
         if not len(robot.torque_controlled):
             draft.ask("robot.position_controlled", "the log has no torque; is it in another file?")
             return
         try:
-            read = read_log(log, robot)
+            read = draft.read(log)
             base_unknown = read.base_orientation is None and read.contact is None and read.foot_wrench is None
             if robot.base == "floating" and (not robot.contacts or base_unknown):
                 draft.ask("log", "units, order and signs could not be checked without contacts; are they right?")

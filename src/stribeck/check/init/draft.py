@@ -4,6 +4,7 @@ import re
 import textwrap
 import tomllib
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,8 +14,10 @@ from tomlkit.items import Table
 
 from stribeck.check.init.model import ModelFacts
 from stribeck.check.init.names import WORDS, match, words
+from stribeck.core.log import RobotLog
 from stribeck.core.robot import Robot, robot_fields
 from stribeck.core.robot.robot_file import validated
+from stribeck.io import read_log
 
 
 @dataclass
@@ -43,6 +46,7 @@ class Draft:
     notes: dict[str, list[str]] = field(default_factory=dict)
     questions: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    _read: tuple[dict[str, Any], RobotLog] | None = None
 
     def table(self, place: str) -> dict[str, Any]:
         """Return a table by its dotted key; create it if necessary."""
@@ -93,6 +97,12 @@ class Draft:
     def robot(self) -> Robot:
         """Build the robot that the file describes."""
         return Robot(**robot_fields(validated(tomllib.loads(self.text), self.output), self.output))
+
+    def read(self, log: Path) -> RobotLog:
+        """Read the log as the file describes it, only once while that stays the same."""
+        if self._read is None or self._read[0] != self.document:
+            self._read = deepcopy(self.document), read_log(log, self.robot())
+        return self._read[1]
 
 
 def _build_table(values: Mapping[str, Any], place: str, notes: Mapping[str, list[str]]) -> Table:

@@ -40,7 +40,7 @@ def match_joints(draft: Draft, source: Recording) -> list[str] | None:
             joint: float(np.clip(0.0, low, high)) if low <= high else 0.0 for joint, (low, high) in ranges.items()
         }
         draft.ask("robot.locked", f"the log lacks {', '.join(missing)}; at which positions are they locked [rad or m]?")
-    if extra:
+    if extra := extra if missing else _moving(source, extra):
         same = f" which of them are {', '.join(missing)}?" if missing else " do they move parts with a mass?"
         draft.ask("log", f"these joints of the log are not in the model and are ignored: {', '.join(extra)};{same}")
     if torque.labels is not None and not nameless:
@@ -49,6 +49,14 @@ def match_joints(draft: Draft, source: Recording) -> list[str] | None:
         if idle := [joint for joint in names if joint not in measured]:
             draft.set("robot", "position_controlled", idle, "the log has no torque for these joints.")
     return unsure
+
+
+def _moving(source: Recording, joints: Sequence[str]) -> list[str]:
+    """Find the joints of a log whose position changes; messages may have places for more motors than a robot has."""
+    labels = np.array(source.channels["position"].labels)
+    loaded, _ = source.load({"position": range(len(labels))})
+    still = set(labels[np.nan_to_num(np.asarray(loaded["position"], dtype=float)).std(axis=0) == 0])
+    return [joint for joint in joints if joint not in still]
 
 
 def _match(draft: Draft, source: Recording) -> tuple[list[str], list[str], list[str]]:

@@ -80,7 +80,7 @@ def posterior_of(joints: Mapping[str, JointResult], corrections: Corrections | N
         known = [k for k, name in enumerate(told.names) if name in place]
         places = [place[told.names[k]] for k in known]
         correlation[np.ix_(places, places)] = told.matrix[np.ix_(known, known)]
-    size = np.nan_to_num(np.array(errors), posinf=0.0)
+    size = np.minimum(np.nan_to_num(np.array(errors), posinf=0.0), 1e150)  # squares stay finite
     return Posterior(tuple(names), tuple(units), np.array(mean), correlation * np.outer(size, size))
 
 

@@ -22,6 +22,8 @@ from stribeck.io.readers.recording import Arrays, Channel, Loaded, Recording, Wa
 
 NUMBER = r"[._]?(?:(\d+)|\[(\d+)\])"
 """Suffix of numbered columns: `q_0`, `q0`, `q.0`, `q[0]`."""
+STAMP = re.compile(r"(?i)(.*[._])?(sec|nanosec|secs|nsecs|nsec|seconds|nanoseconds)")
+"""Two columns of a stamp in ROS, `header.stamp.sec` and `header.stamp.nanosec`, in this order."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +109,7 @@ def source_of_columns(table: OpenedTable, settings: LogTable, notes: Sequence[st
         load=partial(_load, {name: columns for name, (_, columns) in used.items()}, table, notes),
         others=tuple(dict.fromkeys(re.sub(r"\[\d+\]$", "", name) for name in names if name not in taken)),
         wide=frozenset(name[: bracket.start()] for name in names if (bracket := re.search(r"\[\d+\]$", name))),
-        time_unit="ns" if time and _is_stamp(table.kind(table.places[time[0]][0])) else None,
+        time_unit="ns" if len(time) > 1 or (time and _is_stamp(table.kind(table.places[time[0]][0]))) else None,
     )
 
 
@@ -131,7 +133,8 @@ def _columns_of(
     dotted = [name for name in names if name.startswith(prefix + ".")]
     numbered = sorted((int(match[1] or match[2]), name) for name, match in matches.items())
     if channel == "time" or (asked in names and channel not in JOINT_CHANNELS):
-        columns = [prefix] if prefix in names else []
+        stamps = [name for name in names if STAMP.fullmatch(name)] if channel == "time" and not asked else []
+        columns = [prefix] if prefix in names else stamps * (len(stamps) == 2)
         labels: tuple[str, ...] | None = None
     elif numbered and set(dotted) <= set(matches):
         columns = [name for _, name in numbered]
@@ -149,6 +152,7 @@ def _columns_of(
 
 def _load(used: Mapping[str, list[str]], table: OpenedTable, notes: Sequence[str], wanted: Wanted) -> Loaded:
     """Read columns, batch by batch, directly into their arrays to save memory."""
+    wanted = {name: range(len(used[name])) if name == "time" else order for name, order in wanted.items()}
     plan = {name: [table.places[used[name][k]] if k >= 0 else None for k in order] for name, order in wanted.items()}
     if table.on_disk:
         check_size(table.path, 8 * table.rows * sum(map(len, plan.values())))
@@ -179,7 +183,9 @@ def _load(used: Mapping[str, list[str]], table: OpenedTable, notes: Sequence[str
     arrays: Arrays = {name: values[:row] for name, values in channels.items()}
     if "time" not in plan:
         return arrays, list(notes)
-    arrays["time"] = np.concatenate(stamps or [np.empty(0)])[:, None]
+    arrays["time"] = np.concatenate(stamps[:: len(plan["time"])] or [np.empty(0)])[:, None]
+    if len(plan["time"]) > 1:  # seconds and nanoseconds
+        arrays["time"] = 10**9 * arrays["time"] + np.concatenate(stamps[1::2])[:, None]
     return _on_one_clock(arrays, notes)
 
 

@@ -20,13 +20,9 @@ from stribeck.io.readers.tables import parquet_table
 
 INFO = Path("meta", "info.json")
 STATE = "observation.state"
-ENDINGS = {
-    **dict.fromkeys(("state", "pos", "position"), "position"),
-    **dict.fromkeys(("vel", "velocity"), "velocity"),
-    **dict.fromkeys(("acc", "acceleration"), "acceleration"),
-    **dict.fromkeys(("eff", "effort", "torque"), "torque"),
-    **dict.fromkeys(("temp", "temperature"), "temperature"),
-}
+_SHORT = {"position": "state pos", "velocity": "vel", "acceleration": "acc", "torque": "eff effort"}
+_SHORT |= {"temperature": "temp"}
+ENDINGS = {word: channel for channel, words in _SHORT.items() for word in (channel, *words.split())}
 """Ending of a feature, such as `observation.effort`, or of a name in the state, such as `elbow.pos` -> channel."""
 
 
