@@ -37,7 +37,7 @@ def find_problems(fit: WholeLog) -> list[Finding]:
     problems += [Finding.of(check, chi_square=fit.chi_square, times=times) for check in symptoms if symptoms[check]]
     if fit.robot.torque_source != "command" and fit.causes.scale_error > 0.1:
         problems.append(Finding.of("torque-scale.unknown"))
-    if np.any(fit.wrenches_off > FAR):
+    if np.any(np.abs(fit.fit.corrections[fit.fit.model.layout.part("wrenches")]) > FAR):
         problems.append(Finding.of("wrench-sensors", far=FAR))
     problems += [*_of_logs(fit), *_of_drift(fit)]
     causes, delays, misfits = _of_causes(fit), _of_delays(fit), _of_misfits(fit)
@@ -112,9 +112,10 @@ def _of_logs(fit: WholeLog) -> list[Finding]:
 def _of_misfits(fit: WholeLog) -> list[Finding]:
     """Report what the laws do not describe; a joint is doubted unless its interval contains the change of its curve."""
     likely = [() if "drift" in {m.kind for m in own} and k in fit.paced else own for k, own in enumerate(fit.misfits)]
+    contained = [not misfits or _contained(fit, k, misfits) for k, misfits in enumerate(likely)]
     found = []
     for inside in (False, True):
-        own = [misfits if _contained(fit, k, misfits) is inside else () for k, misfits in enumerate(likely)]
+        own = [misfits if each is inside else () for misfits, each in zip(likely, contained, strict=True)]
         for finding in misfit_findings(own, fit.joints, fit.read.terms.settings):
             reach = "The intervals contain this" if inside else "This moves the curves out of their intervals"
             doubt = "" if inside else finding.doubt
@@ -129,7 +130,7 @@ def _contained(fit: WholeLog, joint: int, misfits: Sequence[Misfit]) -> bool:
     whole = resisting.variance(budget.total) + fit.law_misfits[joint] ** 2
     share = float(np.sqrt(np.max(tested / whole)))  # standard errors of the test relative to those of the interval [1]
     quantile = float(scipy.special.stdtrit(fit.fits[fit.joints[joint]].degrees_of_freedom.min(), 0.975))
-    return share * max((misfit.shift for misfit in misfits), default=0.0) < quantile
+    return share * max(misfit.shift for misfit in misfits) < quantile
 
 
 def _of_drift(fit: WholeLog) -> list[Finding]:

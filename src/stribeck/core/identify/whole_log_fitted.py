@@ -66,7 +66,7 @@ class WholeLog(WholeLogFit):
         """Remove the estimated sensor errors from a log; `number` is its index if it was fitted."""
         return corrected_log(log, number, self.robot, self.columns, self)
 
-    @property
+    @cached_property
     def fits(self) -> dict[str, JointFit]:
         """Fits of each joint's friction."""
         fits = joint_fits(self, self.joints)

@@ -8,6 +8,7 @@ effects of the gait phase and the group mean add more.
 """
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,7 +47,7 @@ class CovarianceBudget:
     group_mean: Array
     command_delay: Array
 
-    @property
+    @cached_property
     def total(self) -> Array:
         """Sum of all parts."""
         return np.asarray(sum(getattr(self, field.name) for field in fields(self)))
