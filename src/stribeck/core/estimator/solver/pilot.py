@@ -134,12 +134,17 @@ class _PilotFits:
         """Function that computes the segments with torques shifted by a delay [s], and their columns by joint."""
         size = max(PILOT_SEGMENTS, 240 // len(self.rest))  # few joints need more segments, and take less time
         sequence, columns = self.equations, self.columns  # a reference to self would keep gigabytes alive
+        known: dict[tuple[int, int, int], Array] = {}  # a delay leaves velocities, and with them columns, as they are
 
         @lru_cache(maxsize=3)  # delays return: zero, and the last one of the search
         def delayed(delay: float) -> tuple[list[WeakEquations], list[Array]]:
             equations = sequence.delayed(delay)
-            parts = [equations[place] for place in equations.spread(size)]
-            return parts, [columns.by_joint(part) for part in parts]
+            places = equations.spread(size)
+            parts = [equations[place] for place in places]
+            rows = [(log, segment.first, segment.last) for log, segment, _ in map(equations.parts.__getitem__, places)]
+            for key, part in zip(rows, parts, strict=True):
+                known[key] = known[key] if key in known else columns.by_joint(part)
+            return parts, [known[key] for key in rows]
 
         return delayed
 
@@ -147,7 +152,8 @@ class _PilotFits:
         """Fit the pilot for a delay [s], None to hold it at zero."""
         parts, by_joint = self._delayed(delay or 0.0)
         layout, rest = self.equations.corrections, self.rest
-        torque = max(float(np.sqrt(np.mean(np.concatenate([_torques(part) for part in parts]) ** 2))), 1e-9)
+        torques = np.concatenate([part.residual[:, len(part.wrench_noise) :].ravel() for part in parts])
+        torque = max(float(np.sqrt(np.mean(torques**2))), 1e-9)
         model = model_corrections(layout, _loads(parts, layout), self.priors, torque).late(delay or 0.0)
         model = model.held(layout.places("torque_delay"), 0.0) if delay is None else model
         components = first_components(parts[0], rest, np.where(rest > 0, torque, 0.0), layout.sizes["wrenches"] > 0)
@@ -318,11 +324,6 @@ def _groups(
     of_terms = 0.3 * load[:, None] / np.maximum(largest, 1e-9) * np.where(columns.terms.held, 1e-6, 1.0)
     deviation = np.hstack([load[:, None] * np.sqrt(columns.basis.variance), of_terms])
     return groups, deviation.ravel() ** -2.0
-
-
-def _torques(part: WeakEquations) -> Array:
-    """Collect the left sides of all windows in rows with friction [N m]."""
-    return part.residual[:, len(part.wrench_noise) :].ravel()
 
 
 def _loads(parts: list[WeakEquations], layout: Layout) -> Array:
