@@ -80,6 +80,8 @@ class WeakEquations:
         Mask of windows with outliers, which are not used, shape (K,); None without outliers.
     blur
         Rows of `velocity` on either side of a reversal over which the filter of velocities hides it [1].
+    shares_of_rest
+        Results of `resting` by speed.
     """
 
     time: Array
@@ -109,6 +111,7 @@ class WeakEquations:
     set_aside: BoolArray | None = None
     before: Array | None = None
     blur: int = 0
+    shares_of_rest: dict[bytes, tuple[Array, Array]] = field(default_factory=dict)
 
     @property
     def used(self) -> BoolArray:
@@ -151,6 +154,22 @@ class WeakEquations:
         velocity = self.velocity if self.before is None else np.concatenate([self.before, self.velocity])
         lagging = lag_behind(velocity, self.period, SMOOTH_SIGN * top_speed, travels)[:, -len(self.velocity) :]
         return np.stack([self.windows(lag) for lag in lagging])
+
+    def resting(self, rest: Array) -> tuple[Array, Array]:
+        """Compute the shares of each window in which joints are at rest and near rest [1], shape (K, n) each.
+
+        A joint is at rest in rows slower than `rest` [rad/s], shape (n,), and near rest within `blur` rows of its rest
+        or reversal. All variance components need both, so that they are kept.
+        """
+        from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+        key = rest.tobytes()
+        if key not in self.shares_of_rest:
+            reach = 2 * self.blur + 1
+            least, most = minimum_filter1d(self.velocity, reach, axis=0), maximum_filter1d(self.velocity, reach, axis=0)
+            at, near = np.abs(self.velocity) < rest, (least < rest) & (most > -rest)
+            self.shares_of_rest[key] = self.windows(at.astype(float)), self.windows(near.astype(float))
+        return self.shares_of_rest[key]
 
     @property
     def sensors(self) -> Array:

@@ -8,8 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from stribeck.core.base.typing import Array
 from stribeck.core.equations.whole_log.equation_sequence import EquationSequence
 from stribeck.core.estimator.fit_checks.misfits import Misfit, find_misfits
@@ -85,11 +83,6 @@ class WholeLogFit:
         return self.fit.corrections[self.fit.model.layout.part("bodies")].reshape(-1, SIZE)
 
     @property
-    def wrenches_off(self) -> Array:
-        """Corrections of wrench sensors in units of their prior standard deviation [1]."""
-        return np.abs(self.fit.corrections[self.fit.model.layout.part("wrenches")])
-
-    @property
     def chi_square(self) -> float:
         """Chi^2 per degree of freedom [1]: one if the errors match their covariance."""
         return self.fit.chi_square / max(self.read.whole.count - int(self.fit.laws.free.sum()), 1)
@@ -118,7 +111,7 @@ def fit_whole_log(
         Callback `progress(fraction)`.
     """
     read = read_with_pilot(equations, law, rest * law.jumps, priors, progress)
-    known, whole, root_turns = read.known, read.whole, read.pilot.components.root_turns
+    known, whole, root_turns = read.known, read.whole, read.pilot.components.root[3:]
 
     def effects(fit: Fit) -> Array:
         return random_effect_covariance(read.sample, known.count, fit, root_turns)[1]

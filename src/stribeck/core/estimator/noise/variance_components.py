@@ -81,11 +81,6 @@ class VarianceComponents:
         return np.concatenate([self.model.ravel(), self.root, self.wrench])
 
     @property
-    def root_turns(self) -> Array:
-        """Errors of the root's angular acceleration [rad/s^2], shape (3,); (0,) for a fixed base."""
-        return self.root[3:]
-
-    @property
     def kinds(self) -> NDArray[np.int64]:
         """Row of `contact_scale` of each component, shape (2 n + root + wrench,)."""
         return np.repeat([0, 1], [self.model.size, len(self.root) + len(self.wrench)])
@@ -103,7 +98,7 @@ class VarianceComponents:
         )
         if self.rest.any():
             joints = len(self.rest)
-            at_rest, near_rest = (resting(equations, self.rest, blur) for blur in (0, equations.blur))
+            at_rest, near_rest = equations.resting(self.rest)
             held = np.hypot(self.stiction * at_rest, self.reversal * near_rest)
             components[:, :joints] = np.hypot(components[:, :joints], held)
         return components
@@ -179,15 +174,3 @@ def bin_of(equations: WeakEquations) -> NDArray[np.int64]:
     """Find the bin of each window, shape (K,)."""
     early = np.searchsorted(CONTACT_BINS, equations.since, side="right")
     return np.where((early == AWAY) & (equations.until < CONTACT_BINS[0]), BINS - 1, early)
-
-
-def resting(equations: WeakEquations, rest: Array, blur: int) -> Array:
-    """Compute the share of each window in which a joint is slower than `rest` [rad/s], shape (K, n).
-
-    Rows count as well if the joint rests or reverses within `blur` rows of them.
-    """
-    from scipy.ndimage import maximum_filter, minimum_filter
-
-    reach = (2 * blur + 1, 1)
-    least, most = minimum_filter(equations.velocity, reach), maximum_filter(equations.velocity, reach)
-    return equations.windows(((least < rest) & (most > -rest)).astype(float))

@@ -207,14 +207,10 @@ def _cost(
 ) -> float:
     """Compute half of chi^2 with the prior's share; `corrections` are computed from u if None."""
     values = np.concatenate([laws.coefficients(x).ravel(), model.values(u) if corrections is None else corrections])
-    return 0.5 * float(statistics.chi_square(values) + _prior_share(laws, model, x, u))
-
-
-def _prior_share(laws: Laws, model: ModelCorrections, x: Array, u: Array) -> float:
-    """Compute the prior's part of chi^2 at internal coordinates x of the laws, and u of the corrections."""
     mean, deviation = laws.prior
     off = u - model.prior_mean
-    return float(np.sum(((x - mean) / deviation) ** 2) + off @ model.precision @ off)
+    prior = float(np.sum(((x - mean) / deviation) ** 2) + off @ model.precision @ off)
+    return 0.5 * float(statistics.chi_square(values) + prior)
 
 
 def best_starts(laws: Laws, information: Array, right: Array) -> tuple[Array, Array]:

@@ -53,11 +53,6 @@ def error_correlation(fit: WholeLogFit, names: tuple[str, ...]) -> ErrorCorrelat
 
 def _slopes(fit: WholeLogFit) -> Array:
     """Compute the derivatives of the bodies' log-Cholesky coordinates by the fit's coordinates, shape (L, 10, 10)."""
-    bodies = fit.bodies
-    h = 1e-5  # in prior standard deviations
-    steps = h * np.eye(SIZE)
-    columns = [
-        (fit.fit.model.bodies.log_cholesky(bodies + step) - fit.fit.model.bodies.log_cholesky(bodies - step)) / (2 * h)
-        for step in steps
-    ]
+    h, of = 1e-5, fit.fit.model.bodies.log_cholesky  # step in prior standard deviations
+    columns = [(of(fit.bodies + step) - of(fit.bodies - step)) / (2 * h) for step in h * np.eye(SIZE)]
     return np.stack(columns, axis=2)
