@@ -4,11 +4,11 @@ import sysconfig
 from pathlib import Path
 
 import numpy as np
+from tests.arm import sines, stribeck_torque
 
 from stribeck.core.dynamics.root_motion import standing_root
 from stribeck.core.dynamics.rooted import rooted_inverse_dynamics
 from stribeck.core.dynamics.state import State
-from stribeck.core.friction import get_law
 from stribeck.core.log import RobotLog
 from stribeck.core.robot import Robot
 
@@ -40,19 +40,10 @@ def talos(folder: Path) -> Robot:
 def stepping_log(robot: Robot, samples: int, rate: float = 1000.0, seed: int = 0) -> RobotLog:
     """Make a log with torques from rooted inverse dynamics plus friction; steps have no double support."""
     generator = np.random.default_rng(seed)
-    joints = len(robot.joint_names)
     time = np.arange(samples) / rate
-    position, velocity, acceleration = np.zeros((3, samples, joints))
-    for joint in range(joints):
-        for omega in 2 * np.pi * generator.uniform(0.3, 1.5, 2):
-            size, phase = generator.uniform(0.2, 0.5) / omega, generator.uniform(0, 6.28)
-            position[:, joint] += size * np.sin(omega * time + phase)
-            velocity[:, joint] += size * omega * np.cos(omega * time + phase)
-            acceleration[:, joint] -= size * omega**2 * np.sin(omega * time + phase)
-    law = get_law("stribeck")
+    position, velocity, acceleration = sines(generator, time, len(robot.joint_names), 1.5, (0.2, 0.5), 2)
     truth = {"viscous": 0.2, "coulomb": 1.0, "stribeck_gain": 0.2, "stribeck_velocity": 0.2, "offset": 0.5, "slope": 40}
-    values = np.array([float(truth[parameter.name]) for parameter in law.parameters])
-    torque = np.column_stack([law.torque(velocity[:, joint], values) for joint in range(joints)])
+    torque = stribeck_torque(velocity, truth)
     contact = np.zeros((samples, 2), dtype=bool)
     standing = (time // STEP).astype(int) % 2
     for k, foot in enumerate(FEET):

@@ -16,7 +16,7 @@ from importlib import import_module
 from pathlib import Path
 
 from studies import robots, summary
-from studies.command import ROOT, of_estimates, of_simulated, of_simulation, read
+from studies.command import ROOT, of_code, of_estimates, of_simulated, read
 from studies.markdown import markdown_table, with_table
 
 REAL, EVERYDAY = "STRIBECK_REAL_LOGS", "STRIBECK_EVERYDAY"
@@ -56,7 +56,7 @@ def state(study: str) -> str:
     if (left := saved["runs"] - len(saved["rows"])) > 0:
         return f"{left} runs missing"
     now = of_estimates() if REAL in STUDIES[study][1] else of_simulated()
-    return "current" if saved["digest"] in (now, of_simulation()) else "stale"
+    return "current" if saved["digest"] in (now, of_code("simulation")) else "stale"
 
 
 def listed(names: Sequence[str]) -> str:

@@ -17,7 +17,7 @@ from stribeck.simulation.sensors.measure import with_noise
 from stribeck.simulation.walking.footsteps import Push, Steps
 from studies.changes import with_model
 from studies.kept_walks import FOLDER, kept_walk
-from studies.walking_cases import WALKERS
+from studies.walking_cases import JOINTS, WALKERS
 
 LAW = "stribeck"
 NAMES = tuple(parameter.name for parameter in get_law(LAW).parameters)
@@ -25,11 +25,8 @@ NAMES = tuple(parameter.name for parameter in get_law(LAW).parameters)
 COMMON = {"viscous": 0.2, "stribeck_gain": 0.2, "stribeck_velocity": 0.2, "slope": 40.0}
 """Friction parameters that all leg joints share."""
 
-JOINTS = {"hip_roll": 1.0, "hip_pitch": 0.75, "hip_yaw": 0.75, "knee": 1.0, "ankle_roll": 0.1, "ankle_pitch": 0.2}
-"""Coulomb friction and offset [N m], Table 6.2 of the paper."""
-
 LEVELS = {
-    "TORO-like": {f"*_{joint}": level for joint, level in JOINTS.items()},
+    "TORO-like": WALKERS["TORO-like"].friction,
     "TALOS": {f"leg_*_{k}_joint": level for k, level in enumerate((0.75, 1.0, 0.75, 1.0, 0.2, 0.1), 1)},
     "G1": {f"*_{joint}_joint": level if "ankle" in joint else level / 2 for joint, level in JOINTS.items()},
 }

@@ -5,6 +5,7 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import pinocchio as pin
@@ -18,6 +19,13 @@ from stribeck.simulation.robots import MODELS
 EXAMPLES = Path(sysconfig.get_path("purelib")) / "cmeel.prefix/share/example-robot-data/robots"
 UR5 = f'[robot]\nmodel = "{EXAMPLES}/ur_description/urdf/ur5_robot.urdf"\nbase = "fixed"\n'
 """Robot file of an arm with six joints."""
+T = TypeVar("T")
+
+
+def known(channel: T | None) -> T:
+    """Return a channel that the log or the truth must contain."""
+    assert channel is not None
+    return channel
 
 
 def packaged(robot_file: str, model: str) -> str:

@@ -67,11 +67,6 @@ def of_code(*folders: str) -> str:
     return found.hexdigest()[:12]
 
 
-def of_simulation() -> str:
-    """Compute the digest of studies that only simulate."""
-    return of_code("simulation")
-
-
 class _WithoutDocstrings(ast.NodeTransformer):
     def visit_Expr(self, node: ast.Expr) -> ast.Expr | None:
         return None if isinstance(node.value, ast.Constant) else node

@@ -25,7 +25,7 @@ from stribeck.simulation.prescribed.exact import exact_log
 from stribeck.simulation.prescribed.gait import Gait
 from stribeck.simulation.run import POSTURES
 from stribeck.simulation.sensors.measure import with_noise
-from studies.changes import EXAMPLES, UR5, carrying, packaged, quantized, robot_from
+from studies.changes import EXAMPLES, UR5, carrying, known, packaged, quantized, robot_from
 from studies.command import Row, command, rounded
 from studies.lugre import bristles_along
 from studies.markdown import markdown_table, percent
@@ -88,8 +88,7 @@ class Dirt:
 def warming(log: RobotLog, coulomb: Array, _: Array) -> Array:
     """Let Coulomb friction settle exponentially, 40 % lower, around its mean."""
     level = np.exp(-3 * (log.time - log.time[0]) / (log.time[-1] - log.time[0]))
-    assert log.velocity is not None
-    return np.asarray(0.4 * (level - level.mean())[:, None] * coulomb * np.tanh(TRUTH["slope"] * log.velocity))
+    return np.asarray(0.4 * (level - level.mean())[:, None] * coulomb * np.tanh(TRUTH["slope"] * known(log.velocity)))
 
 
 def uneven(log: RobotLog, coulomb: Array, _: Array) -> Array:

@@ -19,7 +19,7 @@ from stribeck.core.dynamics.state import root_quaternions
 from stribeck.core.log import RobotLog
 from stribeck.core.robot.kinematics import direction_in_root
 from stribeck.core.robot.rooting import BASE_FRAME
-from studies.changes import earlier, heaviest, period_of, with_body, with_model
+from studies.changes import earlier, heaviest, known, period_of, with_body, with_model
 
 Change = Callable[[RobotLog, Robot], RobotLog]
 KNEES = ("left_knee", "right_knee", "leg_left_4_joint", "leg_right_4_joint")
@@ -168,13 +168,11 @@ def _compensated(log: RobotLog, robot: Robot) -> RobotLog:
 
 def _driving(log: RobotLog, robot: Robot) -> RobotLog:
     """Walk on a platform that starts and stops with up to 1 m/s^2."""
-    assert log.contact is not None
-    assert log.base_orientation is not None
-    push = np.outer(np.sin(2 * np.pi * 0.3 * log.time), [-1.0, 0.0, 0.0])
-    turned = Rotation.from_quat(root_quaternions(robot, log.position, log.base_orientation))
+    contact, push = known(log.contact), np.outer(np.sin(2 * np.pi * 0.3 * log.time), [-1.0, 0.0, 0.0])
+    turned = Rotation.from_quat(root_quaternions(robot, log.position, known(log.base_orientation)))
     torque, still = log.torque.copy(), np.zeros_like(log.position)
     for k, foot in enumerate(log.foot_names):
-        rows = log.contact[:, k] & ~log.contact[:, :k].any(axis=1)
+        rows = contact[:, k] & ~contact[:, :k].any(axis=1)
         rooted, position = robot.rooted_at(foot), log.position[rows]
         pull = direction_in_root(
             rooted, rooted.model.getFrameId(BASE_FRAME), position, turned[rows].apply(push[rows], inverse=True)
@@ -217,8 +215,7 @@ def _exchanged(log: RobotLog, robot: Robot) -> RobotLog:
     order[left], order[right] = right, left
     channels = ("position", "velocity", "acceleration", "torque")
     other: dict[str, Any] = {name: values[:, order] for name in channels if (values := getattr(log, name)) is not None}
-    assert log.contact is not None
-    return replace(log, **other, contact=log.contact[:, np.arange(log.contact.shape[1]) ^ 1])
+    return replace(log, **other, contact=known(log.contact)[:, np.arange(len(log.foot_names)) ^ 1])
 
 
 def _outside(position: Array, robot: Robot) -> Array:
@@ -244,16 +241,14 @@ def _frozen_moving(values: Array) -> Array:
 
 
 def _falls(log: RobotLog, _: Robot) -> RobotLog:
-    assert log.base_orientation is not None
     angle = np.clip((log.time - 0.8 * log.time[-1]) / 0.5, 0, 1)[:, None] * [0.0, np.pi / 2, 0.0]
-    turned = Rotation.from_quat(log.base_orientation) * Rotation.from_rotvec(angle)
+    turned = Rotation.from_quat(known(log.base_orientation)) * Rotation.from_rotvec(angle)
     return replace(log, base_orientation=turned.as_quat())
 
 
 def _lost(log: RobotLog, _: Robot) -> RobotLog:
     torque = log.torque.copy()
-    period = (log.time[-1] - log.time[0]) / (len(log.time) - 1)
-    block = np.floor(log.time / (60 * period)).astype(int)
+    block = np.floor(log.time / (60 * period_of(log))).astype(int)
     torque[np.random.default_rng(3).random(block.max() + 1)[block] < 0.4] = np.nan
     return replace(log, torque=torque)
 

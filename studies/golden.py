@@ -74,14 +74,9 @@ def written(write: Callable[..., object], folder: Path, **settings: Any) -> File
     return [folder / "log.npz"], folder / "robot.toml"
 
 
-def everyday_folder(name: str) -> Path:
-    """Find the folder of an everyday log."""
-    return Path(os.environ["STRIBECK_EVERYDAY"]) / name
-
-
-def shared(find: Callable[[str], Path], name: str, log: str, _: Path) -> Files:
+def shared(name: str, log: str, _: Path) -> Files:
     """Find an everyday log, or the log of a real robot."""
-    folder = find(name)
+    folder = Path(os.environ["STRIBECK_EVERYDAY"]) / name if name in EVERYDAY else real_robot(name)
     return [folder / f"{log}.npz"], folder / "robot.toml"
 
 
@@ -174,8 +169,8 @@ def main() -> int:
     options = parser.parse_args()
     cases = dict(CASES)
     everyday, real = "STRIBECK_EVERYDAY" in os.environ, "STRIBECK_REAL_LOGS" in os.environ
-    cases |= {name: partial(shared, everyday_folder, name, log) for name, log in EVERYDAY.items() if everyday}
-    cases |= {name: partial(shared, real_robot, name, log) for name, log in REAL.items() if real}
+    cases |= {name: partial(shared, name, log) for name, log in EVERYDAY.items() if everyday}
+    cases |= {name: partial(shared, name, log) for name, log in REAL.items() if real}
     before = read() if FILE.exists() else {}
     count = 0
     for name in options.cases or cases:

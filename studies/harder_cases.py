@@ -17,7 +17,7 @@ from stribeck.core.log import RobotLog
 from stribeck.simulation.run import Simulated
 from stribeck.simulation.walking.footsteps import Push
 from studies.accuracy_cases import NAMES, Case, as_walked, exact_walks, measured, steps_for, with_factors, wrong_model
-from studies.changes import earlier, heaviest, period_of, quantized, with_body, with_model
+from studies.changes import earlier, heaviest, known, period_of, quantized, with_body, with_model
 
 CORNER = 10.0
 """Bandwidth of coloured noise [Hz]."""
@@ -191,13 +191,11 @@ def _logged(walk: Simulated, case: Harder, seed: int, number: int) -> RobotLog:
     torque = torque[earlier(log, case.torque_delay)] + _coloured(drawn, torque.shape, case.coloured, period)
     axis = np.append(Rotation.from_euler("z", fixed.uniform(0, 2 * np.pi)).apply([1.0, 0.0, 0.0])[:2], 0.0)
     turn = Rotation.from_rotvec(np.deg2rad(case.tilt) * axis)
-    assert log.base_orientation is not None
-    assert log.contact is not None
     log = replace(
         log,
         torque=torque,
-        base_orientation=(Rotation.from_quat(log.base_orientation) * turn).as_quat(),
-        contact=log.contact[earlier(log, case.contact_delay)],
+        base_orientation=(Rotation.from_quat(known(log.base_orientation)) * turn).as_quat(),
+        contact=known(log.contact)[earlier(log, case.contact_delay)],
     )
     log = quantized(measured(log, case, seed, number), case.bits)
     if case.spikes:

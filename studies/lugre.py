@@ -31,6 +31,7 @@ from stribeck.simulation.prescribed.exact import exact_log
 from stribeck.simulation.robots import MODELS
 from stribeck.simulation.run import POSTURES
 from stribeck.simulation.sensors.measure import with_noise
+from studies.changes import known
 from studies.command import Row, command, rounded
 from studies.markdown import markdown_table
 
@@ -113,10 +114,9 @@ def walked(robot: Robot) -> RobotLog:
 
 def bristles_along(log: RobotLog, parameters: Parameters) -> Array:
     """Compute the LuGre friction torque along an exact log at `RATE`, shape (T, n)."""
-    assert log.velocity is not None
     names, torque = log.joint_names, np.empty_like(log.position)
     friction = FrictionTruth(len(names), [LuGre(names, parameters)])
-    ends = np.concatenate([log.velocity[:1], log.velocity])
+    ends = known(log.velocity)[np.maximum(np.arange(-1, len(log.time)), 0)]
     for k, position in enumerate(log.position):
         for part in (np.arange(FINE) + 0.5) / FINE:
             now = (1 - part) * ends[k] + part * ends[k + 1]

@@ -5,6 +5,7 @@
 The controller uses the estimated state; all leg joints have friction. Tilt, slip and error refer to the true state.
 """
 
+from functools import partial
 from time import process_time
 
 import numpy as np
@@ -22,7 +23,8 @@ from stribeck.simulation.walking.balance.terms import Dynamics
 from stribeck.simulation.walking.plan import BOTH
 from stribeck.simulation.walking.simulate import Conditions, FellError, Walk, simulate_walk
 from studies.accuracy_cases import COMMON
-from studies.command import Row, command, of_simulation
+from studies.changes import known
+from studies.command import Row, command, of_code
 from studies.markdown import markdown_table
 from studies.walking_cases import CASES, WALKERS, Case, robot_of
 
@@ -71,10 +73,8 @@ def leg_friction(name: str, robot: Robot) -> FrictionTruth:
 def how_it_went(name: str, robot: Robot, walk: Walk) -> dict[str, float]:
     """Measure the largest tilt of the base [deg], slip, and DCM error relative to the foot in single support [mm]."""
     plan, truth = walk.plan, walk.truth
-    assert truth.base_position is not None
-    assert truth.base_orientation is not None
-    assert truth.base_velocity is not None
-    base = np.column_stack([truth.base_position, truth.base_orientation])
+    base = np.column_stack([known(truth.base_position), known(truth.base_orientation)])
+    base_rates = known(truth.base_velocity)
     joints = walk.log.position[:, robot.tree.columns]
     rates = savgol_filter(joints, SMOOTHED, 2, deriv=1, delta=plan.period, axis=0)
     dynamics = Dynamics(robot, compile_body(robot, WALKERS[name].soles).soles)
@@ -85,7 +85,7 @@ def how_it_went(name: str, robot: Robot, walk: Walk) -> dict[str, float]:
     for number, step in enumerate(plan.steps):
         places, errors = [], []
         for k in np.flatnonzero((plan.step == number) & (plan.swing != BOTH))[::EVERY]:
-            velocity = np.concatenate([truth.base_velocity[k], rates[k]])
+            velocity = np.concatenate([base_rates[k], rates[k]])
             terms = dynamics.at(np.concatenate([base[k], joints[k]]), velocity)
             foot = terms.feet[1 - step.foot]
             dcm = terms.com[:2] + terms.com_velocity[:2] / pulsation
@@ -120,4 +120,4 @@ def tables(rows: list[Row]) -> list[str]:
 
 if __name__ == "__main__":
     keys = [{"case": name, "seed": seed} for name, case in CASES.items() for seed in case.seeds]
-    command(__doc__, keys, run, tables, of_simulation)
+    command(__doc__, keys, run, tables, partial(of_code, "simulation"))

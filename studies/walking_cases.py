@@ -11,6 +11,8 @@ from stribeck.simulation.walking.footsteps import Push, Steps
 from studies.changes import EXAMPLES, packaged, robot_from
 
 SIDES = ("left", "right")
+JOINTS = {"hip_roll": 1.0, "hip_pitch": 0.75, "hip_yaw": 0.75, "knee": 1.0, "ankle_roll": 0.1, "ankle_pitch": 0.2}
+"""Coulomb friction and offset [N m], Table 6.2 of the paper."""
 PUSH, PUSHED_FOR = 200.0, 0.1
 """Force [N] and duration [s] of a push that the standing foot cannot balance without a step."""
 
@@ -49,14 +51,7 @@ def _posture(names: str, *values: tuple[str, float]) -> dict[str, float]:
 WALKERS = {
     "TORO-like": Walker(
         robot_file=packaged("toro.toml", "toro.xml"),
-        friction={  # Table 6.2
-            "*_hip_roll": 1.0,
-            "*_hip_pitch": 0.75,
-            "*_hip_yaw": 0.75,
-            "*_knee": 1.0,
-            "*_ankle_roll": 0.1,
-            "*_ankle_pitch": 0.2,
-        },
+        friction={f"*_{joint}": level for joint, level in JOINTS.items()},
         posture=POSTURES["toro"],
     ),
     "TALOS": Walker(

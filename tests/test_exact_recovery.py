@@ -1,5 +1,7 @@
 """Exact logs at 1 kHz give all six parameters of the law (3.5), for every joint and kind of robot."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tests.models import STRIBECK, example_log, example_robot
@@ -18,8 +20,9 @@ CASES = {
 }
 
 
-QUICK = {("fixed-base arm", "log"), ("fixed-base arm", "auto"), ("humanoid", "log")}
-RUNS = [(name, kind) for name in CASES for kind in ("log", "auto")]
+QUICK = {("fixed-base arm", "log"), ("fixed-base arm", "auto"), ("fixed-base arm", "observer"), ("humanoid", "log")}
+RUNS = [*((name, kind) for name in CASES for kind in ("log", "auto")), ("fixed-base arm", "observer")]
+"""Robots with filters of the curve fit, or the observer without measured accelerations."""
 
 
 @pytest.mark.parametrize(
@@ -27,7 +30,11 @@ RUNS = [(name, kind) for name in CASES for kind in ("log", "auto")]
 )
 def test_every_parameter_of_every_joint_comes_back(name: str, kind: str) -> None:
     robot, (log, truth) = example_robot(CASES[name][0]), example_log(*CASES[name], seed=3)
-    result = identify(log, robot, Settings(method="curve-fit", filter=FilterSettings(kind=kind)))
+    settings = Settings(method="curve-fit", filter=FilterSettings(kind="auto" if kind == "auto" else "log"))
+    if kind == "observer":
+        log = replace(log, acceleration=None)
+        settings = settings.model_copy(update={"law": "stribeck", "method": kind, "observer_bandwidth": 40.0})
+    result = identify(log, robot, settings)
     assert result.joints.keys() == truth.parameters.keys()
     for name, joint in result.joints.items():
         assert joint.verdict == "identified", f"{name}: {joint.reason}"

@@ -15,6 +15,7 @@ from stribeck import Robot, Settings
 from stribeck.core.base.typing import Array
 from stribeck.core.dynamics.state import Orientation, State
 from stribeck.simulation.run import Simulated
+from studies.changes import known
 from studies.dense import minimum_norm_friction_torque
 from studies.markdown import percent
 from studies.paper.estimate import EXACT, Estimate, estimate, rms
@@ -22,7 +23,6 @@ from studies.paper.study import Numbers
 from studies.paper.walks import get_walk
 
 WALKS = ("right-knee-literal", "right-knee-ideal")
-NAMES = {"right-knee-literal": "feet stay as they land", "right-knee-ideal": "feet are levelled"}
 KNEE = "right_knee"
 BOTH = "left_foot+right_foot"
 STRIDE = 20
@@ -88,8 +88,7 @@ def _weightings(robot: Robot) -> dict[str, dict[str, float | Array]]:
 def _vary_weights(walk: Simulated) -> dict[str, dict[str, float]]:
     """Compute the error of (6.1) in double support, by its weights."""
     log, robot = walk.log, walk.robot
-    assert log.contact is not None
-    rows = np.flatnonzero(log.contact.all(axis=1))[::STRIDE]
+    rows = np.flatnonzero(known(log.contact).all(axis=1))[::STRIDE]
     state, knee = _state(walk, rows), robot.joint_names.index(KNEE)
     found = {}
     for label, weights in _weightings(robot).items():
@@ -101,14 +100,9 @@ def _vary_weights(walk: Simulated) -> dict[str, dict[str, float]]:
 def _state(walk: Simulated, rows: NDArray[np.int64]) -> State:
     """Select the exact motion at some rows of the log."""
     log, truth = walk.log, walk.truth
-    assert log.velocity is not None
-    assert log.acceleration is not None
-    assert log.base_orientation is not None
-    assert truth.base_velocity is not None
-    assert truth.base_acceleration is not None
-    rates, changes = truth.base_velocity[rows, 3:], truth.base_acceleration[rows, 3:]
-    turn = Orientation(log.base_orientation[rows], rates, changes)
-    return State(log.position[rows], log.velocity[rows], log.acceleration[rows], turn)
+    rates, changes = known(truth.base_velocity)[rows, 3:], known(truth.base_acceleration)[rows, 3:]
+    turn = Orientation(known(log.base_orientation)[rows], rates, changes)
+    return State(log.position[rows], known(log.velocity)[rows], known(log.acceleration)[rows], turn)
 
 
 def texts(numbers: Numbers) -> dict[str, str]:

@@ -29,25 +29,7 @@ _THEMES = {
         "cycle": ["#6cb2f7", "#ffa056", "#4fcfa3", "#c5a0f5", "#f08fb4", "#9aa4ae"],
     },
 }
-_STYLE: dict[str, Any] = {
-    "svg.fonttype": "path",
-    "svg.hashsalt": "stribeck",
-    "font.size": 9,
-    "axes.titlesize": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "figure.facecolor": "none",
-    "axes.facecolor": "none",
-    "legend.frameon": False,
-    "legend.fontsize": 8,
-    "lines.linewidth": 1.1,
-    "lines.markersize": 2.0,
-    "grid.linewidth": 0.6,
-    "path.simplify": True,
-    "path.simplify_threshold": 0.25,
-}
+_STYLE = Path(__file__).with_name("figures.mplstyle")
 
 
 def ink() -> str:
@@ -65,7 +47,7 @@ def save(name: str, draw: Callable[[Figure], None], folder: Path = FOLDER) -> No
     """
     folder.mkdir(parents=True, exist_ok=True)
     for theme in _THEMES:
-        with style.context(_STYLE | _colours(theme), after_reset=True):
+        with style.context([_STYLE, _colours(theme)], after_reset=True):
             figure = Figure(figsize=SIZE, layout="constrained")
             draw(figure)
             path = folder / f"{name}-{theme}.svg"

@@ -11,6 +11,7 @@ from stribeck.core.base.typing import Array
 from stribeck.core.dynamics.rooted import joint_inertia
 from stribeck.core.dynamics.state import State
 from stribeck.simulation.run import Simulated
+from studies.changes import known
 from studies.dense import constrained_sample
 from studies.markdown import short
 from studies.paper.estimate import EXACT, Differences, estimate, rms
@@ -60,10 +61,11 @@ def _legs(walk: Simulated) -> dict[tuple[str, str], Array]:
     parts: dict[tuple[str, str], list[Array]] = {
         (joint, phase): [] for joint in JOINTS for phase in ("stance", "swing")
     }
-    known = walk.robot.torque_controlled
+    controlled = walk.robot.torque_controlled
     for foot in walk.robot.contacts:
         here = exact.standing_on(foot)[ours]
-        inertia = joint_inertia(walk.robot.rooted_at(foot), walk.log.position[rows[here]])[:, known[:, None], known]
+        inertia = joint_inertia(walk.robot.rooted_at(foot), walk.log.position[rows[here]])
+        inertia = inertia[:, controlled[:, None], controlled]
         whole = -np.einsum("tij,tj->ti", inertia, change[here])
         for side in ("left", "right"):
             for joint in JOINTS:
@@ -76,16 +78,13 @@ def _legs(walk: Simulated) -> dict[tuple[str, str], Array]:
 
 def _ranks(walk: Simulated) -> dict[str, dict[str, float]]:
     """Compute the ranks of M_mod^-1 and the condition numbers of A and M_mod^-1, by the number of standing feet."""
-    log = walk.log
-    assert log.contact is not None
-    assert log.velocity is not None
-    assert log.acceleration is not None
-    state = State(log.position, log.velocity, log.acceleration)
+    log, contact = walk.log, known(walk.log.contact)
+    state = State(log.position, known(log.velocity), known(log.acceleration))
     found: dict[str, dict[str, float]] = {}
     for count in (1, 2):
         ranks, conditions = [], []
-        for k in np.flatnonzero(log.contact.sum(axis=1) == count)[:: 4 * STRIDE].tolist():
-            feet = tuple(foot for foot, stands in zip(log.foot_names, log.contact[k], strict=True) if stands)
+        for k in np.flatnonzero(contact.sum(axis=1) == count)[:: 4 * STRIDE].tolist():
+            feet = tuple(foot for foot, stands in zip(log.foot_names, contact[k], strict=True) if stands)
             sample = constrained_sample(walk.robot, feet, state, log.torque, k)
             values = np.linalg.svd(sample.mobility, compute_uv=False)
             ranks.append(int(np.sum(values > SINGULAR * values[0])))

@@ -61,10 +61,6 @@ def rows(store: Path, query: str = SAME) -> list[Any]:
         return connection.execute(query).fetchall()
 
 
-def command(*arguments: object) -> list[str]:
-    return [sys.executable, "-m", "stribeck", "fleet", *map(str, arguments)]
-
-
 def test_tables_contain_the_numbers_of_results(logs: Path, store: Path) -> None:
     job = all_jobs(logs)[0]
     result = identify(job.log, job.robot_file)
@@ -128,12 +124,15 @@ def test_backends_give_the_same_store(logs: Path, store: Path, tmp_path: Path, b
 
 
 @pytest.mark.long
-def test_a_ray_cluster_is_found_by_its_address(logs: Path, store: Path, tmp_path: Path, monkeypatch: Any) -> None:
+def test_a_killed_run_on_a_ray_cluster_is_resumed(logs: Path, store: Path, tmp_path: Path, monkeypatch: Any) -> None:
+    """The cluster of two nodes is found by its address."""
     cluster = pytest.importorskip("ray.cluster_utils").Cluster(initialize_head=True, head_node_args={"num_cpus": 1})
     cluster.add_node(num_cpus=1)
     monkeypatch.setenv("RAY_ADDRESS", cluster.address)
     try:
-        assert run_fleet(all_jobs(logs), tmp_path / "s", workers=2, backend="ray").counts == {"identified": 6}
+        with running(logs, tmp_path / "s", 2, "--backend", "ray") as run:
+            run.kill()
+        run_fleet(all_jobs(logs), tmp_path / "s", workers=2, backend="ray")
     finally:
         cluster.shutdown()
     assert rows(tmp_path / "s") == rows(store)
@@ -142,12 +141,9 @@ def test_a_ray_cluster_is_found_by_its_address(logs: Path, store: Path, tmp_path
 @contextmanager
 def running(logs: Path, store: Path, done: int, *options: object) -> Iterator[subprocess.Popen[str]]:
     """Start a run in a session of its own, and wait until the store has some rows."""
-    with subprocess.Popen(
-        command(logs / "logs", "-r", logs / "robot.toml", "-o", store, "--jobs", 2, *options),
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    ) as run:
+    words = ["fleet", logs / "logs", "-r", logs / "robot.toml", "-o", store, "--jobs", 2, *options]
+    command = [sys.executable, "-m", "stribeck", *map(str, words)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True) as run:
         while not (store / ".lock").exists() or len(list(store.glob("robot=*/*.parquet"))) < done:
             assert run.poll() is None
             time.sleep(0.02)

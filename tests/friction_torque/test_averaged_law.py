@@ -3,23 +3,18 @@
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from stribeck import Robot, Settings, identify
-from stribeck.core.friction import get_law
 from stribeck.core.log import RobotLog
 from stribeck.core.settings import FilterSettings
 
 INERTIA, PERIOD, STEPS = 0.2, 1e-3, 20
 TRUTH = np.array([0.2, 1.0, 0.2, 0.2, 0.5, 40.0])
-LAW = get_law("stribeck")
 SAVGOL = FilterSettings(kind="savitzky-golay", window=51)
 
 
-@pytest.fixture(scope="module")
-def wheel(tmp_path_factory: pytest.TempPathFactory) -> Robot:
+def wheel(folder: Path) -> Robot:
     """Wheel on a vertical axis without gravity torque."""
-    folder: Path = tmp_path_factory.mktemp("wheel")
     (folder / "wheel.urdf").write_text(
         '<robot name="wheel"><link name="base"/><link name="rim"><inertial><mass value="1"/>'
         f'<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="{INERTIA}"/></inertial></link>'
@@ -30,8 +25,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Robot:
     return Robot.from_file(folder / "robot.toml")
 
 
-@pytest.fixture(scope="module")
-def log() -> RobotLog:
+def wheel_log() -> RobotLog:
     """Log of the wheel under a smooth torque: friction and acceleration jump when it reverses."""
     seconds = 24.0
     step = PERIOD / STEPS
@@ -49,25 +43,16 @@ def log() -> RobotLog:
     return RobotLog(time=time[rows], joint_names=("axle",), position=positions[rows, None], torque=torque[rows, None])
 
 
-def errors(wheel: Robot, log: RobotLog, **changes: object) -> np.ndarray:
+def errors(robot: Robot, log: RobotLog, **changes: object) -> np.ndarray:
     """Compute the relative error of each parameter."""
-    found = identify(log, wheel, Settings(method="curve-fit", filter=SAVGOL, **changes)).joints["axle"].parameters
+    found = identify(log, robot, Settings(method="curve-fit", filter=SAVGOL, **changes)).joints["axle"].parameters
     return np.array([each.value for each in found.values()]) / TRUTH - 1
 
 
-def test_reversals_bend_a_law_that_is_not_averaged_and_no_other(wheel: Robot, log: RobotLog) -> None:
-    plain, averaged = errors(wheel, log), errors(wheel, log, averaged_law=True)
+def test_reversals_bend_a_law_that_is_not_averaged_and_no_other(tmp_path: Path) -> None:
+    robot, log = wheel(tmp_path), wheel_log()
+    plain, averaged = errors(robot, log), errors(robot, log, averaged_law=True)
     gain_and_speed = [2, 3]
     assert np.abs(plain[gain_and_speed]).min() > 0.15
     np.testing.assert_allclose(averaged[gain_and_speed], 0, atol=0.04)
     np.testing.assert_allclose(averaged[[0, 1, 4, 5]], 0, atol=0.01)
-
-
-def test_an_averaged_law_is_right_where_the_torque_jumps_and_the_motion_is_smooth(wheel: Robot) -> None:
-    time = PERIOD * np.arange(24_000)
-    pulses, sizes = 2 * np.pi * np.array([0.31, 0.67, 1.3]), np.array([0.5, 0.6, 0.4])
-    phases = pulses * time[:, None] + [0.3, 1.1, 2.0]
-    velocity, acceleration = np.sin(phases) @ sizes, np.cos(phases) @ (sizes * pulses)
-    position, torque = -np.cos(phases) @ (sizes / pulses), INERTIA * acceleration + LAW.torque(velocity, TRUTH)
-    log = RobotLog(time=time, joint_names=("axle",), position=position[:, None], torque=torque[:, None])
-    np.testing.assert_allclose(errors(wheel, log, averaged_law=True), 0, atol=0.002)

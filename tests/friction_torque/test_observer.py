@@ -6,8 +6,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from scipy.signal import lfilter
-from tests.arm import TRUTH, arm_log
-from tests.models import STRIBECK, example_log, example_robot
+from tests.arm import arm_log, stribeck_torque
+from tests.models import example_log, example_robot
 
 from stribeck import LogError, MomentumObserver, Robot, Settings, identify
 from stribeck.core.base.typing import Array
@@ -16,10 +16,8 @@ from stribeck.core.dynamics.rooted import RootMotion
 from stribeck.core.equations.friction_torque import inverse_dynamics as stream
 from stribeck.core.equations.friction_torque.inverse_dynamics import torque_chunks
 from stribeck.core.equations.friction_torque.preparation import prepare
-from stribeck.core.friction import get_law
 from stribeck.core.log import RobotLog
 from stribeck.core.settings import FilterSettings
-from stribeck.simulation.prescribed.exact import Truth
 
 PERIOD = 1e-3
 EXACT = FilterSettings(kind="log")
@@ -28,17 +26,6 @@ EXACT = FilterSettings(kind="log")
 @pytest.fixture(scope="module")
 def log(arm: Robot) -> RobotLog:
     return arm_log(arm, duration=12)
-
-
-@pytest.fixture(scope="module")
-def walk() -> tuple[RobotLog, Truth]:
-    return example_log("talos")
-
-
-def friction_of(velocity: Array, truth: dict[str, float]) -> Array:
-    law = get_law("stribeck")
-    values = np.array([truth[parameter.name] for parameter in law.parameters])
-    return np.column_stack([law.torque(column, values) for column in velocity.T])
 
 
 def first_order(signal: Array, bandwidth: float, start: Array | float) -> Array:
@@ -72,7 +59,7 @@ def test_it_is_stable_at_every_bandwidth(arm: Robot, log: RobotLog, bandwidth: f
     observer = MomentumObserver(arm, PERIOD, bandwidth)
     rows = slice(0, 600)
     found = np.array([observer.update(*row) for row in zip(*_motion(log, rows), strict=True)])
-    friction = friction_of(log.velocity[rows], TRUTH)  # type: ignore[index]
+    friction = stribeck_torque(log.velocity[rows])  # type: ignore[index]
     assert np.abs(found).max() <= np.abs(friction).max() + 0.01
     np.testing.assert_allclose(found[1:], first_order(friction, bandwidth, 0.0), atol=0.01)
 
@@ -99,8 +86,8 @@ def test_a_log_gives_the_same_samples_as_a_controller(arm, log, monkeypatch):
     np.testing.assert_allclose(velocity, online[:, 1] + begun * velocity[0], atol=1e-8)
 
 
-def test_on_its_feet_a_robot_has_the_low_pass_of_its_friction(walk: tuple[RobotLog, Truth]) -> None:
-    log, truth = walk
+def test_on_its_feet_a_robot_has_the_low_pass_of_its_friction() -> None:
+    log, truth = example_log("talos")
     robot = example_robot("talos")
     settings = Settings(method="observer", filter=EXACT, observer_bandwidth=20.0)
     (chunk,) = torque_chunks(prepare(log, robot, settings), robot, settings)
@@ -120,8 +107,8 @@ def test_on_its_feet_a_robot_has_the_low_pass_of_its_friction(walk: tuple[RobotL
     assert np.isnan(chunk.wrench).all()
 
 
-def test_in_a_controller_the_estimate_is_carried_on_when_other_feet_stand(walk: tuple[RobotLog, Truth]) -> None:
-    log, _ = walk
+def test_in_a_controller_the_estimate_is_carried_on_when_other_feet_stand() -> None:
+    log, _ = example_log("talos")
     robot = example_robot("talos")
     observer = MomentumObserver(robot, PERIOD, 20.0)
     standing = robot.standing(tuple(robot.contacts))
@@ -162,18 +149,6 @@ def test_on_point_feet_the_limbs_that_swing_are_seen() -> None:
     assert not np.array(found)[:, ~swinging].any()
 
 
-def test_every_parameter_of_every_joint_comes_back() -> None:
-    """Uses only positions, velocities and torques."""
-    exact, truth = example_log("ur5", 9.0, seed=3)
-    settings = Settings(law="stribeck", method="observer", filter=EXACT, observer_bandwidth=40.0)
-    result = identify(replace(exact, acceleration=None), example_robot("ur5"), settings)
-    assert result.joints.keys() == truth.parameters.keys()
-    for joint in result.joints.values():
-        assert joint.verdict == "identified"
-        for parameter, value in STRIBECK.items():
-            assert joint.parameters[parameter].value == pytest.approx(value, rel=0.01), parameter
-
-
 def test_the_momentum_of_a_rotor_that_the_model_lacks_is_found(arm: Robot, log: RobotLog) -> None:
     with_rotors = replace(log, torque=log.torque + 0.15 * log.acceleration, acceleration=None)
     settings = Settings(method="observer", filter=EXACT, observer_bandwidth=20.0, fit_armature=True)
@@ -192,7 +167,7 @@ def test_the_momentum_of_a_rotor_that_the_model_lacks_is_found(arm: Robot, log: 
     ],
 )
 def test_a_bad_sample_is_refused_and_changes_nothing(arm: Robot, row: tuple[Array, ...], said: str) -> None:
-    good = [(np.full(3, 0.1), np.full(3, 0.2), np.full(3, 0.3)), (np.full(3, 0.4), np.full(3, 0.5), np.full(3, 0.6))]
+    good = np.full((2, 3, 3), [[[0.1], [0.2], [0.3]], [[0.4], [0.5], [0.6]]])
     observer, other = MomentumObserver(arm, PERIOD, 20.0), MomentumObserver(arm, PERIOD, 20.0)
     observer.update(*good[0])
     with pytest.raises(LogError, match=said):

@@ -4,19 +4,18 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pinocchio as pin
 import pyarrow.csv as csv
 import pytest
-from tests.arm import TRUTH, write_arm
+from tests.arm import TRUTH, needed_torque, stribeck_torque, write_arm
 from tests.cli.test_cli import refused, run
+from tests.plan.test_plan import planned
 from tests.result import made
 
 from stribeck import Robot, Settings, identify, plan
-from stribeck.core.friction import get_law
 from stribeck.core.log import RobotLog
 from stribeck.design.planning.collision import CLEARANCE, load_self_collision
 from stribeck.design.planning.information import dynamics_of
-from stribeck.design.planning.joint import PlannedJoint, Reach, guess
+from stribeck.design.planning.joint import Reach, guess
 from stribeck.design.planning.selection import gravity
 from stribeck.design.planning.series import FREE, TORQUE_SHARE, Series, Task
 from stribeck.design.planning.trajectory import FINE, Promise, Trajectory, design, promise_of, within_limits
@@ -30,18 +29,8 @@ def task_of(robot: Robot, moving: tuple[int, ...], posture: np.ndarray, reach: f
     """Return the task to find the friction of some joints, which may go so far either way, at 2 units a second."""
     joint = guess(EMPTY, [])
     known = {name: replace(own, value=TRUTH[name]) for name, own in joint.parameters.items()}
-    joints = [
-        PlannedJoint(
-            column=k,
-            result=replace(joint, parameters=known),
-            guessed=False,
-            prismatic=False,
-            settings=Settings(),
-            reach=Reach(middle=posture[k], amplitude=reach, speed=2.0),
-            noise=1e-4,
-        )
-        for k in moving
-    ]
+    own = planned(replace(joint, parameters=known), 1e-4)
+    joints = [replace(own, column=k, reach=Reach(middle=posture[k], amplitude=reach, speed=2.0)) for k in moving]
     return Task(dynamics_of(robot, gravity(robot, "z"), Settings().priors), joints, posture)
 
 
@@ -77,9 +66,7 @@ def test_a_trajectory_stays_within_all_limits(task: Task, trajectory: Trajectory
     assert np.abs(state.position[:, 0] - 0.3).max() <= 2.001
     assert 1.0 < np.abs(state.velocity[:, 0]).max() <= 2.001
     assert np.all(state.position[:, 1:] == [0.2, 0.1])
-    model, data = robot.tree.model, robot.tree.model.createData()
-    rows = zip(state.position, state.velocity, state.acceleration, strict=True)
-    torque = np.array([pin.rnea(model, data, *row) for row in rows])
+    torque = needed_torque(robot, state.position, state.velocity, state.acceleration)
     torque[:, 0] += task.joints[0].result.friction(state.velocity[:, 0], offset=True)
     used = np.abs(torque / (TORQUE_SHARE * robot.effort_limits)).max()
     assert used <= 1.001
@@ -133,12 +120,8 @@ MJCF = (Path(__file__).parent / "elbow.xml").read_text()
 def followed(robot: Robot, trajectory: Trajectory) -> RobotLog:
     """Return the log of a robot with known friction that follows a trajectory, with noise of 0.5 N m."""
     time = np.arange(round(trajectory.duration * 250)) / 250
-    state, law = trajectory.at(time), get_law("stribeck")
-    values = np.array([TRUTH[parameter.name] for parameter in law.parameters])
-    model, data = robot.tree.model, robot.tree.model.createData()
-    rows = zip(state.position, state.velocity, state.acceleration, strict=True)
-    torque = np.array([pin.rnea(model, data, *row) for row in rows])
-    torque += law.torque(state.velocity.ravel(), values).reshape(torque.shape)
+    state = trajectory.at(time)
+    torque = needed_torque(robot, state.position, state.velocity, state.acceleration) + stribeck_torque(state.velocity)
     torque += 0.5 * np.random.default_rng(0).standard_normal(torque.shape)
     return RobotLog(time=time, joint_names=robot.joint_names, position=state.position, torque=torque)
 

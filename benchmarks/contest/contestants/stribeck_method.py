@@ -36,9 +36,7 @@ def answer(method: str, folder: Path, out: Path) -> schema.Answer:
     try:
         result = identify([read_log(folder / log, robot) for log in case.logs], robot, Settings(method=method))
     except StribeckError as error:
-        return schema.Answer(
-            method=method, version=__version__, needs=needs, blank=str(error).replace(f"{folder}/", "")
-        )
+        return reply(blank=str(error).replace(f"{folder}/", ""))
     if case.predict:
         np.savez(out / schema.TORQUE, torque=predicted(folder / schema.PREDICT, robot, result))
     joints = {joint: of_joint(result.joints[joint], np.array(asked.velocity)) for joint, asked in case.joints.items()}
