@@ -5,9 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pinocchio as pin
 import pytest
-from tests.arm import URDF, write_arm
+from tests.arm import URDF, needed_torque, write_arm
 from tests.cli.test_cli import refused, run
 from tests.exporters.found import FRICTION, found_in, joint_result, robot_of
 from tests.exporters.test_models import assert_same_dynamics, read_again
@@ -44,9 +43,7 @@ def test_a_wrong_model_comes_out_nearer_to_the_truth(tmp_path: Path, capsys: pyt
     new = read_again(true, out / "new.urdf")
 
     def torque(robot: Robot) -> np.ndarray:
-        model, data = robot.tree.model, robot.tree.model.createData()
-        states = zip(exact.position[::50], exact.velocity[::50], exact.acceleration[::50], strict=True)
-        return np.array([pin.rnea(model, data, *state) for state in states])
+        return needed_torque(robot, exact.position[::50], exact.velocity[::50], exact.acceleration[::50])
 
     off = [np.sqrt(np.mean((torque(robot) - torque(true)) ** 2)) for robot in (wrong, new)]
     assert off[1] < 0.1 * off[0]

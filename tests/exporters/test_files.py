@@ -63,15 +63,6 @@ def test_urdf_keeps_the_rest_and_links_that_are_fixed_to_each_other_share_in_pro
     assert masses == pytest.approx([3 * corrected.mass / 3.3, 0.3 * corrected.mass / 3.3], rel=1e-12)
 
 
-def stl(path: Path) -> None:
-    """Write a tetrahedron, binary."""
-    corners = np.vstack([np.zeros(3), np.eye(3)])
-    faces = corners[[[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]].reshape(4, 9)
-    rows = [np.concatenate([np.zeros(3), face]).astype("<f4").tobytes() + bytes(2) for face in faces]
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(bytes(80) + len(rows).to_bytes(4, "little") + b"".join(rows))
-
-
 def converted(folder: Path, text: str, base: str = "fixed", keys: str = "") -> tuple[str, mujoco.MjModel]:
     """Write an arm whose ARM is another one as MJCF; its text and what MuJoCo makes of it."""
     folder.mkdir(exist_ok=True)
@@ -87,20 +78,21 @@ def converted(folder: Path, text: str, base: str = "fixed", keys: str = "") -> t
 
 def test_shapes_stay_and_meshes_that_are_not_here_go(tmp_path: Path) -> None:
     shapes = """<link name="base">
-      <visual><geometry><mesh filename="package://arm/meshes/base.stl" scale="2 2 2"/></geometry></visual>
-      <collision><origin xyz="0 0 1" rpy="0 0 1"/><geometry><mesh filename="meshes/base.stl"/></geometry></collision>
+      <visual><geometry><mesh filename="package://arm/meshes/base.obj" scale="2 2 2"/></geometry></visual>
+      <collision><origin xyz="0 0 1" rpy="0 0 1"/><geometry><mesh filename="meshes/base.obj"/></geometry></collision>
       <visual><geometry><mesh filename="package://elsewhere/gone.stl"/></geometry></visual>
       <visual><geometry><mesh filename="meshes/base.dae"/></geometry></visual>
       <visual><geometry><box size="1 2 3"/></geometry><material name="blue"><color rgba="0 0 1 1"/></material></visual>
       <collision><geometry><cylinder radius="0.1" length="0.6"/></geometry></collision></link>"""
-    stl(tmp_path / "arm" / "meshes" / "base.stl")
+    (tmp_path / "arm/meshes").mkdir(parents=True)
+    (tmp_path / "arm/meshes/base.obj").write_text(TETRAHEDRON)
     (tmp_path / "arm" / "meshes" / "base.dae").write_text("")
     text, model = converted(tmp_path / "arm", ARM.replace('<link name="base"/>', shapes))
     assert model.ngeom == 4
     assert model.nmesh == 2
     gone = "Omitted, because MuJoCo cannot read these meshes: package://elsewhere/gone.stl, meshes/base.dae."
     assert gone in text
-    assert 'file="../meshes/base.stl"' in text
+    assert 'file="../meshes/base.obj"' in text
     kinds = {int(kind): k for k, kind in enumerate(model.geom_type)}
     box, cylinder = kinds[int(mujoco.mjtGeom.mjGEOM_BOX)], kinds[int(mujoco.mjtGeom.mjGEOM_CYLINDER)]
     np.testing.assert_allclose(model.geom_size[box], [0.5, 1.0, 1.5])

@@ -40,11 +40,8 @@ def test_damping_is_the_nearest_and_rotors_stand_in_simple_transmissions(tmp_pat
     best = speeds @ (1.2 + 0.3 * speeds) / (speeds @ speeds)
     assert float(dynamics.attrib["damping"]) == pytest.approx(best, rel=0.01)
     assert "approximates coulomb 1.2 N m, error" in (tmp_path / "new.urdf").read_text()
-    rotors = {
-        str(transmission.get("name")): transmission.findall("actuator/{http://drake.mit.edu}rotor_inertia")
-        for transmission in root.findall("transmission")
-    }
-    values = {name: [own.get("value") for own in found] for name, found in rotors.items()}
+    rotor = "actuator/{http://drake.mit.edu}rotor_inertia"
+    values = {each.get("name"): [own.get("value") for own in each.findall(rotor)] for each in root.iter("transmission")}
     assert values == {"one": ["0.05"], "two": [], "rotor of elbow": ["0.05"]}
 
 

@@ -59,13 +59,9 @@ def in_mujoco(path: Path, name: str, _: Robot, speeds: np.ndarray) -> np.ndarray
     return np.array([driven(model, name, np.full(n, v))[-1] for n, v in zip(steps, speeds, strict=True)])
 
 
-def _line(coulomb: float, viscous: float, speeds: np.ndarray) -> np.ndarray:
-    return coulomb * np.sign(speeds) + viscous * speeds
-
-
 def in_urdf(path: Path, name: str, _: Robot, speeds: np.ndarray) -> np.ndarray:
     dynamics = ET.parse(path).getroot().find(f"joint[@name='{name}']/dynamics").attrib
-    return _line(float(dynamics.get("friction", 0.0)), float(dynamics["damping"]), speeds)
+    return float(dynamics.get("friction", 0.0)) * np.sign(speeds) + float(dynamics["damping"]) * speeds
 
 
 def in_table(path: Path, name: str, _: Robot, speeds: np.ndarray) -> np.ndarray:
@@ -91,32 +87,20 @@ def line_of(result: Result, name: str, target: str, form: str | None, include_we
     return str(joint_terms(result, forms[form or next(iter(forms))], include_weak=include_weak)[name])
 
 
-@pytest.fixture(params=SWEEPS)
-def swept(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[..., tuple[np.ndarray, float, str]]:
-    """Export a joint, and return its resistance at speeds, the loss that was stated, and its line."""
-    target, sweep = SWEEPS[request.param]
-    form = request.param if request.param in TARGETS[target].forms else None
-
-    def of(own: JointResult, speeds: np.ndarray) -> tuple[np.ndarray, float, str]:
-        result, robot, name = of_joint(own, tmp_path, "toro" if target == "mjcf" else "arm")
-        path = tmp_path / "found.xml"
-        export(result, robot, path, target, friction=form)
-        (terms,) = joint_terms(result, TARGETS[target].forms[form or next(iter(TARGETS[target].forms))]).values()
-        loss = terms.fit.remains if terms.fit else 0.0
-        return sweep(path, name, robot, speeds), loss, str(terms)
-
-    return of
-
-
-def test_a_joint_resists_as_the_law_does_within_the_loss_that_was_stated(swept, request) -> None:
+@pytest.mark.parametrize("kind", SWEEPS)
+def test_a_joint_resists_as_the_law_does_within_the_loss_that_was_stated(kind: str, tmp_path: Path) -> None:
+    target, sweep = SWEEPS[kind]
+    form = kind if kind in TARGETS[target].forms else None
     own = joint(**EFFECT, slope=80.0)
     speeds = np.arange(1, SPEEDS + 1) / SPEEDS
     speeds = np.concatenate([-speeds[::8], speeds])
-    resisting, loss, line = swept(own, speeds)
-    off = np.sqrt(np.mean((resisting - own.friction(speeds)) ** 2))
+    result, robot, name = of_joint(own, tmp_path, "toro" if target == "mjcf" else "arm")
+    export(result, robot, tmp_path / "found.xml", target, friction=form)
+    terms = joint_terms(result, TARGETS[target].forms[form or next(iter(TARGETS[target].forms))])[name]
+    loss = terms.fit.remains if terms.fit else 0.0
+    off = np.sqrt(np.mean((sweep(tmp_path / "found.xml", name, robot, speeds) - own.friction(speeds)) ** 2))
     assert off == pytest.approx(loss, rel=0.3, abs=3e-3)
-    assert ("approximates" in line) == (loss > 0)
-    kind = request.node.callspec.params["swept"]
+    assert ("approximates" in str(terms)) == (loss > 0)
     assert off < {"lugre": 0.02, "table": 1e-3, "drake": 1.5}.get(kind, 0.3)
 
 
