@@ -1,21 +1,22 @@
 """Robots that tests share: robots of example-robot-data, and the packaged biped."""
 
-import sysconfig
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pinocchio as pin
+from studies.changes import EXAMPLES as EXAMPLES
+from studies.walking_cases import WALKERS
 
 from stribeck.core.base.typing import Array
 from stribeck.core.friction import Stribeck
 from stribeck.core.log import RobotLog
 from stribeck.core.robot import Robot, robot_fields
 from stribeck.core.settings import RobotFile
+from stribeck.simulation.friction import FrictionTruth, LawFriction
 from stribeck.simulation.prescribed.exact import Truth, exact_log
 
-EXAMPLES = Path(sysconfig.get_path("purelib")) / "cmeel.prefix" / "share" / "example-robot-data" / "robots"
 CASSIE = Path(__file__).parents[1] / "examples" / "robots" / "cassie" / "cassie.urdf"
 SIDES = ("left", "right")
 LEGS = ("FL", "FR", "RL", "RR")
@@ -50,12 +51,8 @@ MODELS: dict[str, tuple[str, dict[str, Any], dict[str, dict[str, str]]]] = {
 """Model file, keys of [robot], and contacts."""
 
 POSTURES: dict[str, dict[str, float]] = {
-    "talos": {f"leg_{side}_{k}_joint": v for side in SIDES for k, v in ((3, -0.5), (4, 1.0), (5, -0.5))},
-    "g1": {
-        f"{side}_{joint}_joint": value
-        for side in SIDES
-        for joint, value in (("hip_roll", 0.0), ("hip_pitch", -0.4), ("knee", 0.8), ("ankle_pitch", -0.4))
-    },
+    "talos": dict(WALKERS["TALOS"].posture),
+    "g1": dict(WALKERS["G1"].posture),
     "go2": {
         f"{leg}_{joint}_joint": value for leg in LEGS for joint, value in (("hip", 0.0), ("thigh", 0.8), ("calf", -1.6))
     },
@@ -112,3 +109,11 @@ def plain_rates(model: pin.Model, robot: Robot, joints: Array, base: Array | Non
     for value, name in zip(joints, robot.joint_names, strict=True):
         rates[model.joints[model.getJointId(name)].idx_v] = value
     return rates
+
+
+def leg_friction(robot: Robot, coulomb: float, offset: float = 0.3) -> FrictionTruth:
+    """Return friction and an offset [N m] in all leg joints, in the tree's order."""
+    names = [str(name) for name in list(robot.tree.model.names)[2:]]
+    values = {**STRIBECK, "coulomb": coulomb, "offset": offset}
+    legs = {name: values for name in names if any(part in name for part in ("leg_", "hip", "knee", "ankle"))}
+    return FrictionTruth(len(names), [LawFriction(names, Stribeck(), legs)])

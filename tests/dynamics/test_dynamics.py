@@ -163,6 +163,7 @@ def test_the_root_link_rotates_with_a_frame_on_it():
     seen, _ = exact_log(
         other, Stribeck(), truth.parameters, duration=3, posture=POSTURES["talos"], gait="walk", rate=200
     )
+    np.testing.assert_array_equal(seen.torque, log.torque)
     assert np.abs(seen.base_orientation - log.base_orientation).max() > 0.1
     flipped = seen.base_orientation * np.where(np.arange(len(seen.time)) % 7 < 3, 1, -1)[:, None]
     for given in (seen.base_orientation, 2.0 * flipped):

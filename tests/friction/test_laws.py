@@ -61,14 +61,6 @@ def test_law_and_derivatives_are_finite_at_the_bounds_and_at_any_speed(law: Fric
 
 
 @every_law
-def test_standstill(law: FrictionLaw) -> None:
-    values = np.array([np.mean(typical(parameter)) for parameter in law.parameters])
-    before, still, after = law.torque(np.array([-1e-9, 0.0, 1e-9]), values) - offset_of(law, values)
-    assert still == 0
-    assert (after - before > 1.0) if law.jumps else (after - before < 1e-3)
-
-
-@every_law
 @settings(max_examples=15)
 @given(seed=st.integers(0, 10_000))
 def test_parameters_are_recovered_from_clean_samples(law: FrictionLaw, seed: int) -> None:

@@ -79,15 +79,10 @@ def test_pieces_do_not_see_each_other() -> None:
 TRAVEL, SMOOTH = 0.01, 1e-3
 
 
-def reversal(speed: float, period: float) -> np.ndarray:
-    """Compute the lag versus travel after a reversal from steady sliding, for a grid of travels."""
-    velocity = speed * np.repeat([-1.0, 1.0], round(0.1 / (speed * period)))[:, None]
-    lag = lag_behind(velocity, period, SMOOTH, np.full((1, 1), TRAVEL))[0, len(velocity) // 2 :, 0]
-    travelled = speed * period * np.arange(1, len(lag) + 1)
-    return np.interp([0.002, 0.01, 0.03, 0.09], travelled, lag)
-
-
 @pytest.mark.parametrize("speed", [0.05, 0.5])
 def test_friction_comes_back_within_the_travel_at_any_speed(speed: float) -> None:
-    expected = -2 * np.exp(-np.array([0.002, 0.01, 0.03, 0.09]) / TRAVEL)
-    np.testing.assert_allclose(reversal(speed, 1e-3), expected, rtol=0.05)
+    travels, period = np.array([0.002, 0.01, 0.03, 0.09]), 1e-3
+    velocity = speed * np.repeat([-1.0, 1.0], round(0.1 / (speed * period)))[:, None]  # a reversal from steady sliding
+    lag = lag_behind(velocity, period, SMOOTH, np.full((1, 1), TRAVEL))[0, len(velocity) // 2 :, 0]
+    found = np.interp(travels, speed * period * np.arange(1, len(lag) + 1), lag)
+    np.testing.assert_allclose(found, -2 * np.exp(-travels / TRAVEL), rtol=0.05)

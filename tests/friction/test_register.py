@@ -1,19 +1,16 @@
 """Registration of user-defined laws that pass all checks."""
 
-# ruff: noqa: ARG001, ARG002, ARG005 - laws take what they do not use
+# ruff: noqa: ARG001, ARG005 - laws take what they do not use
 
 from collections.abc import Iterator
 from typing import Any
 from unittest import mock
 
-import numpy as np
 import pytest
+from tests.extra import Quadratic
 
 from stribeck import FrictionLaw, SettingsError, register_law
 from stribeck.core.friction import LAWS, Parameter, get_law
-
-COULOMB = Parameter(name="coulomb", symbol="Fc", unit="N m")
-DRAG = Parameter(name="drag", symbol="D", unit="N m s^2/rad^2")
 
 
 @pytest.fixture(autouse=True)
@@ -24,23 +21,7 @@ def _laws_as_before() -> Iterator[None]:
 
 def law_with(**changed: Any) -> type[FrictionLaw]:
     """Make a law of Coulomb friction and drag, with some attributes replaced."""
-
-    class Drag(FrictionLaw):
-        name, title, parameters, jumps = "drag", "Coulomb and drag", (COULOMB, DRAG), True
-
-        def torque(self, velocity, values):
-            return self.jacobian(velocity, values) @ values
-
-        def jacobian(self, velocity, values):
-            return np.column_stack([np.sign(velocity), velocity * np.abs(velocity)])
-
-        def basis(self, velocity, shape):
-            return np.column_stack([np.sign(velocity), velocity * np.abs(velocity)])
-
-        def from_linear(self, coefficients, shape):
-            return np.maximum(coefficients, 0.0)
-
-    return type("Drag", (Drag,), changed)
+    return type("Drag", (Quadratic,), {"name": "drag", **changed})
 
 
 def test_a_law_is_known_by_its_name_once_it_is_registered() -> None:
@@ -71,7 +52,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "name": ({"name": "My Law"}, "Drag.name is 'My Law'; expected lower-case words"),
     "title": ({"title": None}, "law 'drag' has no title"),
     "bounds": (
-        {"parameters": (COULOMB, Parameter(name="drag", symbol="D", unit="1", lower=2.0, upper=1.0))},
+        {"parameters": (Quadratic.parameters[0], Parameter(name="drag", symbol="D", unit="1", lower=2.0, upper=1.0))},
         "drag lies from 2 to 1; expected a lower bound below",
     ),
     "raises": ({"torque": failing}, r"at coulomb = .*, drag = .*: raises ZeroDivisionError \(no drag\)"),
@@ -81,7 +62,10 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         {"jacobian": lambda self, v, p: self.basis(v, {}) * 1.01, "torque": lambda self, v, p: self.basis(v, {}) @ p},
         "jacobian has dR/dcoulomb = -1.01 at -3 rad/s; expected -1, the difference quotient",
     ),
-    "basis": ({"basis": lambda self, v, shape: 2 * self.jacobian(v, None)}, "basis and from_linear are not the law"),
+    "basis": (
+        {"basis": lambda self, v, shape: 2 * Quadratic.basis(self, v, shape), "jacobian": Quadratic.basis},
+        "basis and from_linear are not the law",
+    ),
     "linear": ({"from_linear": lambda self, c, shape: c}, "from_linear gives .* = -1000; expected 0 to inf"),
 }
 

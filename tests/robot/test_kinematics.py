@@ -19,16 +19,11 @@ CRANE = (Path(__file__).parent / "crane.urdf").read_text()
 FRAMES = {"crane": "hook", "talos": "gripper_left_base_link", "go2": "RR_foot"}
 
 
-@pytest.fixture(scope="module")
-def robots(tmp_path_factory) -> dict[str, Robot]:
-    path = tmp_path_factory.mktemp("crane") / "crane.urdf"
-    path.write_text(CRANE)
-    return {"crane": make_robot(path, {}, {}), "talos": example_robot("talos"), "go2": example_robot("go2")}
-
-
 @pytest.fixture(params=FRAMES)
-def case(request, robots):
-    robot = robots[request.param]
+def case(request, tmp_path):
+    (tmp_path / "crane.urdf").write_text(CRANE)
+    crane = request.param == "crane"
+    robot = make_robot(tmp_path / "crane.urdf", {}, {}) if crane else example_robot(request.param)
     motion = np.random.default_rng(0).uniform(-1, 1, (3, SAMPLES, len(robot.joint_names)))
     return robot, FRAMES[request.param], motion
 

@@ -6,7 +6,7 @@ import pytest
 from tests.simulation.stepping import FRICTION, stepping, toro
 
 from stribeck import Settings
-from stribeck.core.equations.friction_torque.inverse_dynamics import Chunk, torque_chunks
+from stribeck.core.equations.friction_torque.inverse_dynamics import torque_chunks
 from stribeck.core.equations.friction_torque.preparation import prepare
 from stribeck.core.friction import Stribeck
 from stribeck.core.log import RobotLog
@@ -26,19 +26,6 @@ def states(robot: Robot, log: RobotLog, truth: Truth) -> tuple[np.ndarray, np.nd
     return q, v, a
 
 
-def found(robot: Robot, log: RobotLog) -> Chunk:
-    (chunk,) = torque_chunks(prepare(log, robot, EXACT), robot, EXACT)
-    return chunk
-
-
-def error(robot: Robot, log: RobotLog, truth: Truth, support: str) -> np.ndarray:
-    """Return what is found less what is true on one support, shape (N, n)."""
-    chunk = found(robot, log)
-    rows = chunk.samples.support == chunk.samples.support_names.index(support)
-    true = truth.friction_torque[chunk.rows[rows]][:, robot.torque_controlled]
-    return chunk.samples.friction_torque[rows] - true
-
-
 def foot_motion(log: RobotLog, truth: Truth, foot: str, k: int) -> tuple[pin.SE3, np.ndarray]:
     model = toro().tree.model
     data, frame = model.createData(), model.getFrameId(toro().contacts[foot].frame)
@@ -51,13 +38,13 @@ def foot_motion(log: RobotLog, truth: Truth, foot: str, k: int) -> tuple[pin.SE3
 def test_single_support_is_recovered_exactly_and_double_support_is_not():
     """Fig. 6.1: on one foot every joint, swinging or standing; on two the legs are left open."""
     log, truth = stepping()
-    for foot in ("left_foot", "right_foot"):
-        wrong = error(toro(), log, truth, foot)
-        assert len(wrong) == 650
-        assert np.sqrt((wrong**2).mean(axis=0)).max() < 1e-5
-    chunk = found(toro(), log)
+    (chunk,) = torque_chunks(prepare(log, toro(), EXACT), toro(), EXACT)
     for column, foot in enumerate(log.foot_names):  # the predicted ground reaction is the force of the constraint
         rows = chunk.samples.support == chunk.samples.support_names.index(foot)
+        true = truth.friction_torque[chunk.rows[rows]][:, toro().torque_controlled]
+        wrong = chunk.samples.friction_torque[rows] - true
+        assert len(wrong) == 650
+        assert np.sqrt((wrong**2).mean(axis=0)).max() < 1e-5
         np.testing.assert_allclose(chunk.wrench[rows], log.foot_wrench[chunk.rows[rows], column], atol=1e-4)
     both = chunk.samples.support == chunk.samples.support_names.index("left_foot+right_foot")
     legs = toro().standing(("left_foot", "right_foot"))[toro().torque_controlled]

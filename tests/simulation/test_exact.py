@@ -1,6 +1,5 @@
 """Exact logs obey the laws of motion, as Pinocchio states them from the untouched model files."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,7 +20,6 @@ from stribeck.core.errors import SettingsError
 from stribeck.core.friction import Stribeck
 from stribeck.core.log import RobotLog
 from stribeck.core.robot import Robot
-from stribeck.core.robot.rooting import BASE_FRAME
 from stribeck.simulation.prescribed.exact import Truth, exact_log
 
 RATE = 1000.0
@@ -115,23 +113,6 @@ def test_standing_feet_stay_where_they_are(case):
     for poses in places.values():
         assert len(poses) > 10
         assert np.abs(np.array(poses) - poses[0]).max() < 1e-9
-
-
-def test_base_orientation_is_that_of_the_base_frame():
-    robot, log, truth = made("talos walk")
-    assert robot.base_frame == BASE_FRAME
-    other = replace(robot, base_frame="torso_2_link")
-    turned, _ = exact_log(
-        other, Stribeck(), truth.parameters, duration=3.5, rate=RATE, posture=POSTURES["talos"], gait="walk"
-    )
-    np.testing.assert_array_equal(turned.torque, log.torque)
-    for k in samples(log, 5):
-        model, q, _, _ = plain_state("talos walk", k)
-        data = model.createData()
-        pin.framesForwardKinematics(model, data, q)
-        expected = data.oMf[model.getFrameId("torso_2_link")].rotation
-        x, y, z, w = turned.base_orientation[k]
-        np.testing.assert_allclose(pin.Quaternion(w, x, y, z).toRotationMatrix(), expected, atol=1e-12)
 
 
 WRONG: dict[str, tuple[str, dict[str, Any], str]] = {

@@ -64,19 +64,6 @@ def test_warm_joints_have_the_warm_parameters():
     assert later[0] == pytest.approx(0.2 * (1 - 0.5 * (1 - np.exp(-1))))
 
 
-def test_lugre_slides_like_its_static_law():
-    """At steady velocity R = Fv v + Fc (1 + S exp(-(v / vs)^2)) sgn(v)."""
-    effect = LuGre(["a"], {"a": LUGRE})
-    truth = FrictionTruth(1, [effect])
-    for speed in (0.02, 0.1, -0.5):
-        v = np.array([speed])
-        for _ in range(4000):
-            truth.before(Instant(time=0, step=STEP, position=v, velocity=v, torque=v))
-            friction = truth.after(v)[0]
-        expected = 0.2 * speed + np.sign(speed) * (1 + 0.3 * np.exp(-((speed / 0.1) ** 2)))
-        assert friction == pytest.approx(expected, rel=1e-6)
-
-
 def test_lugre_gives_way_before_it_breaks_away():
     """Slowly loaded below breakaway g, q = -g / s0 ln(1 - tau / g), of which g / s0 ln(1 + tau / g) springs back."""
     held = swing(LuGre(["a"], {"a": LUGRE}), lambda t: 0.8 * min(t / 0.5, max(3 - 2 * t, 0.0), 1.0), 2.0)

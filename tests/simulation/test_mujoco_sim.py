@@ -1,17 +1,16 @@
 """The contact simulator and its humanoids, compared with Pinocchio, their tables and the laws of mechanics."""
 
 from collections.abc import Callable
-from pathlib import Path
 
 import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
 from scipy.spatial.transform import Rotation
-from tests.simulation.walkers import POSTURE, SOLES, leg_friction, walker
+from studies.walking_cases import WALKERS, robot_of
+from tests.models import leg_friction
 
 from stribeck.core.base.typing import Array
-from stribeck.core.robot import Robot
 from stribeck.simulation.friction import FrictionTruth
 from stribeck.simulation.mujoco.model import compile_body
 from stribeck.simulation.mujoco.simulator import MujocoSim, foot_wrenches
@@ -19,8 +18,6 @@ from stribeck.simulation.robots import MODELS, TORO_MODEL
 from stribeck.simulation.robots.toro import toro_links, toro_mjcf
 from stribeck.simulation.walking.balance.terms import Dynamics
 from stribeck.simulation.walking.start import start_standing
-
-NAMES = ("toro", "talos", "g1")
 
 
 def as_mujoco_has_it(sim: MujocoSim) -> tuple[Array, Array]:
@@ -37,10 +34,10 @@ def as_mujoco_has_it(sim: MujocoSim) -> tuple[Array, Array]:
     return configuration, velocity
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_both_engines_have_one_equation_of_motion(name: str, tmp_path: Path) -> None:
-    robot = walker(name, tmp_path)
-    body = compile_body(robot, SOLES.get(name))
+@pytest.mark.parametrize("name", WALKERS)
+def test_both_engines_have_one_equation_of_motion(name: str) -> None:
+    robot = robot_of(name)
+    body = compile_body(robot, WALKERS[name].soles)
     model, data = robot.tree.model, robot.tree.model.createData()
     generator = np.random.default_rng(1)
     q = pin.neutral(model)
@@ -81,20 +78,16 @@ def as_pinocchio_has_them(
     return v, a
 
 
-def standing(robot: Robot, friction: FrictionTruth) -> tuple[MujocoSim, Dynamics]:
-    body = compile_body(robot)
-    dynamics = Dynamics(robot, body.soles)
-    start = start_standing(robot, dynamics, POSTURE["toro"])
-    return MujocoSim(body, friction, start.configuration, period=body.model.opt.timestep), dynamics
-
-
 def test_ground_gravity_and_friction_are_all_that_acts() -> None:
     """The foot wrenches, the torques and R give the acceleration that the simulator has, joint by joint.
 
     Coriolis and centrifugal torques are those of the velocity that the last change foresees for a step's middle.
     """
-    robot = Robot.from_file(MODELS / "toro.toml")
-    sim, dynamics = standing(robot, leg_friction(robot, 1.0))
+    robot = robot_of("TORO-like")
+    body = compile_body(robot)
+    dynamics = Dynamics(robot, body.soles)
+    start = start_standing(robot, dynamics, WALKERS["TORO-like"].posture)
+    sim = MujocoSim(body, leg_friction(robot, 1.0), start.configuration, period=body.model.opt.timestep)
     generator = np.random.default_rng(2)
     model, data = dynamics.model, dynamics.data
     step, change = sim.period, np.zeros(model.nv)
@@ -118,11 +111,11 @@ def test_ground_gravity_and_friction_are_all_that_acts() -> None:
 
 def free_leg(step: float, control_period: float) -> tuple[MujocoSim, int]:
     """A robot that falls freely, and the number of a knee."""
-    robot = Robot.from_file(MODELS / "toro.toml")
+    robot = robot_of("TORO-like")
     names = list(robot.tree.model.names)[2:]
     start = pin.neutral(robot.tree.model)
     start[2] = 100.0
-    start[7:] = [POSTURE["toro"].get(name, 0.0) for name in names]
+    start[7:] = [WALKERS["TORO-like"].posture.get(name, 0.0) for name in names]
     sim = MujocoSim(compile_body(robot, step=step), leg_friction(robot, 1.0), start, control_period)
     return sim, names.index("left_knee")
 

@@ -1,16 +1,15 @@
 """Footsteps and the DCM are planned, robots walk in the contact simulator, and their logs contain the friction."""
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
-from tests.simulation.walkers import POSTURE, SOLES, leg_friction, walker
+from studies.walking_cases import WALKERS, robot_of
+from tests.models import leg_friction
 
 from stribeck import identify
 from stribeck.core.robot import Robot
-from stribeck.simulation.robots import MODELS
 from stribeck.simulation.sensors.profiles import PROFILES
 from stribeck.simulation.walking.footsteps import Footprint, Push, Steps, plan_steps
 from stribeck.simulation.walking.plan import BOTH, Stretch, plan_dcm, plan_walk
@@ -19,16 +18,15 @@ from stribeck.simulation.walking.simulate import Conditions, FellError, Walk, si
 COARSE = 0.0005  # [s], twice the usual physics step
 
 
-def toro() -> Robot:
-    return Robot.from_file(MODELS / "toro.toml")
+POSTURE = WALKERS["TORO-like"].posture
 
 
 @cache
 def exact_walk() -> Walk:
     """Return a few steps with exact sensors, on the estimated state."""
-    robot = toro()
+    robot = robot_of("TORO-like")
     walk = [Steps(count=3, forward=0.2, single_support=0.6), Steps(count=2, sideways=0.15, width=0.18)]
-    return simulate_walk(robot, walk, POSTURE["toro"], Conditions(friction=leg_friction(robot, 1.0)))
+    return simulate_walk(robot, walk, POSTURE, Conditions(friction=leg_friction(robot, 1.0)))
 
 
 def test_it_goes_where_the_plan_says_and_stays_upright() -> None:
@@ -43,7 +41,7 @@ def test_it_goes_where_the_plan_says_and_stays_upright() -> None:
 
 def test_the_log_gives_back_the_friction_of_the_swinging_leg() -> None:
     walk = exact_walk()
-    samples = identify(walk.log, toro(), method="curve-fit").evidence.samples
+    samples = identify(walk.log, robot_of("TORO-like"), method="curve-fit").evidence.samples
     legs = [column for column, name in enumerate(samples.joint_names) if name in walk.truth.parameters]
     rows = np.round(samples.time / 1e-3).astype(int)
     for column in legs:
@@ -68,15 +66,15 @@ def largest_tilt_of_feet(robot: Robot, walk: Walk) -> float:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", ["talos", "g1"])
-def test_other_robots_walk_with_the_same_gains(name: str, tmp_path: Path) -> None:
-    robot = walker(name, tmp_path)
+@pytest.mark.parametrize("name", ["TALOS", "G1"])
+def test_other_robots_walk_with_the_same_gains(name: str) -> None:
+    robot = robot_of(name)
     conditions = Conditions(
-        friction=leg_friction(robot, 0.2, offset=0.2), soles=SOLES.get(name, {}), physics_step=COARSE
+        friction=leg_friction(robot, 0.2, offset=0.2), soles=WALKERS[name].soles, physics_step=COARSE
     )
-    width = 0.16 if name == "g1" else None  # its ankles roll little
+    width = 0.16 if name == "G1" else None  # its ankles roll little
     steps = Steps(count=3, forward=0.1, turn=0.1, width=width, single_support=0.6)
-    walk = simulate_walk(robot, [steps], POSTURE[name], conditions)
+    walk = simulate_walk(robot, [steps], WALKERS[name].posture, conditions)
     assert np.linalg.norm(walk.truth.base_position[-1] - walk.truth.base_position[0]) == pytest.approx(0.2, abs=0.04)
     trunk = ["waist" in joint or "torso" in joint for joint in walk.log.joint_names]
     assert np.abs(walk.log.position[:, trunk]).max() < 0.35  # it is upright, and not what the walk is balanced with
@@ -87,7 +85,7 @@ def pushed(force: float) -> np.ndarray:
     """Return the base's path when it is pushed aside while it stands, shape (T, 3)."""
     push = Push(start=0.3, duration=0.1, force=[0.0, force, 0.0])
     conditions = Conditions(state="true", pushes=[push], physics_step=COARSE)
-    return simulate_walk(toro(), [], POSTURE["toro"], conditions).truth.base_position
+    return simulate_walk(robot_of("TORO-like"), [], POSTURE, conditions).truth.base_position
 
 
 @pytest.mark.long
@@ -98,7 +96,7 @@ def test_a_push_that_one_foot_cannot_bear_is_met_by_a_step_aside() -> None:
         pushes=[Push(start=2.0, duration=0.1, force=[0.0, -200.0, 0.0])],
         physics_step=COARSE,
     )
-    found = simulate_walk(toro(), walk, POSTURE["toro"], conditions)  # the right foot swings then
+    found = simulate_walk(robot_of("TORO-like"), walk, POSTURE, conditions)  # the right foot swings then
     position, orientation = found.truth.base_position, found.truth.base_orientation
     assert -0.35 < position[-1, 1] - position[0, 1] < -0.1
     assert np.abs(orientation[:, :2]).max() < 0.03
