@@ -1,6 +1,8 @@
 """Log of an arm with three joints, simulated with MuJoCo alone, whose friction is known."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -90,3 +92,12 @@ def with_other_model(log: dict[str, np.ndarray], mass: float = 0.0, tilt: float 
             data.qpos[:], data.qvel[:], data.qacc[:] = motion
             mujoco.mj_inverse(model, data)
         log["torque"][row] += datas[1].qfrc_inverse - datas[0].qfrc_inverse
+
+
+def write_case(folder: Path, log: Mapping[str, Any], text: str = "") -> None:
+    """Write a log with the arm's model and robot file; `text` has further keys of [robot], or others than usual."""
+    np.savez(folder / "log.npz", **{"joint_names": np.array(JOINTS), **log})
+    (folder / "arm.urdf").write_text(urdf())
+    usual = {"base": '"fixed"', "torque_source": '"motor_current"'}
+    lines = "".join(f"{key} = {value}\n" for key, value in usual.items() if key not in text)
+    (folder / "robot.toml").write_text(f'[robot]\nmodel = "arm.urdf"\n{lines}{text}')

@@ -288,11 +288,8 @@ def test_every_law_has_a_page(name: str) -> None:
 def _bounds_text(lower: float, upper: float) -> str:
     if lower == -float("inf"):
         return "none"
-    return f"{lower:g} and more" if upper == float("inf") else f"{_short(lower)} to {_short(upper)}"
-
-
-def _short(value: float) -> str:
-    return {1e-4: "1e-4", 1e4: "1e4"}.get(value, f"{value:g}")
+    low, high = ({1e-4: "1e-4", 1e4: "1e4"}.get(bound, f"{bound:g}") for bound in (lower, upper))
+    return f"{low} and more" if upper == float("inf") else f"{low} to {high}"
 
 
 @pytest.mark.parametrize("page", PAGES)

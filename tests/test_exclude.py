@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.arm import arm_log, save_npz, write_arm
 from tests.cli.test_cli import run
-from tests.mujoco_arm import JOINTS, record, urdf, with_force
+from tests.mujoco_arm import record, with_force, write_case
 
 from stribeck import LogError, Robot, RobotLog, read_result
 from stribeck.core.base.spans import Span
@@ -46,19 +46,12 @@ def test_a_disturbance_is_named_in_time_and_its_remedy_can_be_pasted(pushed: Pat
     assert "excluded" in (pushed / "second/report.html").read_text()
 
 
-def write_robot(folder: Path, log: dict[str, np.ndarray]) -> None:
-    (folder / "arm.urdf").write_text(urdf())
-    text = '[robot]\nmodel = "arm.urdf"\nbase = "fixed"\ntorque_source = "motor_current"\n'
-    (folder / "robot.toml").write_text(text)
-    np.savez(folder / "log.npz", joint_names=np.array(JOINTS), **log)
-
-
 @pytest.mark.long
 def test_a_table_that_is_touched_does_not_refuse_the_log_or_hide_wrong_units(tmp_path: Path) -> None:
     log = record([1.5, 2.0, 2.5], 30.0)
     for start in (4.0, 12.0, 21.0):
         with_force(log, (start, start + 3.0), [20.0, 6.0, 45.0])
-    write_robot(tmp_path, log)
+    write_case(tmp_path, log)
     for output, method, identified in (("whole", "whole-log", 3), ("fitted", "curve-fit", 0)):
         assert identify(tmp_path, output, "--method", method) == 0
         result = read_result(tmp_path / output / "result.json")
@@ -68,7 +61,7 @@ def test_a_table_that_is_touched_does_not_refuse_the_log_or_hide_wrong_units(tmp
         assert sum(joint.verdict == "identified" for joint in result.joints.values()) >= identified
         if identified:  # on held-out parts that nothing touches
             assert min(joint.torque_r2.nominal for joint in result.joints.values()) > 0.95
-    np.savez(tmp_path / "log.npz", joint_names=np.array(JOINTS), **log | {"torque": 1e3 * log["torque"]})
+    write_case(tmp_path, log | {"torque": 1e3 * log["torque"]})
     assert identify(tmp_path, "wrong") == 2
 
 
@@ -79,9 +72,7 @@ def test_the_link_that_is_pushed_is_named_with_the_force(corrections: str, tmp_p
     with_force(log, (10.0, 13.0), [-10.0, 20.0, 10.0], link=2)
     high = (log["time"] > 16) & (log["time"] < 21)
     log["torque"][high, 0] = log["torque"][high, 0].clip(-4, 4)
-    write_robot(tmp_path, log)
-    with (tmp_path / "robot.toml").open("a") as file:
-        file.write(f'[identify]\ncorrections = "{corrections}"\n')
+    write_case(tmp_path, log, f'[identify]\ncorrections = "{corrections}"\n')
     assert identify(tmp_path, "out") == 0
     (text,) = (each.text for each in read_result(tmp_path / "out/result.json").findings if each.check == "set-aside")
     assert re.search(r"2\.\d to 7\.\d s \(a force of about (49|50) N on link 3\)", text)

@@ -1,12 +1,10 @@
 """With external joint torques, every method finds the same friction as without."""
 
 from dataclasses import replace
-from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.arm import arm_log, write_arm
+from tests.arm import arm_log
 from tests.friction_torque.test_friction_torque import EXACT
 from tests.methods.test_ground_reaction import moved, robot
 
@@ -25,31 +23,20 @@ def loaded(log: RobotLog, size: float = 5.0) -> RobotLog:
     return replace(log, torque=log.torque - external, external_torque=external)
 
 
-@cache
-def arm(folder: Path) -> tuple[Robot, RobotLog]:
-    robot = Robot.from_file(write_arm(folder))
-    log = with_noise(arm_log(robot, duration=7.0, rate=250.0), position=1e-5, torque=0.05)
-    return robot, replace(log, velocity=None, acceleration=None)
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("arm")
-
-
 def values(result: Result) -> dict[tuple[str, str], float]:
     found = result.joints.items()
     return {(joint, name): one.value for joint, own in found for name, one in own.parameters.items()}
 
 
 @pytest.mark.parametrize("method", ["curve-fit", "observer", "direct", "whole-log"])
-def test_friction_is_that_of_the_same_motion_without(method: str, folder: Path) -> None:
-    robot, log = arm(folder)
+def test_friction_is_that_of_the_same_motion_without(method: str, arm: Robot) -> None:
+    log = with_noise(arm_log(arm, duration=7.0, rate=250.0), position=1e-5, torque=0.05)
+    log = replace(log, velocity=None, acceleration=None)
     settings = Settings(method=method, law="coulomb-viscous", corrections="none" if method == "whole-log" else "auto")
-    plain, under_load = (values(identify(each, robot, settings)) for each in (log, loaded(log)))
+    plain, under_load = (values(identify(each, arm, settings)) for each in (log, loaded(log)))
     assert plain
     assert under_load == pytest.approx(plain, rel=1e-3, abs=1e-3)
-    wrong = values(identify(replace(loaded(log), external_torque=None), robot, settings, force=True))
+    wrong = values(identify(replace(loaded(log), external_torque=None), arm, settings, force=True))
     assert max(abs(wrong.get(key, 9.0) - value) for key, value in plain.items()) > 0.1
 
 

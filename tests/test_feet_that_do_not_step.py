@@ -2,47 +2,34 @@
 
 import numpy as np
 import pytest
+from studies.coverage import points_of
 from tests.rolling import rolling_robot
 from tests.standing import UPPER, still_humanoid
 
 from stribeck import NothingIdentifiedError, Settings, identify
 from stribeck.check.init import draft_robot_file
 
-
-def worst_error(result, truth, joints) -> float:
-    """The largest relative error of the curves of some joints."""
-    return max(
-        abs(point.value / (truth[joint][0] + truth[joint][1] * point.velocity) - 1)
-        for joint in joints
-        for point in result.joints[joint].curve
-    )
+BALLS = pytest.param(True, False, marks=pytest.mark.long)
 
 
-def covered(result, truth, joints) -> float:
-    """The share of curve points whose intervals contain the truth."""
-    points = [(truth[joint], point) for joint in joints for point in result.joints[joint].curve]
-    return np.mean(
-        [low <= own[0] + own[1] * point.velocity <= high for own, point in points for low, high in [point.interval_95]]
-    )
+def worst_error_and_coverage(result, truth, joints) -> tuple[float, float]:
+    """Compute the largest relative error of the curves of some joints, and the share of intervals with the truth."""
+    points = points_of(result, joints, lambda joint, speed: truth[joint][0] + truth[joint][1] * speed)
+    _, covered, error = np.transpose(points)
+    return error.max(), covered.mean()
 
 
-@pytest.mark.parametrize("kind", [pytest.param("stand", marks=pytest.mark.long), "squat"])
-def test_arms_and_trunk_are_identified_while_both_feet_stand(kind, tmp_path) -> None:
-    truth = still_humanoid(tmp_path, kind, seconds=8.0)
+@pytest.mark.parametrize("kind", [pytest.param("stand", marks=pytest.mark.long), "squat", "hung"])
+def test_arms_and_trunk_are_identified_while_both_feet_stand_and_every_joint_of_a_robot_that_hangs(kind, tmp_path):
+    truth = still_humanoid(tmp_path, kind, seconds=10.0 if kind == "hung" else 8.0)
+    known = [*truth] if kind == "hung" else UPPER
     result = identify(tmp_path / "log.npz", tmp_path / "robot.toml")
     verdicts = {joint: result.joints[joint].verdict for joint in truth}
-    assert verdicts == {joint: "identified" if joint in UPPER else "not excited" for joint in truth}
-    assert worst_error(result, truth, UPPER) < 0.03
-    assert covered(result, truth, UPPER) >= 0.9
-    assert "lift one foot at a time" in result.joints["left_knee"].reason
-
-
-def test_every_joint_is_identified_while_the_robot_hangs(tmp_path) -> None:
-    truth = still_humanoid(tmp_path, "hung")
-    result = identify(tmp_path / "log.npz", tmp_path / "robot.toml")
-    assert {joint.verdict for joint in result.joints.values()} == {"identified"}
-    assert worst_error(result, truth, truth) < 0.03
-    assert covered(result, truth, truth) >= 0.9
+    assert verdicts == {joint: "identified" if joint in known else "not excited" for joint in truth}
+    error, covered = worst_error_and_coverage(result, truth, known)
+    assert error < 0.03
+    assert covered >= 0.9
+    assert kind == "hung" or "lift one foot at a time" in result.joints["left_knee"].reason
 
 
 @pytest.mark.parametrize(
@@ -62,30 +49,23 @@ def drafted(folder, without="nothing"):
     return text
 
 
-@pytest.mark.parametrize("legs", [pytest.param(True, marks=pytest.mark.long), False])
-def test_wheels_roll(legs, tmp_path) -> None:
-    truth = rolling_robot(tmp_path, legs, seed=2, seconds=20.0)
+@pytest.mark.parametrize(
+    ("legs", "wheels"), [pytest.param(True, True, marks=pytest.mark.long), (False, True), BALLS], ids=str
+)
+def test_wheels_and_ball_feet_that_never_lift_roll_with_a_given_radius(legs, wheels, tmp_path) -> None:
+    truth = rolling_robot(tmp_path, legs, wheels=wheels, seed=2, seconds=20.0 if wheels else 15.0)
+    kind, radius = ("wheel", 0.086) if wheels else ("point", 0.022)
     text = drafted(tmp_path)
-    assert (text.count('kind = "wheel"'), text.count("radius = 0.086")) == (4, 4 * legs)
+    assert (text.count(f'kind = "{kind}"'), text.count(f"radius = {radius}")) == (4, 4 * legs)
     result = identify(tmp_path / "log.npz", tmp_path / "robot.toml")
     known = [joint for joint, found in result.joints.items() if found.verdict == "identified"]
-    assert len(known) >= (8 if legs else 6)
-    assert worst_error(result, truth, [name for name in known if "calf" not in name]) < 0.05
-    assert worst_error(result, truth, known) < 0.2
-    assert covered(result, truth, known) >= 0.9
+    assert len(known) >= (8 if legs and wheels else 6)
+    error, covered = worst_error_and_coverage(result, truth, known)
+    of_others, _ = worst_error_and_coverage(result, truth, [name for name in known if "calf" not in name])
+    assert of_others < (0.05 if wheels else 0.1)
+    assert error < (0.2 if wheels else 0.1)
+    assert covered >= 0.9
     assert legs or "jack the robot up" in result.joints["FL_wheel_joint"].reason
-
-
-@pytest.mark.long
-def test_ball_feet_that_never_lift_are_identified_if_their_radius_is_given(tmp_path) -> None:
-    truth = rolling_robot(tmp_path, legs=True, wheels=False, seed=2, seconds=15.0)
-    text = drafted(tmp_path)
-    assert (text.count('kind = "point"'), text.count("radius = 0.022")) == (4, 4)
-    result = identify(tmp_path / "log.npz", tmp_path / "robot.toml")
-    known = [joint for joint, found in result.joints.items() if found.verdict == "identified"]
-    assert len(known) >= 6
-    assert worst_error(result, truth, known) < 0.1
-    assert covered(result, truth, known) >= 0.9
 
 
 @pytest.mark.parametrize(

@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.arm import TRUTH, arm_log, save_npz, write_arm
+from tests.arm import TRUTH, arm_log, save_npz, stribeck_torque, write_arm
 from tests.cli.test_cli import run
 
 from stribeck import Robot, SettingsError, identify, read_result
-from stribeck.core.friction import get_law
 from stribeck.core.log.interpolation import linear
 
 
@@ -50,9 +49,8 @@ def test_a_result_predicts_and_scores_a_log(desk: dict[str, Any], tmp_path: Path
     file, (_, unseen) = write_arm(tmp_path), desk["logs"]
     identify(desk["paths"][0], file, method="curve-fit").save(tmp_path / "result.json")
     result = read_result(tmp_path)
-    truth = get_law("stribeck").torque(unseen.velocity.ravel(), np.array([*(TRUTH | {"offset": 0.0}).values()]))
     predicted = result.predict(unseen)
-    off = np.abs(predicted - truth.reshape(unseen.velocity.shape))
+    off = np.abs(predicted - stribeck_torque(unseen.velocity, TRUTH | {"offset": 0.0}))
     assert np.isfinite(off).mean() > 0.98
     assert np.nanmax(off) < 0.1
     offsets = [joint.values["offset"] for joint in result.values()]

@@ -1,6 +1,5 @@
 """What is given away: the wheel, the source archive, the citation and the container hold what they should, no more."""
 
-import importlib.util
 import shlex
 import tomllib
 import zipfile
@@ -25,21 +24,15 @@ PACKAGED = {
     if path.is_file() and "__pycache__" not in path.parts and not path.parts[-2].endswith(".egg-info")
 }
 
-needs_hatchling = pytest.mark.skipif(
-    importlib.util.find_spec("hatchling") is None, reason="hatchling is not installed: nothing is built"
-)
-
 
 def test_packages_contain_only_code_templates_and_robots() -> None:
     assert {PurePosixPath(name).suffix for name in PACKAGED} <= SUFFIXES | {""}
     assert {name for name in PACKAGED if not PurePosixPath(name).suffix} == {"stribeck/app/report/uplot/LICENSE"}
 
 
-@needs_hatchling
 def test_the_wheel_contains_only_the_packages(tmp_path: Path) -> None:
-    from hatchling.builders.wheel import WheelBuilder
-
-    (wheel,) = map(Path, WheelBuilder(str(ROOT)).build(directory=str(tmp_path), versions=["standard"]))
+    builders = pytest.importorskip("hatchling.builders.wheel", reason="hatchling is not installed: nothing is built")
+    (wheel,) = map(Path, builders.WheelBuilder(str(ROOT)).build(directory=str(tmp_path), versions=["standard"]))
     with zipfile.ZipFile(wheel) as archive:
         names = archive.namelist()
         information = f"stribeck-{__version__}.dist-info"
@@ -56,12 +49,9 @@ def test_the_wheel_contains_only_the_packages(tmp_path: Path) -> None:
 def test_the_citation_agrees_with_the_package() -> None:
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
     assert {"cff-version", "message", "title", "authors"} <= set(citation)  # what its schema 1.2.0 requires
-    assert citation["cff-version"] == "1.2.0"
-    assert citation["type"] == "software"
-    assert citation["title"] == PROJECT["name"]
     assert str(citation["version"]) == PROJECT["version"] == __version__
-    assert citation["license"] == PROJECT["license"]
-    assert citation["keywords"] == PROJECT["keywords"]
+    known = (citation["title"], citation["license"], citation["keywords"])
+    assert known == (PROJECT["name"], PROJECT["license"], PROJECT["keywords"])
     assert [author["name"] for author in citation["authors"]] == [author["name"] for author in PROJECT["authors"]]
 
 

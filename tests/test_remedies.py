@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from studies.remedies import apply
 from tests.cli.test_cli import run
-from tests.mujoco_arm import JOINTS, friction, record, urdf, with_force, with_other_model
+from tests.mujoco_arm import friction, record, urdf, with_force, with_other_model, write_case
 from tests.standing import still_humanoid
 
 from stribeck import inspect_log, read_result
@@ -132,14 +132,6 @@ CASES: dict[str, tuple[str, Callable[[Log], None], str]] = {
     "gravity": ("error", scaled(1.0), "gravity = [0.0, 9.81, 0.0]\n"),
     "floating": ("error", scaled(1.0), 'base = "floating"\n'),
 }
-
-
-def write_case(folder: Path, log: Log, text: str = "") -> None:
-    np.savez(folder / "log.npz", **{"joint_names": np.array(JOINTS)} | log)
-    (folder / "arm.urdf").write_text(urdf())
-    usual = {"base": '"fixed"', "torque_source": '"motor_current"'}
-    lines = "".join(f"{key} = {value}\n" for key, value in usual.items() if key not in text)
-    (folder / "robot.toml").write_text(f'[robot]\nmodel = "arm.urdf"\n{lines}{text}')
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -12,18 +12,10 @@ import matplotlib as mpl
 import pytest
 import scipy.linalg  # noqa: F401 - loads its BLAS
 import threadpoolctl
-from tests.arm import arm_log, write_arm
+from tests.arm import arm_log
 
-from stribeck import Result, Robot, identify
+from stribeck import Robot, identify
 from stribeck.core.base.threads import one_blas_thread
-from stribeck.core.log import RobotLog
-
-
-@pytest.fixture(scope="module")
-def arm(tmp_path_factory: pytest.TempPathFactory) -> tuple[Robot, list[RobotLog], list[Result]]:
-    robot = Robot.from_file(write_arm(tmp_path_factory.mktemp("arm")))
-    logs = [arm_log(robot, duration=8, seed=seed) for seed in (1, 2)]
-    return robot, logs, [identify(log, robot, method="curve-fit") for log in logs]
 
 
 def process_state() -> tuple[object, ...]:
@@ -32,16 +24,16 @@ def process_state() -> tuple[object, ...]:
 
 
 @pytest.mark.parametrize("method", ["curve-fit", pytest.param("whole-log", marks=pytest.mark.long)])
-def test_results_of_two_threads(method: str, arm: tuple[Robot, list[RobotLog], list[Result]], tmp_path: Path) -> None:
-    robot, logs, _ = arm
-    alone = [identify(log, robot, method=method).to_json() for log in logs]
+def test_results_of_two_threads(method: str, arm: Robot, tmp_path: Path) -> None:
+    logs = [arm_log(arm, duration=8, seed=seed) for seed in (1, 2)]
+    alone = [identify(log, arm, method=method).to_json() for log in logs]
     before, start = process_state(), Barrier(2)
 
     def find(k: int) -> list[str]:
         start.wait()
         found = []
         for turn in range(2):
-            found.append(identify(logs[k], robot, method=method, table=tmp_path / f"{k}-{turn}.parquet").to_json())
+            found.append(identify(logs[k], arm, method=method, table=tmp_path / f"{k}-{turn}.parquet").to_json())
         return found
 
     with ThreadPoolExecutor(2) as threads:

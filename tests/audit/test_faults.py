@@ -11,7 +11,7 @@ from studies.fault_cases import FAULTS
 from tests.arm import TRUTH, arm_log
 from tests.audit.clean import CleanLog, checks_of
 from tests.models import POSTURES, example_robot
-from tests.mujoco_arm import JOINTS, friction, record, urdf
+from tests.mujoco_arm import JOINTS, friction, record, write_case
 
 from stribeck import Robot, identify
 from stribeck.check.audit import audit, gather
@@ -190,24 +190,18 @@ def test_a_test_of_one_joint_is_identified_while_brakes_hold_the_others(moving: 
     rng = np.random.default_rng(3)
     log["torque"][:, braked] = rng.normal(0.3, 0.2, (len(log["time"]), 2))
     log["position"][:, braked] = 0.7 + 0.001 * np.round(rng.normal(0.0, 0.3, (len(log["time"]), 2)))  # last digit
-    (tmp_path / "arm.urdf").write_text(urdf())
-    text = '[robot]\nmodel = "arm.urdf"\nbase = "fixed"\ntorque_source = "motor_current"\n'
-    (tmp_path / "robot.toml").write_text(text)
+    del log["velocity"]
+    write_case(tmp_path, log)
     path = tmp_path / "log.npz"
-
-    def save(sign: float) -> Path:
-        torque = log["torque"] * np.where(np.arange(3) == moving, sign, 1.0)
-        np.savez(path, joint_names=np.array(JOINTS), time=log["time"], position=log["position"], torque=torque)
-        return path
-
-    result = identify(save(1.0), tmp_path / "robot.toml")
+    result = identify(path, tmp_path / "robot.toml")
     assert [joint.verdict == "identified" for joint in result.joints.values()] == [k == moving for k in range(3)]
     v = np.zeros((1, 3))
     v[:, moving] = 0.8
     found = result.joints[JOINTS[moving]].friction(0.8)
     assert found == pytest.approx(friction(v)[0, moving], rel=0.05)
     if moving == 0:  # gravity loads it: the joint that moves still judges the log
-        save(-1.0)
+        log["torque"][:, moving] *= -1
+        write_case(tmp_path, log)
         with pytest.raises(LogError, match=JOINTS[0]):
             identify(path, tmp_path / "robot.toml")
         named = {

@@ -12,7 +12,7 @@ from unittest import mock
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from tests.arm import TRUTH, arm_log, save_npz
+from tests.arm import arm_log, save_npz
 from tests.cli.test_cli import run
 
 from stribeck import Robot, Settings, identify, read_log
@@ -71,25 +71,19 @@ def all_samples(monkeypatch: pytest.MonkeyPatch) -> str:
     return method.name
 
 
-def test_a_third_method_goes_through_the_spine(arm: Robot, log: RobotLog, all_samples: str) -> None:
-    result = identify(log, arm.path, method=all_samples, law="stribeck")
-    assert (result.method, result.warnings) == (all_samples, ["all samples"])
-    assert result.corrections is None
-    for joint in result.joints.values():
-        assert joint.validation is None
-        assert joint.parameters["coulomb"].value == pytest.approx(TRUTH["coulomb"], rel=0.01)
+def test_a_third_method_goes_through_the_spine_and_the_command_line(arm, log, all_samples, tmp_path, capsys):
+    result = identify(log, arm.path, method=all_samples)
+    assert (result.method, result.warnings, result.corrections) == (all_samples, ["all samples"], None)
+    assert {joint.validation for joint in result.joints.values()} == {None}
     settings = {label for label, _ in result.evidence.provenance}
     assert "Setting rest" in settings
     assert "Setting holdout" not in settings
-
-
-def test_a_third_method_goes_through_the_command_line(arm, log, all_samples, tmp_path, capsys):
     path = save_npz(log, tmp_path / "log.npz")
     command = ("identify", path, "--robot", arm.path, "--method", all_samples, "-o", tmp_path / "out")
     assert run(*command) == 0
-    result = read_result(tmp_path / "out/result.json")
-    assert result.method == all_samples
-    assert pq.read_table(tmp_path / "out/friction_torque.parquet").num_rows == result.log.samples_used
+    read = read_result(tmp_path / "out/result.json")
+    assert read.joints == result.joints
+    assert pq.read_table(tmp_path / "out/friction_torque.parquet").num_rows == read.log.samples_used
     assert "all samples (stribeck explain said)" in capsys.readouterr().out
     assert run(*command, "--overwrite", "--set", "holdout=3") == 2
     said = capsys.readouterr().err
@@ -107,18 +101,6 @@ def test_nothing_asks_which_method_ran() -> None:
     own = dict.fromkeys(("core/identify/whole_log.py", "paper/ground_reaction.py", "paper/direct/method.py"), 1)
     own["paper/curve_fit/method.py"] = 2  # the observer is a curve fit of another friction torque
     assert named == own | {"core/settings.py": 1, "app/cli/options.py": 1}
-
-
-def test_a_comparison_with_the_method_is_nowhere() -> None:
-    compared = [
-        f"{path.name}:{node.lineno}"
-        for path in SOURCE.rglob("*.py")
-        if path.name != "methods.py"
-        for node in ast.walk(ast.parse(path.read_text()))
-        if isinstance(node, ast.Compare)
-        and any(isinstance(each, ast.Attribute) and each.attr == "method" for each in (node.left, *node.comparators))
-    ]
-    assert compared == []
 
 
 STEPS = ("regularise", "find_support_phases")

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.arm import TRUTH as STRIBECK
+from tests.arm import stribeck_torque
 from tests.result.made import estimate, joint, point, result
 
 from stribeck import NothingIdentifiedError, SettingsError, read_result
-from stribeck.core.friction import get_law
 from stribeck.core.judgement.verdict import NOT_FITTED
 from stribeck.core.result import CurvePoint, Validation
 from stribeck.core.result.tables import advice, friction_text, main_parameters, point_text
@@ -22,16 +22,14 @@ from stribeck.core.result.tables import advice, friction_text, main_parameters, 
 def test_friction_is_the_laws_at_any_shape_of_velocity(tmp_path: Path) -> None:
     found, still = result(knee=joint(STRIBECK | {"armature": 0.1})), result(knee=joint({}, verdict="no friction"))
     velocity = np.linspace(-2, 2, 12).reshape(3, 4)
-    torque = get_law("stribeck").torque(velocity.ravel(), np.array(list(STRIBECK.values())))
-    np.testing.assert_allclose(found.joints["knee"].friction(velocity), torque.reshape(3, 4) + 0.4)
-    np.testing.assert_allclose(found.joints["knee"].friction(velocity, offset=True), torque.reshape(3, 4))
+    torque = stribeck_torque(velocity)
+    np.testing.assert_allclose(found.joints["knee"].friction(velocity), torque + 0.4)
+    np.testing.assert_allclose(found.joints["knee"].friction(velocity, offset=True), torque)
     assert type(found["knee"].friction(2.0)) is type(still["knee"].friction(2.0)) is float
-    assert found.joints["knee"].friction(velocity, load=7.0, temperature=9.0, offset=True).ravel() == pytest.approx(
-        torque
-    )
+    assert found["knee"].friction(velocity, load=7.0, temperature=9.0, offset=True) == pytest.approx(torque)
     (tmp_path / "result.json").write_text(found.to_json())
     read = read_result(tmp_path / "result.json")
-    assert read.joints["knee"].friction(velocity, offset=True).ravel() == pytest.approx(torque)
+    assert read.joints["knee"].friction(velocity, offset=True) == pytest.approx(torque)
     assert "law" not in found.to_json().partition('"joints"')[2]
 
 

@@ -1,5 +1,7 @@
 """Direct least squares: weights, covariance, base parameters, and bodies that are physically possible."""
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -15,19 +17,26 @@ BODY = np.array([[2.0, 0.0, 0.0, 0.0, 0.1, 0.0, 0.1, 0.0, 0.0, 0.1]])
 """Mass, first moments and inertia."""
 
 
+def rows_of(columns: Array, effects: Array) -> DirectRows:
+    """Make rows without torques: columns have shape (T, n, p), effects of unknown accelerations (T, k, n)."""
+    samples, joints, _ = columns.shape
+    return DirectRows(
+        left=np.zeros((samples, joints)),
+        columns=columns,
+        effects=effects,
+        used=np.ones((samples, joints), dtype=bool),
+        kind=np.arange(joints),
+        clusters=np.zeros((2, samples), dtype=np.int64),
+    )
+
+
 @pytest.mark.parametrize("regression", ["ordinary", "weighted", "robust"])
 def test_torques_that_are_the_models_to_the_last_digit_have_no_friction(regression: Regression) -> None:
     generator = np.random.default_rng(0)
     velocity = generator.normal(size=400)
     columns = np.column_stack([generator.normal(size=(400, 10)), velocity, np.sign(velocity)])
-    rows = DirectRows(
-        left=np.zeros((400, 1)),
-        columns=columns[:, None],
-        effects=np.zeros((400, 0, 1)),
-        used=np.ones((400, 1), dtype=bool),
-        kind=np.zeros(1, dtype=np.int64),
-        clusters=np.stack([np.arange(400) // 20, np.full(400, -1)]),
-    )
+    rows = rows_of(columns[:, None], np.zeros((400, 0, 1)))
+    rows = replace(rows, clusters=np.stack([np.arange(400) // 20, np.full(400, -1)]))
     found = fit_direct([rows], BODY, 100.0, np.full(2, 100.0), np.ones(2, dtype=bool), regression)
     np.testing.assert_allclose(found.coefficients, 0.0, atol=1e-9)
     assert np.all(np.diag(found.covariance) > 0)
@@ -57,14 +66,7 @@ def weights(*, acceleration: float = 1.0, force: float = 1.0) -> tuple[Weights, 
     effects = generator.normal(size=(SAMPLES, UNKNOWN if force else 6, JOINTS))
     effects[:, 6:] *= force
     effects[:, 6:, 1:] = 0.0  # the forces act on one joint alone
-    rows = DirectRows(
-        left=np.zeros((SAMPLES, JOINTS)),
-        columns=np.zeros((SAMPLES, JOINTS, 1)),
-        effects=effects,
-        used=np.ones((SAMPLES, JOINTS), dtype=bool),
-        kind=np.arange(JOINTS),
-        clusters=np.zeros((2, SAMPLES), dtype=np.int64),
-    )
+    rows = rows_of(np.zeros((SAMPLES, JOINTS, 1)), effects)
     return rows.weights(np.ones((SAMPLES, JOINTS)), np.full(6, acceleration)), effects
 
 
