@@ -140,6 +140,13 @@ def _store_for_matlab(file, name, value):
         for key, part in value.items():
             _store_for_matlab(file, f"{name}/{key}", part)
         return
+    if isinstance(value, list) and isinstance(value[0], dict):  # structs: references for each field
+        for key in value[0]:
+            places = [f"#refs#/{name.replace('/', '_')}_{key}_{number}" for number in range(len(value))]
+            for place, struct in zip(places, value, strict=True):
+                _store_for_matlab(file, place, struct[key])
+            file.create_dataset(f"{name}/{key}", data=[[file[place].ref] for place in places], dtype=h5py.ref_dtype)
+        return
     value = np.asarray(value)
     if value.dtype.kind == "U":
         letters = []

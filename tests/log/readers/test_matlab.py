@@ -50,9 +50,10 @@ def test_structs_are_reached_by_name(write, tmp_path):
     np.testing.assert_allclose(read.torque, LOG.torque, rtol=1e-12)
 
 
-def test_signals_of_a_scope_of_simulink_are_read_by_their_labels(tmp_path):
+@WRITERS
+def test_signals_of_a_scope_of_simulink_are_read_by_their_labels(write, tmp_path):
     signals = [{"values": LOG.position, "label": "q"}, {"values": LOG.torque, "label": "tau"}]
-    read = read_log(version_5(tmp_path, {"Scope": {"time": LOG.time, "signals": signals}}), StubRobot())
+    read = read_log(write(tmp_path, {"Scope": {"time": LOG.time, "signals": signals}}), StubRobot())
     np.testing.assert_array_equal(read.torque, LOG.torque)
 
 

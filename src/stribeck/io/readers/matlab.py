@@ -44,7 +44,11 @@ def open_matlab(path: Path, table: LogTable) -> Recording:
     with foreign(str(path), "MATLAB"):
         variables, texts = (_read_hdf5 if h5py.is_hdf5(path) else _read_before_7_3)(path)
     if not variables:
-        raise LogError(f"{path}: contains no arrays; expected at least 'position' and 'torque'")
+        raise LogError(
+            f"{path}: contains no arrays; expected at least 'position' and 'torque'. Objects such as timeseries are "
+            "readable in MATLAB only: save To Workspace and Scope blocks as 'Structure With Time', or "
+            "'time = ts.Time; position = ts.Data;'"
+        )
     if is_telemetry(variables):
         whole = {name: partial(_read_whole, str(path), variable) for name, variable in variables.items()}
         with foreign(str(path), "a log of YARP"):
@@ -73,17 +77,16 @@ def _read_whole(path: str, variable: StoredArray) -> Array:
     return np.asarray(variable.read(), dtype=np.float64)
 
 
-def _read_before_7_3(path: Path) -> Contents:
-    """Read a file of version 4 to 7 completely; refuse files that would unpack to fill the memory."""
-    check_size(str(path), _measure(path))
-    contents: Mapping[str, Any] = scipy.io.loadmat(path, simplify_cells=True)
+def _flatten(contents: Mapping[str, Any]) -> Contents:
+    """Name numbers and texts in structs with dots, and those of a Scope or To Workspace block by their labels."""
     variables: dict[str, StoredArray] = {}
     texts: dict[str, tuple[str, ...]] = {}
 
     def visit(name: str, value: object) -> None:
         flat = np.ravel(value if isinstance(value, np.ndarray) else np.asarray(value, dtype=object))
-        if isinstance(value, Mapping) and "signals" in value:  # of a Scope or To Workspace block
-            signals = [value["signals"]] if isinstance(value["signals"], Mapping) else list(value["signals"])
+        if isinstance(value, StoredArray):
+            variables[name] = value
+        elif isinstance(value, Mapping) and (signals := _signals(value.get("signals"))):
             for signal in signals:
                 visit(str(signal.get("label") or name) if len(signals) > 1 else name, signal["values"])
             visit("time", value.get("time", ()))
@@ -98,9 +101,24 @@ def _read_before_7_3(path: Path) -> Contents:
                 variables[name] = StoredArray(array.shape, array.dtype, array.view)
 
     for name, value in contents.items():
-        if not name.startswith("__"):
-            visit(name, value)
+        visit(name, value)
     return variables, texts
+
+
+def _signals(found: object) -> list[Mapping[str, Any]]:
+    """List the signals of a Scope: a struct, several, or (version 7.3) a struct of a list for each field."""
+    if isinstance(found, Mapping) and isinstance(found.get("values"), list):
+        lists = {key: parts for key, parts in found.items() if isinstance(parts, list)}
+        found = [dict(zip(lists, parts, strict=True)) for parts in zip(*lists.values(), strict=True)]
+    signals = [found] if isinstance(found, Mapping) else list(found) if isinstance(found, (list, np.ndarray)) else []
+    return signals if all(isinstance(signal, Mapping) and "values" in signal for signal in signals) else []
+
+
+def _read_before_7_3(path: Path) -> Contents:
+    """Read a file of version 4 to 7 completely; refuse files that would unpack to fill the memory."""
+    check_size(str(path), _measure(path))
+    contents: Mapping[str, Any] = scipy.io.loadmat(path, simplify_cells=True)
+    return _flatten({name: value for name, value in contents.items() if not name.startswith("__")})
 
 
 def _measure(path: Path) -> int:
@@ -127,23 +145,34 @@ def _measure(path: Path) -> int:
 
 
 def _read_hdf5(path: Path) -> Contents:
-    variables: dict[str, StoredArray] = {}
-    texts: dict[str, tuple[str, ...]] = {}
+    contents: dict[str, Any] = {}
     with h5py.File(path, "r") as file:
-        for name, node in datasets(file, path).items():
-            if name.startswith("#") or not UNREAD.isdisjoint(node.attrs):
-                continue
-            dotted = name.replace("/", ".")
-            kind = bytes(node.attrs.get("MATLAB_class", b"")).decode(errors="replace")
-            if kind == "char" or (kind == "cell" and h5py.check_ref_dtype(node.dtype)):
-                check_size(str(path), node.size * node.dtype.itemsize)
-                lines = [_read_text(node)] if kind == "char" else [_read_text(file[ref]) for ref in np.ravel(node[()])]
-                if all(line is not None for line in lines):
-                    texts[dotted] = tuple(line or "" for line in lines)
-            elif node.shape is not None and node.dtype.kind != "O":
-                shape = tuple(length for length in node.shape[::-1] if length != 1) or (1,)
-                variables[dotted] = StoredArray(shape, node.dtype, partial(_read_dataset, path, name, shape))
-    return variables, texts
+        nodes = datasets(file, path)
+        leaves = {name: node for name, node in nodes.items() if not h5py.check_ref_dtype(node.dtype)}
+        for name, node in nodes.items():
+            if not name.startswith("#") and UNREAD.isdisjoint(node.attrs):
+                *outer, last = name.split("/")
+                inside = contents
+                for struct in outer:
+                    inside = inside.setdefault(struct, {})
+                inside[last] = _value(path, name, node, leaves)
+    return _flatten(contents)
+
+
+def _value(path: Path, name: str, node: h5py.Dataset | None, leaves: Mapping[str, h5py.Dataset]) -> object:
+    """Read text, or list the values of a cell or of a field of several structs; numbers are read later."""
+    if node is None or node.shape is None:
+        return None
+    if h5py.check_ref_dtype(node.dtype):
+        check_size(str(path), node.size * node.dtype.itemsize)
+        places = [str(node.file[ref].name).lstrip("/") for ref in np.ravel(node[()])]
+        return [_value(path, place, leaves.get(place), leaves) for place in places]
+    if bytes(node.attrs.get("MATLAB_class", b"")) == b"char":
+        return _read_text(node)
+    if node.dtype.kind == "O":
+        return None
+    shape = tuple(length for length in node.shape[::-1] if length != 1) or (1,)
+    return StoredArray(shape, node.dtype, partial(_read_dataset, path, name, shape))
 
 
 def _read_dataset(path: Path, name: str, shape: tuple[int, ...]) -> NDArray[Any]:
