@@ -67,7 +67,7 @@ def _check_element(xml: XmlFile, element: Element) -> None:
     measuring = {*poses.split(), *masses.split(), "size", "armature"}
     tag = element.tag
     if tag in ("replicate", "composite", "flexcomp", "attach", "model"):  # a <model> could include itself
-        xml.refuse(element, f"<{tag}> generates bodies, which stribeck does not read; write out the bodies")
+        xml.refuse(element, f"<{tag}> generates bodies; give the file that MuJoCo's mj_saveLastXML writes with them")
     for name, text in element.items():
         counts = name in counting or name.startswith("nuser_") or (tag, name) == ("numeric", "size")
         measures = tag in ("body", "frame", "inertial", "joint", "geom") and name in measuring
