@@ -56,8 +56,7 @@ def _channels(log: RobotLog) -> dict[str, NDArray[np.generic]]:
 
 def _write_npz(log: RobotLog, path: Path) -> None:
     names = {"joint_names": np.array(log.joint_names), "torque_source": np.array(log.torque_source)}
-    if log.foot_names:
-        names["foot_names"] = np.array(log.foot_names)
+    names |= {"foot_names": np.array(log.foot_names)} if log.foot_names else {}
     with path.open("wb") as file:
         np.savez(file, allow_pickle=False, **names, **_channels(log))
 

@@ -154,8 +154,7 @@ def _find_parts(
     for stream, labels in streams:
         for column, label in enumerate(labels):
             offers.setdefault(label, []).append((stream, column))
-    parts: dict[str, Part] = {}
-    lost: dict[tuple[str, int], list[str]] = {}
+    parts, lost = dict[str, Part](), dict[tuple[str, int], list[str]]()
     for label, candidates in offers.items():
         topics = list(dict.fromkeys(stream.topic for stream, _ in candidates))
         usual = [topic for topic in topics if _is_usual(topic)]
@@ -166,8 +165,7 @@ def _find_parts(
             )
         of_topic = [part for part in candidates if part[0].topic == (usual or topics)[0]]
         parts[label] = max(of_topic, key=lambda part: len(part[0].stamps))
-        count = sum(len(stream.stamps) for stream, _ in of_topic) - len(parts[label][0].stamps)
-        if count:
+        if count := sum(len(stream.stamps) for stream, _ in of_topic) - len(parts[label][0].stamps):
             lost.setdefault((parts[label][0].topic, count), []).append(label)
     notes += [
         f"{count} messages of '{topic}' have other joints or signals than most: their {channel} of {listed(labels)} is "
@@ -266,12 +264,9 @@ def _resample(
     pauses = np.zeros(len(query), dtype=bool) if held else bridges(query, time, longest)
     result = {}
     for name, values in stream.values.items():
-        ordered = values[order]
-        if held:
-            result[name] = np.asarray(previous(query, time, ordered), dtype=np.float64)
-        else:
-            result[name] = slerp(query, time, ordered) if name == "base_orientation" else linear(query, time, ordered)
-            result[name][pauses] = np.nan
+        between = previous if held else slerp if name == "base_orientation" else linear
+        result[name] = np.asarray(between(query, time, values[order]), dtype=np.float64)
+        result[name][pauses] = np.nan
     how = "the last value is held" if held else "interpolated"
     rate = f" from {1 / period:.4g} Hz" if period > 0 else ""
     return result, f"'{stream.topic}' is resampled{rate} ({how})."

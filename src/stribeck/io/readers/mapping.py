@@ -173,8 +173,7 @@ def advance(channels: dict[str, Array], time: Array, table: LogTable, path: str)
     slice, notes
         Rows in which all delayed channels are known, and notes.
     """
-    delays = {name: getattr(table, name).delay for name in channels}
-    delays = {name: delay for name, delay in delays.items() if delay != 0}
+    delays = {name: delay for name in channels if (delay := getattr(table, name).delay) != 0}
     if not delays:
         return slice(None), []
     refuse_wrong_time(time, path)

@@ -161,16 +161,16 @@ def _read_hdf5(path: Path) -> Contents:
 
 def _value(path: Path, name: str, node: h5py.Dataset | None, leaves: Mapping[str, h5py.Dataset]) -> object:
     """Read text, or list the values of a cell or of a field of several structs; numbers are read later."""
-    if node is None or node.shape is None:
+    if node is None or node.shape is None or (node.dtype.kind == "O" and not h5py.check_ref_dtype(node.dtype)):
         return None
     if h5py.check_ref_dtype(node.dtype):
         check_size(str(path), node.size * node.dtype.itemsize)
         places = [str(node.file[ref].name).lstrip("/") for ref in np.ravel(node[()])]
         return [_value(path, place, leaves.get(place), leaves) for place in places]
-    if bytes(node.attrs.get("MATLAB_class", b"")) == b"char":
-        return _read_text(node)
-    if node.dtype.kind == "O":
-        return None
+    if bytes(node.attrs.get("MATLAB_class", b"")) == b"char" and node.dtype.kind == "u" and node.dtype.itemsize <= 2:
+        check_size(str(path), node.size * node.dtype.itemsize)
+        letters = np.ravel(node[()]) if UNREAD.isdisjoint(node.attrs) else ()
+        return "".join(map(chr, letters)).rstrip()
     shape = tuple(length for length in node.shape[::-1] if length != 1) or (1,)
     return StoredArray(shape, node.dtype, partial(_read_dataset, path, name, shape))
 
@@ -179,13 +179,3 @@ def _read_dataset(path: Path, name: str, shape: tuple[int, ...]) -> NDArray[Any]
     """Read a dataset, whose axes are in the opposite order of MATLAB's."""
     with h5py.File(path, "r") as file:
         return np.asarray(file[name]).T.reshape(shape)
-
-
-def _read_text(node: h5py.Dataset | h5py.Group) -> str | None:
-    """Read a row of characters; None if the node contains other data."""
-    if not isinstance(node, h5py.Dataset) or node.dtype.kind not in "u" or node.dtype.itemsize > 2:
-        return None
-    if not UNREAD.isdisjoint(node.attrs):
-        return ""
-    check_size(str(node.file.filename), node.size * node.dtype.itemsize)
-    return "".join(chr(letter) for letter in np.ravel(node[()])).rstrip()

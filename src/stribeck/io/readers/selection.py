@@ -160,31 +160,26 @@ def _vector_columns(source: Recording, labels: dict[str, tuple[str, ...]]) -> di
 
 
 def _joint_columns(
-    channel: str,
-    places: dict[str, int],
-    joints: Sequence[str],
-    source: Recording,
-    robot: Robot | None,
-    notes: list[str],
+    name: str, places: dict[str, int], joints: Sequence[str], source: Recording, robot: Robot | None, notes: list[str]
 ) -> list[int] | None:
     """Find the column of each joint; None if an optional channel does not cover the robot."""
     missing = [joint for joint in joints if joint not in places]
-    if robot is not None and channel in MOTION:  # the passive joints of loops follow the others
+    if robot is not None and name in MOTION:  # the passive joints of loops follow the others
         missing = [joint for joint in missing if joint not in robot.passive]
-    needed = channel in ("position", "torque") or (robot is not None and channel == "desired_position")
-    if channel in ("torque", *COMMAND) and robot is not None:
+    needed = name in ("position", "torque") or (robot is not None and name == "desired_position")
+    if name in ("torque", *COMMAND) and robot is not None:
         missing_torque = [joint for joint in missing if joint not in robot.position_controlled]
         filled = [joint for joint in missing if joint in robot.position_controlled]
-        if filled and not missing_torque and channel == "torque":
+        if filled and not missing_torque and name == "torque":
             notes.append(f"No torque of the position-controlled joints {listed(filled)}: zero is used.")
         missing = missing_torque
     if missing and needed:
-        raise LogError(_missing_joint(channel, missing, places, source, robot))
-    if channel == "external_torque" and len(missing) < len(joints):
+        raise LogError(_missing_joint(name, missing, places, source, robot))
+    if name == "external_torque" and len(missing) < len(joints):
         notes += [f"No external torque of {listed(missing)}: zero is used."] * bool(missing)
         missing = []
-    if missing and channel != "temperature":
-        notes.append(f"'{channel}' is ignored: the log has no values of {listed(missing)}.")
+    if missing and name != "temperature":
+        notes.append(f"'{name}' is ignored: the log has no values of {listed(missing)}.")
         return None
     return [places.get(joint, -1) for joint in joints]
 
@@ -201,9 +196,7 @@ def _missing_joint(
         cure = f"list joints without {channel} in [robot] position_controlled = {in_toml(missing[:1])}"
     if strangers and robot:
         named = dict(robot.log_table.joint_names) | _paired(strangers, missing)
-        cure = (
-            f"in {where}, set joint_names = {in_toml(named, most=len(named))} in [log] and check the pairs, or {cure}"
-        )
+        cure = f"in {where}, set joint_names = {in_toml(named, most=10**6)} in [log] and check the pairs, or {cure}"
     names = f"the log has {listed(strangers or list(places))}"
     return f"{source.path}: no {channel} of joint {listed(missing)} in the log; {names}; {cure}"
 
