@@ -236,6 +236,17 @@ def test_a_change_of_all_joints_is_named_as_one(change: float, viscous: float) -
     assert sizes["payload"] == pytest.approx(3.0, abs=0.3)  # 6 % of 50 kg
 
 
+@pytest.mark.parametrize(("change", "raised"), [(0.12, []), (0.5, ["c"])])
+def test_a_sure_change_is_no_alarm_while_it_is_a_normal_one(change: float, raised: list[str]) -> None:
+    of: Any = SimpleNamespace(names=tuple("abcd"), spread=np.full(4, 0.05), viscous_share=np.full(4, 0.3))
+    dog, alarms, covariance = Watchdog(of, 50.0, 100.0), list[Alarm](), np.tile(1e-8 * np.eye(2), (4, 1, 1))
+    for second in range(50):
+        changes = np.zeros((4, 2))
+        changes[2, 0] = change * (second > 20)
+        alarms += dog.check(float(second), changes, covariance, np.ones(4, bool), (0.0, np.inf), np.zeros((2, 4)))
+    assert [alarm.name for alarm in alarms] == raised
+
+
 MODES = {"panda": (), "talos": ("left",), "g1": ("right", "left"), "go2": ("FL", "RR"), "cassie": ("left",)}
 
 

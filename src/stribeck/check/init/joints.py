@@ -53,10 +53,10 @@ def match_joints(draft: Draft, source: Recording) -> list[str] | None:
 
 def _moving(source: Recording, joints: Sequence[str]) -> list[str]:
     """Find the joints of a log whose position changes; messages may have places for more motors than a robot has."""
-    labels = np.array(source.channels["position"].labels)
+    labels = np.array(source.channels["position"].labels or ())
     loaded, _ = source.load({"position": range(len(labels))})
-    still = set(labels[np.nan_to_num(np.asarray(loaded["position"], dtype=float)).std(axis=0) == 0])
-    return [joint for joint in joints if joint not in still]
+    changes = np.diff(np.nan_to_num(np.asarray(loaded["position"], dtype=float)), axis=0)
+    return [joint for joint in joints if joint not in labels[np.all(changes == 0, axis=0)].tolist()]
 
 
 def _match(draft: Draft, source: Recording) -> tuple[list[str], list[str], list[str]]:
