@@ -68,15 +68,8 @@ def test_wheels_and_ball_feet_that_never_lift_roll_with_a_given_radius(legs, whe
     assert legs or "jack the robot up" in result.joints["FL_wheel_joint"].reason
 
 
-@pytest.mark.parametrize(
-    ("wheels", "radius", "remedy"),
-    [
-        (True, 0.086, r"set their radius .* or jack the robot up"),
-        pytest.param(False, 0.022, "set the radius of any ball feet", marks=pytest.mark.long),
-    ],
-)
-def test_an_unknown_radius_is_refused_with_a_remedy(wheels, radius, remedy, tmp_path) -> None:
-    rolling_robot(tmp_path, legs=True, seconds=8.0, wheels=wheels)
-    drafted(tmp_path, without=f"radius = {radius}")
-    with pytest.raises(NothingIdentifiedError, match=remedy):
+def test_wheels_of_unknown_radius_are_refused_with_a_remedy(tmp_path) -> None:
+    rolling_robot(tmp_path, legs=True, seconds=8.0, wheels=True)
+    drafted(tmp_path, without="radius = 0.086")
+    with pytest.raises(NothingIdentifiedError, match=r"set their radius .* or jack the robot up"):
         identify(tmp_path / "log.npz", tmp_path / "robot.toml", law="coulomb-viscous")

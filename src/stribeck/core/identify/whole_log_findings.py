@@ -14,7 +14,7 @@ from stribeck.core.equations.constants import LEAST_FRICTION
 from stribeck.core.equations.whole_log.corrections import CORRECTIONS
 from stribeck.core.equations.whole_log.corrections.calibration import delay_finding
 from stribeck.core.equations.whole_log.corrections.correction import Layout
-from stribeck.core.estimator.fit_checks.competing_causes import Cause, Causes
+from stribeck.core.estimator.fit_checks.competing_causes import HEAVIEST, Cause, Causes
 from stribeck.core.estimator.fit_checks.misfits import Misfit, misfit_findings
 from stribeck.core.estimator.uncertainty.resisting import Resisting
 from stribeck.core.friction.terms.motion import drift
@@ -86,7 +86,8 @@ def _of_bodies(fit: WholeLog) -> list[Finding]:
     if fit.causes.leading == "body":
         masses = model.layout.inertial_parameters[:, 0]
         for name, mass, correction in zip(model.layout.bodies, masses, fit.causes.bodies, strict=True):
-            if max(abs(correction[0]), np.linalg.norm(correction[1:4])) > differs:
+            possible = abs(model.priors.mass * correction[0]) < np.log(HEAVIEST)
+            if possible and max(abs(correction[0]), np.linalg.norm(correction[1:4])) > differs:
                 more = float(mass * np.expm1(model.priors.mass * correction[0]))
                 moved[name] = body_text(more, model.priors.centre_of_mass * correction[1:4])
                 small &= abs(more) < 0.03 * float(masses.sum())  # of the robot's mass: friction stays the same

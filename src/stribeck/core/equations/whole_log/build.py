@@ -306,6 +306,7 @@ def weak_form(
     measured = log.foot_names if wrenches and log.foot_wrench is not None and settings.corrections != "none" else ()
     sensed = [foot for foot in surfaces if foot in measured]
     used = rows_of_modes(robot, log, segments, columns, settings, sensed)
+    corrections = find_corrections(robot, [*names, *couplings], settings, len(sensed), log.command_delays)
     return WeakForm(
         robot=robot,
         log=log,
@@ -315,7 +316,7 @@ def weak_form(
         filters=filters,
         noise=noise,
         tilted=tilted,
-        corrections=find_corrections(robot, [*names, *couplings], settings, len(sensed), log.command_delays),
+        corrections=replace(corrections, floating=corrections.floating and (len(used) > 1 or not any(used))),
         couplings=robot.coefficients(names, couplings),
         period=period,
     )

@@ -41,7 +41,7 @@ FAR, SURE = 5.0, 4.0
 errors [1], so that its interval is half as wide as its size."""
 
 HEAVIEST = 5.0
-"""Largest factor between the mass of a body and its mass in the model [1]."""
+"""Largest factor between the mass of a body, or all torques, and the model's [1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +147,7 @@ def find_causes(fit: Fit, statistics: Statistics, limbs: Mapping[str, BoolArray]
         sure = values / np.maximum(errors, 1e-30)
         possible = {
             "rotor": sure.max() > -sure.min(),
-            "body": abs(values[0]) < np.log(HEAVIEST),
+            **dict.fromkeys(("body", "scale"), abs(values[0]) < np.log(HEAVIEST)),  # the audit names larger scales
             "gain": values[0] < 1 and abs(sure[0]) > SURE,
         }.get(kind, True)
         if possible and np.abs(values).max() > least:

@@ -34,7 +34,7 @@ class Layout:
     bodies, inertial_parameters
         Names of the bodies, and their inertial parameters in the model, shape (bodies, 10).
     floating
-        Whether the first body is a floating base.
+        Whether the first body is a floating base whose load the log shows, because it steps or hangs.
     command_delays
         Standard errors of the delay of each joint's commands [s]; empty for measured torques.
     rotors, armature, guessed
