@@ -30,7 +30,6 @@ from tests.log.readers.formats import WRITERS, synthetic_log
 
 from stribeck.app.cli import console
 from stribeck.app.cli.options import FORMATS
-from stribeck.app.cli.simulation import print_truth
 from stribeck.app.report import write_report
 from stribeck.core.base.checked_table import flat
 from stribeck.core.errors import StribeckError
@@ -42,6 +41,7 @@ from stribeck.io.readers import read_log
 from stribeck.io.writers import write_log
 from stribeck.service.fleet.store import compact, key_of, time_of, write_row
 from stribeck.service.fleet.worker import rows_of
+from stribeck.simulation import truth_table
 from stribeck.simulation.prescribed.exact import exact_log
 from stribeck.simulation.sensors.measure import with_noise
 
@@ -405,7 +405,8 @@ def test_a_hostile_result_is_reported_and_printed_or_refused(seeds: Path, data: 
         with limited(), contextlib.suppress(StribeckError):
             result = read_result(folder / "result.json")
             console.print_result(result)
-            print_truth(result, {name: dict.fromkeys(own.parameters, 1.0) for name, own in result.joints.items()})
+            truth = {name: dict.fromkeys(own.parameters, 1.0) for name, own in result.joints.items()}
+            console.print_table(truth_table(result, truth))
             write_report(folder / "result.json", folder / "out.html")
             assert "</html>" in (folder / "out.html").read_text(encoding="utf-8")
 

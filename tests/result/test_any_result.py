@@ -14,12 +14,12 @@ from tests.result.made import estimate, joint, result
 from tests.robot.test_robot import write_robot
 
 from stribeck.app.cli import console
-from stribeck.app.cli.simulation import print_truth
 from stribeck.app.comparison import compare
 from stribeck.app.exporters import export
 from stribeck.core.errors import SettingsError
 from stribeck.core.result import Result, read_result
 from stribeck.core.robot import Robot
+from stribeck.simulation import truth_table
 
 
 def printed(show: Callable[[Any], None], found: Any) -> str:
@@ -43,7 +43,7 @@ def test_names_are_printed_as_they_are(name: str) -> None:
     assert f"{name}\\" not in printed(console.print_result, result)
     assert printed(console.print_comparison, compare(result, result)).count(name) == 2  # conclusion and line
     quiet = replace(result, joints={name: silent})
-    assert printed(lambda found: print_truth(found, {}), quiet).count(name) == 3
+    assert printed(lambda found: console.print_table(truth_table(found, {})), quiet).count(name) == 3
 
 
 @pytest.mark.parametrize("name", ["walk---1.npz", "walk\x01.npz", "walk\n-->.npz"])

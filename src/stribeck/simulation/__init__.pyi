@@ -17,3 +17,5 @@ from .sensors.measure import measure as measure
 from .sensors.measure import sensors_for as sensors_for
 from .sensors.measure import with_noise as with_noise
 from .sensors.profiles import get_profile as get_profile
+from .truth_tables import expectation_table as expectation_table
+from .truth_tables import truth_table as truth_table

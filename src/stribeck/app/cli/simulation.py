@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,7 +10,6 @@ from stribeck.app.cli import console, options
 from stribeck.app.cli.console import print_table, say
 from stribeck.app.cli.options import REPORT, RESULT, TABLE, argument, option, output_option
 from stribeck.core.base.outputs import check_outputs, staged_folder
-from stribeck.core.base.text_table import TextTable, number, span
 from stribeck.core.errors import SettingsError, StribeckError, require_extra
 
 if TYPE_CHECKING:
@@ -48,7 +46,7 @@ def demo(
     require_extra("simulation", "mujoco", "daqp")
     from stribeck.core.identify.pipeline import identify as run
     from stribeck.core.robot import Robot
-    from stribeck.simulation import FILES, make_demo, truth_reference
+    from stribeck.simulation import FILES, make_demo, truth_reference, truth_table
 
     check_outputs([output / name for name in (*FILES, RESULT, REPORT, TABLE)], [], overwrite)
     with staged_folder(output) as staging, console.progress_bar(quiet) as progress:
@@ -60,7 +58,7 @@ def demo(
         truth = truth_reference(result, example.law, example.parameters)
         options.write_result(result, staging, reference=truth)
     if not quiet:
-        print_truth(result, example.parameters)
+        print_table(truth_table(result, example.parameters))
         console.print_paths([output / name for name in (example.log.name, RESULT, TABLE, REPORT)])
 
 
@@ -84,7 +82,7 @@ def rehearse(
     from stribeck.design import first_motion, measured_robot, motion_of_log
     from stribeck.design import rehearse as simulated
     from stribeck.io import write_log
-    from stribeck.simulation import truth_reference
+    from stribeck.simulation import expectation_table, truth_reference
 
     machine = Robot.from_file(robot)
     outputs = [output / name for name in ("log.npz", RESULT, REPORT, TABLE)]
@@ -104,7 +102,9 @@ def rehearse(
         progress("writing the report", 0.9)
         options.write_result(result, staging, reference=truth_reference(result, rehearsal.law, rehearsal.parameters))
     if not quiet:
-        print_expectation(result, rehearsal.parameters, motion.notes)
+        conclusion, table = expectation_table(result, rehearsal.parameters, motion.notes)
+        say([conclusion])
+        print_table(table)
         console.print_paths(outputs)
 
 
@@ -119,66 +119,4 @@ def _moved(result: Result, staging: str, output: str) -> Result:
         log=replace(result.log, path=result.log.path.replace(staging, output)),
         robot_file=replace(result.robot_file, path=result.robot_file.path.replace(staging, output)),
         evidence=replace(result.evidence, provenance=provenance),
-    )
-
-
-def print_truth(result: Result, truth: Mapping[str, Mapping[str, float]]) -> None:
-    """Print the true and estimated parameters of each joint, then how many intervals contain the truth."""
-    rows, identified, covered = [], 0, 0
-    for joint, friction in result.joints.items():
-        true = truth.get(joint, {})
-        compared = {name: value for name, value in friction.parameters.items() if name in true}
-        if not compared:
-            verdict = friction.verdict if friction.parameters else f"{friction.verdict}: {friction.reason}"
-            rows.append([joint, "", "" if true else "none", "", "", verdict])
-        for name, value in compared.items():
-            low, high = value.interval_95
-            identified += value.verdict == "identified"
-            covered += low <= true[name] <= high
-            numbers = [number(true[name]), number(value.value), span(value.interval_95)]
-            rows.append([joint, f"{name} [{value.unit}]", *numbers, value.verdict])
-    parameters = sum(bool(row[1]) for row in rows)
-    table = TextTable(
-        title=f"True and estimated friction of {result.robot} (law {result.law})",
-        left=["joint", "parameter"],
-        right=["truth", "estimate", "95 % interval"],
-        last=["verdict"],
-        rows=rows,
-        notes=[f"{parameters} parameters: {identified} identified; {covered} of the 95 % intervals contain the truth"],
-    )
-    print_table(table)
-
-
-def print_expectation(result: Result, truth: Mapping[str, Mapping[str, float]], notes: Iterable[str]) -> None:
-    """Print what an identification can be expected to find: a conclusion, then one line per joint."""
-    from stribeck.core.result.tables import advice, point_text
-
-    rows, covered, widths = [], 0, []
-    for name, joint in result.joints.items():
-        if name not in truth or not joint.curve:
-            rows.append([name, "", "", "", joint.verdict, advice(joint)])
-            continue
-        point = joint.curve[len(joint.curve) // 2]
-        known = truth[name]["coulomb"] + truth[name]["viscous"] * point.velocity
-        covered += point.interval_95[0] <= known <= point.interval_95[1]
-        widths += [point.half_width / known] * (joint.verdict == "identified")
-        error = f"{100 * (point.value / known - 1):+.1f} %"
-        estimate = f"{point_text(point)} {point.unit} at {point.velocity:.2g}"
-        rows.append([name, f"{number(known)} {point.unit}", estimate, error, joint.verdict, advice(joint)])
-    ends = [f"{100 * width:.2g}" for width in (min(widths), max(widths))] if widths else []
-    within = f" within ± {' to '.join(dict.fromkeys(ends))} %" if ends else ""
-    say([f"{len(widths)} of {len(rows)} joints would be identified{within} of their friction at middle speed"])
-    print_table(
-        TextTable(
-            title=f"Rehearsal of {result.robot}",
-            left=["joint"],
-            right=["assumed friction", "identified", "error"],
-            last=["verdict", "next step"],
-            rows=rows,
-            notes=[
-                f"{covered} of {sum(bool(row[1]) for row in rows)} intervals contain the assumed friction",
-                *notes,
-                "best case: the model is exact, and the sensors have only white noise",
-            ],
-        )
     )
