@@ -65,9 +65,9 @@ def _place(argument: Any) -> str:
 
 
 def _row(parameter: Any) -> str:
-    """Format a row of a table: names and value, then help, whether required, and default."""
+    """Format a row of a table: names and value, then help, whether required, and default; the usage has the dots."""
     if not _is_option(parameter):
-        return f"| `{_place(parameter)}` | {_text(parameter.help)} |"
+        return f"| `{_place(parameter).replace('...', '')}` | {_text(parameter.help)} |"
     value = "" if parameter.is_flag else f" {parameter.metavar or _kind(parameter)}"
     names = ", ".join(f"`{name}{value}`" for name in sorted(parameter.opts, key=len, reverse=True))
     default = parameter.default

@@ -12,6 +12,7 @@ from tests.cli.test_cli import run
 
 from stribeck import Robot, identify
 from stribeck.core.result import read_result
+from stribeck.paper.figures.of_log import paper_sections
 from stribeck.simulation import demo
 from stribeck.simulation.files import read_truth
 
@@ -69,3 +70,26 @@ def test_the_friction_is_found_and_printed_beside_the_truth(made: Made) -> None:
         assert re.search(rf"│ {name}\b.*│ *{value:.4g} *│ *{estimate.value:.4g} *│.*│ *{estimate.verdict} *│", rows)
     assert re.search(r"\n24 parameters: \d+ identified; \d+ of the 95 % intervals contain the truth", made.printed)
     assert made.printed.endswith(f"{made.folder / 'report.html'}\n")
+
+
+def test_the_figures_of_the_paper_have_its_shapes(made: Made) -> None:
+    """Fig. 6.1, 7.1 and 7.3 to 7.6, for the knees, which take most of the power as in the paper."""
+    log, robot, printed = made.folder / "log.npz", made.folder / "robot.toml", StringIO()
+    with redirect_stdout(printed):
+        assert run("paper", log, "-r", robot, "-o", made.folder / "paper.html") == 0
+    machine = Robot.from_file(robot)
+    charts = {part.key: part.charts[0] for part in paper_sections(log, machine, machine.settings)}
+    assert all(chart.samples.joint_names[chart.column].endswith("knee") for chart in charts.values())
+    assert printed.getvalue().count("_knee: ") == len(charts) == 5
+    numbers = {key: chart.numbers for key, chart in charts.items()}
+    taken, measured = numbers["acceleration"]
+    assert taken > 0.5 * measured
+    equal, favored = numbers["double-support"]
+    assert favored > 1.1 * equal  # the weights decide
+    assert numbers["spectrum"][0] > 3  # the estimate is less noisy than the measured acceleration
+    power, negative = numbers["power"]
+    assert power > 0
+    assert negative < 20
+    by_masses, by_moments, *splits = numbers["inertias"]
+    assert by_masses > 3 * by_moments
+    assert min(splits) > 0.02

@@ -168,6 +168,36 @@ def convert(
     console.print_paths([output])
 
 
+def paper(
+    log: options.LogFile,
+    robot: options.RobotFile,
+    output: Annotated[Path, output_option("FILE", "Page to write (.html).")],
+    settings: options.Set = [],  # noqa: B006
+    start: options.From = None,
+    stop: options.To = None,
+    exclude: options.Exclude = [],  # noqa: B006
+    overwrite: options.Overwrite = False,
+    quiet: options.Quiet = False,
+) -> None:
+    """Draw the figures of the term paper for a log of your robot.
+
+    Estimated acceleration, double support, spectrum with cutoff, power of friction, and sensitivity to inertias.
+    """
+    from stribeck.app.report.paper import write_paper
+    from stribeck.core.base.parts import SERVICES
+
+    machine = options.robot_of(robot, exclude, [log])
+    options.check_files([output], [log, *options.files_of(machine)], overwrite)
+    with console.progress_bar(quiet) as progress:
+        chosen = options.with_settings(machine.settings, {}, settings)
+        part = options.part_of(log, machine, start, stop)
+        sections = SERVICES["paper_sections"](part, machine, chosen, progress)
+        sentences = write_paper(sections, output, machine.name)
+    if not quiet:
+        console.say(sentences)
+        console.print_paths([output])
+
+
 def explain(
     name: Annotated[str | None, argument("NAME", "Verdict or check, e.g. weak, torque-sign.")] = None,
 ) -> None:
@@ -179,7 +209,7 @@ def explain(
 
 commands = Parts[Callable[..., None]]("stribeck.commands")
 usual = ["init", "inspect", "identify", "export", "compare", "plan", "replay", "convert", "fleet", "trends", "rehearse"]
-for name in dict.fromkeys([*usual, "watch", "simulate", "demo", "explain", *commands]):
+for name in dict.fromkeys([*usual, "watch", "paper", "simulate", "demo", "explain", *commands]):
     app.command(name, cls=options.Command)(commands[name])
 
 

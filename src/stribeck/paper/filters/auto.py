@@ -21,7 +21,26 @@ MOST_SAMPLES = 30_000
 
 
 def cutoff_from_log(prepared: PreparedLog, robot: Robot, settings: Settings) -> CutoffChoice:
-    """Choose the cutoff for a log.
+    """Choose the cutoff for a log, see `choose_cutoff`.
+
+    Raises
+    ------
+    LogError
+        If no support phase can be used.
+    """
+    rate = 1 / prepared.sampling.period
+    accelerations, positions = raw_accelerations(prepared, robot, settings)
+    longest = max(int(np.isfinite(segment).sum(axis=0).max()) for segment in accelerations)
+    if longest < MIN_SAMPLES + 2:  # as in a trot; differences lose two
+        short = 0.03  # window where all segments are too short for a spectrum [s]
+        window = 2 * max(3, round(short / 2 * rate)) + 1
+        reason = f"no segment has the {MIN_SAMPLES} samples of a spectrum, so a window of {1e3 * short:.0f} ms is taken"
+        return CutoffChoice(cutoff=savgol_cutoff(window, ORDER, rate), window=window, reason=reason)
+    return choose_cutoff(accelerations, rate, positions)
+
+
+def raw_accelerations(prepared: PreparedLog, robot: Robot, settings: Settings) -> tuple[list[Array], list[Array]]:
+    """Compute the model's acceleration in all segments of a log, and the positions of the torque-controlled joints.
 
     The model's acceleration is the acceleration by the measured torque without friction (5.12), for the joints that a
     fit uses: `a_est = a_msr + M^-1 R`. The noise of the measured acceleration cancels in it.
@@ -44,24 +63,20 @@ def cutoff_from_log(prepared: PreparedLog, robot: Robot, settings: Settings) -> 
     for chunk in torque_chunks(prepared, robot, settings, examined):
         for run in chunk.runs():
             position = prepared.log.position[chunk.rows[run]]
-            accelerations.append(_compute_model_acceleration(robot, chunk, run, position, max(1, round(0.004 * rate))))
+            accelerations.append(model_acceleration(robot, chunk, run, position, max(1, round(0.004 * rate))))
             positions.append(position[:, robot.torque_controlled])
     if not accelerations:
         raise LogError(
             "log: no support phase is suitable to choose a filter: feet always stand together or contacts change "
             "too often; expected phases on one foot, or [identify.filter] kind = 'savitzky-golay' and a window"
         )
-    longest = max(int(np.isfinite(segment).sum(axis=0).max()) for segment in accelerations)
-    if longest < MIN_SAMPLES + 2:  # as in a trot; differences lose two
-        short = 0.03  # window where all segments are too short for a spectrum [s]
-        window = 2 * max(3, round(short / 2 * rate)) + 1
-        reason = f"no segment has the {MIN_SAMPLES} samples of a spectrum, so a window of {1e3 * short:.0f} ms is taken"
-        return CutoffChoice(cutoff=savgol_cutoff(window, ORDER, rate), window=window, reason=reason)
-    return choose_cutoff(accelerations, rate, positions)
+    return accelerations, positions
 
 
-def _compute_model_acceleration(robot: Robot, chunk: Chunk, run: slice, position: Array, held: int) -> Array:
-    """Compute the model's acceleration over a run in one contact mode, NaN where a fit may not use it, (t, k).
+def model_acceleration(robot: Robot, chunk: Chunk, run: slice, position: Array, held: int) -> Array:
+    """Compute the model's acceleration over a run in one contact mode, NaN where a fit may not use it, (t, n).
+
+    It is `a_msr + M_mod^-1 R` by (5.13), over the joints whose friction torque a fit may use.
 
     The inertia is recomputed every `held` samples, in which no limb turns far.
     """

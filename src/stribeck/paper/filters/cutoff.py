@@ -71,8 +71,7 @@ def choose_cutoff(accelerations: Sequence[Array], rate: float, positions: Sequen
         If no segment has 64 samples.
     """
     windows = _list_windows(rate, max((len(segment) for segment in accelerations), default=0))
-    measured = [np.diff(segment, 2, axis=0) * rate**2 for segment in positions]
-    spectra = average_spectra([segment[1:-1] for segment in accelerations], measured, rate)
+    spectra = acceleration_spectra(accelerations, positions, rate)
     signal, noise = _compare_spectra(spectra, rate)
     power = signal.sum(axis=0)
     moving = power > 1e-3 * power.max()  # joints with less power are ignored
@@ -89,6 +88,12 @@ def choose_cutoff(accelerations: Sequence[Array], rate: float, positions: Sequen
         f"the power of motion"
     )
     return _make_choice(windows[best[joint]], rate, reason)
+
+
+def acceleration_spectra(accelerations: Sequence[Array], positions: Sequence[Array], rate: float) -> Spectra:
+    """Average the spectra of model acceleration and second difference of the position; see `choose_cutoff`."""
+    measured = [np.diff(segment, 2, axis=0) * rate**2 for segment in positions]
+    return average_spectra([segment[1:-1] for segment in accelerations], measured, rate)
 
 
 def _make_choice(window: int, rate: float, reason: str) -> CutoffChoice:
