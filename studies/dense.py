@@ -1,4 +1,4 @@
-"""The dense equations of constrained motion, (5.4) to (5.13) and (6.1), one sample at a time.
+"""The dense equations of constrained motion, (5.4) to (5.13), one sample at a time.
 
 They are the reference that the re-rooted recursion is tested and timed against. Positive friction torque resists
 motion, so the paper's `tau_f` is `-R` and (5.13) reads `R = M_mod (a_est - a_msr)`.
@@ -154,47 +154,6 @@ def _contact_rows(
     contacts = [robot.contacts[foot] for foot in feet]
     local = pin.ReferenceFrame.LOCAL
     return np.concatenate([rows_of(model.getFrameId(each.frame), local)[: each.size] for each in contacts])
-
-
-def minimum_norm_friction_torque(
-    robot: Robot,
-    feet: tuple[str, ...],
-    state: State,
-    torque: Array,
-    *,
-    weight: float | Array = 1.0,
-    penalty: float | Array = 1e-8,
-) -> Array:
-    """Compute the friction torque that (6.1) picks where contacts leave it undetermined, as in double support.
-
-        min over R of  1/2 (Da - M_mod^-1 R)^T W (Da - M_mod^-1 R) + 1/2 R^T lambda R
-
-    It is the smallest friction that explains the accelerations, which is a guess, not an estimate (5.3).
-
-    Parameters
-    ----------
-    robot, feet, state, torque
-        See `constrained_sample`.
-    weight
-        Diagonal of W [(rad/s^2)^-2], one number or one per torque-controlled joint.
-    penalty
-        Diagonal of lambda [(N m)^-2], one number or one per torque-controlled joint.
-
-    Returns
-    -------
-    friction_torque
-        Shape (T, n), NaN for position-controlled joints.
-    """
-    friction = np.full(torque.shape, np.nan)
-    count = len(robot.torque_controlled)
-    root_weight = np.sqrt(np.broadcast_to(weight, (count,)))
-    root_penalty = np.diag(np.sqrt(np.broadcast_to(penalty, (count,))))
-    for k in range(len(torque)):  # dense algebra of one sample at a time
-        sample = constrained_sample(robot, feet, state, torque, k)
-        matrix = np.vstack([root_weight[:, None] * sample.mobility, root_penalty])
-        right = np.concatenate([root_weight * sample.difference, np.zeros(count)])
-        friction[k, robot.torque_controlled] = np.linalg.lstsq(matrix, right, rcond=None)[0]
-    return friction
 
 
 def dense_friction_torque(robot: Robot, feet: tuple[str, ...], state: State, torque: Array) -> tuple[Array, Array]:

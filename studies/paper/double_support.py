@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from stribeck import Robot, Settings
 from stribeck.core.base.typing import Array
+from stribeck.core.dynamics.contact.mode import ContactMode
 from stribeck.core.dynamics.state import Orientation, State
+from stribeck.paper.figures.double_support import ambiguous_friction, weighted_friction
 from stribeck.simulation.run import Simulated
 from studies.changes import known
-from studies.dense import minimum_norm_friction_torque
 from studies.markdown import percent
 from studies.paper.estimate import EXACT, Estimate, estimate, rms
 from studies.paper.study import Numbers
@@ -43,10 +44,11 @@ def _estimate(walk: Simulated) -> Estimate:
     found = estimate(walk, Settings(filter=EXACT, standing_legs=True))
     both, robot, log = np.flatnonzero(found.standing_on(BOTH)), walk.robot, walk.log
     rows = np.searchsorted(log.time, found.samples.time[both] - found.samples.period / 2)
-    guess = minimum_norm_friction_torque(robot, log.foot_names, _state(walk, rows), log.torque[rows])
-    standing = robot.standing(log.foot_names)[robot.torque_controlled]
+    mode = ContactMode(robot, log.foot_names)
+    guess = weighted_friction(*ambiguous_friction(mode, _state(walk, rows), log.torque[rows]))
+    standing = mode.standing[robot.torque_controlled]
     friction = found.samples.friction_torque
-    friction[np.ix_(both, standing)] = guess[:, robot.torque_controlled][:, standing]
+    friction[np.ix_(both, standing)] = guess[:, standing]
     return replace(found, samples=replace(found.samples, friction_torque=friction))
 
 
@@ -89,12 +91,13 @@ def _vary_weights(walk: Simulated) -> dict[str, dict[str, float]]:
     """Compute the error of (6.1) in double support, by its weights."""
     log, robot = walk.log, walk.robot
     rows = np.flatnonzero(known(log.contact).all(axis=1))[::STRIDE]
-    state, knee = _state(walk, rows), robot.joint_names.index(KNEE)
-    found = {}
-    for label, weights in _weightings(robot).items():
-        friction = minimum_norm_friction_torque(robot, log.foot_names, state, log.torque[rows], **weights)
-        found[label] = _errors(friction - walk.truth.friction_torque[rows], knee)
-    return found
+    mobility, friction = ambiguous_friction(ContactMode(robot, log.foot_names), _state(walk, rows), log.torque[rows])
+    knee, joints = robot.joint_names.index(KNEE), robot.torque_controlled
+    knee, truth = joints.tolist().index(knee), walk.truth.friction_torque[rows][:, joints]
+    return {
+        label: _errors(weighted_friction(mobility, friction, **weights) - truth, knee)
+        for label, weights in _weightings(robot).items()
+    }
 
 
 def _state(walk: Simulated, rows: NDArray[np.int64]) -> State:

@@ -12,11 +12,12 @@ import numpy as np
 from stribeck import Settings
 from stribeck.core.judgement.passivity import positive_power_fraction
 from stribeck.core.settings import FilterSettings, SupportSettings
+from stribeck.paper.figures.inertias import split, with_bodies
 from studies.markdown import percent
 from studies.paper.estimate import Estimate, estimate
-from studies.paper.inexact import drawn, with_bodies
+from studies.paper.inexact import drawn
 from studies.paper.study import Numbers
-from studies.paper.swing import JOINTS, split, swinging
+from studies.paper.swing import JOINTS, swinging
 from studies.paper.walks import get_walk
 
 WALKS = ("harsh", "legs-contact")

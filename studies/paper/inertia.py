@@ -10,11 +10,12 @@ import numpy as np
 
 from stribeck import Settings
 from stribeck.core.settings import FilterSettings
+from stribeck.paper.figures.inertias import Change, scaled, split, with_bodies
 from studies.markdown import percent
 from studies.paper.estimate import Estimate, estimate, rms
-from studies.paper.inexact import Change, displaced, scaled, with_bodies
+from studies.paper.inexact import displaced
 from studies.paper.study import Numbers
-from studies.paper.swing import JOINTS, split, swinging
+from studies.paper.swing import JOINTS, swinging
 from studies.paper.walks import get_walk
 
 WALKS = ("legs-contact",)

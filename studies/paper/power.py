@@ -11,10 +11,11 @@ import numpy as np
 from stribeck import Settings
 from stribeck.core.judgement.passivity import positive_power_fraction
 from stribeck.core.settings import FilterSettings, SupportSettings
+from stribeck.paper.figures.inertias import scaled, with_bodies
 from stribeck.simulation.run import Simulated
 from studies.markdown import percent
 from studies.paper.estimate import Differences, estimate
-from studies.paper.inexact import drawn, scaled, with_bodies
+from studies.paper.inexact import drawn
 from studies.paper.study import Numbers
 from studies.paper.swing import JOINTS, model_acceleration, swinging
 from studies.paper.walks import get_walk

@@ -1,4 +1,4 @@
-"""Samples of the joints of a swinging leg, the right leg as in the paper, and measures of a friction curve."""
+"""Samples of the joints of a swinging leg, the right leg as in the paper."""
 
 from typing import NamedTuple
 
@@ -14,10 +14,6 @@ JOINTS = ("hip_roll", "hip_pitch", "hip_yaw", "knee", "ankle_roll", "ankle_pitch
 SIDE = "right"
 SUPPORT = "left_foot"
 """Support while the right leg swings."""
-BINS = 30
-"""Number of velocity bins in which rising and falling branch are compared."""
-FEWEST = 5
-"""Minimum number of samples of a branch in a bin."""
 
 
 class Swing(NamedTuple):
@@ -55,21 +51,3 @@ def model_acceleration(walk: Simulated, found: Estimate) -> Array:
     change = np.linalg.solve(inertia, samples.friction_torque[rows][:, :, None])[:, :, 0]
     columns = [found.column(f"{SIDE}_{joint}") for joint in JOINTS]
     return np.asarray((samples.acceleration[rows] + change)[:, columns])
-
-
-def split(velocity: Array, acceleration: Array, torque: Array) -> float:
-    """Compute the distance between the branches of rising and falling velocity [N m].
-
-    It is the RMS difference of the branches' mean torques over velocity bins that both branches pass.
-    """
-    edges = np.linspace(velocity.min(), velocity.max(), BINS + 1)
-    place = np.clip(np.digitize(velocity, edges) - 1, 0, BINS - 1)
-    counts, means = np.zeros((2, 2, BINS))
-    for k, branch in enumerate((acceleration > 0, acceleration <= 0)):
-        counts[k] = np.bincount(place[branch], minlength=BINS)
-        sums = np.bincount(place[branch], torque[branch], minlength=BINS)
-        means[k] = sums / np.maximum(counts[k], 1)
-    weight = np.where(counts.min(axis=0) >= FEWEST, counts.min(axis=0), 0)
-    if not weight.any():
-        return float("nan")
-    return float(np.sqrt(np.average((means[0] - means[1]) ** 2, weights=weight)))
