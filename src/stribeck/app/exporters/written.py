@@ -4,10 +4,11 @@ from collections.abc import Mapping
 
 from stribeck.app.exporters.joints import FORMLESS, WrittenJoint
 from stribeck.core.base.text_table import aligned
+from stribeck.core.errors import RobotFileError
 from stribeck.core.result import JointResult, Result
 from stribeck.core.result.tables import bound_text
 from stribeck.core.robot import Robot
-from stribeck.core.robot.model_file import load_model
+from stribeck.design import read_friction
 
 LEGEND = "Coulomb friction at mean load + viscous friction times the speed v, in N m and rad/s, or N and m/s:"
 
@@ -48,12 +49,12 @@ def _shift(joint: JointResult, terms: WrittenJoint) -> str:
 
 
 def _in_the_model(robot: Robot) -> dict[str, tuple[float, float, bool]]:
-    """Read Coulomb and viscous friction of the joints of the model file; empty without a file."""
-    if not robot.model_path:
+    """Read Coulomb and viscous friction of the joints of the model file; empty without a file, or without a number."""
+    try:
+        stated = read_friction(robot.model_file)[0]
+    except RobotFileError:
         return {}
-    model, _ = load_model(robot.model_file, robot.base)
-    single = {str(model.names[k]): joint.idx_v for k, joint in enumerate(model.joints) if k and joint.nv == 1}
-    return {name: (float(model.upperDryFrictionLimit[k]), float(model.damping[k]), False) for name, k in single.items()}
+    return {name: (own.coulomb, own.viscous, own.rise > 0) for name, own in stated.items()}
 
 
 def _identified(joint: JointResult) -> str:
