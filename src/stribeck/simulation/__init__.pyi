@@ -4,6 +4,7 @@ from .demo import truth_reference as truth_reference
 from .files import truth_file as truth_file
 from .files import write_simulated as write_simulated
 from .friction.parameters import Parameters as Parameters
+from .mujoco.expanded_mjcf import expanded_mjcf as expanded_mjcf
 from .mujoco.mjcf_of_urdf import mjcf_of_urdf as mjcf_of_urdf
 from .mujoco.mjcf_of_urdf import stable_bristles as stable_bristles
 from .prescribed.exact import exact_log as exact_log

@@ -13,7 +13,7 @@ from stribeck.app.exporters.targets import Request
 from stribeck.app.exporters.text_files import SOLREFFRICTION
 from stribeck.core.base.typing import Array
 from stribeck.core.robot.xml_file import read_xml
-from stribeck.simulation import mjcf_of_urdf, stable_bristles
+from stribeck.simulation import expanded_mjcf, mjcf_of_urdf, stable_bristles
 
 
 def urdf_text(request: Request) -> str:
@@ -42,14 +42,22 @@ def drake_text(request: Request) -> str:
 def mjcf_text(request: Request) -> str:
     """Format the robot's MJCF with the changed bodies and joints; included files are inlined.
 
-    A URDF is converted to MJCF first.
+    A URDF is converted to MJCF first, and generated bodies are written out.
     """
+    from stribeck.core.robot.mjcf import generates  # MuJoCo is slow to import
+
     notes: list[str] = []
-    if read_xml(request.model).kind == "urdf":
+    xml = read_xml(request.model)
+    if xml.kind == "urdf":
         text, notes = mjcf_of_urdf(request.model, request.folder, floating=request.robot.base == "floating")
         root = _root(parseString(text))  # nosec B318
     else:
         root = _read(request.model)
+        if generates(xml):
+            root = _root(parseString(expanded_mjcf(request.model)))  # nosec B318
+            request.lines.append(
+                "Generated bodies are written out: this is MuJoCo's own text of the model, in six digits."
+            )
         _include(root, request.model.parent)
         _move_mjcf_files(root, request.model.parent, request.folder)
     stated = {name: terms.numbers for name, terms in request.joints.items()}

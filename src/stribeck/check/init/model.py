@@ -83,11 +83,11 @@ def read_model(path: Path) -> ModelFacts:
     )
 
 
-def _balls(path: Path, root: Element, free: bool) -> set[str]:
+def _balls(path: Path, model: pin.Model, root: Element, free: bool) -> set[str]:
     """Collect the names of links that are balls, and of sites within balls at the ends of legs (with a free joint)."""
     links = {link.get("name", "") for link in root.iter("link") if _is_ball(link)}
-    ends = [body for body in root.iter("body") if body.find("body") is None] if free else []
-    sites = [site.get("name", "") for body in ends for site in body.findall("site")]
+    ends = set(range(2, model.njoints)) - set(model.parents) if free else set()
+    sites = [str(f.name) for f in model.frames if f.type == pin.FrameType.OP_FRAME and f.parentJoint in ends]
     return links | {name for name in sites if rolling_radius(path, name, "point")}
 
 
@@ -103,7 +103,7 @@ def _find_feet(
 
     In a model with a free joint, a site within a ball at the end of a leg is a foot by any name.
     """
-    balls = _balls(path, root, free)
+    balls = _balls(path, model, root, free)
     accessories = {"imu", "sensor", "ft", "force", "rotor", "cover", "fixed", "lower", "mount", "camera"}
     data = model.createData()
     pin.framesForwardKinematics(model, data, pin.neutral(model))

@@ -12,15 +12,18 @@ from xml.etree.ElementTree import Element
 import mujoco
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
 from stribeck.core.base.files import read_text
 from stribeck.core.base.typing import Array
 from stribeck.core.errors import RobotFileError
 from stribeck.core.robot.rooting import WORLD_JOINT
-from stribeck.core.robot.xml_file import XmlFile, read_xml, require_few
+from stribeck.core.robot.xml_file import MOST_ELEMENTS, MOST_JOINTS, XmlFile, read_xml
 
 MOST_FILES, LARGEST_COUNT = 100, 5000
-"""Largest number of files of a model, and largest value [1] of attributes that count pixels, samples and the like."""
+"""Largest number of files of a model, and of its bodies and joints, pixels, samples and the like [1]."""
+GENERATING = ("replicate", "attach", "composite", "flexcomp")
+"""Elements that generate bodies."""
 FREE, BALL = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_BALL)
 
 
@@ -32,52 +35,71 @@ def check_file(xml: XmlFile) -> None:
     RobotFileError
         Names the element and its line.
     """
-    files = list(_with_included(xml))
-    require_few(files)
-    compilers = [compiler for file in files for compiler in file.root.iter("compiler")]
-    names = ("assetdir", "meshdir", "texturedir")
-    folders = [xml.path.parent / compiler.get(name, "") for compiler in compilers for name in names]
+    parts = _parts(xml)
+    files = list({file.path: file for _, file in parts}.values())
+    compilers = [entry for file in files for compiler in file.root.iter("compiler") for entry in compiler.items()]
+    names = {text for key, text in compilers if key.endswith("dir")}
+    folders = [file.path.parent / name for file in files for name in names | {""}]
     for file in files:
         read_text(file.path, "an MJCF model", RobotFileError)  # MuJoCo ignores the encoding
         for element in file.root.iter():
             _check_element(file, element)
-            _refuse_pipes(file, element, [xml.path.parent, file.path.parent, *folders])
+            _refuse_pipes(file, element, folders)
+    _require_few(xml, parts)
 
 
-def _with_included(xml: XmlFile) -> Iterator[XmlFile]:
-    """Yield a file and all files that it includes, each once."""
-    pending, seen = [xml], {xml.path.resolve()}
+def generates(xml: XmlFile) -> bool:
+    """Return whether a file or one of its parts contains elements that generate bodies."""
+    return any(file.root.find(f".//{tag}") is not None for _, file in _parts(xml) for tag in GENERATING)
+
+
+def _parts(xml: XmlFile) -> list[tuple[Element, XmlFile]]:
+    """List a file and those that it includes or attaches, each with the element that names it; each is read once."""
+    files, parts = {xml.path.resolve(): xml}, [(Element("mujoco"), xml)]
+    for file in (pending := [xml]):
+        for element in (e for e in file.root.iter() if e.tag in ("include", "model") and e.get("file")):
+            paths = {folder / element.get("file", "") for folder in (xml.path.parent, file.path.parent)}
+            for path in {path.resolve() for path in paths if path.exists()}:
+                if path not in files:
+                    if len(files) >= MOST_FILES:
+                        file.refuse(element, f"includes file number {MOST_FILES + 1}; expected at most {MOST_FILES}")
+                    pending.append(files.setdefault(path, read_xml(path)))
+                parts.append((element, files[path]))
+    return parts
+
+
+def _require_few(xml: XmlFile, parts: list[tuple[Element, XmlFile]]) -> None:
+    """Refuse more bodies and joints than a scene has, such as those of a file that attaches itself."""
+    pending, elements, generated = [(xml, xml.root, 1.0)], 0, 0.0
     while pending:
-        file = pending.pop()
-        yield file
-        for include in file.root.iter("include"):
-            name = include.get("file") or ""
-            for path in (xml.path.parent / name, file.path.parent / name):
-                if name and path.exists() and path.resolve() not in seen:
-                    if len(seen) >= MOST_FILES:
-                        file.refuse(include, f"includes file number {MOST_FILES + 1}; expected at most {MOST_FILES}")
-                    seen.add(path.resolve())
-                    pending.append(read_xml(path))
+        file, element, copies = pending.pop()
+        if element.tag in GENERATING:
+            copies *= float(np.prod([max(float(word), 1.0) for word in element.get("count", "1").split()]))
+        elements, generated = elements + 1, generated + copies * (element.tag in ("body", "joint", *GENERATING))
+        if generated > LARGEST_COUNT or elements + len(pending) > MOST_ELEMENTS:
+            file.refuse(element, f"the model has too many bodies; expected at most {LARGEST_COUNT} bodies and joints")
+        pending += [(file, child, copies) for child in element]
+        names = (element.get("model"), None) * (element.tag == "attach")
+        for owner, part in parts:
+            attached = owner.tag == "model" and owner.get("name") in names
+            pending += [(part, part.root, copies)] * (attached or owner is element)
 
 
 def _check_element(xml: XmlFile, element: Element) -> None:
-    counting = {"nrow", "ncol", "width", "height", "nsample", "nkey", "num", "resolution", "params"}
+    counting = {"nrow", "ncol", "width", "height", "nsample", "nkey", "num", "resolution", "params", "count"}
     # Attributes with poses and masses of bodies; MuJoCo reads `nan` as a missing number.
     poses, masses = "pos quat axisangle xyaxes zaxis euler axis ref fromto", "mass density diaginertia fullinertia"
-    measuring = {*poses.split(), *masses.split(), "size", "armature"}
-    tag = element.tag
-    if tag in ("replicate", "composite", "flexcomp", "attach", "model"):  # a <model> could include itself
-        xml.refuse(element, f"<{tag}> generates bodies; give the file that MuJoCo's mj_saveLastXML writes with them")
+    measuring = {*poses.split(), *masses.split(), "size", "armature", "offset"}
     for name, text in element.items():
-        counts = name in counting or name.startswith("nuser_") or (tag, name) == ("numeric", "size")
-        measures = tag in ("body", "frame", "inertial", "joint", "geom") and name in measuring
+        counts = name in counting or name.startswith("nuser_") or (element.tag, name) == ("numeric", "size")
+        measures = element.tag in ("body", "frame", "inertial", "joint", "geom", "replicate") and name in measuring
         if not counts and not measures:
             continue
-        values = xml.numbers(element, text, len(text.split()), f"{name} of <{tag}>")
+        values = xml.numbers(element, text, len(text.split()), f"{name} of <{element.tag}>")
         if counts and max(values, default=0.0) > LARGEST_COUNT:
-            xml.refuse(element, f"{name} of <{tag}> is {text[:60]}; expected at most {LARGEST_COUNT}")
+            xml.refuse(element, f"{name} of <{element.tag}> is {text[:60]}; expected at most {LARGEST_COUNT}")
         if name in ("mass", "diaginertia", "density", "armature") and not all(0 <= value < 1e9 for value in values):
-            xml.refuse(element, f"{name} of <{tag}> is {text}; expected zero or more, less than 1e9")
+            xml.refuse(element, f"{name} of <{element.tag}> is {text}; expected zero or more, less than 1e9")
 
 
 def _refuse_pipes(xml: XmlFile, element: Element, folders: list[Path]) -> None:
@@ -107,10 +129,13 @@ def quiet_mujoco() -> Iterator[None]:
 def build_model(compiled: mujoco.MjModel, root: pin.JointModelFreeFlyer | None) -> tuple[pin.Model, list[str]]:
     """Build Pinocchio's model from MuJoCo's, whose positions it keeps; also list the objects that are left out.
 
-    Objects are mocap bodies, and trees on free joints if another tree has more hinges and slides. With `root`, a free
-    flyer connects a robot without a free joint to the world. Joints without names are named after their bodies.
+    Objects are mocap bodies, trees without a hinge or slide that has a name, and trees on free joints if another tree
+    has more of them. With `root`, a free flyer connects a robot without a free joint to the world. Joints without names
+    are named after their bodies. Vertices of soft parts of the robot are fixed.
     """
-    model, objects = pin.Model(), _objects(compiled)
+    model, named = pin.Model(), _named_joints(compiled)
+    objects = _objects(compiled, named)
+    kept = named | ~np.isin(compiled.jnt_bodyid, np.append(compiled.flex_vertbodyid, compiled.flex_nodebodyid))
     model.name = compiled.names.partition(b"\0")[0].decode()
     bodies = [number for number in range(1, compiled.nbody) if int(compiled.body_rootid[number]) not in objects]
     places = {0: (0, pin.SE3.Identity(), 0)}  # joint of each body, its pose there, and its frame
@@ -122,7 +147,9 @@ def build_model(compiled: mujoco.MjModel, root: pin.JointModelFreeFlyer | None) 
         body = compiled.body(number)
         joint, pose, frame = places[int(body.parentid[0])]
         pose = pose * _pose(body.pos, body.quat)
-        for place, k in enumerate(range(int(body.jntadr[0]), int(body.jntadr[0] + body.jntnum[0]))):
+        if model.njoints > MOST_JOINTS:
+            raise ValueError(f"the robot has more than {MOST_JOINTS} joints")
+        for place, k in enumerate(np.flatnonzero(kept & (compiled.jnt_bodyid == number)).tolist()):
             anchor, kind = _pose(compiled.jnt_pos[k], np.eye(4)[0]), int(compiled.jnt_type[k])
             label = compiled.joint(k).name or f"{body.name}_{'free' if kind == FREE else f'joint{place}'}"
             joint = _add_joint(model, compiled, k, label, joint, pose * anchor)
@@ -136,13 +163,20 @@ def build_model(compiled: mujoco.MjModel, root: pin.JointModelFreeFlyer | None) 
     return model, [compiled.body(number).name for number in sorted(objects)]
 
 
-def _objects(compiled: mujoco.MjModel) -> set[int]:
+def _named_joints(compiled: mujoco.MjModel) -> NDArray[np.bool_]:
+    """Select the hinges and slides that have names, shape (njnt,), all of them if none has one."""
+    moving = np.asarray(compiled.jnt_type > BALL)
+    named = moving & np.array([bool(compiled.joint(k).name) for k in range(compiled.njnt)], dtype=bool)
+    return named if named.any() else moving
+
+
+def _objects(compiled: mujoco.MjModel, named: NDArray[np.bool_]) -> set[int]:
     """Find the top bodies that are not part of the robot."""
     tree = compiled.body_rootid[compiled.jnt_bodyid]
     loose = {*tree[compiled.jnt_type == FREE].tolist(), *np.flatnonzero(compiled.body_mocapid >= 0).tolist()}
-    sizes = np.bincount(tree[compiled.jnt_type > BALL], minlength=compiled.nbody)  # hinges and slides of each tree
-    robot = int(np.argmax(sizes))
-    return (loose | set(np.flatnonzero(sizes).tolist())) - {robot} if robot in loose else loose
+    robot = int(np.argmax(sizes := np.bincount(tree[named], minlength=compiled.nbody)))
+    kept = {robot} if robot in loose else set(np.flatnonzero(sizes).tolist()) - loose
+    return (loose | set(tree.tolist())) - kept if named.any() else loose
 
 
 def _add_joint(model: pin.Model, compiled: mujoco.MjModel, k: int, name: str, parent: int, pose: pin.SE3) -> int:
@@ -154,9 +188,7 @@ def _add_joint(model: pin.Model, compiled: mujoco.MjModel, k: int, name: str, pa
     axis, slides = compiled.jnt_axis[k].copy(), kind == int(mujoco.mjtJoint.mjJNT_SLIDE)
     back = -float(compiled.qpos0[compiled.jnt_qposadr[k]]) * axis
     pose = pose * (pin.SE3(np.eye(3), back) if slides else pin.SE3(pin.exp3(back), np.zeros(3)))
-    along = next(("XYZ"[i] for i in range(3) if np.all(axis == np.eye(3)[i])), "")
-    unaligned = pin.JointModelPrismaticUnaligned if slides else pin.JointModelRevoluteUnaligned
-    joint = getattr(pin, f"JointModel{'P' if slides else 'R'}{along}")() if along else unaligned(axis)
+    joint = (pin.JointModelPrismaticUnaligned if slides else pin.JointModelRevoluteUnaligned)(axis)
     limits = compiled.jnt_range[k] if compiled.jnt_limited[k] else (-np.inf, np.inf)
     effort = compiled.jnt_actfrcrange[k, 1] if compiled.jnt_actfrclimited[k] else np.inf
     number = int(model.addJoint(parent, joint, pose, name, *np.array([[effort], [np.inf], *([x] for x in limits)])))
@@ -170,15 +202,16 @@ def _pose(place: Array, turn: Array) -> pin.SE3:
 
 
 def add_loop_frames(path: Path, compiled: mujoco.MjModel, model: pin.Model) -> list[str]:
-    """Add frames where `<connect>` joins bodies, and describe how to use them.
+    """Add frames where `<connect>` joins bodies of the robot, and describe how to use them.
 
     The frames of equality NAME are NAME.1 and NAME.2; without a name, its number is used.
     """
-    if not compiled.neq:
-        return []
     connects = compiled.eq_type == int(mujoco.mjtEq.mjEQ_CONNECT)
-    pairs = []
-    for k in np.flatnonzero(connects & (compiled.eq_objtype == int(mujoco.mjtObj.mjOBJ_BODY))).tolist():
+    connects &= compiled.eq_objtype == int(mujoco.mjtObj.mjOBJ_BODY)
+    objects = [k for k in range(1, compiled.nbody) if not model.existFrame(compiled.body(k).name, pin.FrameType.BODY)]
+    connects &= ~np.isin([compiled.eq_obj1id, compiled.eq_obj2id], objects).any(axis=0)
+    pairs, count = [], np.count_nonzero(compiled.eq_type < int(mujoco.mjtEq.mjEQ_FLEX))
+    for k in np.flatnonzero(connects).tolist():
         name = compiled.equality(k).name or f"equality_{k}"
         for place, body in enumerate((int(compiled.eq_obj1id[k]), int(compiled.eq_obj2id[k]))):
             anchor = pin.SE3(np.eye(3), np.array(compiled.eq_data[k, 3 * place : 3 * place + 3]))
@@ -187,7 +220,17 @@ def add_loop_frames(path: Path, compiled: mujoco.MjModel, model: pin.Model) -> l
             model.addFrame(pin.Frame(label, carrier.parentJoint, 0, at, pin.FrameType.OP_FRAME), False)
         pairs.append(f"['{name}.1', '{name}.2']")
     remedy = f"; to close the loops, set [[robot.loops]] frames = {' and '.join(pairs)}" if pairs else ""
-    return [f"{path.name}: {compiled.neq} equality constraint(s) are ignored: only the tree is modeled{remedy}"]
+    return [f"{path.name}: {count} equality constraint(s) are ignored: only the tree is modeled{remedy}"] * bool(count)
+
+
+def shapes_around(path: Path, frame: str) -> list[tuple[str, float, Array]]:
+    """List kinds, first sizes [m] and places [m] of the geoms of a body, relative to it or to a site of it."""
+    compiled, center = compile_mjcf(path), np.zeros(3)
+    body = mujoco.mj_name2id(compiled, int(mujoco.mjtObj.mjOBJ_BODY), frame)
+    if (site := mujoco.mj_name2id(compiled, int(mujoco.mjtObj.mjOBJ_SITE), frame)) >= 0:
+        body, center = int(compiled.site_bodyid[site]), compiled.site_pos[site]
+    geoms = map(compiled.geom, np.flatnonzero(compiled.geom_bodyid == body).tolist())
+    return [(mujoco.mjtGeom(g.type[0]).name[7:].lower(), float(g.size[0]), g.pos - center) for g in geoms]  # mjGEOM_
 
 
 @quiet_mujoco()
@@ -208,12 +251,9 @@ def compile_mjcf(path: Path) -> mujoco.MjModel:
 
 
 def _compile(path: Path, *, with_meshes: bool) -> mujoco.MjModel:
-    spec = mujoco.MjSpec.from_file(str(path))
-    spec.memory = spec.njmax = spec.nconmax = spec.nstack = -1  # nothing is simulated
-    spec.nuserdata = 0
+    spec = read_spec(path)
+    spec.memory, spec.njmax, spec.nconmax, spec.nstack, spec.nuserdata = -1, -1, -1, -1, 0  # nothing is simulated
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONTACT) | int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
-    for k, body in enumerate(spec.bodies):
-        body.name = body.name or f"body{k}"
     if not with_meshes:
         for geom in list(spec.geoms):
             if geom.type in (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_HFIELD, mujoco.mjtGeom.mjGEOM_SDF):
@@ -221,3 +261,11 @@ def _compile(path: Path, *, with_meshes: bool) -> mujoco.MjModel:
         for asset in [*spec.meshes, *spec.hfields, *spec.skins]:
             spec.delete(asset)
     return spec.compile()
+
+
+def read_spec(path: Path) -> mujoco.MjSpec:
+    """Read a model, and name the bodies that have no name."""
+    spec = mujoco.MjSpec.from_file(str(path))
+    for k, body in enumerate(spec.bodies):
+        body.name = body.name or f"body{k}"
+    return spec

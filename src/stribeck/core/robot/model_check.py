@@ -4,6 +4,7 @@ Pinocchio drops unknown elements, opens loops, and treats coupled joints as inde
 """
 
 from collections.abc import Mapping
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
@@ -12,7 +13,7 @@ import pinocchio as pin
 
 from stribeck.core.base.typing import Array
 from stribeck.core.errors import RobotFileError
-from stribeck.core.robot.xml_file import XmlFile, require_few
+from stribeck.core.robot.xml_file import MOST_BODIES, MOST_JOINTS, XmlFile
 
 MOVING = ("revolute", "continuous", "prismatic")
 LEAST_MOMENT = -1e-9
@@ -101,7 +102,10 @@ def check_urdf(xml: XmlFile) -> tuple[list[str], dict[str, str]]:
     macro = next((element for element in root.iter() if element.tag.startswith("xacro:")), None)
     if macro is not None:
         xml.refuse(macro, f"<{macro.tag}> is a macro; expected the URDF that `xacro` generates from this file")
-    require_few([xml])
+    for tag, most in (("link", MOST_BODIES), ("joint", MOST_JOINTS)):
+        elements = [element for element in root.findall(tag) if element.get("type") != "fixed"]
+        if len(elements) > most:
+            xml.refuse(elements[most], f"the model has {len(elements)} <{tag}>; expected at most {most}")
     links, joints = xml.named("link"), xml.named("joint")
     if not links:
         raise RobotFileError(f"{xml.path}: has no <link>; expected a robot's links and joints")
@@ -217,9 +221,7 @@ def _check_tree(xml: XmlFile, links: Mapping[str, Element], joints: Mapping[str,
     roots = [name for name in links if name not in above]
     if len(roots) > 1:
         xml.refuse(links[roots[1]], f"links '{roots[0]}' and '{roots[1]}' are both roots; expected one tree of links")
-    for name in links:
-        link, steps = name, 0
-        while link in above and steps <= len(links):
-            link, steps = above[link], steps + 1
-        if link in above:
-            xml.refuse(links[name], f"link '{name}' is in a loop of joints; expected a tree of links")
+    try:
+        TopologicalSorter({child: [parent] for child, parent in above.items()}).prepare()
+    except CycleError as error:
+        xml.refuse(links[name := error.args[1][-1]], f"link '{name}' is in a loop of joints; expected a tree of links")

@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 import pinocchio as pin
 
+from stribeck.core.base.finding import listed
 from stribeck.core.base.typing import Array
 from stribeck.core.errors import RobotFileError
 from stribeck.core.robot import model_check
@@ -94,7 +95,7 @@ def _build_from_mjcf(xml: XmlFile, root: pin.JointModelFreeFlyer | None, *, loop
     compiled = compile_mjcf(xml.path)
     model, objects = build_model(compiled, root)
     model_check.check_finite(xml.path, model)
-    notes = [f"{xml.path.name}: objects beside the robot are left out: {', '.join(objects)}"] * bool(objects)
+    notes = [f"{xml.path.name}: objects beside the robot are left out: {listed(objects)}"] * bool(objects)
     notes += model_check.check_inertias(xml.path.name, model, {})
     of_loops = add_loop_frames(xml.path, compiled, model)
     return model, notes if loops else notes + of_loops

@@ -1,5 +1,6 @@
 """Radius of ball feet and wheels, from the collision geometry of a model."""
 
+from collections.abc import Iterator
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
@@ -8,9 +9,6 @@ import numpy as np
 
 from stribeck.core.base.typing import Array
 from stribeck.core.robot.xml_file import read_xml
-
-ROUND = 0.06
-"""Largest deviation of a ball's mesh from a sphere [1], root mean square, relative to its radius."""
 
 
 def rolling_radius(path: Path, frame: str, kind: str = "point", *, meshes: bool = False) -> float:
@@ -21,23 +19,30 @@ def rolling_radius(path: Path, frame: str, kind: str = "point", *, meshes: bool 
     """
     if not path.is_file():  # a model in memory
         return 0.0
-    root = read_xml(path).root
-    owners = [element for element in root.iter() if element.tag in ("link", "body")]
-    sites = {site.get("name"): (owner, _place(site)) for owner in owners for site in owner.findall("site")}
-    owner, center = sites.get(frame) or (next((e for e in owners if e.get("name") == frame), root), np.zeros(3))
-    shapes = [(geom.get("type", "sphere"), geom.get("size", "0"), _place(geom)) for geom in owner.findall("geom")]
-    for collision in owner.findall("collision"):
+    xml = read_xml(path)
+    if xml.kind == "mjcf":
+        from stribeck.core.robot.mjcf import shapes_around  # MuJoCo is slow to import
+
+        shapes = iter(shapes_around(path, frame))
+    else:
+        link = next((link for link in xml.root.iter("link") if link.get("name") == frame), xml.root)
+        shapes = _shapes_of_link(path, link, meshes=meshes)
+    rolling = ("cylinder", "sphere")[kind == "point" :]
+    sizes = [(size, place) for shape, size, place in shapes if shape in rolling]
+    near = [size for size, place in sizes if kind == "wheel" or np.linalg.norm(place) < 0.5 * size]
+    return round(max(near, default=0.0), 4)
+
+
+def _shapes_of_link(path: Path, link: Element, *, meshes: bool) -> Iterator[tuple[str, float, Array]]:
+    """Yield kind, radius [m] and place [m] of a URDF link's shapes."""
+    for collision in link.findall("collision"):
         origin = collision.find("origin")
-        place = np.zeros(3) if origin is None else _place(origin)
+        place = _numbers("0 0 0" if origin is None else origin.get("xyz", "0 0 0"))
         for shape in collision.findall("geometry/*"):
-            shapes.append((shape.tag, shape.get("radius", "0"), place))
+            yield shape.tag, float(shape.get("radius", "0")), place
             if meshes and shape.tag == "mesh":
                 size, off_center = _ball_of_mesh(path, shape)
-                shapes.append(("sphere", str(size), place + off_center))
-    rolling = ("cylinder", "sphere")[kind == "point" :]
-    sizes = [(float(size.split()[0]), place) for shape, size, place in shapes if shape in rolling]
-    near = [size for size, place in sizes if kind == "wheel" or np.linalg.norm(place - center) < 0.5 * size]
-    return round(max(near, default=0.0), 4)
+                yield "sphere", size, place + off_center
 
 
 def _ball_of_mesh(path: Path, mesh: Element) -> tuple[float, Array]:
@@ -53,12 +58,7 @@ def _ball_of_mesh(path: Path, mesh: Element) -> tuple[float, Array]:
     *center, rest = np.linalg.lstsq(np.column_stack([2 * points, np.ones(len(points))]), (points**2).sum(axis=1))[0]
     radius = float(np.sqrt(max(rest + np.dot(center, center), 0.0)))
     uneven = np.std(np.linalg.norm(points - center, axis=1))
-    return (radius if uneven < ROUND * radius else 0.0), np.array(center)
-
-
-def _place(element: Element) -> Array:
-    """Read a position [m] from an MJCF element or a URDF origin."""
-    return _numbers(element.get("pos") or element.get("xyz") or "0 0 0")
+    return (radius if uneven < 0.06 * radius else 0.0), np.array(center)  # [1], meshes of balls are that round
 
 
 def _numbers(text: str) -> Array:

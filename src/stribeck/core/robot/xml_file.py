@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, NoReturn
@@ -130,21 +130,3 @@ def read_xml(path: Path) -> XmlFile:
     except (expat.ExpatError, ValueError, LookupError) as error:  # LookupError: an unknown encoding
         raise RobotFileError(f"{path}: is not well-formed XML ({error}); expected a URDF or MJCF model") from error
     return XmlFile(path, builder.close(), lines)
-
-
-def require_few(files: Sequence[XmlFile]) -> None:
-    """Refuse a model with more links or moving joints than robots have."""
-    for tag, most in (("link", MOST_BODIES), ("body", MOST_BODIES), ("joint", MOST_JOINTS)):
-        elements = [(file, element) for file in files for element in _elements(file, tag)]
-        if len(elements) > most:
-            file, element = elements[most]
-            file.refuse(element, f"the model has {len(elements)} <{tag}>; expected at most {most}")
-
-
-def _elements(file: XmlFile, tag: str) -> Iterator[Element]:
-    """Yield links, bodies or movable joints."""
-    if tag != "joint":
-        yield from file.root.iter(tag)
-        return
-    for parent in (file.root, *file.root.iter("body")):
-        yield from (joint for joint in parent.findall("joint") if joint.get("type") != "fixed")
