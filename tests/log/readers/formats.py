@@ -195,10 +195,13 @@ def write_rosbag2_of_mcap(folder, log):
 
 
 def write_bag_of_ros1(folder, log):
-    path = folder / "log.bag"
+    return write_messages_of_ros1(folder / "log.bag", messages_of(log, ROS1))
+
+
+def write_messages_of_ros1(path, messages):
     with rosbag1.Writer(path) as writer:
         connections = {}
-        for topic, kind, stamp, message in messages_of(log, ROS1):
+        for topic, kind, stamp, message in messages:
             if topic not in connections:
                 connections[topic] = writer.add_connection(topic, kind, typestore=ROS1)
             writer.write(connections[topic], stamp, ROS1.serialize_ros1(message, kind))

@@ -137,7 +137,7 @@ DAMAGED = [
     ),
     ("parquet of no rows", lambda folder: write_parquet(folder, synthetic_log(0)), ["0 samples"]),
     ("mcap without joint states", mcap_without_joints, ["sensor_msgs/JointState", "'/imu'"]),
-    ("mcap of two robots", mcap_of_two_sources, ["'/left/joint_states'", "[log.position] name"]),
+    ("mcap of two robots", mcap_of_two_sources, ["'/left/imu'", "[log.base_orientation] name"]),
 ]
 
 

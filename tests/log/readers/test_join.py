@@ -71,11 +71,30 @@ def test_joints_of_two_topics_make_one_robot(tmp_path):
     np.testing.assert_allclose(result.position[:, 0], arm.position[:, 0], atol=1e-4)
 
 
+def test_joints_of_the_same_names_get_the_namespaces_of_their_topics(tmp_path):
+    log = synthetic_log(60)
+    sent = [m for m in messages(log) if m[0] == "/joint_states"]
+    spaces = {"left": "/cell/left/joint_states", "right": "/cell/right/joint_states"}
+    both = [(topic, *m[1:]) for topic in spaces.values() for m in sent]
+    both += [("/cell/left/controller/states", *m[1:]) for m in sent]  # not the usual topic, and left out
+    names = {f"{space}/{joint}": f"{space}_{joint}" for space in spaces for joint in JOINTS}
+    result = read(tmp_path, both, StubRobot(joint_names=tuple(names.values())), joint_names=names)
+    np.testing.assert_allclose(result.position, np.tile(log.position, 2), atol=1e-12)
+    with pytest.raises(LogError, match=f'set joint_names = {{ "(left|right)/{JOINTS[0]}" = "{JOINTS[0]}"'):
+        read(tmp_path, both)
+    left = read(tmp_path, both, position={"name": spaces["left"]})  # only one arm, with its own names
+    np.testing.assert_allclose(left.torque, log.torque, atol=1e-12)
+    with pytest.raises(
+        LogError, match="'/joint_states', '/left/joint_states' all contain position"
+    ):  # a repeated topic
+        read(tmp_path, [*sent, *(("/left/joint_states", *m[1:]) for m in sent)])
+
+
 def test_settings_choose_between_topics(tmp_path):
     log = synthetic_log(40)
     commands = RobotLog(**{**vars(log), "torque": log.torque + 1})
     both = [*messages(log, "/measured"), *messages(commands, "/asked")]
-    with pytest.raises(LogError, match="all contain position"):
+    with pytest.raises(LogError, match="all contain base_orientation"):
         read(tmp_path, both)
     chosen = {
         "position": {"name": "/measured/joint_states"},

@@ -141,9 +141,8 @@ def _find_channels(draft: Draft, log: Path) -> tuple[Recording, TorqueSource | N
 
 def _ask_for_channels(draft: Draft, source: Recording, torque_source: TorqueSource | None) -> bool:
     """Ask for positions and torques that no name suggests; return whether both were found."""
-    missing = [name for name in ("position", "torque") if name not in source.channels]
-    if torque_source == "command" and "torque" in missing:
-        missing.remove("torque")
+    wanted = ("position",) if torque_source == "command" else ("position", "torque")
+    missing = [name for name in wanted if name not in source.channels]
     for channel in missing:
         commands = ", or [log.desired_position] name for commands" if channel == "torque" else ""
         draft.ask(

@@ -6,7 +6,7 @@ from contextlib import suppress
 import numpy as np
 
 from stribeck.check.init.draft import Draft
-from stribeck.check.init.names import match, words
+from stribeck.check.init.names import is_prefixed, match, words
 from stribeck.core.errors import LogError, listed
 from stribeck.core.log.channels import JOINT_CHANNELS
 from stribeck.io import Recording
@@ -54,16 +54,14 @@ def match_joints(draft: Draft, source: Recording) -> list[str] | None:
 def _moving(source: Recording, joints: Sequence[str]) -> list[str]:
     """Find the joints of a log whose position changes; messages may have places for more motors than a robot has."""
     labels = np.array(source.channels["position"].labels or ())
-    loaded, _ = source.load({"position": range(len(labels))})
-    changes = np.diff(np.nan_to_num(np.asarray(loaded["position"], dtype=float)), axis=0)
-    return [joint for joint in joints if joint not in labels[np.all(changes == 0, axis=0)].tolist()]
+    position = np.asarray(source.load({"position": range(len(labels))})[0]["position"], dtype=float)
+    return [joint for joint in joints if joint not in labels[np.ptp(np.nan_to_num(position), axis=0) == 0].tolist()]
 
 
 def _match(draft: Draft, source: Recording) -> tuple[list[str], list[str], list[str]]:
     """Match the log's joint names; return the model's joints in the log, the unsure ones, and the log's others."""
     joints = draft.facts.joints
-    renamed: dict[str, str] = {}
-    names, unsure, extra = list[str](), list[str](), list[str]()
+    renamed, names, unsure, extra = dict[str, str](), list[str](), list[str](), list[str]()
     for channel in JOINT_CHANNELS:
         if channel not in source.channels or (labels := source.channels[channel].labels) is None:
             continue
@@ -83,7 +81,7 @@ def _match(draft: Draft, source: Recording) -> tuple[list[str], list[str], list[
         extra = [] if rest else unmatched
     if renamed:
         draft.table("log")["joint_names"] = renamed
-    if set(renamed.values()) - set(unsure):
+    if not all(is_prefixed(joint, label) for label, joint in renamed.items() if joint not in unsure):
         draft.ask("log.joint_names", "matched by similar names; are they right?")
     if unsure:
         draft.ask("log.joint_names", f"not matched by name; is this the order of {', '.join(unsure)}?")

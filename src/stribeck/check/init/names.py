@@ -39,6 +39,12 @@ def likeness(name: str, other: str) -> float:
     return 0.5 * shared + 0.5 * SequenceMatcher(None, " ".join(sorted(a)), " ".join(sorted(b))).ratio()
 
 
+def is_prefixed(joint: str, label: str) -> bool:
+    """Check that a joint has the name of a label in a namespace, such as `left_joint1` of `left_arm/joint1`."""
+    space, _, name = label.rpartition("/")
+    return joint.endswith(name) and set(words(joint.removesuffix(name))) <= set(words(space))
+
+
 def match(of_log: Sequence[str], of_model: Sequence[str]) -> dict[str, str]:
     """Match each name of a log with the same or a clearly similar name of the model; others are omitted."""
     pairs = {name: name for name in of_log if name in of_model}

@@ -51,14 +51,8 @@ def open_bag(path: Path, table: LogTable) -> Recording:
         If it is damaged, or has no joint states.
     """
     topics = Topics(asked_fields(table))
-    formats = {
-        "": ("a rosbag2 folder", _read_folder),
-        ".db3": ("a rosbag2", _read_rosbag),
-        ".mcap": ("MCAP", _read_mcap),
-        ".bag": ("a ROS 1 bag", _read_rosbag),
-    }
-    what, read = formats["" if path.is_dir() else path.suffix.lower()]
-    with foreign(str(path), what):
+    read = _read_folder if path.is_dir() else _read_mcap if path.suffix.lower() == ".mcap" else _read_rosbag
+    with foreign(str(path), "a bag"):
         streams = collect(read(path, topics), str(path), topics)
     return join(str(path), streams, tuple(topics.others), table, JOINT_TYPES)
 

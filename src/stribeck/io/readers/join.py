@@ -73,7 +73,7 @@ def join(
         types = f"messages of type {listed(types)}, or numbers in other messages as '<topic>.<field>'"
         return Recording(path=path, channels={}, load=lambda _: ({}, []), others=topics, expected={"position": types})
     streams, notes = fast_enough(streams)
-    streams = _with_roles(streams, table, path)
+    streams = _in_namespaces(_with_roles(streams, table, path), table, path)
     leaders = {"joints": table.position.name, "imu": table.base_orientation.name}
     parts: dict[str, dict[str, Part]] = {}
     for channel, kind in KINDS.items():
@@ -131,6 +131,21 @@ def _with_roles(streams: list[Stream], table: LogTable, path: str) -> list[Strea
         efforts = [stream for stream in streams if stream.kind == "joints" and "torque" in stream.values]
         outside = _select_streams(efforts, "external_torque", None, table, path)
         streams = [replace(s, values={"external_torque": s.values["torque"]}) if s in outside else s for s in streams]
+    return streams
+
+
+def _in_namespaces(streams: list[Stream], table: LogTable, path: str) -> list[Stream]:
+    """Name joints as `left/joint1` and `right/joint1` if topics of two namespaces measure joints of the same names."""
+    measured = _select_streams([s for s in streams if "position" in s.values], "position", None, table, path)
+    pairs = [(s.topic, name) for s in [s for s in measured if _is_usual(s.topic)] or measured for name in s.labels]
+    shared = Counter(name for _, name in dict.fromkeys(pairs))
+    topics = [topic.split("/") for topic in dict.fromkeys(topic for topic, name in pairs if shared[name] > 1)]
+    common = set[str]().union(*topics).intersection(*topics)
+    spaces = ["/".join(word for word in topic if word not in common) for topic in topics]
+    for k, stream in enumerate(streams if all(spaces) else ()):  # a topic without a namespace may repeat another
+        space = next((space for space in spaces if f"/{space}/" in f"{stream.topic}/"), "")
+        if space and stream.kind == "joints":
+            streams[k] = replace(stream, labels=tuple(f"{space}/{label}" for label in stream.labels))
     return streams
 
 

@@ -58,15 +58,10 @@ def open_csv(path: Path, table: LogTable) -> Recording:
             f"{path}: the first line contains numbers ({listed(first, 3)}); expected a line of column names, or names "
             "of all columns in order as [log] columns"
         )
-    if table.columns and not any(map(_is_number, first)):
+    if table.columns and not (any(map(_is_number, first)) and len(first) == len(table.columns)):
         raise LogError(
-            f"{path}: the first line names the columns ({listed(first, 3)}); remove [log] columns, which is for "
-            "files without a header line"
-        )
-    if table.columns and len(first) != len(table.columns):
-        raise LogError(
-            f"{path}: the first line has {len(first)} values, but [log] columns has {len(table.columns)} names; "
-            "expected one name per value, in order"
+            f"{path}: the first line is {listed(first, 3)}, and [log] columns has {len(table.columns)} names; expected "
+            "one name for each value of a first line of values, or no [log] columns"
         )
     return source_of_columns(csv_table(path, table.columns or first, layout), table)
 

@@ -1,0 +1,66 @@
+"""A bag of two arms whose joints have the same names in two namespaces; the model has them with prefixes."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.log.readers.formats import write_messages_of_ros1
+from tests.log.readers.messages import ROS1, STORE, messages_of, write_bag, write_messages
+from tests.robot.test_generated_bodies import SCENE, record, scene
+
+from stribeck import Settings, identify
+from stribeck.check.init.answers import draft_robot_file
+from stribeck.core.log import RobotLog
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, RobotLog, dict[str, tuple[float, float]]]:
+    path = scene(tmp_path_factory.mktemp("arms"), SCENE)
+    return path, *record(path)
+
+
+def messages(log: RobotLog, spaces: dict[str, str], store=STORE):
+    """Make messages of each arm; those of the second arm are sent 0.7 ms later."""
+    for delay, (side, space) in enumerate(spaces.items()):
+        columns = [k for k, name in enumerate(log.joint_names) if name.startswith(side)]
+        names = tuple(log.joint_names[k].removeprefix(f"{side}_") for k in columns)
+        motion = {
+            name: np.ascontiguousarray(getattr(log, name)[:, columns]) for name in ("position", "velocity", "torque")
+        }
+        arm = RobotLog(time=log.time + 7e-4 * delay, joint_names=names, **motion)
+        yield from ((f"{space}/joint_states", *message[1:]) for message in messages_of(arm, store))
+
+
+SPACES = {
+    "same names": ({"left": "/left", "right": "/right"}, 1),
+    "longer names": ({"left": "/left_arm", "right": "/cell/right_arm"}, 1),
+    "unknown names": ({"left": "/robot1", "right": "/robot2"}, 2),
+}
+"""Namespaces of the arms, and the number of questions, one about the torques."""
+
+
+@pytest.mark.parametrize("case", SPACES)
+def test_namespaces_become_prefixes(case: str, recorded, tmp_path: Path) -> None:
+    path, log, _ = recorded
+    spaces, questions = SPACES[case]
+    bag = write_messages(tmp_path / "log.mcap", messages(log, spaces))
+    draft = draft_robot_file(str(path), bag, tmp_path / "robot.toml")
+    assert len(draft.questions) == questions
+    of_log = {f"{space[1:]}/j{k}": f"{side}_j{k}" for side, space in spaces.items() for k in (1, 2)}
+    assert draft.document["log"]["joint_names"] == of_log
+
+
+@pytest.mark.parametrize("suffix", ["", pytest.param(".mcap", marks=pytest.mark.long), ".bag"])
+def test_the_friction_of_both_arms_is_found(suffix: str, recorded, tmp_path: Path) -> None:
+    path, log, truth = recorded
+    store = ROS1 if suffix == ".bag" else STORE
+    write = {"": write_bag, ".mcap": write_messages, ".bag": write_messages_of_ros1}[suffix]
+    sent = sorted(messages(log, {"left": "/left", "right": "/right"}, store), key=lambda message: message[2])
+    bag = write(tmp_path / f"log{suffix}", sent)
+    draft = draft_robot_file(str(path), bag, tmp_path / "robot.toml")
+    result = identify(bag, draft.robot(), Settings(law="coulomb-viscous", fit_armature=True))
+    for name, (coulomb, viscous) in truth.items():
+        joint = result.joints[name]
+        assert joint.verdict == "identified"
+        assert joint.parameters["coulomb"].value == pytest.approx(coulomb, rel=0.01)
+        assert joint.parameters["viscous"].value == pytest.approx(viscous, rel=0.01)
