@@ -62,6 +62,30 @@ def test_fields_of_own_messages_are_read_by_name(change, plugin, tmp_path):
     assert source == "motor_current"
 
 
+def test_arrays_of_two_controllers_have_the_joints_that_their_messages_name(tmp_path):
+    kind, point = "lab_msgs/msg/ControllerState", "trajectory_msgs/JointTrajectoryPoint"
+    store = store_with({kind: f"std_msgs/Header header\nstring[] joint_names\n{point} feedback\n{point} output\n"})
+    backward = [*range(len(LOG.joint_names))][::-1]
+    messages = []
+    for row, stamp in enumerate(STAMPS):
+        for side in ("left", "right"):
+            message = blank(kind, stamp, store=store, joint_names=[LOG.joint_names[k] for k in backward])
+            for part, channel in ((message.feedback, LOG.position), (message.output, LOG.torque)):
+                for field in ("positions", "velocities", "accelerations", "effort"):
+                    setattr(part, field, np.ascontiguousarray(channel[row, backward]))
+            messages.append((f"/{side}/arm_controller/state", kind, stamp, message))
+    fields = {"position": "feedback.positions", "torque": "output.effort"}
+    names = {
+        key: [f"/{side}/arm_controller/state.{field}" for side in ("left", "right")] for key, field in fields.items()
+    }
+    joints = {f"{side}/{joint}": f"{side}_{joint}" for side in ("left", "right") for joint in LOG.joint_names}
+    table = LogTable(**{key: ChannelTable(name=own) for key, own in names.items()}, joint_names=joints)
+    path = write_messages(tmp_path / "log.mcap", messages, store)
+    read = read_log(path, StubRobot(log_table=table, joint_names=tuple(joints.values())))
+    np.testing.assert_allclose(read.position, np.tile(LOG.position, 2), atol=1e-12)
+    np.testing.assert_allclose(read.torque, np.tile(LOG.torque, 2), atol=1e-12)
+
+
 def test_a_single_joint_is_the_number_of_a_message(tmp_path):
     kind = "std_msgs/msg/Float64"
     messages = [

@@ -150,10 +150,7 @@ def multiply_scale(robot: Robot, table: dict[str, Any], channel: str, signs: lis
 
 def by_logged_name(table: dict[str, Any], channel: str, values: dict[str, float]) -> dict[str, float]:
     """Give values of joints by the names that the log has in a channel."""
-    asked = table.get(channel, {}).get("name")
-    logged = {
-        joint: label
-        for label, joint in table.get("joint_names", {}).items()
-        if not isinstance(asked, list) or label in asked  # columns of this channel
-    }
+    asked, names = table.get(channel, {}).get("name"), table.get("joint_names", {})
+    columns = set(asked) & set(names) if isinstance(asked, list) else set()
+    logged = {joint: label for label, joint in names.items() if not columns or label in columns}  # of this channel
     return {logged.get(joint, joint): value for joint, value in values.items()}

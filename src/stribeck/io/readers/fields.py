@@ -24,9 +24,10 @@ def asked_fields(table: LogTable) -> dict[str, dict[str, list[str]]]:
 
 
 def parts_of_fields(message: Any, names: Mapping[str, Sequence[str]], place: str) -> Iterator[Part]:
-    """Read the fields that `[log]` names in a message: a number is a joint of this name, an array numbered joints.
+    """Read the fields that `[log]` names in a message: a number is a joint of this name, an array the message's joints.
 
-    The field of a topic without a field is `data`, as of `std_msgs/Float64MultiArray`.
+    Without `joint_names` in the message, the joints of an array are numbered. The field of a topic without a field is
+    `data`, as of `std_msgs/Float64MultiArray`.
     """
     for name, channels in names.items():
         field = name.partition(".")[2] or "data"
@@ -35,8 +36,8 @@ def parts_of_fields(message: Any, names: Mapping[str, Sequence[str]], place: str
         except AttributeError as error:
             fields = ", ".join(list_numbers(message))
             raise LogError(f"{place} has no field '{field}'; expected one of {fields}") from error
-        single = np.ndim(values) == 0
-        labels = (name,) if single else tuple(str(number) for number in range(len(values)))
+        labels = tuple(map(str, range(len(values)))) if np.ndim(values) else (name,)
+        labels = tuple(joints) if len(joints := getattr(message, "joint_names", ())) == len(labels) else labels
         yield Part("joints", labels, dict.fromkeys(channels, np.atleast_1d(values)), name)
 
 

@@ -101,7 +101,7 @@ def _labels(
     if name in VECTOR_CHANNELS:
         return labels or VECTOR_CHANNELS[name][: channel.columns]
     asked = getattr(table, name).name
-    strange = isinstance(asked, list) and not {table.joint_names.get(label, label) for label in asked} & set(keys)
+    strange = isinstance(asked, list) and not {table.joint_names.get(n, n) for n in labels or asked} & set(keys)
     if labels is not None and not (asked and agreed) and not (strange and len(keys) * width == channel.columns):
         names = labels
     elif agreed:
