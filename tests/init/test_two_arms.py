@@ -1,6 +1,7 @@
 """A bag of two arms whose joints have the same names in two namespaces; the model has them with prefixes."""
 
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ from tests.robot.test_generated_bodies import SCENE, record, scene
 from stribeck import Settings, identify
 from stribeck.check.init.answers import draft_robot_file
 from stribeck.core.log import RobotLog
+from stribeck.io.readers import bags
+from stribeck.io.readers.topics import collect
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +43,9 @@ SPACES = {
 
 
 @pytest.mark.parametrize("case", SPACES)
-def test_namespaces_become_prefixes(case: str, recorded, tmp_path: Path) -> None:
+def test_namespaces_become_prefixes_and_a_bag_is_decoded_once(case: str, recorded, tmp_path, monkeypatch) -> None:
+    decode = Mock(side_effect=collect)
+    monkeypatch.setattr(bags, "collect", decode)
     path, log, _ = recorded
     spaces, questions = SPACES[case]
     bag = write_messages(tmp_path / "log.mcap", messages(log, spaces))
@@ -48,6 +53,7 @@ def test_namespaces_become_prefixes(case: str, recorded, tmp_path: Path) -> None
     assert len(draft.questions) == questions
     of_log = {f"{space[1:]}/j{k}": f"{side}_j{k}" for side, space in spaces.items() for k in (1, 2)}
     assert draft.document["log"]["joint_names"] == of_log
+    assert decode.call_count == 1
 
 
 @pytest.mark.parametrize("suffix", ["", pytest.param(".mcap", marks=pytest.mark.long), ".bag"])

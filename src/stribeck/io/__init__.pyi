@@ -3,6 +3,7 @@ from .readers.formats import open_log as open_log
 from .readers.mapping import word_size as word_size
 from .readers.read import read_frame as read_frame
 from .readers.read import read_log as read_log
+from .readers.read import read_recording as read_recording
 from .readers.read import read_stream as read_stream
 from .readers.recording import Recording as Recording
 from .readers.unitree import name_motors as name_motors

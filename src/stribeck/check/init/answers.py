@@ -80,7 +80,7 @@ def _answer_from_log(draft: Draft, log: Path) -> None:
         return
     robot = draft.robot()
     try:
-        read = draft.read(log)
+        read = draft.read(source)
         if not np.isfinite(read.position).any(axis=0).all():
             prepare(read, robot, robot.settings)  # raises an error that describes the problem
     except LogError as error:
@@ -108,7 +108,7 @@ def _answer_from_log(draft: Draft, log: Path) -> None:
     if not timed:
         draft.ask("log.rate", "without a rate, nothing else was checked; `stribeck inspect` checks signs and units.")
     elif read.command is None:  # order and signs of commands are those of the positions
-        answer_by_dynamics(draft, log, unsure)
+        answer_by_dynamics(draft, source, unsure)
 
 
 def _find_channels(draft: Draft, log: Path) -> tuple[Recording, TorqueSource | None]:

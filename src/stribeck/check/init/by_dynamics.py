@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,6 +22,7 @@ from stribeck.core.equations.friction_torque.preparation import prepare
 from stribeck.core.errors import LogError, SettingsError, errors_about
 from stribeck.core.log import RobotLog
 from stribeck.core.robot import Robot
+from stribeck.io import Recording
 
 QUESTIONS = ("torque-scale", "torque-gain", "several-causes", "bodies-differ", "payload", "gravity")
 """Checks whose remedies depend on what the user knows about the robot."""
@@ -30,7 +30,7 @@ UNEXPLAINED = (*QUESTIONS[:-1], "torque-unexplained")
 """Checks whose findings may be due to positions in another unit."""
 
 
-def answer_by_dynamics(draft: Draft, log: Path, unsure: Sequence[str]) -> None:
+def answer_by_dynamics(draft: Draft, source: Recording, unsure: Sequence[str]) -> None:
     """Apply the settings suggested by the audit, and the order and signs that fit the model best."""
     searched, problems = False, list[Finding]()
     for _ in range(4):  # rounds; a correction may reveal further problems
@@ -39,13 +39,13 @@ def answer_by_dynamics(draft: Draft, log: Path, unsure: Sequence[str]) -> None:
             draft.ask("robot.position_controlled", "the log has no torque; is it in another file?")
             return
         try:
-            read = draft.read(log)
+            read = draft.read(source)
             base_unknown = read.base_orientation is None and read.contact is None and read.foot_wrench is None
             if robot.base == "floating" and (not robot.contacts or base_unknown):
                 draft.ask("log", "units, order and signs could not be checked without contacts; are they right?")
                 return
             (prepared,), of_gains, *_ = find_torques([prepare(read, robot, robot.settings)], robot, robot.settings)
-            with errors_about(str(log)):
+            with errors_about(source.path):
                 evidence = gather(prepared, robot, robot.settings)
         except (LogError, SettingsError) as error:
             draft.ask("robot", f"the log cannot be used with these settings: {error}.")

@@ -17,7 +17,7 @@ from stribeck.check.init.names import WORDS, match, words
 from stribeck.core.log import RobotLog
 from stribeck.core.robot import Robot, robot_fields
 from stribeck.core.robot.robot_file import validated
-from stribeck.io import read_log
+from stribeck.io import Recording, read_recording
 
 
 @dataclass
@@ -98,10 +98,10 @@ class Draft:
         """Build the robot that the file describes."""
         return Robot(**robot_fields(validated(tomllib.loads(self.text), self.output), self.output))
 
-    def read(self, log: Path) -> RobotLog:
-        """Read the log as the file describes it, only once while that stays the same."""
+    def read(self, source: Recording) -> RobotLog:
+        """Read the opened log as the file describes it, only once while that stays the same."""
         if self._read is None or self._read[0] != self.document:
-            self._read = deepcopy(self.document), read_log(log, self.robot())
+            self._read = deepcopy(self.document), read_recording(source, self.robot())
         return self._read[1]
 
 

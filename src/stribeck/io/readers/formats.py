@@ -41,12 +41,10 @@ def choose_opener(path: Path) -> Callable[[Path, LogTable], Recording]:
     if strange:  # reading it may never end
         raise LogError(f"{strange}: is a pipe, a device or a socket; expected a log file, or a rosbag2 folder")
     if path.is_dir():
-        if (path / "metadata.yaml").is_file():
+        if (path / "metadata.yaml").is_file() or any(file.suffix.lower() in (".db3", ".mcap") for file in files):
             return FORMATS[".bag"]
         if (path / INFO).is_file():
             return open_lerobot
-        if any(file.suffix.lower() in (".db3", ".mcap") for file in files):
-            return FORMATS[".bag"]
         if tables := tables_in(path):
             for table in tables:
                 _check_whole(table)

@@ -68,6 +68,11 @@ def read_log(path: str | Path, robot: Robot | str | Path | None = None) -> Robot
     return _read(opener(path, table), machine, table, where, str(path))
 
 
+def read_recording(source: Recording, robot: Robot) -> RobotLog:
+    """Read an opened log, as `read_log` does, if the names of the channels in `[log]` are those it was opened with."""
+    return _read(source, robot, *_check_settings(robot, csv=True), source.path)
+
+
 def read_stream(path: Path, robot: Robot, seconds: float) -> Iterator[RobotLog]:
     """Read an MCAP file as it grows, or standard input for "-", in parts of some seconds; time continues.
 
