@@ -82,6 +82,9 @@ def test_joints_of_the_same_names_get_the_namespaces_of_their_topics(tmp_path):
     np.testing.assert_allclose(result.position, np.tile(log.position, 2), atol=1e-12)
     with pytest.raises(LogError, match=f'set joint_names = {{ "(left|right)/{JOINTS[0]}" = "{JOINTS[0]}"'):
         read(tmp_path, both)
+    arm, of_arm = tuple(names.values())[: len(JOINTS)], dict(list(names.items())[: len(JOINTS)])
+    part = read(tmp_path, both[: len(sent)], StubRobot(joint_names=arm), joint_names=of_arm)  # one arm was recorded
+    np.testing.assert_allclose(part.position, log.position, atol=1e-12)
     left = read(tmp_path, both, position={"name": spaces["left"]})  # only one arm, with its own names
     np.testing.assert_allclose(left.torque, log.torque, atol=1e-12)
     with pytest.raises(

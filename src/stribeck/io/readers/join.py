@@ -108,16 +108,13 @@ def _select_streams(
     streams: list[Stream], channel: str, leader: str | list[str] | None, table: LogTable, path: str
 ) -> list[Stream]:
     """Select the streams of the topics that `[log]` names for a channel, or for the main channel of its message."""
-    asked = getattr(table, channel).name or leader
-    if asked is None:
-        return streams
-    topics = _collect_topics(asked)
+    topics = _collect_topics(getattr(table, channel).name or leader)
     if missing := sorted(topics - {stream.topic for stream in streams}):
         raise LogError(
             f"{path}: [log.{channel}] name lists topic {listed(missing)}; topics of this type are "
             f"{listed([stream.topic for stream in streams])}"
         )
-    return [stream for stream in streams if stream.topic in topics]
+    return [stream for stream in streams if not topics or stream.topic in topics]
 
 
 def _with_roles(streams: list[Stream], table: LogTable, path: str) -> list[Stream]:
@@ -135,13 +132,14 @@ def _with_roles(streams: list[Stream], table: LogTable, path: str) -> list[Strea
 
 
 def _in_namespaces(streams: list[Stream], table: LogTable, path: str) -> list[Stream]:
-    """Name joints as `left/joint1` and `right/joint1` if topics of two namespaces measure joints of the same names."""
+    """Name joints as `left/joint1` if topics of two namespaces measure the same joints, or `[log] joint_names` does."""
     measured = _select_streams([s for s in streams if "position" in s.values], "position", None, table, path)
     pairs = [(s.topic, name) for s in [s for s in measured if _is_usual(s.topic)] or measured for name in s.labels]
     shared = Counter(name for _, name in dict.fromkeys(pairs))
     topics = [topic.split("/") for topic in dict.fromkeys(topic for topic, name in pairs if shared[name] > 1)]
     common = set[str]().union(*topics).intersection(*topics)
-    spaces = ["/".join(word for word in topic if word not in common) for topic in topics]
+    named = {name.rpartition("/")[0] for name in table.joint_names if not name.startswith("/")} - {""}
+    spaces = list(named) or ["/".join(word for word in topic if word not in common) for topic in topics]
     for k, stream in enumerate(streams if all(spaces) else ()):  # a topic without a namespace may repeat another
         space = next((space for space in spaces if f"/{space}/" in f"{stream.topic}/"), "")
         if space and stream.kind == "joints":
