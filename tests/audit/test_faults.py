@@ -178,7 +178,7 @@ def test_the_delay_of_the_torque_is_found_to_a_fraction_of_a_sample(arm: Robot, 
     found = inspect_log(replace(log, torque=late).take(slice(50, -50)), arm)
     for joint in found.joints.values():
         assert joint.delay == pytest.approx(delay, abs=2e-4)
-    assert any(f"{1e3 * delay:+.2f} ms" in text for text in found.findings) == (delay != 0)
+    assert any("The torques are delayed" in text for text in found.findings) == (delay != 0)
 
 
 @pytest.mark.parametrize("moving", [0, pytest.param(2, marks=pytest.mark.long)])

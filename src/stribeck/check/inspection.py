@@ -234,10 +234,10 @@ def _inspect_joint(
     correlation = None
     if len(torque) > 1 and torque.std() > 0 and model.std() > 0:
         correlation = float(np.corrcoef(torque, model)[0, 1])
-    velocity = np.concatenate([run.velocity[:, k] for run in evidence.runs]) if evidence.runs else np.zeros(1)
+    slowest, fastest = (float(ends[k]) for ends in evidence.velocity_range)
     return JointInspection(
         position_range=_span(log.position[:, column]),
-        velocity_range=_span(velocity),
+        velocity_range=(slowest, fastest),
         torque_range=_span(log.torque[:, column] / (gain or 1.0)),
         correlation=correlation,
         delay=delay,

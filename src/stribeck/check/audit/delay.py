@@ -4,13 +4,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import uniform_filter1d
 
-from stribeck.check.audit.evidence import BIN, AuditData, Run
+from stribeck.check.audit.evidence import BIN, LEAST_BINS, AuditData
 from stribeck.check.audit.regression import friction_shapes
 from stribeck.core.base.finding import Finding, Setting
-from stribeck.core.base.typing import Array
+from stribeck.core.base.typing import Array, BoolArray
 
 SHORT, LONGEST = 0.03, 2.0
 """Largest lag that is found per joint, and largest delay of all torques [s]."""
@@ -32,75 +31,103 @@ class Lag:
 
 @dataclass(frozen=True, eq=False)
 class _Timing:
-    """Mean torques over the bins at other times, regressed on friction and on the model's torque in the bins.
+    """Mean torque of a joint over its bins at other times, regressed on friction and on the model's torque in the bins.
 
     Bins with several standing feet are left out, because the model's torque there depends on the measured one.
 
     Attributes
     ----------
     sums, edges
-        Integral of each joint's torque up to the edges of its samples, and the edges [s].
+        Integral of the torque up to the edges of the samples, and the edges [s].
     times, shapes
-        Centers of the bins [s], and friction shapes and the model's torque there, of each joint.
+        Centers of the bins [s], and friction shapes and the model's torque there.
     """
 
-    sums: list[Array]
+    sums: Array
     edges: Array
-    times: list[Array]
-    shapes: list[Array]
+    times: Array
+    shapes: Array
 
-    @classmethod
-    def of(cls, evidence: AuditData, last: float) -> "_Timing":
-        """Collect the bins of moving joints, up to a time since the log's start [s]."""
-        log, period = evidence.prepared.log, evidence.prepared.sampling.period
-        size = max(1, round(BIN / period))
-        time = log.time[evidence.rows] + ((size - evidence.stride) / 2 - size // 2) * period  # means of thinned rows
-        closed = np.array(["+" in name for name in evidence.support_names], dtype=bool)[evidence.support]
-        used = (time - log.time[0] < last) & ~closed
-        found = cls([], np.append(log.time, log.time[-1] + period) - period / 2, [], [])
-        for k, column in enumerate(evidence.robot.torque_controlled):
-            rows = np.flatnonzero(used & np.isfinite(evidence.model[:, k]))
-            if evidence.moves(k) and len(rows) > 100:
-                found.sums.append(np.append(0.0, np.cumsum(log.torque[:, column]) * period))
-                found.times.append(time[rows])
-                found.shapes.append(np.column_stack([friction_shapes(evidence, k, rows), evidence.model[rows, k]]))
-        return found
-
-    def torque(self, k: int, clock: float = 0.0, delay: float = 0.0) -> Array:
-        """Compute a joint's mean torque over the bins, with a relative error of its clock [1] and a delay [s]."""
-        now = self.edges[0] + (self.times[k] - self.edges[0]) * (1 + clock) + delay
-        ends = (np.interp(now + side * BIN / 2, self.edges, self.sums[k]) for side in (1, -1))
+    def torque(self, clock: float = 0.0, delay: float = 0.0) -> Array:
+        """Compute the mean torque over the bins, with a relative error of its clock [1] and a delay [s]."""
+        now = self.edges[0] + (self.times - self.edges[0]) * (1 + clock) + delay
+        ends = (np.interp(now + side * BIN / 2, self.edges, self.sums) for side in (1, -1))
         return np.asarray(next(ends) - next(ends)) / BIN
 
-    def left(self, bases: list[Array], clock: float = 0.0, delay: float = 0.0) -> Array:
-        """Compute the share of each torque's variance that orthonormal bases leave unexplained, shape (k,)."""
-        torques = (self.torque(k, clock, delay) for k in range(len(bases)))
-        shares = [_unexplained(base, y) / max(len(y) * y.var(), 1e-300) for base, y in zip(bases, torques, strict=True)]
-        return np.maximum(shares, 1e-12)
+
+def _timings(evidence: AuditData, used: BoolArray, slowest: float) -> dict[str, _Timing]:
+    """Collect the used bins of each moving joint, shape (B,), from a speed relative to its top speed [1]."""
+    log, period = evidence.prepared.log, evidence.prepared.sampling.period
+    size = max(1, round(BIN / period))
+    time = log.time[evidence.rows] + ((size - evidence.stride) / 2 - size // 2) * period  # means of thinned rows
+    closed = np.array(["+" in name for name in evidence.support_names], dtype=bool)[evidence.support]
+    edges, found = np.append(log.time, log.time[-1] + period) - period / 2, {}
+    for k, column in enumerate(evidence.robot.torque_controlled):
+        sliding = np.abs(evidence.velocity[:, k]) >= slowest * evidence.top_speed[k]
+        rows = np.flatnonzero(used & ~closed & sliding & np.isfinite(evidence.model[:, k]))
+        if evidence.moves(k) and len(rows) > LEAST_BINS:
+            shapes = np.column_stack([friction_shapes(evidence, k, rows), evidence.model[rows, k]])
+            sums = np.append(0.0, np.cumsum(log.torque[:, column]) * period)
+            found[evidence.joints[k]] = _Timing(sums, edges, time[rows], shapes)
+    return found
 
 
 def delays(evidence: AuditData) -> dict[str, Lag]:
     """Estimate the lag of each joint's torque; joints with a too poor fit of the model have none."""
-    lags = {name: _lag(evidence, k) for k, name in enumerate(evidence.joints)}
+    period = evidence.prepared.sampling.period
+    reach = max(5, round(SHORT / period))
+    margin = -(-reach // max(1, round(BIN / period)))  # bins that are closer to the ends of runs see other runs
+    runs = np.pad(evidence.run, margin, constant_values=-1)
+    inner = runs[2 * margin :] == runs[: len(runs) - 2 * margin]
+    timings = _timings(evidence, inner, slowest=0.2)  # slower bins may contain a reversal
+    lags = {name: _lag(timing, period, reach) for name, timing in timings.items()}
     return {name: lag for name, lag in lags.items() if lag is not None}
+
+
+def _lag(timing: _Timing, period: float, reach: int) -> Lag | None:
+    """Estimate the lag of a joint's torque within some samples; None if the model explains too little of the torque.
+
+    A parabola through the best shift and its neighbors gives the fraction of a sample. A delay that explains less than
+    10 % of the residual is rejected, because model errors look similar. A low-pass filter of first order with the time
+    constant T is undone: the torque before it is y + T dy/dt.
+    """
+    friction, both = (np.linalg.qr(shapes)[0] for shapes in (timing.shapes[:, :-1], timing.shapes))
+    torque = np.column_stack([timing.torque(delay=shift * period) for shift in range(-reach, reach + 1)])
+    residual = _unexplained(both, torque)
+    best = int(np.argmin(residual))
+    if not _unexplained(friction, torque[:, best]) - residual[best] > 0.5 * len(torque) * torque[:, best].var():
+        return None
+    apart = max(1, round(0.005 / period))
+    rate = (torque[:, reach + apart] - torque[:, reach - apart]) / (2 * apart * period)
+    constant = -float(np.linalg.lstsq(np.column_stack([both, rate]), torque[:, reach], rcond=None)[0][-1])
+    behind = _unexplained(both, torque[:, reach] + constant * rate)
+    independent = len(torque) * BIN / 0.05  # the model is filtered
+    gain = 0.5 * independent * float(np.log(max(residual[best], 1e-300) / max(behind, 1e-300)))
+    if best in (0, 2 * reach):
+        return Lag(None, constant, gain)
+    low, middle, high = residual[best - 1 : best + 2]
+    delay = float(best - reach + 0.5 * (low - high) / (low - 2 * middle + high))
+    if abs(delay) > LEAST and residual[reach] < 1.1 * residual[best]:
+        return None
+    return Lag(delay * period, constant, gain)
 
 
 def check_delay(evidence: AuditData, lags: dict[str, Lag]) -> list[Finding]:
     """Report low-pass filters, running means, another clock, or a delay of more than a sample or two.
 
-    A short delay is reported if at least three joints (or all of a smaller robot) have one, and 60 % of them agree, or
-    75 % of fewer than eight.
+    A short delay is reported if half of the joints have one, at least three (or all of a smaller robot), and 60 % of
+    them agree, or 75 % of fewer than eight.
     """
-    period = evidence.prepared.sampling.period
+    period, few = evidence.prepared.sampling.period, min(3, len(evidence.joints))
     shortest, sure = 0.01, 30.0  # time constant of a filter [s] and evidence [1] from which it replaces a delay
     slow = {name: lag for name, lag in lags.items() if lag.constant > shortest}
-    if 2 * len(slow) > len(lags) and sum(lag.evidence for lag in slow.values()) > sure:
+    if len(slow) >= max(few, len(lags) / 2) and sum(lag.evidence for lag in slow.values()) > sure:
         constant = float(np.median([lag.constant for lag in slow.values()]))
         return [Finding.of("torque-filtered", evidence.joints, cutoff=1 / (2 * np.pi * constant))]
     if other := _other_times(evidence):
         return other
     values = np.array([lag.delay for lag in lags.values() if lag.delay is not None])
-    if len(values) < max(2, min(3, len(evidence.joints))):
+    if len(values) < max(2, few, len(evidence.joints) / 2):
         return []
     middle = float(np.median(values))
     agreeing = int(np.sum(np.abs(values - middle) < max(0.35 * abs(middle), 0.5 * period)))
@@ -114,10 +141,17 @@ def check_delay(evidence: AuditData, lags: dict[str, Lag]) -> list[Finding]:
 def _other_times(evidence: AuditData) -> list[Finding]:
     """Report another clock of the torques, a long delay, or running means, if one fits far better than none of them."""
     compared, largest = 20.0, 0.02  # part of the log that is compared [s], and largest relative error of a clock [1]
-    timing = _Timing.of(evidence, compared)
-    bases = [np.linalg.qr(shapes)[0] for shapes in timing.shapes]
-    if len(bases) < 2:
+    time, fewest = evidence.prepared.log.time, 100  # bins [1]
+    early = time[evidence.rows] - time[0] < compared
+    timings = [one for one in _timings(evidence, early, slowest=0.0).values() if len(one.times) > fewest]
+    if len(timings) < 2:
         return []
+    bases = [np.linalg.qr(timing.shapes)[0] for timing in timings]
+
+    def left(clock: float = 0.0, delay: float = 0.0) -> Array:
+        """Compute the share of each torque's variance that a clock or a delay leaves unexplained, shape (k,)."""
+        torques = [timing.torque(clock, delay) for timing in timings]
+        return np.maximum(list(map(_share, bases, torques)), 1e-12)
 
     def best(candidates: Array, apart: float, left: Callable[[float], Array]) -> tuple[float, Array]:
         """Choose the candidate that fits best, refined between its neighbors at a distance."""
@@ -128,12 +162,11 @@ def _other_times(evidence: AuditData) -> list[Finding]:
             candidates = chosen + near * np.linspace(-1, 1, 9)
         return chosen, share
 
-    duration = evidence.prepared.log.time[-1] - evidence.prepared.log.time[0]
+    duration = time[-1] - time[0]
     reach, longest = min(compared, duration), min(LONGEST, duration / 8)
-    plain = min((timing.left(bases, delay=delay) for delay in np.linspace(-SHORT, SHORT, 7)), key=np.median)
-    clocks, late = np.arange(-largest, largest, 0.02 / reach), np.arange(-longest, longest, 0.02)
-    clock, of_clock = best(clocks, 0.02 / reach, lambda clock: timing.left(bases, clock=clock))
-    delay, of_delay = best(late, 0.02, lambda delay: timing.left(bases, delay=delay))
+    plain = min((left(0.0, delay) for delay in np.linspace(-SHORT, SHORT, 7)), key=np.median)
+    clock, of_clock = best(np.arange(-largest, largest, 0.02 / reach), 0.02 / reach, left)
+    delay, of_delay = best(np.arange(-longest, longest, 0.02), 0.02, lambda delay: left(0.0, delay))
     if np.median(np.minimum(of_clock, of_delay)) > 0.5 * np.median(plain):
         return []
     if np.median(of_clock) < np.median(of_delay):
@@ -143,8 +176,8 @@ def _other_times(evidence: AuditData) -> list[Finding]:
     if not SHORT < abs(delay) < 0.95 * longest or agreeing < max(2.0, 0.6 * len(plain)):
         return []
     mean = round(2 * abs(delay) / BIN)
-    smooth = [np.linalg.qr(uniform_filter1d(shapes, mean, axis=0))[0] for shapes in timing.shapes]
-    if delay > 0 and np.median(timing.left(smooth, delay=delay)) < 0.5 * np.median(of_delay):
+    bases = [np.linalg.qr(uniform_filter1d(timing.shapes, mean, axis=0))[0] for timing in timings]
+    if delay > 0 and np.median(left(0.0, delay)) < 0.5 * np.median(of_delay):
         return [Finding.of("torque-filtered.mean", length=2e3 * delay)]
     return [_late(evidence, "torque-delay.long", delay, len(plain), agreeing)]
 
@@ -155,69 +188,9 @@ def _late(evidence: AuditData, check: str, delay: float, count: int, agreeing: i
     return Finding.of(check, delay=1e3 * delay, count=count, agreeing=agreeing, settings=[setting])
 
 
-def _lag(evidence: AuditData, k: int) -> Lag | None:
-    """Estimate the lag of a joint's torque; None if the model explains too little of the torque.
-
-    For every shift, the torque is regressed on the model's torque, the velocity, smoothed signs of it and a constant,
-    so that friction does not look like a delay. A parabola through the best shift and its neighbors gives the fraction
-    of a sample. A delay that explains less than 10 % of the residual is rejected, because model errors look similar.
-    A low-pass filter of first order with the time constant T is undone: the torque before it is y + T dy/dt.
-    """
-    if not evidence.moves(k):
-        return None
-    period = evidence.prepared.sampling.period
-    reach = max(5, round(0.03 / period))  # 30 ms to either side
-    shortest = 2 * reach + max(16, 0.3 / period)  # shorter runs give little information on a delay
-    runs = _known(evidence, k, shortest)
-    if not runs:
-        return None
-    stride = evidence.stride
-    edge = -(-reach // stride)  # shifts stay within a run
-    most = 6000  # compared samples of each joint [1]; shifts between them are at the log's rate
-    every = -(-sum(len(run.model) for run in runs) // most)
-    rows = [np.arange(edge, len(run.model) - edge, every) for run in runs]
-    both = list(zip(runs, rows, strict=True))
-    speed = np.concatenate([run.velocity[row] for run, row in both])
-    model = np.concatenate([run.model[row] for run, row in both])
-    torque = np.concatenate([sliding_window_view(run.torque, 2 * reach + 1)[stride * row - reach] for run, row in both])
-    top = max(float(np.abs(speed).max()), 1e-9)
-    signs = [np.tanh(speed / (share * top)) for share in (0.01, 0.03, 0.1, 0.3)]
-    without_model = np.linalg.qr(np.column_stack([np.ones(len(speed)), speed, *signs]))[0]
-    with_model = np.linalg.qr(np.column_stack([without_model, model]))[0]
-    residual = _unexplained(with_model, torque)
-    best = int(np.argmin(residual))
-    apart = max(1, round(0.005 / period))
-    rate = (torque[:, reach + apart] - torque[:, reach - apart]) / (2 * apart * period)
-    constant = -np.linalg.lstsq(np.column_stack([with_model, rate]), torque[:, reach], rcond=None)[0][-1]
-    behind = _unexplained(with_model, torque[:, reach] + constant * rate)
-    whole = _unexplained(without_model[:, :1], torque)
-    gained = _unexplained(without_model, torque[:, best]) - residual[best]
-    if not gained > 0.5 * whole[best]:
-        return None
-    independent = len(torque) * stride * period / 0.05  # the model is filtered
-    gain = 0.5 * independent * float(np.log(max(residual[best], 1e-300) / max(behind, 1e-300)))
-    if best in (0, 2 * reach):
-        return Lag(None, float(constant), gain)
-    low, middle, high = residual[best - 1 : best + 2]
-    delay = float(best - reach + 0.5 * (low - high) / (low - 2 * middle + high))
-    if abs(delay) > LEAST and residual[reach] < 1.1 * residual[best]:
-        return None
-    return Lag(delay * period, float(constant), gain)
-
-
-def _known(evidence: AuditData, k: int, shortest: float) -> list[Run]:
-    """Cut the runs of one joint into parts of more rows than `shortest` in which its model torque is known."""
-    parts, stride = [], evidence.stride
-    for run in evidence.runs:
-        if len(run.torque) <= shortest:
-            continue
-        known = np.flatnonzero(np.isfinite(run.model[:, k]))
-        for part in np.split(known, np.flatnonzero(np.diff(known) > 1) + 1):
-            if stride * len(part) > shortest:
-                start, stop = int(part[0]), int(part[-1]) + 1
-                torque = run.torque[stride * start : stride * stop, k]
-                parts.append(Run(torque, run.model[start:stop, k], run.velocity[start:stop, k]))
-    return parts
+def _share(basis: Array, torque: Array) -> float:
+    """Compute the share of a torque's variance outside the span of a basis."""
+    return float(_unexplained(basis, torque)) / max(len(torque) * float(torque.var()), 1e-300)
 
 
 def _unexplained(orthonormal: Array, torque: Array) -> Array:

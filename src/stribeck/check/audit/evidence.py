@@ -20,18 +20,6 @@ LEAST_BINS = 24
 """Minimum number of bins, or of pairs of bins, for any comparison with the model [1]."""
 
 
-@dataclass(frozen=True, eq=False)
-class Run:
-    """Uninterrupted samples in one contact mode: model's torque and velocity, shape (t, k), and the measured torque.
-
-    The measured torque has all rows of the log, shape (t stride, k); the others every `Evidence.stride`-th row.
-    """
-
-    torque: Array
-    model: Array
-    velocity: Array
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class AuditData:
     """A prepared log and the model's torque, for the k torque-controlled joints.
@@ -40,14 +28,16 @@ class AuditData:
     ----------
     prepared, robot
         The log and its robot.
-    runs, stride
-        Samples, and the number of rows of the log between two samples of the model's torque [1].
+    stride
+        Number of rows of the log between two samples of the model's torque [1].
     rows
         Row of the log in the middle of each of the B bins, shape (B,).
     run
-        Number of the run of each bin, shape (B,).
+        Number of the run of each bin, shape (B,): uninterrupted samples in one contact mode.
     support, support_names
         Support of each bin, see `FrictionSamples`.
+    velocity_range
+        Lowest and highest velocity of all samples, shape (k,) each; zero without samples.
     torque, model, velocity, acceleration
         Means over the bins, shape (B, k); the model's torque is inverse dynamics minus the external torque, NaN where
         it is unknown.
@@ -57,8 +47,8 @@ class AuditData:
 
     prepared: PreparedLog
     robot: Robot
-    runs: list[Run]
     stride: int
+    velocity_range: tuple[Array, Array]
     rows: IntArray
     run: IntArray
     support: IntArray
@@ -116,7 +106,7 @@ def gather(prepared: PreparedLog, robot: Robot, settings: Settings, most: int = 
     size = max(1, round(BIN / period))
     stride = max(step for step in range(1, max(1, size // 8) + 1) if size % step == 0) if differentiated else 1
     known, points = robot.torque_controlled, size // stride
-    runs: list[Run] = []
+    speeds: list[Array] = []
     channels = ("torque", "model", "velocity", "acceleration", "external")
     empty = dict.fromkeys(channels, np.empty((0, len(known))))
     parts: list[dict[str, Any]] = [empty | dict.fromkeys(("rows", "support", "run"), np.empty(0, dtype=np.int64))]
@@ -136,14 +126,15 @@ def gather(prepared: PreparedLog, robot: Robot, settings: Settings, most: int = 
             thinned = model, velocity, samples.acceleration[part], external
             means = _means(torque, count, size), *(_means(values, count, points) for values in thinned)
             middles = rows[0] + size // 2 + size * np.arange(count)
-            bins = {"rows": middles, "support": samples.support[part][:count], "run": np.full(count, len(runs))}
+            bins = {"rows": middles, "support": samples.support[part][:count], "run": np.full(count, len(speeds))}
             parts.append(bins | dict(zip(channels, means, strict=True)))
-            runs.append(Run(torque, model, velocity))
+            speeds.append(velocity)
+    every = np.concatenate(speeds or [np.zeros((1, len(known)))])
     return AuditData(
         prepared=prepared,
         robot=robot,
-        runs=runs,
         stride=stride,
+        velocity_range=(every.min(axis=0), every.max(axis=0)),
         support_names=names,
         **{name: np.concatenate([part[name] for part in parts]) for name in parts[0]},
     )

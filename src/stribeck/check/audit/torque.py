@@ -123,9 +123,9 @@ def check_unsigned(evidence: AuditData, left_out: Collection[str] = ()) -> list[
 
 def _touches_zero(evidence: AuditData, k: int) -> bool:
     """Whether a moving joint's torque approaches zero from one side three times, and exceeds 2 % only on that side."""
-    if not evidence.moves(k) or not evidence.runs:
+    if not evidence.moves(k):
         return False
-    torque = np.concatenate([run.torque[:, k] for run in evidence.runs])
+    torque = evidence.prepared.log.torque[:, evidence.robot.torque_controlled[k]]
     size = np.abs(torque)
     most = float(np.percentile(size, 99))
     if most == 0 or (torque.min() < -0.02 * most and torque.max() > 0.02 * most):
