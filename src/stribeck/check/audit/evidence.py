@@ -10,7 +10,6 @@ from stribeck.core.base.typing import Array, IntArray
 from stribeck.core.equations.friction_torque.inverse_dynamics import torque_chunks
 from stribeck.core.equations.friction_torque.preparation import PreparedLog
 from stribeck.core.filters import make_filter
-from stribeck.core.log import RobotLog
 from stribeck.core.robot import Robot
 from stribeck.core.settings import FilterSettings, Settings
 
@@ -150,12 +149,6 @@ def _plain(settings: Settings, period: float) -> tuple[Settings, bool]:
         window = 2 * max(3, round(0.05 / period / 2)) + 1
         settings = settings.model_copy(update={"filter": FilterSettings(kind="savitzky-golay", window=window)})
     return settings, differentiated
-
-
-def with_motion(log: RobotLog, factors: Array) -> RobotLog:
-    """Multiply positions and their derivatives by factors, shape (n,)."""
-    moved = {name: getattr(log, name) for name in ("position", "velocity", "acceleration")}
-    return replace(log, **{name: values * factors for name, values in moved.items() if values is not None})
 
 
 def _means(values: Array, count: int, size: int) -> Array:

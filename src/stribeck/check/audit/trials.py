@@ -11,7 +11,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from stribeck.check.audit.base import contact_setting
-from stribeck.check.audit.evidence import AuditData, gather, with_motion
+from stribeck.check.audit.change import ColumnChange
+from stribeck.check.audit.evidence import AuditData, gather
 from stribeck.check.audit.regression import FEWEST, POOR, all_unexplained, fit
 from stribeck.core.base.finding import Finding
 from stribeck.core.base.typing import Array
@@ -62,9 +63,9 @@ def check_by_trial(evidence: AuditData, settings: Settings) -> list[Finding]:
 
 def _inverted(evidence: AuditData, joint: str, settings: Settings | None) -> AuditData:
     """Invert the position of a joint; with settings, compute the model's torque anew from part of the log."""
-    log, column = evidence.prepared.log, evidence.robot.joint_names.index(joint)
-    sign = np.where(np.arange(log.position.shape[1]) == column, -1.0, 1.0)
-    prepared = replace(evidence.prepared, log=with_motion(log, sign))
+    names = np.array(evidence.robot.joint_names)
+    change = ColumnChange.none(len(names)).times(position=np.where(names == joint, -1.0, 1.0))
+    prepared = replace(evidence.prepared, log=change.apply(evidence.prepared.log))
     return gather(prepared, evidence.robot, settings, most=6000) if settings else replace(evidence, prepared=prepared)
 
 

@@ -7,15 +7,10 @@ from typing import Any
 import numpy as np
 
 from stribeck.check.audit import delays, findings, gather
+from stribeck.check.audit.change import ColumnChange
 from stribeck.check.drives import find_torques
 from stribeck.check.init.draft import Draft
-from stribeck.check.init.search import (
-    ColumnMatch,
-    as_given,
-    find_columns_by_dynamics,
-    gear_ratios_by_dynamics,
-    unit_by_dynamics,
-)
+from stribeck.check.init.search import find_columns_by_dynamics, gear_ratios_by_dynamics, unit_by_dynamics
 from stribeck.core.base.finding import Finding
 from stribeck.core.base.typing import Array
 from stribeck.core.equations.friction_torque.preparation import prepare
@@ -115,10 +110,10 @@ def _apply_settings(draft: Draft, finding: Finding) -> bool:
     return changed
 
 
-def _write_columns(draft: Draft, robot: Robot, columns: ColumnMatch, log: RobotLog) -> bool:
+def _write_columns(draft: Draft, robot: Robot, columns: ColumnChange, log: RobotLog) -> bool:
     """Write the order and signs found; return whether they changed."""
     table = draft.table("log")
-    changed = columns.order != as_given(len(robot.joint_names)).order
+    changed = columns.order != tuple(range(len(robot.joint_names)))
     if changed:
         moved = {robot.joint_names[column]: name for column, name in zip(columns.order, robot.joint_names, strict=True)}
         order = [moved.get(name, name) for name in table.get("joint_order", ())]

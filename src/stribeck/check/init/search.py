@@ -1,14 +1,15 @@
-"""Search for the order and signs of a log's columns that agree best with inverse dynamics and friction."""
+"""Search for the order, signs, unit and gear ratios of a log that agree best with inverse dynamics and friction."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, permutations, product
+from itertools import combinations, permutations
 
 import numpy as np
 
-from stribeck.check.audit.evidence import gather, with_motion
+from stribeck.check.audit.change import ColumnChange
+from stribeck.check.audit.evidence import gather
 from stribeck.check.audit.positions import OUTSIDE
 from stribeck.check.audit.regression import BETTER, POOR, all_unexplained, misfit
 from stribeck.check.init.names import words
@@ -21,39 +22,64 @@ from stribeck.core.log.clock import typical_step
 from stribeck.core.robot import Robot
 from stribeck.core.settings import Settings
 
+FAR = float(np.log(BETTER))
+"""Decrease of the cost by which a change must make a log more likely [1]."""
+
 
 @dataclass(frozen=True, eq=False)
-class ColumnMatch:
-    """Column of the log for each joint, and the signs of its position and torque, shape (n,) each."""
+class Trial:
+    """A change, and the agreement of the changed log with the model.
 
-    order: tuple[int, ...]
-    position: Array
-    torque: Array
+    Attributes
+    ----------
+    left
+        Unexplained share of each torque's variance, shape (k,); NaN without enough data.
+    outside
+        Whether each joint leaves its range, shape (n,).
+    """
 
-    def of(self, log: RobotLog) -> RobotLog:
-        """Apply these columns and signs to a log."""
-        signs = dict.fromkeys(("position", "velocity", "acceleration"), self.position)
-        signs |= {"torque": self.torque, "external_torque": np.ones(len(self.order))}
-        given = {name: array for name in signs if (array := getattr(log, name)) is not None}
-        return replace(log, **{name: array[:, list(self.order)] * signs[name] for name, array in given.items()})
+    change: ColumnChange
+    left: Array
+    outside: BoolArray
 
-    def inverted(self, columns: Sequence[int]) -> ColumnMatch:
-        """Invert position and torque of columns."""
-        sign = np.where(np.isin(np.arange(len(self.order)), columns), -1.0, 1.0)
-        return replace(self, position=self.position * sign, torque=self.torque * sign)
+    @property
+    def cost(self) -> float:
+        """Logarithm of the product of the shares, larger if joints leave their range."""
+        return misfit(self.left) + 1.1 * FAR * int(self.outside.sum())
 
-    def changed_since(self, before: ColumnMatch) -> BoolArray:
-        """Find joints whose column or sign differs from before, shape (n,)."""
-        order = np.array(self.order) != np.array(before.order)
-        return np.asarray(order | (self.position != before.position) | (self.torque != before.torque))
-
-
-def as_given(joints: int) -> ColumnMatch:
-    """Make columns in their original order, with their original signs."""
-    return ColumnMatch(tuple(range(joints)), np.ones(joints), np.ones(joints))
+    @property
+    def fits(self) -> bool:
+        """Whether the model explains most torques."""
+        return bool(np.nanmedian(self.left) < POOR)
 
 
-def find_columns_by_dynamics(log: RobotLog, robot: Robot, unsure: Sequence[int]) -> ColumnMatch:
+def _take_excerpt(log: RobotLog) -> RobotLog:
+    """Take at most 2,000 samples at about 200 Hz from the middle of a log."""
+    step = max(1, int(1 / typical_step(log.time[np.isfinite(log.time)], log.path) / 200.0))
+    rows = max(1, len(log.time) // step)
+    first = max(0, rows - 2000) // 2 * step
+    return log.take(slice(first, first + min(rows, 2000) * step, step))
+
+
+def _try(log: RobotLog, robot: Robot, change: ColumnChange) -> Trial:
+    """Compare the torques and ranges of a changed log with the model."""
+    log, settings = change.apply(log), Settings(support=robot.settings.support)
+    low, high = robot.position_limits
+    outside = (log.position.min(axis=0) < low - OUTSIDE) | (log.position.max(axis=0) > high + OUTSIDE)
+    try:
+        left = all_unexplained(gather(prepare(log, robot, settings), robot, settings))
+    except (LogError, SettingsError):
+        left = np.ones(len(robot.torque_controlled))
+    return Trial(change, left, outside)
+
+
+def _best(log: RobotLog, robot: Robot, now: Trial, changes: Iterable[ColumnChange], least: float = FAR) -> Trial:
+    """Choose the best change if it decreases the cost by more than the least amount [1], and the present one if not."""
+    best = min((_try(log, robot, change) for change in changes), key=lambda trial: trial.cost, default=now)
+    return best if now.cost - best.cost > least else now
+
+
+def find_columns_by_dynamics(log: RobotLog, robot: Robot, unsure: Sequence[int]) -> ColumnChange:
     """Find the order and signs that agree best with the model.
 
     The search starts from the given columns, and makes steps as long as each makes the log far more likely. A step
@@ -70,22 +96,27 @@ def find_columns_by_dynamics(log: RobotLog, robot: Robot, unsure: Sequence[int])
         Columns whose joint could not be matched by name.
     """
     log = _take_excerpt(log)
-    given = as_given(len(robot.joint_names))
-    best = _descend(given, log, robot, unsure)
-    shares = _compare(best.of(log), robot).left[best.changed_since(given)[robot.torque_controlled]]
-    return given if np.any(shares > 0.5) else best  # share of the torque's variance
+    given = now = _try(log, robot, ColumnChange.none(len(robot.joint_names)))
+    tried, most = 0, 1500  # trials [1]
+    while tried < most and (bad := _poor(now, robot)):
+        for steps in (_list_changes(now.change, robot, bad, unsure), _invert_several(now.change, bad)):
+            changes = list(steps)
+            tried += len(changes)
+            if (after := _best(log, robot, now, changes)) is not now:
+                now = after
+                break
+        else:
+            break
+    shares = now.left[now.change.since(given.change)[robot.torque_controlled]]
+    return given.change if np.any(shares > 0.5) else now.change  # share of the torque's variance
 
 
 def unit_by_dynamics(log: RobotLog, robot: Robot) -> str:
     """Find the unit of positions in which the torques agree far better with the model than in radians; "" if none."""
-    log = _take_excerpt(log)
-    given, turning = _compare(log, robot), ~np.array(robot.prismatic)
-    best = ""
-    for unit in ("deg", "turn"):
-        agreement = _compare(with_motion(log, np.where(turning, ANGLE[unit], 1.0)), robot)
-        if given.cost - agreement.cost > np.log(BETTER) and np.nanmedian(agreement.left) < POOR:
-            given, best = agreement, unit
-    return best
+    log, none, turning = _take_excerpt(log), ColumnChange.none(len(robot.joint_names)), ~np.array(robot.prismatic)
+    changes = {unit: none.times(position=np.where(turning, ANGLE[unit], 1.0)) for unit in ("deg", "turn")}
+    best = _best(log, robot, _try(log, robot, none), changes.values())
+    return next((unit for unit, change in changes.items() if best.change is change and best.fits), "")
 
 
 def gear_ratios_by_dynamics(log: RobotLog, robot: Robot) -> tuple[Array, Array] | None:
@@ -98,99 +129,38 @@ def gear_ratios_by_dynamics(log: RobotLog, robot: Robot) -> tuple[Array, Array] 
     ratios, torques
         Ratios of positions, and factors of torques [1], shape (n,) each; None if the log agrees as it is, or with none.
     """
-    log = _take_excerpt(log)
-    given, turning = _compare(log, robot), ~np.array(robot.prismatic)
+    log, turning = _take_excerpt(log), ~np.array(robot.prismatic)
+    given = _try(log, robot, ColumnChange.none(len(turning)))
     if not np.median(np.nan_to_num(given.left)) > POOR or log.command is not None:
         return None
     radians = ANGLE[robot.log_table.position.unit or "rad"]
 
-    def geared(ratios: Array, before: bool) -> Agreement:
-        scaled = with_motion(log, np.where(turning, 1 / (radians * ratios), 1.0))
-        return _compare(replace(scaled, torque=log.torque * (ratios if before else 1.0)), robot)
-
-    grid = np.geomspace(1.0, 200.0, 40)
-    trials = product(np.outer(grid, turning) + ~turning, (True, False))  # common ratios, with and without torques
-    ratios, before = min(trials, key=lambda trial: geared(*trial).cost)
-    if (best := geared(ratios, before)).cost > given.cost - 1:
-        return None
-    fine = [step ** np.arange(-3.0, 4.0) for step in (1.04, 1.015, 1.005)]
-    for factors in (None, *fine):
-        for column in robot.torque_controlled[turning[robot.torque_controlled]]:
-            for value in grid if factors is None else ratios[column] * factors:
-                trial = np.where(np.arange(len(ratios)) == column, value, ratios)
-                if (agreement := geared(trial, before)).cost < best.cost:
-                    best, ratios = agreement, trial
+    grid, in_radians = np.geomspace(1.0, 200.0, 40), given.change.times(position=np.where(turning, 1 / radians, 1.0))
+    common = np.outer(grid, turning) + ~turning  # ratios of all joints, with and without torques
+    changes = (in_radians.times(1 / ratios, factors) for ratios in common for factors in (ratios, 1.0))
+    best = _best(log, robot, given, changes, 1.0)
+    before, columns = bool(np.any(best.change.torque != 1)), robot.torque_controlled[turning[robot.torque_controlled]]
+    for step, count in ((grid[1], 20), (1.04, 3), (1.015, 3), (1.005, 3)) if best is not given else ():
+        for column in columns.tolist():
+            powers = np.outer(np.arange(-count, count + 1), np.arange(len(turning)) == column)
+            changes = (best.change.times(1 / each, each if before else 1.0) for each in step**powers)
+            best = _best(log, robot, best, changes, 0.0)
+    ratios: Array = np.where(turning, 1 / (radians * best.change.position), 1.0)
     shares = ratios * np.subtract(*robot.position_limits[::-1]) / 200  # one if positions are -100 to 100 of the range
-    if given.cost - best.cost < np.log(BETTER) or np.nanmedian(best.left) > POOR or np.allclose(shares, 1, atol=0.05):
+    if given.cost - best.cost < FAR or not best.fits or np.allclose(shares, 1, atol=0.05):
         return None
-    ratios = np.round(ratios, 0 if geared(np.round(ratios), before).cost < best.cost + 1 else 2)
+    whole = in_radians.times(1 / np.round(ratios), np.round(ratios) if before else 1.0)
+    ratios = np.round(ratios, 0 if _try(log, robot, whole).cost < best.cost + 1 else 2)
     return ratios, ratios if before else np.ones(len(ratios))
 
 
-def _descend(best: ColumnMatch, log: RobotLog, robot: Robot, unsure: Sequence[int]) -> ColumnMatch:
-    """Make all steps that make the log far more likely."""
-    now = _compare(best.of(log), robot)
-    tried = 0
-    while tried < 1500 and (bad := now.poor(robot)):
-        for changes in (_list_changes(best, robot, bad, unsure), _invert_several(best, bad)):
-            scored = [(_compare(change.of(log), robot), change) for change in changes]
-            tried += len(scored)
-            after, change = min(scored, key=lambda pair: pair[0].cost, default=(now, best))
-            if now.cost - after.cost > np.log(BETTER):
-                best, now = change, after
-                break
-        else:
-            break
-    return best
-
-
-@dataclass(frozen=True, eq=False)
-class Agreement:
-    """Agreement of a log with a model.
-
-    Attributes
-    ----------
-    left
-        Unexplained share of each torque's variance, shape (k,); NaN without enough data.
-    outside
-        Whether each joint leaves its range, shape (n,).
-    """
-
-    left: Array
-    outside: BoolArray
-
-    @property
-    def cost(self) -> float:
-        """Logarithm of the product of the shares, larger if joints leave their range."""
-        return misfit(self.left) + 1.1 * float(np.log(BETTER)) * int(self.outside.sum())
-
-    def poor(self, robot: Robot) -> list[int]:
-        """Find the joints whose columns may be wrong: joints that agree poorly, and all joints below and above them."""
-        poor = {int(robot.torque_controlled[k]) for k in np.flatnonzero(np.nan_to_num(self.left) > POOR)}
-        poor |= set(np.flatnonzero(self.outside).tolist())
-        paths = _find_paths(robot)
-        beyond = {column for column, path in paths.items() if poor & set(path)}
-        return sorted(beyond.union(*(paths[column] for column in poor)))
-
-
-def _compare(log: RobotLog, robot: Robot) -> Agreement:
-    """Compare the torques and ranges of a log with the model."""
-    settings = Settings(support=robot.settings.support)
-    low, high = robot.position_limits
-    outside = (log.position.min(axis=0) < low - OUTSIDE) | (log.position.max(axis=0) > high + OUTSIDE)
-    try:
-        evidence = gather(prepare(log, robot, settings), robot, settings)
-    except (LogError, SettingsError):
-        return Agreement(np.ones(len(robot.torque_controlled)), outside)
-    return Agreement(all_unexplained(evidence), outside)
-
-
-def _take_excerpt(log: RobotLog) -> RobotLog:
-    """Take at most 2,000 samples at about 200 Hz from the middle of a log."""
-    step = max(1, int(1 / typical_step(log.time[np.isfinite(log.time)], log.path) / 200.0))
-    rows = max(1, len(log.time) // step)
-    first = max(0, rows - 2000) // 2 * step
-    return log.take(slice(first, first + min(rows, 2000) * step, step))
+def _poor(trial: Trial, robot: Robot) -> list[int]:
+    """Find the joints whose columns may be wrong: joints that agree poorly, and all joints below and above them."""
+    poor = {int(robot.torque_controlled[k]) for k in np.flatnonzero(np.nan_to_num(trial.left) > POOR)}
+    poor |= set(np.flatnonzero(trial.outside).tolist())
+    paths = _find_paths(robot)
+    beyond = {column for column, path in paths.items() if poor & set(path)}
+    return sorted(beyond.union(*(paths[column] for column in poor)))
 
 
 def _find_paths(robot: Robot) -> dict[int, list[int]]:
@@ -200,8 +170,8 @@ def _find_paths(robot: Robot) -> dict[int, list[int]]:
     return {path[0]: path for path in ([tree.column(joint) for joint in joints] for joints in paths)}
 
 
-def _list_changes(now: ColumnMatch, robot: Robot, bad: Sequence[int], unsure: Sequence[int]) -> Iterator[ColumnMatch]:
-    yield replace(now, torque=-now.torque)
+def _list_changes(now: ColumnChange, robot: Robot, bad: Sequence[int], unsure: Sequence[int]) -> Iterator[ColumnChange]:
+    yield now.times(torque=-1.0)
     for column in bad:
         both = now.inverted([column])
         yield from (both, replace(both, position=now.position), replace(both, torque=now.torque))
@@ -218,7 +188,7 @@ def _list_changes(now: ColumnMatch, robot: Robot, bad: Sequence[int], unsure: Se
             yield replace(now, order=tuple(order))
 
 
-def _invert_several(now: ColumnMatch, bad: Sequence[int]) -> Iterator[ColumnMatch]:
+def _invert_several(now: ColumnChange, bad: Sequence[int]) -> Iterator[ColumnChange]:
     """Yield columns with several inverted joints; with parallel axes, inverting only one may be worse."""
     for count in range(2, 1 + (len(bad) if len(bad) <= 7 else 2)):
         for some in combinations(bad, count):
