@@ -45,7 +45,8 @@ class Hypothesis:
     cost
         Minus the logarithm of the marginal likelihood, up to a constant [1].
     values
-        Changes: of gains [1], of gravity [m/s^2], or of a body's inertial parameters in its joint's frame.
+        Changes: of the gain of each place [1], of gravity [m/s^2], or of a body's inertial parameters in its joint's
+        frame.
     explains
         Whether the cause and usual errors of bodies explain the torques up to `FLOOR`, or the cause explains at least
         half of the torques that these errors leave.
@@ -57,6 +58,12 @@ class Hypothesis:
     values: Array
     explains: bool
 
+    def gains(self, count: int) -> Array:
+        """Gain of each of the k joints [1], shape (k,)."""
+        gains = np.ones(count)
+        gains[list(self.places)] += self.values
+        return gains
+
 
 def compete(evidence: AuditData, joints: Sequence[int]) -> list[Hypothesis]:
     """Fit all causes to the torques of some joints, and sort them by cost; empty without enough evidence.
@@ -64,27 +71,23 @@ def compete(evidence: AuditData, joints: Sequence[int]) -> list[Hypothesis]:
     Errors of bodies are multiplied by gains. If gains far from one win, the torques are divided by them first; then
     only these gains are listed.
     """
-    factors, given = np.ones(len(evidence.joints)), evidence
-    linear, rounds = 2.0, 4  # factor up to which gains and errors of bodies add [1], and rounds that find larger gains
+    factors, linear, rounds = np.ones(len(evidence.joints)), 2.0, 4  # gains up to `linear` and errors of bodies add [1]
     for _ in range(rounds):
-        ranking = _ranked(evidence, joints)
+        ranking = _ranked(replace(evidence, torque=evidence.torque / factors), joints)
         if not ranking or "gain" not in ranking[0].kind:
             break
-        best = ranking[0]
-        gains = 1 + np.resize(best.values, len(best.places))
+        gains = ranking[0].gains(len(factors))
         far = np.abs(np.log(gains)) > np.log(linear)
         if not far.any():
             break
-        factors[list(best.places)] *= np.where(far | (best.kind == "common gain"), gains, 1.0)
-        evidence = replace(given, torque=given.torque / factors)
+        factors *= np.where(far | (ranking[0].kind == "common gain"), gains, 1.0)
     if not ranking or np.all(factors == 1):
         return ranking
-    common = len(set(factors.tolist())) == 1
-    if ranking[0].kind == ("common gain" if common else "gain") and (common or rivals(ranking)):
-        factors[list(ranking[0].places)] *= 1 + ranking[0].values
-    places = tuple(np.flatnonzero(factors != 1).tolist())
-    values = factors[list(places)][: 1 if common else None] - 1
-    return [replace(ranking[0], kind="common gain" if common else "gain", places=places, values=values)]
+    best, kind = ranking[0], "common gain" if len(set(factors.tolist())) == 1 else "gain"
+    if best.kind == kind and (kind == "common gain" or rivals(ranking)):
+        factors *= best.gains(len(factors))
+    changed = np.flatnonzero(factors != 1)
+    return [replace(best, kind=kind, places=tuple(changed.tolist()), values=factors[changed] - 1)]
 
 
 def _ranked(evidence: AuditData, joints: Sequence[int]) -> list[Hypothesis]:
@@ -118,7 +121,8 @@ def _ranked(evidence: AuditData, joints: Sequence[int]) -> list[Hypothesis]:
                 # a cause explains all torques, or this share of the squares that usual errors of bodies leave [1]
                 most_left = 0.5
                 explains = squares[1] < max(samples, most_left * squares[0])
-                causes[kind, places] = Hypothesis(kind, places, cost, np.asarray(size * fitted), explains)
+                values = np.resize(size * fitted, len(places)) if "gain" in kind else np.asarray(size * fitted)
+                causes[kind, places] = Hypothesis(kind, places, cost, values, explains)
     return sorted((cause for cause in causes.values() if _possible(evidence, cause)), key=lambda cause: cause.cost)
 
 
@@ -205,12 +209,10 @@ def _causes(
 
 def _possible(evidence: AuditData, cause: Hypothesis) -> bool:
     """Whether a cause is physically possible: positive gains, gravity of the given size, a positive mass."""
-    if cause.kind in ("gain", "common gain"):
-        return bool(np.all(cause.values > -1))
     if cause.kind == "gravity":
-        given = evidence.robot.gravity
-        return bool(abs(np.linalg.norm(given + cause.values) - (size := np.linalg.norm(given))) < 0.1 * size)
+        size = np.linalg.norm(evidence.robot.gravity)
+        return bool(abs(np.linalg.norm(evidence.robot.gravity + cause.values) - size) < 0.1 * size)
     if cause.kind == "body":
-        inertias = list(evidence.robot.tree.model.inertias)[1:]
-        return bool(-inertias[cause.places[0]].mass < cause.values[0] < sum(inertia.mass for inertia in inertias))
-    return True
+        masses = [inertia.mass for inertia in list(evidence.robot.tree.model.inertias)[1:]]
+        return bool(-masses[cause.places[0]] < cause.values[0] < sum(masses))
+    return bool(np.all(cause.values > -1))

@@ -91,8 +91,8 @@ def _causes(evidence: AuditData, causes: Sequence[Hypothesis], off: bool) -> lis
         return [tilted(evidence, evidence.robot.gravity + cause.values)]
     if cause.kind == "body":
         return [_body_finding(evidence, cause)]
-    values = np.resize(1 + cause.values, len(cause.places))
-    gains = {k: float(gain) for k, gain in zip(cause.places, values, strict=True) if abs(np.log(gain)) > SOME}
+    gains = {k: 1 + change for k, change in zip(cause.places, cause.values.tolist(), strict=True)}
+    gains = {k: gain for k, gain in gains.items() if abs(np.log(gain)) > SOME}
     if cause.kind == "common gain" or len(gains) == len(names) > 1:
         return [_scale_of_all(evidence, gains)]
     errors = {k: estimate.error if (estimate := fit(evidence, k)) else 0.0 for k in gains}
@@ -107,7 +107,7 @@ def _large(evidence: AuditData, cause: Hypothesis, off: bool) -> bool:
         return angle_between(evidence.robot.gravity, evidence.robot.gravity + cause.values) > tilted_by
     if cause.kind == "body":
         return off
-    for k, change in zip(cause.places, np.resize(cause.values, len(cause.places)), strict=True):
+    for k, change in zip(cause.places, cause.values, strict=True):
         # errors of all bodies can imitate a gain; a real one also shows in the fit of its torque
         estimate = fit(evidence, k)
         if abs(np.log1p(change)) > SOME and (estimate is None or abs(np.log(abs(estimate.gain))) > SOME / 2):
