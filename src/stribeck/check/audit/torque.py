@@ -4,6 +4,8 @@ from collections.abc import Collection
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from stribeck.check.audit.channels import unmeasured
 from stribeck.check.audit.evidence import LEAST_BINS, AuditData
@@ -165,28 +167,20 @@ def _swapped(evidence: AuditData, joints: list[int]) -> list[Finding]:
     if len(joints) < 2:
         return []
     residual, gain, share = _cross_fits(evidence, joints)
-    rows, columns = linear_sum_assignment(np.log(residual))
-    cycles: list[tuple[int, ...]] = []
-    seen: set[int] = set()
-    for start in rows.tolist():
-        cycle = []
-        while start not in seen:
-            seen.add(start)
-            cycle.append(start)
-            start = int(columns[start])
-        to = columns[cycle]
-        if len(cycle) > 1:
-            factors = residual[cycle, cycle] / residual[cycle, to]
-            fits = (gain[cycle, to] > 1 / NEAR) & (gain[cycle, to] < NEAR) & (share[cycle, to] > 0.8)
-            if fits.all() and factors.min() > 1.2 and np.prod(factors) > 30.0 ** (len(cycle) / 2):
-                cycles.append(tuple(joints[i] for i in cycle))
+    own, other = linear_sum_assignment(np.log(residual))
+    factor, gain_on_other = residual[own, own] / residual[own, other], gain[own, other]
+    better = (factor > 1.2) & (gain_on_other > 1 / NEAR) & (gain_on_other < NEAR) & (share[own, other] > 0.8)
+    _, group = connected_components(coo_array((np.ones(len(own)), (own, other))))
+    cycles = [np.flatnonzero(group == number) for number in range(len(joints))]
+    cycles = [some for some in cycles if len(some) > 1 and better[some].all()]
+    cycles = [some for some in cycles if np.prod(factor[some]) > 30.0 ** (len(some) / 2)]
     if not cycles:
         return []
     parts = []
-    for group in cycles:
-        gains = ", ".join(f"{gain[i, i]:.2f}" for i in map(joints.index, group))
-        parts.append(" and ".join(evidence.joints[k] for k in group) + f" (gains on their own models: {gains})")
-    names = [evidence.joints[k] for group in cycles for k in group]
+    for some in cycles:
+        gains = ", ".join(f"{gain[i, i]:.2f}" for i in some)
+        parts.append(" and ".join(evidence.joints[joints[i]] for i in some) + f" (gains on their own models: {gains})")
+    names = [evidence.joints[joints[i]] for some in cycles for i in some]
     most = len(names) >= MOST * len(evidence.joints)
     return [Finding.of("joints-swapped", names, stops=most, groups=listed(parts))]
 
