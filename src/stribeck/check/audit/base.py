@@ -170,14 +170,13 @@ def _orientation(evidence: AuditData) -> list[Finding]:
     quaternions = root_quaternions(robot, log.position[evidence.rows], log.base_orientation[evidence.rows])  # type: ignore[index]
     base = Rotation.from_quat(quaternions)
     foot = _standing_sole(evidence)
-    if foot is None or not (foot >= 0).any():
-        return []
     known = np.flatnonzero(foot >= 0)
+    if not len(known):
+        return []
     poses = np.tile(np.eye(3), (len(evidence.rows), 1, 1))
-    for k, name in enumerate(robot.contacts):
+    for k in np.unique(foot[known]).tolist():
         bins = np.flatnonzero(foot == k)
-        if len(bins):
-            poses[bins] = robot.foot_pose(name, log.position[evidence.rows[bins]])[0]
+        poses[bins] = robot.foot_pose(list(robot.contacts)[k], log.position[evidence.rows[bins]])[0]
     in_foot = Rotation.from_matrix(poses).inv()
     first, last, step = _pairs(evidence, foot)
     expected = (in_foot[first].inv() * in_foot[last]).as_rotvec() / step
@@ -199,8 +198,6 @@ def _pairs(evidence: AuditData, foot: IntArray) -> tuple[IntArray, IntArray, Arr
 
     Over shorter times soles roll a little where they stand.
     """
-    if len(evidence.rows) < 2:
-        return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty((0, 1))
     period = evidence.prepared.sampling.period
     apart = max(1, round(0.2 / (period * float(np.median(np.diff(evidence.rows))))))
     first = np.arange(max(0, len(evidence.rows) - apart))
@@ -210,14 +207,12 @@ def _pairs(evidence: AuditData, foot: IntArray) -> tuple[IntArray, IntArray, Arr
     return first, last, (evidence.rows[last] - evidence.rows[first])[:, None] * period
 
 
-def _standing_sole(evidence: AuditData) -> IntArray | None:
-    """Find the number of a standing sole in each bin, -1 without one, shape (B,); None if no sole ever stands."""
-    contacts = evidence.robot.contacts
-    soles = [k for k, contact in enumerate(contacts.values()) if contact.kind == "surface"]
-    names = list(contacts)
-    of_support = [next((k for k in soles if names[k] in name.split("+")), -1) for name in evidence.support_names]
-    if not soles or not of_support:
-        return None
+def _standing_sole(evidence: AuditData) -> IntArray:
+    """Find the number of a standing sole in each bin, -1 without one, shape (B,)."""
+    soles = {name: k for k, (name, foot) in enumerate(evidence.robot.contacts.items()) if foot.kind == "surface"}
+    of_support = [
+        min((soles[foot] for foot in name.split("+") if foot in soles), default=-1) for name in evidence.support_names
+    ]
     return np.array(of_support, dtype=np.int64)[evidence.support]
 
 
