@@ -24,24 +24,24 @@ def check_channels(evidence: AuditData) -> list[Finding]:
     log, robot, sampling = evidence.prepared.log, evidence.robot, evidence.prepared.sampling
     faults: dict[tuple[str, str], dict[str, str]] = defaultdict(dict)
     frozen: dict[str, list[Span]] = defaultdict(list)
-    least, most = log.torque.min(axis=0), log.torque.max(axis=0)
+    constant = np.ptp(log.torque, axis=0) == 0
     moving = [column for number, column in enumerate(robot.torque_controlled.tolist()) if evidence.moves(number)]
     steps = {column: step for column in moving if (step := coarse_step(log.torque[:HELD_ROWS, column]))}
+    shortest = max(FROZEN_SAMPLES, round(0.2 / sampling.period))  # 0.2 s
     for column in robot.torque_controlled.tolist():
         joint, position, torque = robot.joint_names[column], log.position[:, column], log.torque[:, column]
         parts, moves = {}, column in moving
-        if moves:
-            parts["position"] = _frozen_positions(position, torque, sampling.segments, sampling.period)
+        if moves and (still := constant_parts(position, sampling.segments, shortest)):
+            parts["position"] = _frozen_positions(position, torque, still, sampling.period)
         if step := steps.get(column) or (moves and _shared_step(torque[:HELD_ROWS], steps.values())):
             faults["channel-coarse", "torque"][joint] = f" ({step:.2g} N m)"
-        elif moves and least[column] == most[column]:
+        elif moves and constant[column]:
             faults["channel-dead", "torque"][joint] = ""
         else:
-            share = clipped(torque, position, float(least[column]), float(most[column])) if moves else 0.0
-            if share:
+            if share := clipped(torque, position) if moves else 0.0:
                 faults["channel-clipped", "torque"][joint] = f" ({100 * share:.2g} % of the samples)"
-            else:
-                parts["torque"] = _frozen_torques(torque, position, sampling.segments, sampling.period)
+            elif still := constant_parts(torque, sampling.segments, shortest):
+                parts["torque"] = _frozen_torques(torque, position, still)
             for channel, values in (("torque", torque), ("position", position)):
                 if held := held_for(values[:HELD_ROWS]):
                     faults["channel-held", channel][joint] = f" ({held} samples)"
@@ -102,37 +102,26 @@ def constant_parts(values: Array, segments: tuple[slice, ...], shortest: int) ->
     return parts
 
 
-def _shortest(period: float) -> int:
-    return max(FROZEN_SAMPLES, round(0.2 / period))  # 0.2 s
-
-
-def _frozen_positions(position: Array, torque: Array, segments: tuple[slice, ...], period: float) -> list[slice]:
-    """Find parts in which a moving joint's position stops abruptly, without braking.
+def _frozen_positions(position: Array, torque: Array, parts: list[slice], period: float) -> list[slice]:
+    """Find the constant parts in which a moving joint's position stops abruptly, without braking.
 
     A robot at rest brakes before and accelerates after it: entry and exit must be faster than 30 % of the top speed, or
     the position jumps afterward. At an end of the log 5 % is sufficient if the torque varies. If the encoder's
     resolution exceeds 2 % of the steps at top speed, one of them is sufficient, but the part must be 2 s long: a joint
     that sticks looks frozen to a coarse encoder.
     """
-    parts = constant_parts(position, segments, _shortest(period))
-    if not parts:
-        return []
+    if _flickers(position, parts):
+        return parts
     steps = np.abs(np.diff(position))
     changes = steps[steps > ROUNDING * float(np.abs(position).max())]
-    top = float(np.percentile(changes, 99)) if len(changes) else 0.0
-    quantum = float(np.percentile(changes, 1)) if len(changes) else 0.0
+    quantum, top = np.percentile(changes, [1, 99]).tolist() if len(changes) else (0.0, 0.0)
     coarse = quantum > 0.02 * top
 
     def fast(rows: slice, share: float) -> bool:
-        whole = slice(rows.start, min(rows.stop + 1, len(position)))
-        count = whole.stop - whole.start - 1
-        return bool(
-            count >= 4
-            and abs(position[whole.stop - 1] - position[whole.start]) > count * max(share * top, 5 * quantum * coarse)
-        )
+        first, last = rows.start, min(rows.stop, len(position) - 1)
+        least = max(share * top, 5 * quantum * coarse)  # change per sample
+        return bool(last - first >= 4 and abs(position[last] - position[first]) > (last - first) * least)
 
-    if _flickers(position, parts):
-        return parts
     frozen_parts = []
     for part in parts:
         if coarse and (part.stop - part.start) * period < 2.0:
@@ -165,11 +154,8 @@ def _flickers(position: Array, parts: list[slice]) -> bool:
     return bool(turns.mean() > 0.1 and unchanged.mean() < 0.05 and unchanged[near_turns].mean() < 0.05)
 
 
-def _frozen_torques(torque: Array, position: Array, segments: tuple[slice, ...], period: float) -> list[slice]:
-    """Find parts in which a torque that otherwise changes at almost every sample is constant while the joint moves."""
-    parts = constant_parts(torque, segments, _shortest(period))
-    if not parts:
-        return []
+def _frozen_torques(torque: Array, position: Array, parts: list[slice]) -> list[slice]:
+    """Find the parts where a joint moves whose torque is constant, and otherwise changes at almost every sample."""
     frozen = np.zeros(len(torque), dtype=bool)
     for part in parts:
         frozen[part] = True
@@ -177,33 +163,28 @@ def _frozen_torques(torque: Array, position: Array, segments: tuple[slice, ...],
     rest = changes[~frozen[1:]]
     if len(rest) == 0 or rest.mean() < 0.5:
         return []
-    reach = float(np.ptp(position))
-    least, most = float(torque.min()), float(torque.max())
-    at_extremes = sum(float(torque[part.start]) in (least, most) for part in parts)
-    return [
-        part
-        for part in parts
-        if np.ptp(position[part]) > 0.02 * reach and (at_extremes < 2 or float(torque[part.start]) not in (least, most))
-    ]
+    extreme = [torque[part.start] in (torque.min(), torque.max()) for part in parts]
+    moving = [np.ptp(position[part]) > 0.02 * np.ptp(position) for part in parts]
+    clips = sum(extreme) > 1
+    return [part for part, top, moves in zip(parts, extreme, moving, strict=True) if moves and not (clips and top)]
 
 
-def clipped(torque: Array, position: Array, least: float, most: float) -> float:
+def clipped(torque: Array, position: Array) -> float:
     """Compute the share of the samples at an extreme, if far more are exactly there than close to it; otherwise 0.
 
     The extreme must be reached twice for at least four samples while the joint moves; at rest a torque may be constant.
     """
     least_share = 5e-3  # smallest share of the samples that lie exactly at an extreme [1]
     share = 0.0
-    for sign, top in ((1.0, most), (-1.0, -least)):
-        if np.mean(torque[:: max(1, len(torque) // HELD_ROWS)] == sign * top) < least_share / 2:
-            continue
-        at_extreme = torque == sign * top
+    for values in (torque, -torque):
+        top = values.max()
+        at_extreme = values == top
         count = int(np.count_nonzero(at_extreme))
         if count < max(10, least_share * len(torque)):
             continue
-        steps, values = np.abs(np.gradient(position)), sign * torque
+        steps = np.abs(np.gradient(position))
         moving = steps > 0.01 * np.percentile(steps, 99)
-        levels = np.unique(values[values > top - 0.1 * (top - float(values.min()))])
+        levels = np.unique(values[values > top - 0.1 * (top - values.min())])
         near = int(np.count_nonzero(values >= levels[-min(4, len(levels))])) - count
         edges = np.flatnonzero(np.diff(at_extreme.astype(np.int8), prepend=0, append=0))
         long = np.count_nonzero(edges[1::2] - edges[::2] >= 4)
