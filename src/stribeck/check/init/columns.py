@@ -83,19 +83,13 @@ def _find_unit(channel: str, name: str) -> dict[str, str]:
 
 def _find_candidates(groups: dict[tuple[str, ...], list[str]], channel: str) -> list[str]:
     """Find the columns whose names suggest the channel best, apart from numbers and words without meaning."""
-    ranks = {key: _rank(key, channel) for key in groups}
-    ranked = sorted((rank, key) for key, rank in ranks.items() if rank is not None)
-    return groups[ranked[0][1]] if ranked else []
-
-
-def _rank(key: tuple[str, ...], channel: str) -> tuple[int, int] | None:
-    """Rank how closely the words of a name match a channel; None if they suggest another signal."""
-    commands, measured = KINDS["commands"] & set(key), KINDS["measured"] & set(key)
-    wrong = KINDS["others"] & set(key) or (commands if channel != "torque" else set())
     idle = KINDS["idle"].union(KINDS["times"], *UNITS.values(), KINDS["motors" if channel in UNITS else "bodies"])
-    if not KINDS[channel] & set(key) or wrong or set(key) - KINDS[channel] - measured - commands - idle:
-        return None
-    return len(commands), -len(measured)
+    wrong = KINDS["others"] | (KINDS["commands"] if channel != "torque" else set())
+    known = (KINDS[channel] | KINDS["measured"] | KINDS["commands"] | idle) - wrong
+    fitting = [key for key in groups if KINDS[channel] & set(key) and known >= set(key)]
+    commands, measured = KINDS["commands"], KINDS["measured"]
+    best = min(fitting, key=lambda key: (len(commands & set(key)), -len(measured & set(key)), key), default=None)
+    return groups[best] if best else []
 
 
 def _find_labelled(source: Recording, channel: str) -> list[str]:
