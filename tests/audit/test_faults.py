@@ -21,6 +21,7 @@ from stribeck.check.inspection import inspect_log
 from stribeck.core.equations.friction_torque.preparation import prepare
 from stribeck.core.errors import LogError
 from stribeck.core.friction import get_law
+from stribeck.core.robot.scale_setting import scale_setting
 from stribeck.simulation.prescribed.exact import exact_log
 from stribeck.simulation.sensors.measure import with_noise
 
@@ -149,6 +150,11 @@ def test_the_remedy_of_a_sign_starts_from_the_current_scale(honest: dict[str, Cl
     (finding,) = audit(prepare(log, robot, robot.settings), robot, robot.settings)
     for name in robot.joint_names:
         assert f"{name} = {1 if name in finding.joints else -1}" in finding.cure
+
+
+def test_the_scale_of_a_position_includes_joints_without_a_torque(arm: Robot) -> None:
+    setting = scale_setting(replace(arm, position_controlled=("slide",)), {"slide": 1e-3, "elbow": -1.0}, "position")
+    assert setting.value == {"elbow": -1.0, "slide": 1e-3}
 
 
 def test_a_log_too_short_for_any_bin_shows_no_sign(honest: dict[str, CleanLog]) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from stribeck.check.audit.positions import in_millimeters
 from stribeck.check.init import columns
-from stribeck.check.init.by_dynamics import answer_by_dynamics, by_logged_name, multiply_scale
+from stribeck.check.init.by_dynamics import answer_by_dynamics, by_logged_name, write_scale
 from stribeck.check.init.draft import Draft, ask_for_ankles, ask_for_torque_source, write_contacts
 from stribeck.check.init.joints import match_joints
 from stribeck.check.init.model import read_model
@@ -94,9 +94,11 @@ def _answer_from_log(draft: Draft, log: Path) -> None:
     lengths = in_millimeters(robot, np.nanmin(read.position, axis=0), np.nanmax(read.position, axis=0))
     for channel in ("position", "velocity"):
         if lengths.any() and getattr(read, channel) is not None:
-            factors = np.where(lengths, 1e-3, 1.0).tolist()
-            why = "are these millimeters? The positions are within the model's limits only as millimeters."
-            draft.guess(f"log.{channel}", "scale", multiply_scale(robot, draft.table("log"), channel, factors), why)
+            write_scale(draft, channel, np.where(lengths, 1e-3, 1.0))
+            draft.ask(
+                f"log.{channel}.scale",
+                "are these millimeters? The positions are within the model's limits only as millimeters.",
+            )
     timed = "time" in source.channels
     units, why, sure = columns.position_and_velocity_units(read, robot) if timed and not turn else ({}, "", False)
     for channel, unit in units.items():

@@ -4,8 +4,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from stribeck.check.audit import delays, findings, gather
 from stribeck.check.audit.change import ColumnChange
 from stribeck.check.drives import find_torques
@@ -17,6 +15,7 @@ from stribeck.core.equations.friction_torque.preparation import prepare
 from stribeck.core.errors import LogError, SettingsError, errors_about
 from stribeck.core.log import RobotLog
 from stribeck.core.robot import Robot
+from stribeck.core.robot.scale_setting import scale_setting
 from stribeck.io import Recording
 
 QUESTIONS = ("torque-scale", "torque-gain", "several-causes", "bodies-differ", "payload", "gravity")
@@ -52,7 +51,7 @@ def answer_by_dynamics(draft: Draft, source: Recording, unsure: Sequence[str]) -
             continue
         limits = any(finding.check in ("position-degrees", "position-limits") for finding in problems)
         if (unit or limits) and (ratios := gear_ratios_by_dynamics(read, robot)):
-            _write_ratios(draft, robot, *ratios)
+            _write_ratios(draft, *ratios)
             continue
         if sum(_apply_settings(draft, finding) for finding in problems):
             continue
@@ -79,16 +78,13 @@ def _write_unit(draft: Draft, unit: str, log: RobotLog) -> None:
         draft.set("log.velocity", "unit", f"{unit}/s", "as the positions.")
 
 
-def _write_ratios(draft: Draft, robot: Robot, ratios: Array, of_torques: Array) -> None:
+def _write_ratios(draft: Draft, ratios: Array, of_torques: Array) -> None:
     """Write the gear ratios of positions, velocities and torques that are those of the motors' shafts."""
     for channel, values in (("position", 1 / ratios), ("velocity", 1 / ratios), ("torque", of_torques)):
-        table = draft.table(f"log.{channel}")
-        if channel != "torque" and table.pop("unit", None):
+        if channel != "torque" and draft.table(f"log.{channel}").pop("unit", None):
             draft.notes.setdefault(f"log.{channel}.scale", []).extend(draft.notes.pop(f"log.{channel}.unit", []))
-        scales = dict(zip(robot.joint_names, [float(f"{value:.5g}") for value in values], strict=True))
-        if set(scales.values()) != {1.0}:
-            table["scale"] = by_logged_name(draft.table("log"), channel, scales)
-    listed = ", ".join(f"{name} {ratio:g}" for name, ratio in zip(robot.joint_names, ratios, strict=True))
+        write_scale(draft, channel, values)
+    listed = ", ".join(f"{name} {ratio:g}" for name, ratio in zip(draft.robot().joint_names, ratios, strict=True))
     draft.ask(
         "log.position.scale",
         f"are these angles of the motors' shafts, with about these gear ratios: {listed}? Only with them does the "
@@ -124,23 +120,19 @@ def _write_columns(draft: Draft, robot: Robot, columns: ColumnChange, log: Robot
     if log.velocity is not None:
         channels["velocity"] = columns.position
     for channel, signs in channels.items():
-        if np.any(signs != 1):
+        if write_scale(draft, channel, signs):
             changed = True
-            why = "only these signs agree with the model."
-            draft.set(f"log.{channel}", "scale", multiply_scale(robot, table, channel, signs.tolist()), why)
+            draft.note(f"log.{channel}.scale", "only these signs agree with the model.")
     return changed
 
 
-def multiply_scale(robot: Robot, table: dict[str, Any], channel: str, signs: list[float]) -> float | dict[str, float]:
-    """Multiply the scale of a channel by signs: one number, or by the log's names."""
-    present = table.get(channel, {}).get("scale", 1.0)
-    if not isinstance(present, dict) and set(signs) == {-1.0}:
-        return -float(present)
-    scales = {
-        joint: sign * (present.get(joint, 1.0) if isinstance(present, dict) else float(present))
-        for joint, sign in zip(robot.joint_names, signs, strict=True)
-    }
-    return {name: scale for name, scale in by_logged_name(table, channel, scales).items() if scale != 1}
+def write_scale(draft: Draft, channel: str, factors: Array) -> bool:
+    """Multiply the scale of a channel by a factor per joint, shape (n,); return whether one differs from one."""
+    robot = draft.robot()
+    other = {name: float(factor) for name, factor in zip(robot.joint_names, factors, strict=True) if factor != 1}
+    if other:
+        draft.table(f"log.{channel}")["scale"] = scale_setting(robot, other, channel, digits=5).value
+    return bool(other)
 
 
 def by_logged_name(table: dict[str, Any], channel: str, values: dict[str, float]) -> dict[str, float]:
