@@ -24,10 +24,6 @@ from stribeck.core.robot.inertial_parameters import SIZE
 
 FLOOR = 5e-4
 """Share of a torque's variance [1] that any model of load and friction leaves unexplained: 2 % of its amplitude."""
-GAIN, GRAVITY = 0.5, 3.0
-"""Prior standard deviations of causes: gains [1] and gravity [m/s^2]."""
-MASS, REACH = 0.2, 0.2
-"""Prior standard deviation of a body's mass relative to the robot's [1], and of its center of mass [m]."""
 FEWEST_BINS = 125
 """Bins from which causes are compared [1]."""
 
@@ -58,11 +54,9 @@ class Hypothesis:
     values: Array
     explains: bool
 
-    def gains(self, count: int) -> Array:
-        """Gain of each of the k joints [1], shape (k,)."""
-        gains = np.ones(count)
-        gains[list(self.places)] += self.values
-        return gains
+    def gains(self, joints: Sequence[str]) -> dict[str, float]:
+        """Gains by joint [1]."""
+        return {joints[k]: 1 + change for k, change in zip(self.places, self.values.tolist(), strict=True)}
 
 
 def compete(evidence: AuditData, joints: Sequence[int]) -> list[Hypothesis]:
@@ -76,7 +70,7 @@ def compete(evidence: AuditData, joints: Sequence[int]) -> list[Hypothesis]:
         ranking = _ranked(replace(evidence, torque=evidence.torque / factors), joints)
         if not ranking or "gain" not in ranking[0].kind:
             break
-        gains = ranking[0].gains(len(factors))
+        gains = np.array([ranking[0].gains(evidence.joints).get(name, 1.0) for name in evidence.joints])
         far = np.abs(np.log(gains)) > np.log(linear)
         if not far.any():
             break
@@ -85,7 +79,7 @@ def compete(evidence: AuditData, joints: Sequence[int]) -> list[Hypothesis]:
         return ranking
     best, kind = ranking[0], "common gain" if len(set(factors.tolist())) == 1 else "gain"
     if best.kind == kind and (kind == "common gain" or rivals(ranking)):
-        factors *= best.gains(len(factors))
+        factors[list(best.places)] *= 1 + best.values
     changed = np.flatnonzero(factors != 1)
     return [replace(best, kind=kind, places=tuple(changed.tolist()), values=factors[changed] - 1)]
 
@@ -104,7 +98,8 @@ def _ranked(evidence: AuditData, joints: Sequence[int]) -> list[Hypothesis]:
     if len(joints) < min(2, len(evidence.joints)):
         return []
     first = 1 + len(joints) + 3
-    scales = MASS * parameters[:, 0].sum() * REACH ** np.array([0, *3 * [1], *6 * [2]])
+    mass, reach = 0.2, 0.2  # prior standard deviation of a body's mass relative to the robot's [1], and its center [m]
+    scales = mass * parameters[:, 0].sum() * reach ** np.array([0, *3 * [1], *6 * [2]])
     causes: dict[tuple[str, tuple[int, ...]], Hypothesis] = {}
     for spread in (1.0, 2.0, 4.0):  # errors of bodies relative to their priors; each cause has the most likely of them
         of_bodies = gram[first:, first:] + np.eye(len(gram) - first) / spread**2
@@ -195,13 +190,14 @@ def _causes(
     """Yield kind, places, columns per unit, shape (columns, parameters), and prior standard deviation of each cause."""
     count, unit = len(joints), np.eye(len(joints) + 3 + SIZE * len(slopes))
     yield "none", (), unit[:, :0], 1.0
+    of_gain, of_gravity = 0.5, 3.0  # prior standard deviations [1], [m/s^2]
     most_joints = 8  # number of joints up to which gains of two and three of them are tried [1]
     for size in sorted({*range(1, min(count, 3 if count <= most_joints else 1) + 1), count}):
         for some in combinations(range(count), size):
-            yield "gain", tuple(joints[place] for place in some), unit[:, list(some)], GAIN
+            yield "gain", tuple(joints[place] for place in some), unit[:, list(some)], of_gain
     if count > 1:
-        yield "common gain", tuple(joints), unit[:, :count].sum(axis=1, keepdims=True), GAIN
-    yield "gravity", (), unit[:, count : count + 3], GRAVITY
+        yield "common gain", tuple(joints), unit[:, :count].sum(axis=1, keepdims=True), of_gain
+    yield "gravity", (), unit[:, count : count + 3], of_gravity
     for body in range(len(slopes)):
         first = count + 3 + SIZE * body
         yield "body", (body,), unit[:, first : first + SIZE] @ np.linalg.inv(slopes[body]), scales

@@ -48,7 +48,7 @@ def check_scales(evidence: AuditData, fits: dict[int, GainFit], joints: list[int
     if causes := _causes(evidence, rivals(competing), bool(off)):
         return causes
     if concerns_most(len(off), len(fits), evidence.joints):
-        return [_scale_of_all(evidence, {k: abs(estimate.gain) for k, estimate in off.items()})]
+        return [_scale_of_all(evidence, {evidence.joints[k]: abs(estimate.gain) for k, estimate in off.items()})]
     bounded = out_of_bounds(evidence, [k for k in joints if k not in off])
     if competing or any(finding.stops for finding in bounded):
         return bounded
@@ -58,22 +58,20 @@ def check_scales(evidence: AuditData, fits: dict[int, GainFit], joints: list[int
         off = {k: gain for k, gain in off.items() if (refit := fit(evidence, k, beside=other[:, k])) and _off(refit)}
     if not off or len(evidence.rows) < BINS_FOR_GAIN:
         return bounded
-    gains = {k: (estimate.gain, estimate.error) for k, estimate in off.items()}
+    gains = {evidence.joints[k]: (estimate.gain, estimate.error) for k, estimate in off.items()}
     return [_gain_finding(evidence, gains), *bounded]
 
 
-def _gain_finding(evidence: AuditData, gains: Mapping[int, tuple[float, float]]) -> Finding:
-    pairs = gains.items()
-    gear = all(not 1 / 12 < abs(gain) < 12 for gain, _ in gains.values())
+def _gain_finding(evidence: AuditData, gains: Mapping[str, tuple[float, float]]) -> Finding:
+    """Report wrong gains of single torques, each with its standard error [1]."""
+    sizes = {name: abs(gain) for name, (gain, _) in gains.items()}
+    gear = all(not 1 / 12 < size < 12 for size in sizes.values())
     return Finding.of(
         "torque-gain",
-        {
-            evidence.joints[k]: f" ({gain:.3g} ± {2 * error:.1g} times the model's)"
-            for k, (gain, error) in gains.items()
-        },
+        {name: f" ({gain:.3g} ± {2 * error:.1g} times the model's)" for name, (gain, error) in gains.items()},
         gear=", as if a gear ratio were missing" if gear else "",
-        settings=[scale_setting(evidence.robot, {evidence.joints[k]: 1 / abs(gain) for k, (gain, _) in pairs})],
-        gains={evidence.joints[k]: abs(gain) for k, (gain, _) in pairs},
+        settings=[scale_setting(evidence.robot, {name: 1 / size for name, size in sizes.items()})],
+        gains=sizes,
     )
 
 
@@ -86,17 +84,16 @@ def _causes(evidence: AuditData, causes: Sequence[Hypothesis], off: bool) -> lis
         causes = [cause for cause in causes if cause.kind == "common gain"]
     if len(causes) > 1:
         return [Finding.of("several-causes.audit", causes="; ".join(_words(evidence, cause) for cause in causes))]
-    cause, names = causes[0], evidence.joints
+    cause = causes[0]
     if cause.kind == "gravity":
         return [tilted(evidence, evidence.robot.gravity + cause.values)]
     if cause.kind == "body":
         return [_body_finding(evidence, cause)]
-    gains = {k: 1 + change for k, change in zip(cause.places, cause.values.tolist(), strict=True)}
-    gains = {k: gain for k, gain in gains.items() if abs(np.log(gain)) > SOME}
-    if cause.kind == "common gain" or len(gains) == len(names) > 1:
+    errors = {evidence.joints[k]: estimate.error for k in cause.places if (estimate := fit(evidence, k))}
+    gains = {name: gain for name, gain in cause.gains(evidence.joints).items() if abs(np.log(gain)) > SOME}
+    if cause.kind == "common gain" or len(gains) == len(evidence.joints) > 1:
         return [_scale_of_all(evidence, gains)]
-    errors = {k: estimate.error if (estimate := fit(evidence, k)) else 0.0 for k in gains}
-    sure = {k: (gain, errors[k]) for k, gain in gains.items() if gain > SURE * errors[k]}
+    sure = {name: (gain, error) for name, gain in gains.items() if gain > SURE * (error := errors.get(name, 0.0))}
     return [_gain_finding(evidence, sure)] if sure else []
 
 
@@ -124,8 +121,8 @@ def _words(evidence: AuditData, cause: Hypothesis) -> str:
     if cause.kind == "common gain":
         factor = float(1 + cause.values[0])
         return f"one gain of all torques ({factor:.3g}): {possible_causes(factor)}"
-    changes = zip(cause.places, cause.values.tolist(), strict=True)
-    return f"gains of torques ({', '.join(f'{evidence.joints[k]} {1 + value:.3g}' for k, value in changes)})"
+    gains = cause.gains(evidence.joints).items()
+    return f"gains of torques ({', '.join(f'{name} {gain:.3g}' for name, gain in gains)})"
 
 
 def _body_words(evidence: AuditData, cause: Hypothesis) -> str:
@@ -172,7 +169,7 @@ def _surely(estimate: GainFit) -> bool:
     return not 1 / NEAR < other < NEAR and (other > 1) == (abs(estimate.gain) > 1)
 
 
-def _scale_of_all(evidence: AuditData, gains: dict[int, float]) -> Finding:
+def _scale_of_all(evidence: AuditData, gains: dict[str, float]) -> Finding:
     """Report torques in another unit, or factors that are no unit with all causes that they may have."""
     middle = float(np.median(list(gains.values())))
     common = all(abs(np.log(gain / middle)) < 0.3 for gain in gains.values())
@@ -180,13 +177,13 @@ def _scale_of_all(evidence: AuditData, gains: dict[int, float]) -> Finding:
     guess = f"as if they were in {UNITS[unit]}" if unit else "by one factor" if common else "with a factor per joint"
     return Finding.of(
         "torque-scale" if unit else "torque-scale.unclear",
-        [evidence.joints[k] for k in gains],
+        list(gains),
         stops=not 1 / FAR < middle < FAR,
         factor=middle,
         guess=guess,
-        evidence=", ".join(f"{evidence.joints[k]} {gain:.3g}" for k, gain in list(gains.items())[:6]),
+        evidence=", ".join(f"{name} {gain:.3g}" for name, gain in list(gains.items())[:6]),
         settings=[scale_setting(evidence.robot, dict.fromkeys(evidence.joints, 1 / (unit or 1.0)))],
-        gains={evidence.joints[k]: gain for k, gain in gains.items()},
+        gains=gains,
         causes=possible_causes(middle if common else None),
     )
 
