@@ -240,8 +240,6 @@ def _inertial(evidence: AuditData) -> list[Finding]:
     """Compare gyroscope and accelerometer with the base orientation, assuming the same frame."""
     log, rows = evidence.prepared.log, evidence.rows
     first, last, step = _pairs(evidence, np.zeros(len(rows), dtype=np.int64))
-    if len(first) < LEAST_BINS:
-        return []
     base = Rotation.from_quat(log.base_orientation[rows])  # type: ignore[index]
     findings: list[Finding] = []
     if log.angular_velocity is not None:

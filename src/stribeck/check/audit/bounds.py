@@ -4,13 +4,10 @@ import numpy as np
 import pinocchio as pin
 from scipy.linalg import null_space
 
-from stribeck.check.audit.evidence import AuditData
-from stribeck.check.audit.regression import FEWEST
+from stribeck.check.audit.evidence import LEAST_BINS, AuditData
 from stribeck.check.audit.units import FAR, UNITS, concerns_most, possible_causes, unit_of
 from stribeck.core.base.finding import Finding
-from stribeck.core.base.typing import Array, IntArray
-from stribeck.core.dynamics.root_motion import gravity_in_root_link
-from stribeck.core.dynamics.state import root_quaternions
+from stribeck.core.dynamics.contact.phases import up_in_base
 from stribeck.core.robot.scale_setting import scale_setting
 
 
@@ -43,7 +40,7 @@ def _over_limits(evidence: AuditData) -> dict[int, float]:
     Limits below the torque that the motion requires are ignored.
     """
     limits = evidence.robot.effort_limits[evidence.robot.torque_controlled]
-    if len(evidence.rows) < FEWEST:
+    if len(evidence.rows) < LEAST_BINS:
         return {}
     needed = np.percentile(np.nan_to_num(np.abs(evidence.model)), 99, axis=0)
     reached = np.percentile(np.abs(evidence.torque), 99, axis=0)
@@ -63,10 +60,10 @@ def _weight_carried(evidence: AuditData) -> float | None:
     feet_of = [[foot for foot in name.split("+") if foot in robot.contacts] for name in evidence.support_names]
     standing = np.array([bool(feet) for feet in feet_of], dtype=bool)
     bins = np.flatnonzero(standing[evidence.support]) if len(standing) else np.empty(0, dtype=np.int64)
-    if len(bins) < FEWEST:
+    if len(bins) < LEAST_BINS:
         return None
     bins = bins[:: -(-len(bins) // 200)]
-    gravity = _gravity(evidence, bins, feet_of)
+    gravity = -np.linalg.norm(robot.gravity) * up_in_base(log.take(evidence.rows[bins]), robot)
     model = pin.Model(robot.tree.model)
     data = model.createData()
     position, torque = log.position[evidence.rows[bins]], np.zeros(model.nv)
@@ -91,13 +88,3 @@ def _weight_carried(evidence: AuditData) -> float | None:
     if needed == 0 or product < 0.7 * np.sqrt(needed * carried):
         return None
     return float(product / needed)
-
-
-def _gravity(evidence: AuditData, bins: IntArray, feet_of: list[list[str]]) -> Array:
-    """Compute gravity in root link coordinates [m/s^2], shape (B, 3); without an orientation a foot is level."""
-    robot, log, rows = evidence.robot, evidence.prepared.log, evidence.rows[bins]
-    if log.base_orientation is not None:
-        turned = root_quaternions(robot, log.position[rows], log.base_orientation[rows])
-        return gravity_in_root_link(turned, robot.gravity)
-    known = zip((feet_of[support][0] for support in evidence.support[bins]), log.position[rows], strict=True)
-    return np.array([robot.foot_pose(foot, position[None])[0][0] for foot, position in known]) @ robot.gravity

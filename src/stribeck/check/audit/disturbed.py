@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from stribeck.check.audit.evidence import AuditData
-from stribeck.check.audit.regression import FEWEST, friction_shapes, unexplained
+from stribeck.check.audit.evidence import LEAST_BINS, AuditData
+from stribeck.check.audit.regression import friction_shapes, unexplained
 from stribeck.core.base.spans import Span
 from stribeck.core.base.typing import Array, BoolArray
 from stribeck.core.equations.friction_torque.payload import MARGIN
@@ -18,7 +18,7 @@ def disturbed_spans(evidence: AuditData) -> tuple[list[Span], BoolArray]:
     far = np.zeros(len(evidence.rows))
     for k in range(len(evidence.joints)):
         rows = np.isfinite(evidence.model[:, k])
-        if rows.sum() >= FEWEST:
+        if rows.sum() >= LEAST_BINS:
             torque = evidence.torque[rows, k]
             residual = _residual(friction_shapes(evidence, k, rows), torque - evidence.model[rows, k])
             usual = max(_deviation(residual), negligible * _deviation(torque - np.median(torque)))

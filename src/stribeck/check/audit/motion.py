@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 
-from stribeck.check.audit.evidence import AuditData
-from stribeck.check.audit.regression import BETTER, FEWEST, POOR, all_unexplained, friction_shapes, misfit, without
+from stribeck.check.audit.evidence import LEAST_BINS, AuditData
+from stribeck.check.audit.regression import BETTER, POOR, all_unexplained, friction_shapes, misfit, winner, without
 from stribeck.core.base.finding import Finding, Setting, rounded
 from stribeck.core.base.typing import Array
 from stribeck.core.dynamics.loops import without_loop_forces
@@ -23,7 +23,7 @@ def check_motion(evidence: AuditData) -> list[Finding]:
 
     Each cause changes the model's torques, and the causes compete by what remains unexplained; friction keeps its sign.
     """
-    if len(evidence.rows) < FEWEST:
+    if len(evidence.rows) < LEAST_BINS:
         return []
     if clock := _velocity_clock(evidence):
         return clock
@@ -31,22 +31,22 @@ def check_motion(evidence: AuditData) -> list[Finding]:
     of_gravity = gravity_torques(evidence, evidence.robot, np.eye(3))
     inertial = evidence.model - of_gravity @ given
     fitted = _fitted_gravity(evidence, of_gravity, inertial)
-    gravities = [given, np.zeros(3)] + [fitted] * bool(angle_between(fitted, given) > np.deg2rad(45))
-    models = [of_gravity @ gravity + inertial for gravity in gravities]
-    scales, fewest = (2.0, 0.5), 125  # of time, whose square divides accelerations; errors dominate fewer bins
+    angle = float(np.rad2deg(angle_between(fitted, given)))
+    gravities = {"gravity.none": np.zeros(3)} | ({"gravity": fitted} if angle > 45 else {})
+    models = {"": evidence.model} | {check: of_gravity @ gravity + inertial for check, gravity in gravities.items()}
+    scales, fewest = {"slow": 2.0, "fast": 0.5}, 125  # of time, squared in accelerations; errors dominate fewer bins
     if evidence.prepared.log.velocity is None and len(evidence.rows) >= fewest:
-        models += [of_gravity @ given + inertial / scale**2 for scale in scales]
-    shares = [all_unexplained(replace(evidence, model=model)) for model in models]
-    costs = [misfit(each) for each in shares]
-    best, *others = np.argsort(costs).tolist()
-    if not best or costs[best] > costs[others[0]] - np.log(BETTER) or not np.nanmedian(shares[best]) <= POOR:
+        models |= {speed: of_gravity @ given + inertial / scale**2 for speed, scale in scales.items()}
+    shares = {cause: all_unexplained(replace(evidence, model=model)) for cause, model in models.items()}
+    costs = {cause: misfit(left) for cause, left in shares.items()}
+    best = winner(costs, BETTER)
+    if not best or not np.nanmedian(shares[best]) <= POOR:
         return []
-    if best >= len(gravities):
-        return [_clock_finding(evidence, scales[best - len(gravities)], "the inertial part of the torques")]
-    angle, left = np.rad2deg(angle_between(gravities[best], given)), np.exp((costs[best] - costs[0]) / len(shares[0]))
-    turned = "upside down" if angle > 150 else f"turned by {angle:.0f}°"
-    check, settings = "gravity.none" if best == 1 else "gravity", [_gravity_setting(gravities[best])]
-    return [Finding.of(check, turned=turned, left=100 * left, settings=settings)]
+    if best in scales:
+        return [_clock_finding(evidence, scales[best], "the inertial part of the torques")]
+    left, turned = np.exp((costs[best] - costs[""]) / len(shares[""])), f"turned by {angle:.0f}°"
+    turned = "upside down" if angle > 150 else turned
+    return [Finding.of(best, turned=turned, left=100 * left, settings=[_gravity_setting(gravities[best])])]
 
 
 def _fitted_gravity(evidence: AuditData, of_gravity: Array, inertial: Array) -> Array:
@@ -57,7 +57,7 @@ def _fitted_gravity(evidence: AuditData, of_gravity: Array, inertial: Array) -> 
     parts, size = [np.zeros((1, 4))], float(np.linalg.norm(evidence.robot.gravity))
     for k in range(len(evidence.joints)):
         rows = np.isfinite(inertial[:, k])
-        if rows.sum() >= FEWEST:
+        if rows.sum() >= LEAST_BINS:
             torques = np.column_stack([of_gravity[rows, k], evidence.torque[rows, k] - inertial[rows, k]])
             (loads,) = without(friction_shapes(evidence, k, rows), torques)
             error = loads[:, 3] - loads[:, :3] @ np.linalg.lstsq(loads[:, :3], loads[:, 3], rcond=None)[0]
@@ -88,15 +88,12 @@ def _velocity_clock(evidence: AuditData) -> list[Finding]:
     log = evidence.prepared.log
     if log.velocity is None:
         return []
-    velocity = log.velocity[evidence.rows][:, evidence.robot.torque_controlled]
-    ratios = []
-    for k in range(velocity.shape[1]):
-        slope, logged = evidence.velocity[:, k], velocity[:, k]
-        both, power = float(slope @ logged), float(logged @ logged)
-        if evidence.moves(k) and power and both**2 > 0.9 * power * float(slope @ slope):
-            ratios.append(both / power)
-    ratio = float(np.median(ratios)) if ratios else 1.0
-    if not (1.8 < ratio < 2.2 or 0.45 < ratio < 0.55) or np.mean(np.abs(np.array(ratios) / ratio - 1) < 0.1) < 0.75:
+    slope, logged = evidence.velocity, log.velocity[evidence.rows][:, evidence.robot.torque_controlled]
+    both, power = np.sum(slope * logged, axis=0), np.sum(logged**2, axis=0)
+    agree = (evidence.top_speed > 0.01) & (power > 0) & (both**2 > 0.9 * power * np.sum(slope**2, axis=0))
+    ratios = both[agree] / power[agree]
+    ratio = float(np.median(ratios)) if agree.any() else 1.0
+    if not (1.8 < ratio < 2.2 or 0.45 < ratio < 0.55) or np.mean(np.abs(ratios / ratio - 1) < 0.1) < 0.75:
         return []
     return [_clock_finding(evidence, ratio, "the slope of the position relative to the velocity")]
 

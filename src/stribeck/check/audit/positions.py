@@ -13,8 +13,6 @@ from stribeck.core.robot.scale_setting import scale_setting
 
 OUTSIDE = 0.25
 """Distance outside the range beyond which no stop is plausible [rad] or [m]."""
-ELASTIC = 0.03
-"""Distance by which a stop gives way [rad] or [m]; joints that move further have no stop at the limit."""
 
 
 def check_positions(evidence: AuditData) -> list[Finding]:
@@ -109,7 +107,8 @@ def _limits(evidence: AuditData, left_out: Collection[str]) -> list[Finding]:
     margin = 1e-3  # rad or m
     reached = other & ((lowest < low + margin) | (highest > high - margin))
     beyond = _excess(lowest, highest, low, high)
-    outside, stopped = reached & (beyond > OUTSIDE), reached & (beyond < ELASTIC)
+    elastic = 0.03  # distance by which a stop gives way [rad], [m]; joints that move further have no stop at the limit
+    outside, stopped = reached & (beyond > OUTSIDE), reached & (beyond < elastic)
 
     def finding(check: str, joints: BoolArray) -> list[Finding]:
         spans = {

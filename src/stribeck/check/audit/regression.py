@@ -1,18 +1,17 @@
 """Measured torque regressed on modeled torque and shapes of friction, with standard errors for correlated errors."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import nnls
 
-from stribeck.check.audit.evidence import AuditData
+from stribeck.check.audit.evidence import LEAST_BINS, AuditData
 from stribeck.core.base.typing import Array, BoolArray, IntArray
 
-FEWEST = 20
-"""Minimum number of bins for a regression [1]."""
-POOR, BETTER = 0.2, 30.0
-"""Unexplained share of a torque from which a model fits poorly, and factor by which the product of these shares must
-fall for another cause [1]."""
+POOR, BETTER = 0.2, float(np.log(30.0))
+"""Unexplained share of a torque from which a model fits poorly, and decrease of the logarithm of the product of these
+shares from which another cause is clearly better [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,7 +85,7 @@ def fit(
     model = evidence.model[:, k] if model is None else model
     torque = evidence.torque[:, k] if torque is None else torque
     rows = np.isfinite(model) & np.isfinite(torque)
-    if rows.sum() < FEWEST:
+    if rows.sum() < LEAST_BINS:
         return None
     shapes = friction_shapes(evidence, k, rows)
     if beside is not None:
@@ -140,7 +139,7 @@ def unexplained(evidence: AuditData, k: int, sign: float | Array) -> float:
     """
     rows = np.isfinite(evidence.model[:, k]) & (np.broadcast_to(sign, len(evidence.rows)) != 0)
     torque = (sign * evidence.torque[:, k])[rows]
-    variance = float(evidence.torque[rows, k].var()) if rows.sum() >= FEWEST else 0.0
+    variance = float(evidence.torque[rows, k].var()) if rows.sum() >= LEAST_BINS else 0.0
     if variance == 0:
         return float("nan")
     shapes = friction_shapes(evidence, k, rows)
@@ -158,6 +157,12 @@ def all_unexplained(evidence: AuditData, sign: float = 1.0) -> Array:
 def misfit(shares: Array) -> float:
     """Compute the logarithm of the product of unexplained shares, shape (k,); unknown ones count as one."""
     return float(np.log(np.clip(np.nan_to_num(shares, nan=1.0), 1e-3, 1.0)).sum())
+
+
+def winner(costs: Mapping[str, float], margin: float) -> str:
+    """Choose the cause that costs less than all others by a margin; "" (no cause) wins unless it is clearly beaten."""
+    best, *others = sorted(costs, key=costs.__getitem__)
+    return best if costs[best] <= min((costs[other] for other in others), default=np.inf) - margin else ""
 
 
 def effective_share(regressor: Array, error: Array, run: IntArray) -> float:

@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 
 from stribeck.check.audit.channels import unmeasured
 from stribeck.check.audit.evidence import LEAST_BINS, AuditData
-from stribeck.check.audit.regression import FEWEST, GainFit, fit, friction_shapes, unexplained, without
+from stribeck.check.audit.regression import GainFit, fit, friction_shapes, unexplained, without
 from stribeck.check.audit.scale import BINS_FOR_GAIN, NEAR, SURE, check_scales, judged
 from stribeck.check.audit.units import MOST, concerns_most
 from stribeck.core.base.finding import Finding, listed
@@ -190,7 +190,7 @@ def _cross_fits(evidence: AuditData, joints: list[int]) -> tuple[Array, Array, A
     residual, gain, share = np.ones((3, len(joints), len(joints)))
     for column, k in enumerate(joints):
         rows = np.isfinite(evidence.model[:, k])
-        if rows.sum() < FEWEST:
+        if rows.sum() < LEAST_BINS:
             continue
         torques = evidence.torque[rows][:, joints]
         spread = np.maximum(np.sum((torques - torques.mean(axis=0)) ** 2, axis=0), 1e-30)

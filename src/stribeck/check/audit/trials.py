@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from stribeck.check.audit.base import contact_setting
 from stribeck.check.audit.change import ColumnChange
-from stribeck.check.audit.evidence import AuditData, gather
-from stribeck.check.audit.regression import FEWEST, POOR, all_unexplained, fit
+from stribeck.check.audit.evidence import LEAST_BINS, AuditData, gather
+from stribeck.check.audit.regression import POOR, all_unexplained, fit, winner
 from stribeck.core.base.finding import Finding
 from stribeck.core.base.typing import Array
 from stribeck.core.dynamics.state import root_quaternions
@@ -40,9 +40,10 @@ def check_by_trial(evidence: AuditData, settings: Settings) -> list[Finding]:
         signs = {name: (_inverted(evidence, name, settings if fixed else None),) for name in examined - set(names)}
         trials = signs if names else {**signs, **legs, **contacts}
         costs = {key: min(map(cost_of, variants)) for key, variants in trials.items()}
-        best, *others = sorted(costs, key=costs.__getitem__)
         better = 0.8  # largest cost relative to the cost without a change and to the next best trial's [1]
-        if costs[best] > better * min([cost, *(costs[key] for key in others)]):
+        logarithms = {key: float(np.log(max(share, 1e-300))) for key, share in ({"": cost} | costs).items()}
+        best = winner(logarithms, -float(np.log(better)))
+        if not best:
             break
         if fixed and (as_given := fit(evidence, evidence.joints.index(best))) and as_given.dissipation > resists:
             break
@@ -101,7 +102,7 @@ def _motion_of_feet(evidence: AuditData) -> float:
     It is the rotation of soles [rad], and the motion of points relative to each other, divided by the leg's length [1].
     """
     robot, log = evidence.robot, evidence.prepared.log.take(evidence.rows)
-    if log.base_orientation is None or len(evidence.rows) < FEWEST:
+    if log.base_orientation is None or len(evidence.rows) < LEAST_BINS:
         return float("nan")
     turn = Rotation.from_quat(root_quaternions(robot, log.position, log.base_orientation))
     together = evidence.run[1:] == evidence.run[:-1]
@@ -126,4 +127,4 @@ def _motion_of_feet(evidence: AuditData) -> float:
         length: Array = np.linalg.norm(points[foot], axis=1)
         rates.append((steps / length[1:])[together & both[1:] & both[:-1]])
     motion = np.concatenate([np.empty(0), *rates])
-    return float(np.mean(motion)) if len(motion) >= FEWEST else float("nan")
+    return float(np.mean(motion)) if len(motion) >= LEAST_BINS else float("nan")

@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 
-from stribeck.check.audit.evidence import AuditData, gather
+from stribeck.check.audit.evidence import LEAST_BINS, AuditData, gather
 from stribeck.check.audit.motion import gravity_torques
-from stribeck.check.audit.regression import FEWEST, friction_shapes, regress
+from stribeck.check.audit.regression import friction_shapes, regress
 from stribeck.core.base.finding import Finding, listed
 from stribeck.core.base.typing import Array
 from stribeck.core.equations.friction_torque.preparation import Logs, PreparedLog, log_names
@@ -122,7 +122,7 @@ def _gain(logs: Sequence[tuple[AuditData, Array]], k: int, factor: float) -> Gai
         gravities.append(static[:, rows, k])
         channels.append(evidence.torque[rows, k] / factor)
         runs.append(evidence.run[rows] + 1_000_000 * number)
-    if sum(map(len, channels)) < FEWEST:
+    if sum(map(len, channels)) < LEAST_BINS:
         return Gain(np.nan, unknown="too little motion")
     (gravity, *drawn), channel, run = np.concatenate(gravities, axis=1), np.concatenate(channels), np.concatenate(runs)
     model, shapes = np.concatenate(models), np.concatenate(parts)

@@ -22,9 +22,6 @@ from stribeck.core.log.clock import typical_step
 from stribeck.core.robot import Robot
 from stribeck.core.settings import Settings
 
-FAR = float(np.log(BETTER))
-"""Decrease of the cost by which a change must make a log more likely [1]."""
-
 
 @dataclass(frozen=True, eq=False)
 class Trial:
@@ -45,7 +42,7 @@ class Trial:
     @property
     def cost(self) -> float:
         """Logarithm of the product of the shares, larger if joints leave their range."""
-        return misfit(self.left) + 1.1 * FAR * int(self.outside.sum())
+        return misfit(self.left) + 1.1 * BETTER * int(self.outside.sum())
 
     @property
     def fits(self) -> bool:
@@ -73,7 +70,7 @@ def _try(log: RobotLog, robot: Robot, change: ColumnChange) -> Trial:
     return Trial(change, left, outside)
 
 
-def _best(log: RobotLog, robot: Robot, now: Trial, changes: Iterable[ColumnChange], least: float = FAR) -> Trial:
+def _best(log: RobotLog, robot: Robot, now: Trial, changes: Iterable[ColumnChange], least: float = BETTER) -> Trial:
     """Choose the best change if it decreases the cost by more than the least amount [1], and the present one if not."""
     best = min((_try(log, robot, change) for change in changes), key=lambda trial: trial.cost, default=now)
     return best if now.cost - best.cost > least else now
@@ -147,7 +144,7 @@ def gear_ratios_by_dynamics(log: RobotLog, robot: Robot) -> tuple[Array, Array] 
             best = _best(log, robot, best, changes, 0.0)
     ratios: Array = np.where(turning, 1 / (radians * best.change.position), 1.0)
     shares = ratios * np.subtract(*robot.position_limits[::-1]) / 200  # one if positions are -100 to 100 of the range
-    if given.cost - best.cost < FAR or not best.fits or np.allclose(shares, 1, atol=0.05):
+    if given.cost - best.cost < BETTER or not best.fits or np.allclose(shares, 1, atol=0.05):
         return None
     whole = in_radians.times(1 / np.round(ratios), np.round(ratios) if before else 1.0)
     ratios = np.round(ratios, 0 if _try(log, robot, whole).cost < best.cost + 1 else 2)
