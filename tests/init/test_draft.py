@@ -1,5 +1,6 @@
 """`stribeck init` drafts robot files for logs with other names, units, signs and orders, and friction is found."""
 
+import re
 import sys
 from dataclasses import replace
 from functools import cache
@@ -299,7 +300,7 @@ def test_normalized_positions_are_asked_for_with_the_keys_to_set(tmp_path):
     path = written(log, tmp_path / "log.npz", position=normalized, velocity=None, acceleration=None)
     _, text = drafted(ARM, path, tmp_path)
     note = " ".join(line.lstrip("# ") for line in text.splitlines() if line.startswith("# "))
-    scale, offset = (note[note.index(f"{key} = {{") :].partition("}")[0] + "}" for key in ("scale", "offset"))
+    scale, offset = re.findall(r"(?:scale|offset) = (?:{[^}]*}|[-+.e\d]*\d)", note)
     output = tmp_path / "robot.toml"
     output.write_text(text.replace('unit = "deg"', f"{scale}\n{offset}"))
     read = read_log(path, Robot.from_file(output))

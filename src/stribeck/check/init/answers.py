@@ -8,12 +8,13 @@ import numpy as np
 
 from stribeck.check.audit.positions import in_millimeters
 from stribeck.check.init import columns
-from stribeck.check.init.by_dynamics import answer_by_dynamics, by_logged_name, write_scale
+from stribeck.check.init.by_dynamics import answer_by_dynamics, write_scale
 from stribeck.check.init.draft import Draft, ask_for_ankles, ask_for_torque_source, write_contacts
 from stribeck.check.init.joints import match_joints
 from stribeck.check.init.model import read_model
 from stribeck.check.init.names import WORDS
 from stribeck.core.base.threads import one_blas_thread
+from stribeck.core.base.toml import in_toml
 from stribeck.core.base.typing import TorqueSource
 from stribeck.core.equations.friction_torque.preparation import prepare
 from stribeck.core.errors import LogError, listed
@@ -21,8 +22,9 @@ from stribeck.core.log import RobotLog
 from stribeck.core.log.channels import WRENCH
 from stribeck.core.log.clock import TIME, mean_step
 from stribeck.core.log.plausibility import position_slopes
-from stribeck.core.robot import model_path
+from stribeck.core.robot import Robot, model_path
 from stribeck.core.robot.packages import PREFIX
+from stribeck.core.robot.scale_setting import scale_setting
 from stribeck.core.settings import LogTable
 from stribeck.io import Recording, name_motors, open_log, word_size
 
@@ -105,8 +107,8 @@ def _answer_from_log(draft: Draft, log: Path) -> None:
         (draft.set if sure else draft.guess)(f"log.{channel}", "unit", unit, why)
         if channel == "position" and read.command is not None:
             draft.set("log.desired_position", "unit", unit, "as the positions.")
-        if channel == "position" and unit == "deg" and (ranges := columns.normalized_ranges(read, robot)):
-            _ask_for_normalized(draft, ranges)
+        if channel == "position" and unit == "deg":
+            _ask_for_normalized(draft, read, robot)
     if not timed:
         draft.ask("log.rate", "without a rate, nothing else was checked; `stribeck inspect` checks signs and units.")
     elif read.command is None:  # order and signs of commands are those of the positions
@@ -237,19 +239,25 @@ def _write_ticks(draft: Draft, log: RobotLog, turn: int) -> None:
         draft.set("log.velocity", "scale", float(f"{scale * np.nanmedian(slopes):.4g}"), why)
 
 
-def _ask_for_normalized(draft: Draft, ranges: dict[str, tuple[float, float]]) -> None:
-    """Ask whether positions are degrees or shares of each joint's range, and offer the keys for the latter."""
+def _ask_for_normalized(draft: Draft, log: RobotLog, robot: Robot) -> None:
+    """Ask whether degrees may be LeRobot's shares of each joint's range, and offer the keys for these.
 
-    def inline(values: dict[str, float]) -> str:
-        entries = by_logged_name(draft.table("log"), "position", values)
-        return "{ " + ", ".join(f'"{name}" = {value:.6g}' for name, value in entries.items()) + " }"
-
-    scales = inline({joint: (high - low) / 200 for joint, (low, high) in ranges.items()})
-    offsets = inline({joint: (high + low) / 2 for joint, (low, high) in ranges.items()})
+    -100 and 100 mean the model's limits; a gripper has shares from 0 to 100.
+    """
+    low, high = robot.position_limits
+    lowest, highest = np.nanmin(log.position, axis=0), np.nanmax(log.position, axis=0)
+    gripper = np.array(["gripper" in name.lower() for name in robot.joint_names])
+    beyond = np.maximum(-lowest, highest).max() > 100.5 or (lowest < -0.5)[gripper].any()
+    if beyond or not np.isfinite(high - low).all():
+        return
+    low = np.where(gripper, 2 * low - high, low)
+    keys = [dict(zip(robot.joint_names, x.tolist(), strict=True)) for x in ((high - low) / 200, (high + low) / 2)]
+    settings = [scale_setting(draft.robot(), values, "position", digits=6) for values in keys]
+    scale, offset = (in_toml(setting.value, len(low)) for setting in settings)
     draft.ask(
         "log.position.unit",
         "are these degrees, or -100 to 100 of each joint's calibrated range (LeRobot; grippers 0 to 100)? For the "
-        f"latter delete `unit` and set, for the model's limits, scale = {scales} and offset = {offsets}.",
+        f"latter delete `unit` and set, for the model's limits, scale = {scale} and offset = {offset}.",
     )
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 from stribeck.check.audit import delays, findings, gather
 from stribeck.check.audit.change import ColumnChange
@@ -20,8 +19,6 @@ from stribeck.io import Recording
 
 QUESTIONS = ("torque-scale", "torque-gain", "several-causes", "bodies-differ", "payload", "gravity")
 """Checks whose remedies depend on what the user knows about the robot."""
-UNEXPLAINED = (*QUESTIONS[:-1], "torque-unexplained")
-"""Checks whose findings may be due to positions in another unit."""
 
 
 def answer_by_dynamics(draft: Draft, source: Recording, unsure: Sequence[str]) -> None:
@@ -45,7 +42,8 @@ def answer_by_dynamics(draft: Draft, source: Recording, unsure: Sequence[str]) -
             draft.ask("robot", f"the log cannot be used with these settings: {error}.")
             return
         problems = findings(evidence, delays(evidence), robot.settings)
-        unit = robot.log_table.position.unit or any(finding.check in UNEXPLAINED for finding in problems)
+        unexplained = {*QUESTIONS[:-1], "torque-unexplained"}  # maybe due to positions in another unit
+        unit = robot.log_table.position.unit or any(finding.check in unexplained for finding in problems)
         if unit is True and (unit := unit_by_dynamics(read, robot)):
             _write_unit(draft, unit, read)
             continue
@@ -133,11 +131,3 @@ def write_scale(draft: Draft, channel: str, factors: Array) -> bool:
     if other:
         draft.table(f"log.{channel}")["scale"] = scale_setting(robot, other, channel, digits=5).value
     return bool(other)
-
-
-def by_logged_name(table: dict[str, Any], channel: str, values: dict[str, float]) -> dict[str, float]:
-    """Give values of joints by the names that the log has in a channel."""
-    asked, names = table.get(channel, {}).get("name"), table.get("joint_names", {})
-    columns = set(asked) & set(names) if isinstance(asked, list) else set()
-    logged = {joint: label for label, joint in names.items() if not columns or label in columns}  # of this channel
-    return {logged.get(joint, joint): value for joint, value in values.items()}

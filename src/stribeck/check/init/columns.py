@@ -138,21 +138,6 @@ def position_and_velocity_units(log: RobotLog, robot: Robot) -> tuple[dict[str, 
     return found | ({"velocity": velocity} if log.velocity is not None and velocity != "rad/s" else {}), why, sure
 
 
-def normalized_ranges(log: RobotLog, robot: Robot) -> dict[str, tuple[float, float]]:
-    """Compute the positions [rad] that -100 and 100 mean by joint, if the log may have LeRobot's shares of a range.
-
-    A gripper has shares from 0 to 100.
-    """
-    low, high = robot.position_limits
-    lowest, highest = np.nanmin(log.position, axis=0), np.nanmax(log.position, axis=0)
-    gripper = np.array(["gripper" in name.lower() for name in robot.joint_names])
-    beyond = np.maximum(-lowest, highest).max() > 100.5 or (lowest < -0.5)[gripper].any()
-    if beyond or not np.isfinite(high - low).all():
-        return {}
-    low = np.where(gripper, 2 * low - high, low)
-    return dict(zip(robot.joint_names, zip(low.tolist(), high.tolist(), strict=True), strict=True))
-
-
 def servo_ticks(log: RobotLog) -> int:
     """Find the ticks per turn of positions that are integers around the middle of a servo's range; 0 otherwise."""
     known = log.position[np.isfinite(log.position)]
