@@ -37,17 +37,18 @@ def find_torques(
         If the torque of a joint has the wrong sign.
     """
     every, count, of_delays = [*prepared, *unseen], len(prepared), list[Finding]()
-    if not every[0].log.unscaled:
-        return *with_found_delays(prepared, robot, settings, unseen), {}, robot
-    if every[0].log.command is not None:  # kp is needed to find the delays, and without the delays it is 10 % off
-        gains = find_gains(prepared, robot, settings)
-        every, robot = [with_gains(part, gains, rough=True) for part in every], _with_kp(robot, gains)
-        every, of_delays = with_found_delays(every[:count], robot, settings, every[count:])
-    gains = find_gains(every[:count], robot, settings)
-    every = [with_gains(part, gains, rough=False) for part in every]
+    unknown, commanded = bool(every[0].log.unscaled), every[0].log.command is not None
+    for rough in (True, False):  # kp is needed to find the delays, and without the delays it is 10 % off
+        if unknown and (commanded or not rough):
+            gains = find_gains(every[:count], robot, settings)
+            every, robot = [with_gains(part, gains, rough=rough) for part in every], _with_kp(robot, gains)
+        if rough:
+            every, of_delays = with_found_delays(every[:count], robot, settings, every[count:])
+    if not unknown:
+        return every, of_delays, {}, robot
     errors = {name: gain.half_width / gain.value / 2 for name, gain in gains.items()}
     findings = [*gain_findings(gains, every[0].log.channel_unit(prismatic=False)), *of_delays]
-    return every, findings, errors, _with_kp(robot, gains)
+    return every, findings, errors, robot
 
 
 def _with_kp(robot: Robot, gains: dict[str, Gain]) -> Robot:
