@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from stribeck.check.audit import AuditData, delays, findings, gather
+from stribeck.check.audit.delay import Lag
 from stribeck.check.drives import find_torques
 from stribeck.core.base.finding import Finding
 from stribeck.core.base.text_table import TextTable, span
@@ -193,10 +194,7 @@ def _inspect(prepared: PreparedLog, robot: Robot, settings: Settings, of_current
     problems = [*findings(evidence, lags, settings), *of_currents, *model_findings(robot)]
     opposite = {joint for finding in problems if finding.check == "torque-sign" for joint in finding.joints}
     joints = {
-        name: _inspect_joint(
-            evidence, k, lags[name].delay if name in lags else None, "opposite" if name in opposite else None
-        )
-        for k, name in enumerate(evidence.joints)
+        name: _inspect_joint(evidence, k, lags.get(name), name in opposite) for k, name in enumerate(evidence.joints)
     }
     return Inspection(
         robot=robot.name,
@@ -224,9 +222,7 @@ def _inspect(prepared: PreparedLog, robot: Robot, settings: Settings, of_current
     )
 
 
-def _inspect_joint(
-    evidence: AuditData, k: int, delay: float | None, sign: Literal["opposite"] | None
-) -> JointInspection:
+def _inspect_joint(evidence: AuditData, k: int, lag: Lag | None, opposite: bool) -> JointInspection:
     log, column = evidence.prepared.log, evidence.robot.torque_controlled[k]
     gain = log.unscaled.get(evidence.joints[k])
     known = np.isfinite(evidence.model[:, k])
@@ -240,10 +236,10 @@ def _inspect_joint(
         velocity_range=(slowest, fastest),
         torque_range=_span(log.torque[:, column] / (gain or 1.0)),
         correlation=correlation,
-        delay=delay,
+        delay=lag.delay if lag else None,
         torque_unit=log.channel_unit(evidence.robot.prismatic[column]) if gain else None,
         prismatic=evidence.robot.prismatic[column],
-        sign=sign or ("agrees" if correlation is not None and correlation > 0.3 else "unclear"),
+        sign="opposite" if opposite else "agrees" if correlation is not None and correlation > 0.3 else "unclear",
     )
 
 
