@@ -59,9 +59,9 @@ def find_gains(prepared: Logs, robot: Robot, settings: Settings) -> dict[str, Ga
     ]
     known = [robot.joint_names[column] for column in robot.torque_controlled]
     gains = {name: _gain(logs, known.index(name), factor) for name, factor in rough.items()}
-    values = [gain.value for gain in gains.values() if np.isfinite(gain.value) and not gain.unknown]
-    values = values or [gain.value for gain in gains.values() if np.isfinite(gain.value)]
-    usual = float(np.median(values)) if values else 1.0
+    rough_ones = [gain for gain in gains.values() if np.isfinite(gain.value)]
+    sure = [gain for gain in rough_ones if not gain.unknown]
+    usual = float(np.median([gain.value for gain in sure or rough_ones] or [1.0]))
     gains = {name: gain if np.isfinite(gain.value) else replace(gain, value=usual) for name, gain in gains.items()}
     if turned := [name for name, gain in gains.items() if gain.value < 0]:
         channel = "torque" if prepared[0].log.command is None else "desired_position"
@@ -111,21 +111,17 @@ def _gain(logs: Sequence[tuple[AuditData, Array]], k: int, factor: float) -> Gai
     Each log comes with static torques of the model and of the drawn models, shape (1 + MODELS, B, k). Samples slower
     than 2 % of the top speed are ignored, because friction is undetermined at rest.
     """
-    parts, models, gravities, channels, runs = [], [], [], [], []
+    parts = []
     for number, (evidence, static) in enumerate(logs):
-        if not evidence.moves(k):
-            continue
         fast = np.abs(evidence.velocity[:, k]) > max(0.01, 0.02 * float(evidence.top_speed[k]))
         rows = np.isfinite(evidence.model[:, k]) & np.isfinite(static[0, :, k]) & fast
-        parts.append(friction_shapes(evidence, k, rows))
-        models.append(evidence.model[rows, k])
-        gravities.append(static[:, rows, k])
-        channels.append(evidence.torque[rows, k] / factor)
-        runs.append(evidence.run[rows] + 1_000_000 * number)
-    if sum(map(len, channels)) < LEAST_BINS:
+        if evidence.moves(k):
+            torques = static[:, rows, k].T, evidence.model[rows, k], evidence.torque[rows, k] / factor
+            parts.append((friction_shapes(evidence, k, rows), *torques, evidence.run[rows] + 1_000_000 * number))
+    if sum(len(run) for *_, run in parts) < LEAST_BINS:
         return Gain(np.nan, unknown="too little motion")
-    (gravity, *drawn), channel, run = np.concatenate(gravities, axis=1), np.concatenate(channels), np.concatenate(runs)
-    model, shapes = np.concatenate(models), np.concatenate(parts)
+    shapes, static, model, channel, run = map(np.concatenate, zip(*parts, strict=True))
+    gravity, *drawn = static.T
     slope, deviation, load, _ = regress(np.column_stack([shapes, model - gravity]), gravity, channel, run)
     varies = f"gravity varies by {round(float(gravity.std()), 6):.2g} N m"
     if float(load @ load) <= max(0.2**2 * float(np.sum((gravity - gravity.mean()) ** 2)), 1e-12 * len(gravity)):
