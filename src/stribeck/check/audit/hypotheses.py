@@ -18,6 +18,7 @@ from stribeck.check.audit.motion import gravity_torques
 from stribeck.check.audit.regression import effective_share, friction_shapes, without
 from stribeck.core.base.typing import Array
 from stribeck.core.dynamics.state import State
+from stribeck.core.equations.whole_log.corrections import inertial_parameters_of
 from stribeck.core.equations.whole_log.regressors import inertia_regressors
 from stribeck.core.estimator.model.bodies import bodies_of
 from stribeck.core.robot.inertial_parameters import SIZE
@@ -90,9 +91,7 @@ def _ranked(evidence: AuditData, joints: Sequence[int]) -> list[Hypothesis]:
     others = np.delete(position, robot.torque_controlled, axis=1)  # their velocities are not among the evidence
     if robot.base != "fixed" or robot.loops or len(evidence.rows) < FEWEST_BINS or np.ptp(others, axis=0).any():
         return []
-    parameters = np.array(
-        [robot.tree.model.inertias[k].toDynamicParameters() for k in range(1, robot.tree.model.njoints)]
-    )
+    parameters = inertial_parameters_of(robot)
     slopes = bodies_of(parameters, robot.settings.priors).slopes(np.zeros_like(parameters))
     joints, gram, samples = _gram(evidence, joints, slopes)
     if len(joints) < min(2, len(evidence.joints)):
