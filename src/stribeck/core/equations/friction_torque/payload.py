@@ -37,10 +37,10 @@ def with_payloads(log: RobotLog, robot: Robot, sampling: Sampling) -> RobotLog:
 
     The segments of `sampling` must not extend over a change of payload.
     """
-    from scipy.signal import savgol_filter
-
     if not robot.payloads:
         return log
+    from scipy.signal import savgol_filter  # slow to import
+
     duration = 0.1  # length of the filter for accelerations [s]: shorter than a motion, long against encoder noise
     external = np.zeros_like(log.torque) if log.external_torque is None else log.external_torque.copy()
     for payload in robot.payloads:
