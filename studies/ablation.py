@@ -56,9 +56,9 @@ PILOT, NOISE, TERMS = (f"estimator.{name}" for name in ("solver.pilot", "noise",
 MODEL = "estimator.model.corrections.ModelCorrections"
 MECHANISMS: dict[str, dict[str, object]] = {
     FULL: {},
-    "least trimmed squares": {f"{PILOT}.consistent": lambda groups, *_: groups},
-    "reweighting": {f"{PILOT}.undisturbed": lambda groups, *_: groups},
-    "median deviations": {f"{PILOT}.without_outliers": lambda parts, _: [groups for groups, _ in parts]},
+    "least trimmed squares": {f"{PILOT}.consistent": lambda fit, *_: fit},
+    "reweighting": {f"{PILOT}.undisturbed": lambda fit: fit},
+    "median deviations": {f"{PILOT}.without_outliers": lambda groups, *_: groups},
     "window test": {f"{NOISE}.outliers.Prediction.set_aside": lambda _, part, __: part},
     "spikes": {"identify.whole_log.without_spikes": lambda signal, *_, **__: (signal, 0)},
     "torque delay": {f"{PILOT}._delay_pays": lambda *_: False},

@@ -105,7 +105,8 @@ def test_variance_components_are_found_from_residuals() -> None:
     zeros = np.zeros(3), np.zeros(3), np.zeros(3)
     components = VarianceComponents(np.full((2, 3), 1.0), np.full(6, 1.0), np.ones((2, 5)), *zeros, np.ones(4))
     for _ in range(15):
-        components = more_likely(components, parts, 1.0)
+        whitened = [(groups, groups.whitener(components), residual) for groups, residual in parts]
+        components = more_likely(components, whitened, 1.0)
     shown = [0, 2, 4, 5, 6, 7, 8, 9, 10, 11]  # the first joint always swings, the second always stands
     np.testing.assert_allclose(components.away_from_contacts[shown], TRUTH.away_from_contacts[shown], rtol=0.5)
     assert np.ptp(components.root[:3]) == np.ptp(components.root[3:]) == 0  # one for all directions

@@ -97,8 +97,8 @@ def test_a_payload_that_is_held_for_a_part_of_the_log_is_set_aside(arm, exact, c
     found = whole_log(carrying(arm, exact), arm)
     assert 0.3 < found.read.set_aside < 0.6
     assert {finding.check for finding in find_problems(found)} == {"payload"}  # says when, where and how much
-    swinging = found.read.pilot.components.model[0]  # of an arm, no joint stands
-    np.testing.assert_allclose(swinging, clean.read.pilot.components.model[0], rtol=0.5)
+    swinging = found.read.pilot.fit.components.model[0]  # of an arm, no joint stands
+    np.testing.assert_allclose(swinging, clean.read.pilot.fit.components.model[0], rtol=0.5)
     covered(found, 0.02)
 
 

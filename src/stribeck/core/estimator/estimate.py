@@ -111,7 +111,7 @@ def fit_whole_log(
         Callback `progress(fraction)`.
     """
     read = read_with_pilot(equations, law, rest * law.jumps, priors, progress)
-    known, whole, root_turns = read.known, read.whole, read.pilot.components.root[3:]
+    known, whole, root_turns = read.known, read.whole, read.pilot.fit.components.root[3:]
 
     def effects(fit: Fit) -> Array:
         return random_effect_covariance(read.sample, known.count, fit, root_turns)[1]

@@ -120,7 +120,7 @@ def read_with_pilot(
     tried: list[tuple[float, float]] = []
     laws, terms, pilot = start()
     while True:
-        sequence = replace(equations, effects=pilot.model.layout.log_effects[1])
+        sequence = replace(equations, effects=pilot.fit.model.layout.log_effects[1])
         read = _read(sequence, pilot, basis, terms, laws, progress)
         remainder = remaining_delay(read.fit)
         rows = read.fit.layout.places("torque_delay")
@@ -143,7 +143,7 @@ def _read(
     columns = Columns(basis, terms)
     sequence = equations.delayed(pilot.delay)
     size = np.mean([part.residual.size for part in pilot.parts])  # equations of a segment
-    needed = (_friction_error(pilot) / constants.ENOUGH) ** 2 * sum(each.count for each in pilot.groups) / size
+    needed = (_friction_error(pilot) / constants.ENOUGH) ** 2 * sum(each.count for each in pilot.fit.groups) / size
     enough = max(constants.LEAST_SEGMENTS, int(min(constants.MOST_SEGMENTS, float(needed))))
     most = min(constants.MOST_SEGMENTS, enough, max(constants.FOLDS, int(constants.MOST_EQUATIONS / size)))
     folds, held_out = sequence.folds(most)
@@ -194,7 +194,7 @@ def _with_terms(
     """Build the laws with all terms, the scales of the terms, and the pilot with their columns."""
     joints, functions = basis.velocity.shape[0], basis.functions.shape[1]
     parts = pilot.parts
-    size = len(pilot.prediction.values) - pilot.model.layout.size
+    size = len(pilot.prediction.values) - pilot.fit.model.layout.size
     friction = pilot.prediction.values[:size].reshape(joints, -1)[:, :functions]
     residuals = []
     for part in parts:
@@ -202,7 +202,7 @@ def _with_terms(
         fitted = np.einsum("kmj,kjr,jr->km", part.weights, windows, friction, optimize=True)
         if part.regressors is not None:
             fitted += part.regressors @ pilot.prediction.values[size:]
-        residuals.append((part, part.residual - fitted, pilot.components.marginal(part)))
+        residuals.append((part, part.residual - fitted, pilot.fit.components.marginal(part)))
     offsets = np.array([parameter.name != "offset" for parameter in law.parameters])
     free = offsets | (np.arange(joints) < parts[0].joints)[:, None]  # couplings have none: the joints have
     laws = Laws(law, basis, (), speed, np.full(joints, pilot.torque), priors, free)
@@ -222,14 +222,14 @@ def _with_terms(
 
 def _first_fit(known: Statistics, laws: Laws, pilot: Pilot) -> Fit:
     """Fit laws with all terms, starting from a linear fit of friction and corrections."""
-    joints, size = len(laws.top_speed), pilot.model.layout.size
-    system = eliminate(known, pilot.model, np.zeros(size))
-    covariance = inverse_of(system.information + np.diag(pilot.precision))
+    joints, size = len(laws.top_speed), pilot.fit.model.layout.size
+    system = eliminate(known, pilot.fit.model, np.zeros(size))
+    covariance = inverse_of(system.information + np.diag(pilot.fit.precision))
     theta = (covariance @ system.right).reshape(joints, -1)
     internal = best_of_linear(laws, theta, blocks(covariance, joints))
     start = Fit(
         laws=laws,
-        model=pilot.model,
+        model=pilot.fit.model,
         internal=internal,
         corrections=np.zeros(size),
         covariance=np.zeros((internal.size + size,) * 2),

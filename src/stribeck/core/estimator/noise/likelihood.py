@@ -31,7 +31,7 @@ class Groups:
     first, step
         Index of the first group in the segment, and distance to the next group [1].
     design
-        Derivatives by all values, then left sides, shape (g, b, D + 1): b rows of `lags` windows.
+        Derivatives by all coordinates, then left sides, shape (g, b, D + 1): b rows of `lags` windows.
     """
 
     part: WeakEquations
@@ -55,10 +55,6 @@ class Groups:
         """Number of equations that count."""
         return int(self.of_windows(self.part.used).sum() * self.part.residual.shape[1])
 
-    def whitened(self, components: VarianceComponents) -> Array:
-        """Whiten the design, shape (g, b, D + 1)."""
-        return self.whitener(components) @ self.design
-
     def whitener(self, components: VarianceComponents) -> Array:
         """Compute L^-1 of each group, where L L^T is its covariance, shape (g, b, b)."""
         errors = [replace(error, response=error.response[self.places]) for error in components.errors(self.part)]
@@ -79,9 +75,11 @@ def make_groups(part: WeakEquations, first: int, step: int, design: Array) -> Gr
 
 
 def more_likely(
-    components: VarianceComponents, parts: Iterable[tuple[Groups, Array]], freedom: float
+    components: VarianceComponents, parts: Iterable[tuple[Groups, Array, Array]], freedom: float
 ) -> VarianceComponents:
-    """Update variance components by one step of maximum likelihood, given groups and residuals, shape (g, b).
+    """Update variance components by one step of maximum likelihood.
+
+    `parts` are groups with their whitener by these components, shape (g, b, b), and residual, shape (g, b).
 
     With Sigma = ... + s_c^2 V_c, the likelihood has its maximum where
 
@@ -94,8 +92,8 @@ def more_likely(
     """
     sums = np.zeros((2, len(components.away_from_contacts), BINS))
     encoder_sums = np.zeros((2, len(components.encoder_scale)))
-    for groups, residual in parts:
-        part, inverse = groups.part, groups.whitener(components)
+    for groups, inverse, residual in parts:
+        part = groups.part
         kinds = (
             (components.response(part) * components.at(part)[:, None], part.model_overlap),
             (components.encoder_errors(part), part.acceleration_overlap),

@@ -62,15 +62,17 @@ class Prediction:
         return np.asarray(size / np.sqrt(variance))
 
 
-def without_outliers(parts: Sequence[tuple[Groups, Array]], components: VarianceComponents) -> list[Groups]:
+def without_outliers(
+    parts: Sequence[Groups], residuals: Sequence[Array], components: VarianceComponents
+) -> list[Groups]:
     """Remove windows whose residuals are far larger than most residuals of the same equation.
 
     `residuals` of a fit to the groups have shape (g, b). The scale of an equation is its median over valid windows on
     the same feet, divided by the median of a normal distribution, but at least the components' expectation.
     """
-    scaled = [_scaled(parts, components, mean=False), _scaled(parts, components, mean=True)]
+    scaled = [_scaled(parts, residuals, components, mean=mean) for mean in (False, True)]
     result = []
-    for (groups, _), of_windows, of_means in zip(parts, *scaled, strict=True):
+    for groups, of_windows, of_means in zip(parts, *scaled, strict=True):
         if not groups.part.used.any():  # a disturbed whole segment must not come back and spoil the scale
             result.append(groups)
             continue
@@ -82,10 +84,12 @@ def without_outliers(parts: Sequence[tuple[Groups, Array]], components: Variance
     return result
 
 
-def _scaled(parts: Sequence[tuple[Groups, Array]], components: VarianceComponents, *, mean: bool) -> list[Array]:
+def _scaled(
+    parts: Sequence[Groups], residuals: Sequence[Array], components: VarianceComponents, *, mean: bool
+) -> list[Array]:
     """Standardize the residuals of windows, or their means over each group, by a robust scale, shape (g lags, m)."""
     sizes, modes, used = [], [], []
-    for groups, residual in parts:
+    for groups, residual in zip(parts, residuals, strict=True):
         part, lags = groups.part, groups.part.lags
         size = np.abs(residual.reshape(groups.of_windows(part.residual).shape))
         deviation = np.sqrt(groups.of_windows(components.marginal(part)))

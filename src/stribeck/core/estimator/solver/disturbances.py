@@ -7,11 +7,8 @@ from numpy.typing import NDArray
 
 from stribeck.core.base.typing import Array
 from stribeck.core.equations.constants import MOST_ROUNDS, ROUNDS
-from stribeck.core.estimator.model.corrections import ModelCorrections
-from stribeck.core.estimator.noise.likelihood import Groups
 from stribeck.core.estimator.noise.outliers import without_outliers
-from stribeck.core.estimator.noise.variance_components import VarianceComponents
-from stribeck.core.estimator.solver.linear_fit import LinearModel, held_out, product_of, products_of, residuals
+from stribeck.core.estimator.solver.linear_fit import LinearFit, fitted, product_of, residuals
 
 INCONSISTENT = 20.0
 """Chi^2 per equation relative to consistent segments, from which a segment is rejected [1]; undisturbed ones reach
@@ -27,21 +24,17 @@ ENOUGH_FOR_QUARTERS = 24
 
 @dataclass(frozen=True, eq=False)
 class _Trimmed:
-    """Least trimmed squares over G segments, from their products in coordinates, (G, D + 1, D + 1), and counts.
+    """Least trimmed squares over the G segments of a fit, with their contact modes, shape (G,), and a prior."""
 
-    `modes` are the contact modes of the segments, shape (G,).
-    """
-
-    products: Array
-    counts: NDArray[np.int64]
+    fit: LinearFit
     modes: NDArray[np.int64]
-    linear: LinearModel
+    prior: tuple[Array, Array]
 
     def sizes(self, masks: NDArray[np.bool_]) -> Array:
         """Compute all segments' chi^2 per equation for fits to some of them, shape (s, G)."""
-        sums = np.tensordot(masks.astype(float), self.products, axes=1)
-        values = np.stack([self.linear.fitted(product) for product in sums], axis=1)
-        return np.asarray(np.sum((self.products @ values) * values, axis=1).T / np.maximum(self.counts, 1))
+        sums = np.tensordot(masks.astype(float), self.fit.products, axes=1)
+        values = np.stack([fitted(product, *self.prior) for product in sums], axis=1)
+        return np.asarray(np.sum((self.fit.products @ values) * values, axis=1).T / np.maximum(self.fit.counts, 1))
 
     def share(self, size: Array, parts: int) -> NDArray[np.bool_]:
         """Select the fraction 1 / `parts` of each contact mode's segments that each fit explains best."""
@@ -59,7 +52,7 @@ class _Trimmed:
 
         Disturbances rarely reach all of the six contiguous parts. `first` is chi^2 for a fit to all segments, (1, G).
         """
-        everything, few = np.arange(len(self.counts)), max(3, len(self.counts) // 6)
+        everything, few = np.arange(len(self.modes)), max(3, len(self.modes) // 6)
         starts = [*(random.permutation(everything)[:few] for _ in range(11)), *np.array_split(everything, 6)]
         masks = np.vstack([self.share(first, parts), [np.isin(everything, start) for start in starts]])
         size, active = np.empty(masks.shape), np.arange(len(masks))
@@ -75,9 +68,7 @@ class _Trimmed:
         return means[best], masks[best], size[best]
 
 
-def consistent(
-    groups: list[Groups], model: ModelCorrections, components: VarianceComponents, precision: Array, half_alone: bool
-) -> list[Groups]:
+def consistent(fit: LinearFit, half_alone: bool) -> LinearFit:
     """Remove segments that disagree with the model of the largest consistent part.
 
     Least trimmed squares (Rousseeuw and Van Driessen 1999): from several starts, fits are repeated on the half of each
@@ -88,54 +79,52 @@ def consistent(
     are predicted far better without them: the segments of a poor model differ as much, but teach about each other.
     Only the consistent part is used for the delay, because a delay partly explains any disturbance.
     """
-    linear, counts = LinearModel.of(model.widest, precision), np.array([group.count for group in groups])
+    groups, widest, everything = fit.groups, fit.model.widest, np.arange(len(fit.groups))
     modes = np.unique([group.part.standing for group in groups], axis=0, return_inverse=True)[1]
-    products = products_of(groups, components, linear)
-    trimmed, random = _Trimmed(products, counts, modes, linear), np.random.default_rng(0)
-    everything = np.arange(len(groups))
+    trimmed = _Trimmed(fit, modes, fit.prior(widest))
+    random = np.random.default_rng(0)
     first = trimmed.sizes(np.ones((1, len(groups)), dtype=bool))
     if first.max() < 3.0:  # relative to the errors of a good model
-        return groups
+        return fit
     least, chosen, size = trimmed.best_explained(first, 2, random)
     if least > 1.5 and len(groups) >= ENOUGH_FOR_QUARTERS:
         quarter = trimmed.best_explained(first, 4, random)
         least, chosen, size = quarter if 4 * quarter[0] < least else (least, chosen, size)
     far = size > INCONSISTENT * np.median(size[chosen])
     if not far.any():
-        return groups
-    of_all, of_rest = (held_out(products, counts, places, linear) for places in (everything, everything[~far]))
+        return fit
+    of_all, of_rest = (fit.held_out(places, widest) for places in (everything, everything[~far]))
     of_all = of_all[~far]
     if np.median(of_all) < WORSE or np.median(of_all / np.maximum(of_rest, 1e-300)) < WORSE:
-        return groups
+        return fit
     if half_alone:
         far = ~chosen
-    return [
+    groups = [
         replace(each, part=replace(each.part, set_aside=np.ones(len(each.part.time), dtype=bool))) if aside else each
         for each, aside in zip(groups, far, strict=True)
     ]
+    return replace(fit, groups=groups)
 
 
-def undisturbed(
-    groups: list[Groups], model: ModelCorrections, components: VarianceComponents, precision: Array
-) -> list[Groups]:
+def undisturbed(fit: LinearFit) -> LinearFit:
     """Remove windows that a robust fit does not explain, because most segments may contain pushes.
 
     The weight of a group with a chi^2 above the median is reduced by their ratio (Holland and Welsch 1977).
     """
-    whitened = [group.whitened(components) for group in groups]
-    weighted = whitened
-    used = np.concatenate([group.of_windows(group.part.used).any(axis=1) for group in groups])
+    used = np.concatenate([group.of_windows(group.part.used).any(axis=1) for group in fit.groups])
     if not used.any():
-        return groups
-    linear = LinearModel.of(model, precision)
-    for number in range(2 * ROUNDS):
-        values = linear.values(linear.fitted(linear.in_coordinates(product_of(weighted))))
-        sizes = [np.mean((equations @ values) ** 2, axis=1) for equations in whitened]
+        return fit
+    values, whitened = fit.values, list[Array]()
+    for _ in range(2 * ROUNDS - 1):
+        white = zip(fit.whiteners, residuals(fit.groups, values), strict=True)
+        sizes = [np.mean((whitener @ residual[:, :, None]) ** 2, axis=(1, 2)) for whitener, residual in white]
         usual = np.median(np.concatenate(sizes)[used])
-        if not number and max(size.max(initial=0.0) for size in sizes) < INCONSISTENT * usual:
-            return groups
+        if not whitened and max(size.max(initial=0.0) for size in sizes) < INCONSISTENT * usual:
+            return fit
+        whitened = whitened or list(fit.whitened())
         weighted = [
-            equations / np.sqrt(np.maximum(size / usual, 1.0))[:, None, None]
-            for equations, size in zip(whitened, sizes, strict=True)
+            columns / np.sqrt(np.maximum(size / usual, 1.0))[:, None, None]
+            for columns, size in zip(whitened, sizes, strict=True)
         ]
-    return without_outliers(residuals(groups, values), components)
+        values = fitted(product_of(weighted), *fit.prior(fit.model))
+    return replace(fit, groups=without_outliers(fit.groups, residuals(fit.groups, values), fit.components))

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy  # its linalg is slow to import: loaded at its first use
-from numpy.typing import NDArray
 
-from stribeck.core.base.typing import Array
-from stribeck.core.estimator.model.corrections import ModelCorrections, Slopes
+from stribeck.core.base.typing import Array, IntArray
+from stribeck.core.estimator.model.corrections import ModelCorrections
 from stribeck.core.estimator.noise.likelihood import Groups
 from stribeck.core.estimator.noise.outliers import Prediction
 from stribeck.core.estimator.noise.variance_components import VarianceComponents
@@ -18,71 +18,92 @@ from stribeck.core.estimator.solver.positive_definite import inverse_of, solutio
 
 
 @dataclass(frozen=True, eq=False)
-class LinearModel:
-    """Coefficients of friction, with a prior of mean zero, and coordinates of corrections, linearized at zero.
+class LinearFit:
+    """A linear fit to groups of windows; what several steps of the pilot use is computed once.
 
     Attributes
     ----------
-    slopes
-        Derivatives of the corrections by their coordinates.
-    precision, pull
-        Inverse covariance of the prior, shape (D, D), and its product with the prior's mean, shape (D,).
+    groups
+        Groups of each segment, G in all, with derivatives by coefficients and by coordinates of the corrections.
+    components
+        Standard deviations of the errors.
+    model
+        Corrections, linearized at zero.
+    precision
+        Prior precision of the friction coefficients, whose mean is zero, shape (n q,).
     """
 
-    slopes: Slopes
+    groups: list[Groups]
+    components: VarianceComponents
+    model: ModelCorrections
     precision: Array
-    pull: Array
 
-    @classmethod
-    def of(cls, model: ModelCorrections, precision: Array) -> LinearModel:
-        """Linearize a model; friction has this prior `precision`, shape (n q,)."""
-        pull = np.append(np.zeros(len(precision)), model.precision @ model.prior_mean)
-        slopes = model.slopes(np.zeros(model.layout.size))
-        return cls(slopes, scipy.linalg.block_diag(np.diag(precision), model.precision), pull)
+    def prior(self, model: ModelCorrections) -> tuple[Array, Array]:
+        """Return the prior's inverse covariance, shape (D, D), and its product with the mean, shape (D,).
+
+        `model` are the same corrections, possibly with another prior.
+        """
+        pull = np.append(np.zeros(len(self.precision)), model.precision @ model.prior_mean)
+        return scipy.linalg.block_diag(np.diag(self.precision), model.precision), pull
+
+    @cached_property
+    def counts(self) -> IntArray:
+        """Number of equations of each segment that count, shape (G,)."""
+        return np.array([group.count for group in self.groups])
+
+    @cached_property
+    def whiteners(self) -> list[Array]:
+        """Whitener of each segment's groups, shape (g, b, b)."""
+        return [group.whitener(self.components) for group in self.groups]
+
+    def whitened(self) -> Iterator[Array]:
+        """Compute the whitened columns of each segment, shape (g, b, D + 1)."""
+        return (whitener @ group.design for whitener, group in zip(self.whiteners, self.groups, strict=True))
+
+    @cached_property
+    def products(self) -> Array:
+        """Products of the whitened columns of each segment, shape (G, D + 1, D + 1)."""
+        return np.stack([product_of([columns]) for columns in self.whitened()])
+
+    @cached_property
+    def _solution(self) -> tuple[Array, Array, float]:
+        """Coefficients and coordinates, shape (D,), their covariance, shape (D, D), and `freedom`."""
+        product, (precision, pull), count = self.products.sum(axis=0), self.prior(self.model), int(self.counts.sum())
+        covariance = inverse_of(product[:-1, :-1] + precision)
+        known = len(covariance) - np.sum(precision * covariance)
+        return covariance @ (product[:-1, -1] + pull), covariance, count / max(count - known, 1.0)
 
     @property
-    def corrections(self) -> slice:
-        """Places of the corrections among all D values."""
-        return slice(len(self.pull) - len(self.slopes), len(self.pull))
+    def values(self) -> Array:
+        """Coefficients, coordinates, and -1, shape (D + 1,)."""
+        return np.append(self._solution[0], -1.0)
 
-    def in_coordinates(self, product: Array) -> Array:
-        """Convert products of values and left sides, shape (D + 1, D + 1), from corrections to their coordinates."""
-        result, places = product.copy(), self.corrections
-        result[places] = self.slopes.pulled(result[places])
-        result[:, places] = self.slopes.pulled(result[:, places].T).T
-        return result
+    @property
+    def freedom(self) -> float:
+        """Number of equations divided by their degrees of freedom [1]."""
+        return self._solution[2]
 
-    def information(self, product: Array) -> tuple[Array, Array]:
-        """Compute information and right side, with the prior, from products in coordinates."""
-        return product[:-1, :-1] + self.precision, product[:-1, -1] + self.pull
+    @property
+    def prediction(self) -> Prediction:
+        """Prediction of coefficients and corrections."""
+        values, covariance = (array.copy() for array in self._solution[:2])
+        slopes, places = self.model.slopes(np.zeros(self.model.layout.size)), slice(len(self.precision), None)
+        values[places] = slopes.pushed(values[places, None])[:, 0]
+        covariance[places] = slopes.pushed(covariance[places])
+        covariance[:, places] = slopes.pushed(covariance[:, places].T).T
+        return Prediction(values, covariance, self.components)
 
-    def fitted(self, product: Array) -> Array:
-        """Fit whitened groups by their product in coordinates; return coefficients, coordinates, and -1."""
-        return np.append(solution_of(*self.information(product)), -1.0)
-
-    def values(self, fitted: Array) -> Array:
-        """Convert coordinates among D values or more to corrections."""
-        result, places = fitted.copy(), self.corrections
-        result[places] = self.slopes.pushed(result[places, None])[:, 0]
-        return result
+    def held_out(self, segments: IntArray, model: ModelCorrections) -> Array:
+        """Compute chi^2 per equation of some segments [1], each predicted by a fit to the others, shape (S,)."""
+        together, prior = self.products[segments].sum(axis=0), self.prior(model)
+        values = [fitted(together - self.products[k], *prior) for k in segments]
+        squares = [vector @ self.products[k] @ vector for k, vector in zip(segments, values, strict=True)]
+        return np.asarray(np.array(squares) / np.maximum(self.counts[segments], 1))
 
 
-def predict(
-    groups: list[Groups], components: VarianceComponents, model: ModelCorrections, precision: Array
-) -> tuple[Prediction, float]:
-    """Fit some windows linearly, and divide the number of equations by their degrees of freedom [1].
-
-    Friction has a prior with mean zero and this `precision`, shape (n q,); bodies are linearized at the model.
-    """
-    linear, count = LinearModel.of(model, precision), sum(group.count for group in groups)
-    product = product_of([group.whitened(components) for group in groups])
-    information, right = linear.information(linear.in_coordinates(product))
-    covariance = inverse_of(information)
-    values = covariance @ right
-    known, places = len(values) - np.sum(linear.precision * covariance), linear.corrections
-    covariance[places] = linear.slopes.pushed(covariance[places])
-    covariance[:, places] = linear.slopes.pushed(covariance[:, places].T).T
-    return Prediction(linear.values(values), covariance, components), count / max(count - known, 1.0)
+def fitted(product: Array, precision: Array, pull: Array) -> Array:
+    """Fit whitened groups by the product of their columns and a prior; return coefficients, coordinates, and -1."""
+    return np.append(solution_of(product[:-1, :-1] + precision, product[:-1, -1] + pull), -1.0)
 
 
 def product_of(whitened: Sequence[Array]) -> Array:
@@ -91,30 +112,6 @@ def product_of(whitened: Sequence[Array]) -> Array:
     return np.asarray(rows.T @ rows)
 
 
-def products_of(groups: Sequence[Groups], components: VarianceComponents, linear: LinearModel) -> Array:
-    """Compute the products of each segment in coordinates, shape (G, D + 1, D + 1)."""
-    return np.stack([linear.in_coordinates(product_of([group.whitened(components)])) for group in groups])
-
-
-def held_out(products: Array, counts: NDArray[np.int64], segments: NDArray[np.int64], linear: LinearModel) -> Array:
-    """Compute chi^2 per equation of some segments [1], each predicted by a fit to the others, shape (S,).
-
-    Parameters
-    ----------
-    products, counts
-        Products of all segments in coordinates, and their numbers of equations.
-    segments
-        Indices of these segments, shape (S,).
-    linear
-        Model of these fits.
-    """
-    together = products[segments].sum(axis=0)
-    values = (linear.fitted(together - products[k]) for k in segments)
-    return np.array([vector @ products[k] @ vector for k, vector in zip(segments, values, strict=True)]) / np.maximum(
-        counts[segments], 1
-    )
-
-
-def residuals(groups: list[Groups], values: Array) -> list[tuple[Groups, Array]]:
-    """Compute the residuals, shape (g, b), of the groups' equations at values, shape (D + 1,), the last being -1."""
-    return [(group, -group.design @ values) for group in groups]
+def residuals(groups: Sequence[Groups], values: Array) -> list[Array]:
+    """Compute the residual of each segment's groups, shape (g, b), at values, shape (D + 1,), the last being -1."""
+    return [-group.design @ values for group in groups]

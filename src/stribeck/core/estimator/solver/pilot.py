@@ -13,7 +13,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from stribeck.core.base.typing import Array
+from stribeck.core.base.typing import Array, IntArray
 from stribeck.core.equations.constants import MOST_ROUNDS, PILOT_SEGMENTS, ROUNDS
 from stribeck.core.equations.weak_equations import WeakEquations
 from stribeck.core.equations.whole_log.corrections.correction import Layout
@@ -21,11 +21,11 @@ from stribeck.core.equations.whole_log.equation_sequence import EFFECTS, Equatio
 from stribeck.core.estimator.model.basis import Basis
 from stribeck.core.estimator.model.corrections import ModelCorrections, model_corrections
 from stribeck.core.estimator.model.terms import Columns
-from stribeck.core.estimator.noise.likelihood import Groups, make_groups, more_likely
+from stribeck.core.estimator.noise.likelihood import make_groups, more_likely
 from stribeck.core.estimator.noise.outliers import Prediction, without_outliers
 from stribeck.core.estimator.noise.variance_components import VarianceComponents, first_components
 from stribeck.core.estimator.solver.disturbances import consistent, undisturbed
-from stribeck.core.estimator.solver.linear_fit import LinearModel, held_out, predict, products_of, residuals
+from stribeck.core.estimator.solver.linear_fit import LinearFit, residuals
 from stribeck.core.settings import Priors
 
 LONGEST_DELAY, OPERATIONS = 0.1, 3e9
@@ -68,51 +68,47 @@ class Pilot:
 
     Attributes
     ----------
-    groups
-        Groups of windows of the pilot's segments.
-    model, components
-        Corrections for torques shifted by `delay`, and standard deviations of the errors.
+    fit
+        Linear fit to the pilot's segments, with torques shifted by `delay`.
     prediction
         Predicted values and their covariance.
     delay
         Delay of the torques [s].
     torque
         Torque that moves the joints, root mean square [N m].
-    precision
-        Prior precision of the friction coefficients, shape (n q,).
     by_joint
         Columns of friction of each segment, shape (K, n, q).
     """
 
-    groups: list[Groups]
-    model: ModelCorrections
-    components: VarianceComponents
+    fit: LinearFit
     prediction: Prediction
     delay: float
     torque: float
-    precision: Array
     by_joint: list[Array]
 
     @property
     def parts(self) -> list[WeakEquations]:
         """Equations of the pilot's segments."""
-        return [group.part for group in self.groups]
+        return [group.part for group in self.fit.groups]
 
     @property
     def late(self) -> tuple[float, float]:
         """Remaining delay of the torques, and its standard error [s]; zeros if the delay is not corrected."""
-        places = len(self.precision) + self.model.layout.places("torque_delay")
+        places = self._delay
         variance = self.prediction.covariance[places, places]
         return float(self.prediction.values[places].sum()), float(np.sqrt(variance).sum())
 
     def later(self, delay: float) -> Pilot:
         """Adapt the pilot to torques that are shifted by an additional delay [s]."""
         delay = float(np.clip(self.delay + delay, -LONGEST_DELAY, LONGEST_DELAY))
-        places, values = len(self.precision) + self.model.layout.places("torque_delay"), self.prediction.values.copy()
-        values[places] = 0.0
-        return replace(
-            self, delay=delay, model=self.model.late(delay), prediction=replace(self.prediction, values=values)
-        )
+        values, fit = self.prediction.values.copy(), replace(self.fit, model=self.fit.model.late(delay))
+        values[self._delay] = 0.0
+        return replace(self, delay=delay, fit=fit, prediction=replace(self.prediction, values=values))
+
+    @property
+    def _delay(self) -> IntArray:
+        """Places of the torques' delay among the predicted values."""
+        return len(self.fit.precision) + self.fit.model.layout.places("torque_delay")
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,12 +153,9 @@ class _PilotFits:
         model = model_corrections(layout, _loads(parts, layout), self.priors, torque).late(delay or 0.0)
         model = model.held(layout.places("torque_delay"), 0.0) if delay is None else model
         components = first_components(parts[0], rest, np.where(rest > 0, torque, 0.0), layout.sizes["wrenches"] > 0)
-        groups, precision = _groups(parts, by_joint, self.columns, torque, operations)
-        groups = consistent(groups, model, components, precision, half_alone)
-        groups = undisturbed(groups, model, components, precision)
-        components, groups = _alternate(groups, model, components, precision, rounds, self.basis)
-        prediction, _ = predict(groups, components, model, precision)
-        return Pilot(groups, model, components, prediction, delay or 0.0, torque, precision, by_joint)
+        first = _linear_fit(parts, by_joint, self.columns, model, components, torque, operations)
+        fit = _alternate(undisturbed(consistent(first, half_alone)), rounds, self.basis)
+        return Pilot(fit, fit.prediction, delay or 0.0, torque, by_joint)
 
 
 def fit_pilot(
@@ -201,7 +194,7 @@ def fit_pilot(
         delay = float(np.clip(delay + secant_step(tried), -LONGEST_DELAY, LONGEST_DELAY))
     if layout.log_effects[0] and layout.log_effects[1] > 1:  # logs may have their own friction
         pilot = apart(delay, OPERATIONS, MOST_ROUNDS, False)
-        with_logs, without_logs = _log_errors(pilot, pilot.components, pilot.model, pilot.model.with_equal_logs)
+        with_logs, without_logs = _log_errors(pilot.fit, pilot.fit.model, pilot.fit.model.with_equal_logs)
         fit = fit if np.median(without_logs - with_logs) < np.log(DIFFER) else apart
     progress(0.5)
     if fit is not apart:
@@ -209,24 +202,22 @@ def fit_pilot(
     if abs(delay + pilot.late[0]) >= LINEAR:
         without = fit(None, OPERATIONS, MOST_ROUNDS, False)
         pilot = pilot if abs(delay) < LONGEST_DELAY and _delay_pays(pilot, without) else without
-    wide, narrow = _log_errors(pilot, pilot.components, pilot.model.widest, pilot.model)
-    largest = pilot.model.widest.largest if _clearly_positive(narrow - wide) else pilot.model.largest
-    return replace(pilot, model=replace(pilot.model, largest=largest))
+    wide, narrow = _log_errors(pilot.fit, pilot.fit.model.widest, pilot.fit.model)
+    largest = pilot.fit.model.widest.largest if _clearly_positive(narrow - wide) else pilot.fit.model.largest
+    return replace(pilot, fit=replace(pilot.fit, model=replace(pilot.fit.model, largest=largest)))
 
 
 def _delay_pays(pilot: Pilot, without: Pilot) -> bool:
     """Check that a pilot with a delay predicts held-out segments better than one without."""
-    shifted, held = (_log_errors(candidate, pilot.components, candidate.model)[0] for candidate in (pilot, without))
+    fits = pilot.fit, replace(without.fit, components=pilot.fit.components)
+    shifted, held = (_log_errors(fit, fit.model)[0] for fit in fits)
     places = (np.linspace(0, 1, len(errors)) for errors in (shifted, held))  # a long delay may lose a segment at an end
     return _clearly_positive(np.interp(next(places), next(places), held) - shifted)
 
 
-def _log_errors(pilot: Pilot, components: VarianceComponents, *models: ModelCorrections) -> list[Array]:
+def _log_errors(fit: LinearFit, *models: ModelCorrections) -> list[Array]:
     """Compute the logarithm of chi^2 of held-out segments with each of some models, shape (S,) each."""
-    counts, linear = np.array([group.count for group in pilot.groups]), LinearModel.of(pilot.model, pilot.precision)
-    products = products_of(pilot.groups, components, linear)  # models with other priors have the same coordinates
-    linear_models = (LinearModel.of(model, pilot.precision) for model in models)
-    return [np.log(held_out(products, counts, np.flatnonzero(counts), linear)) for linear in linear_models]
+    return [np.log(fit.held_out(np.flatnonzero(fit.counts), model)) for model in models]
 
 
 def _clearly_positive(gain: Array) -> bool:
@@ -251,41 +242,35 @@ def secant_step(tried: list[tuple[float, float]]) -> float:
 def with_terms(pilot: Pilot, columns: Columns) -> Pilot:
     """Extend the pilot by the columns of all terms, and keep the variance components of the first fit."""
     by_joint = [columns.by_joint(part) for part in pilot.parts]
-    groups, precision = _groups(pilot.parts, by_joint, columns, pilot.torque, OPERATIONS)
-    prediction, _ = predict(groups, pilot.components, pilot.model, precision)
-    return replace(pilot, groups=groups, prediction=prediction, precision=precision, by_joint=by_joint)
+    fit = _linear_fit(pilot.parts, by_joint, columns, pilot.fit.model, pilot.fit.components, pilot.torque, OPERATIONS)
+    return replace(pilot, fit=replace(fit), prediction=fit.prediction, by_joint=by_joint)  # without large products
 
 
-def _alternate(
-    groups: list[Groups],
-    model: ModelCorrections,
-    components: VarianceComponents,
-    precision: Array,
-    rounds: int,
-    basis: Basis,
-) -> tuple[VarianceComponents, list[Groups]]:
+def _alternate(fit: LinearFit, rounds: int, basis: Basis) -> LinearFit:
     """Alternate fits and estimates of the variance components until none grows, or for some rounds.
 
     The initial components describe a good model, so that disturbances of the motion stay visible. If outliers exist
     after `ROUNDS`, the fit starts again without them and searches again in every round.
     """
-    first = components
-    outliers = any(group.part.set_aside is not None for group in groups)
+    first = fit.components
+    outliers = any(group.part.set_aside is not None for group in fit.groups)
     for number in range(1, rounds + 1):
-        prediction, freedom = predict(groups, components, model, precision)
-        group_residuals = residuals(groups, np.append(prediction.values, -1.0))
+        values, freedom = fit.values, fit.freedom
+        left = residuals(fit.groups, values)
         if number == ROUNDS or outliers:
-            groups = without_outliers(group_residuals, components)
-            group_residuals = [(group, residual) for group, (_, residual) in zip(groups, group_residuals, strict=True)]
+            groups = without_outliers(fit.groups, left, fit.components)
             rejections = any(group.part.set_aside is not None for group in groups)
-            components = first if rejections and not outliers else components
+            fit = replace(fit, groups=groups, components=first if rejections and not outliers else fit.components)
             outliers = rejections
-        components = replace(components, reversal=_near_standstill(prediction.values[: len(precision)], basis))
-        before, components = components, more_likely(components, group_residuals, freedom)
-        grown = float(np.max(components.model / np.maximum(before.model, 1e-12)))
+        if fit.components.rest.any():
+            reversal = _near_standstill(values[: len(fit.precision)], basis)
+            fit = replace(fit, components=replace(fit.components, reversal=reversal))
+        parts = zip(fit.groups, fit.whiteners, left, strict=True)
+        before, fit = fit, replace(fit, components=more_likely(fit.components, parts, freedom))
+        grown = float(np.max(fit.components.model / np.maximum(before.components.model, 1e-12)))
         if number >= (2 if outliers else 1) * ROUNDS and grown < 1.2:
             break
-    return components, groups
+    return fit
 
 
 def _near_standstill(friction: Array, basis: Basis) -> Array:
@@ -303,19 +288,32 @@ def _near_standstill(friction: Array, basis: Basis) -> Array:
     return np.asarray(np.abs(resisting[:, slow]).max(axis=1) / np.sqrt(3))
 
 
-def _groups(
-    parts: list[WeakEquations], own: list[Array], columns: Columns, torque: float, operations: float
-) -> tuple[list[Groups], Array]:
+def _linear_fit(
+    parts: list[WeakEquations],
+    own: list[Array],
+    columns: Columns,
+    model: ModelCorrections,
+    components: VarianceComponents,
+    torque: float,
+    operations: float,
+) -> LinearFit:
     """Select every other group of windows, or fewer, and compute the prior precision of their coefficients.
 
     `own` are the columns of each part by joint.
 
     The prior of curves is as large as the joint's torque, the prior of terms a third of it.
     """
-    width = own[0].shape[1] * own[0].shape[2] + 1 + (0 if parts[0].regressors is None else parts[0].regressors.shape[2])
+    slopes = model.slopes(np.zeros(model.layout.size))
+    width = own[0].shape[1] * own[0].shape[2] + 1 + len(slopes)
     step = max(2, round(sum(part.residual.size for part in parts) * width**2 / operations))
+
+    def design(part: WeakEquations, by_joint: Array) -> Array:
+        whole = columns.design(part, by_joint, part.residual.reshape(-1, 1))
+        whole[:, -1 - len(slopes) : -1] = slopes.pulled(whole[:, -1 - len(slopes) : -1].T).T
+        return whole
+
     groups = [  # the designs of all parts at once would take gigabytes
-        make_groups(part, k % (step - 1), step, columns.design(part, each, part.residual.reshape(-1, 1)))
+        make_groups(part, k % (step - 1), step, design(part, each))
         for k, (part, each) in enumerate(zip(parts, own, strict=True))  # places between contact changes are among them
     ]
     functions = len(columns.basis.variance)
@@ -323,7 +321,7 @@ def _groups(
     load = np.maximum(np.sqrt(np.mean(np.concatenate([part.torque for part in parts]) ** 2, axis=0)), 0.05 * torque)
     of_terms = 0.3 * load[:, None] / np.maximum(largest, 1e-9) * np.where(columns.terms.held, 1e-6, 1.0)
     deviation = np.hstack([load[:, None] * np.sqrt(columns.basis.variance), of_terms])
-    return groups, deviation.ravel() ** -2.0
+    return LinearFit(groups, components, model, deviation.ravel() ** -2.0)
 
 
 def _loads(parts: list[WeakEquations], layout: Layout) -> Array:
