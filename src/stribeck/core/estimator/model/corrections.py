@@ -181,6 +181,11 @@ class ModelCorrections:
         places = self.layout.places("log_effects").reshape(contrasts, effects, joints)
         return self.held(places[:, 1:].ravel(), 0.0)
 
+    @property
+    def without_delay(self) -> ModelCorrections:
+        """The same corrections without a delay of the torques."""
+        return self.held(self.layout.places("torque_delay"), 0.0)
+
     def held(self, places: IntArray, values: Array | float) -> ModelCorrections:
         """Hold coordinates at values."""
         mean, deviation = self.prior_mean.copy(), self.prior_std.copy()

@@ -151,7 +151,7 @@ class _PilotFits:
         torques = np.concatenate([part.residual[:, len(part.wrench_noise) :].ravel() for part in parts])
         torque = max(float(np.sqrt(np.mean(torques**2))), 1e-9)
         model = model_corrections(layout, _loads(parts, layout), self.priors, torque).late(delay or 0.0)
-        model = model.held(layout.places("torque_delay"), 0.0) if delay is None else model
+        model = model.without_delay if delay is None else model
         components = first_components(parts[0], rest, np.where(rest > 0, torque, 0.0), layout.sizes["wrenches"] > 0)
         first = _linear_fit(parts, by_joint, self.columns, model, components, torque, operations)
         fit = _alternate(undisturbed(consistent(first, half_alone)), rounds, self.basis)
@@ -184,22 +184,28 @@ def fit_pilot(
         Callback `progress(fraction)`.
     """
     fit, apart = (_PilotFits(replace(equations, effects=count), basis, rest, priors).fit for count in (1, EFFECTS))
-    layout, rounds, tried = equations.corrections, ROUNDS, list[tuple[float, float]]()
+    layout, rounds, tried, pays = equations.corrections, ROUNDS, list[tuple[float, float]](), True
     for turn in range(MOST_ROUNDS if layout.sizes["torque_delay"] else 0):  # on few windows, to save time
         progress(0.5 * turn / MOST_ROUNDS)
-        remainder, error = fit(delay, OPERATIONS / 4, rounds, True).late
+        pilot = fit(delay, OPERATIONS / 4, rounds, True)
+        remainder, error = pilot.late
         if abs(remainder) < max(LINEAR, 3 * error):
             break
+        if not delay:  # a delay that does not pay as a correction is not searched for, to save time
+            free, held = _log_errors(pilot.fit, pilot.fit.model, pilot.fit.model.without_delay)
+            pays = _clearly_positive(held - free)
+            if not pays:
+                break
         rounds, tried = 1, [*tried, (delay, remainder)]
         delay = float(np.clip(delay + secant_step(tried), -LONGEST_DELAY, LONGEST_DELAY))
+    shift = delay if pays else None
     if layout.log_effects[0] and layout.log_effects[1] > 1:  # logs may have their own friction
-        pilot = apart(delay, OPERATIONS, MOST_ROUNDS, False)
-        with_logs, without_logs = _log_errors(pilot.fit, pilot.fit.model, pilot.fit.model.with_equal_logs)
+        own = apart(shift, OPERATIONS / 4, ROUNDS, False).fit
+        with_logs, without_logs = _log_errors(own, own.model, own.model.with_equal_logs)
         fit = fit if np.median(without_logs - with_logs) < np.log(DIFFER) else apart
     progress(0.5)
-    if fit is not apart:
-        pilot = fit(delay, OPERATIONS, MOST_ROUNDS, False)
-    if abs(delay + pilot.late[0]) >= LINEAR:
+    pilot = fit(shift, OPERATIONS, MOST_ROUNDS, False)
+    if pays and abs(delay + pilot.late[0]) >= LINEAR:
         without = fit(None, OPERATIONS, MOST_ROUNDS, False)
         pilot = pilot if abs(delay) < LONGEST_DELAY and _delay_pays(pilot, without) else without
     wide, narrow = _log_errors(pilot.fit, pilot.fit.model.widest, pilot.fit.model)
