@@ -48,9 +48,9 @@ def minimise(problem: Problem, start: Array, low: Array, high: Array) -> Minimum
     """Run descents from `start`, shape (b, m), between bounds of the same shape."""
     x = np.clip(start, low, high)
     cost, damping = problem.costs(x), np.full(len(x), 1e-3)
-    converged, going, subproblem = np.zeros(len(x), dtype=bool), np.arange(len(x)), problem
+    converged, going, subproblem, known = np.zeros(len(x), dtype=bool), np.arange(len(x)), problem, None
     for _ in range(100):
-        gradient, hessian = subproblem.derivatives(x[going])
+        gradient, hessian = known = known or subproblem.derivatives(x[going])
         free = ~bounds_hold(x[going], gradient, low[going], high[going])
         step = _steps(gradient, hessian, free, damping[going])
         tried = np.clip(x[going] - step, low[going], high[going])
@@ -59,6 +59,7 @@ def minimise(problem: Problem, start: Array, low: Array, high: Array) -> Minimum
         gain = cost[going] - after
         better = gain > 0
         x[going[better]], cost[going[better]] = tried[better], after[better]
+        known = None if better.any() else known
         damping[going] *= np.where(better, 1 / 8, 8)
         damping = np.maximum(damping, 1e-9)
         least = np.maximum(CONVERGED, ROUNDING * np.abs(cost[going]))
@@ -67,7 +68,7 @@ def minimise(problem: Problem, start: Array, low: Array, high: Array) -> Minimum
             going = np.flatnonzero(~converged)
             if not len(going):
                 break
-            subproblem = problem.of(going)
+            subproblem, known = problem.of(going), None
     return Minimum(x, cost, converged)
 
 
