@@ -13,7 +13,7 @@ from stribeck.core.equations.whole_log.equation_sequence import EquationSequence
 from stribeck.core.estimator.fit_checks.misfits import Misfit, find_misfits
 from stribeck.core.estimator.fit_checks.validation import friction_residual_rms, validate
 from stribeck.core.estimator.model.unexplained import unsupported
-from stribeck.core.estimator.reading import Reading, read_with_pilot, remaining_delay
+from stribeck.core.estimator.reading import Reading, read_with_pilot
 from stribeck.core.estimator.solver.empirical_bayes import group_mean_covariance, solve_with_empirical_bayes
 from stribeck.core.estimator.solver.fit import Fit
 from stribeck.core.estimator.terms.term_selection import Choice, make_trials, select_terms
@@ -132,6 +132,7 @@ def fit_whole_log(
         fit, effect_covariance, group_mean_covariance(fit), differing, known.count / max(whole.count, 1)
     )
     wider = replace(fit, covariance=budget.total - budget.heterogeneity)
+    remaining_delay = fit.model.values(fit.corrections)[fit.model.layout.part("torque_delay")]
     of_known = fit.covariance * (whole.count / known.count)  # without the held-out segments
     return WholeLogFit(
         read=read,
@@ -141,7 +142,7 @@ def fit_whole_log(
         law_misfits=law_misfits(fit, choice.trials, budget.total),
         residual_rms=residual_rms,
         validation=validate(read, trained.values),
-        delay=read.pilot.delay + remaining_delay(fit),
+        delay=read.pilot.delay + float(remaining_delay.sum()),
         terms=tuple(choice.verdicts) if law.name == AUTO else (),
         misfits=find_misfits(choice, wider, of_known, read, effect_std, before.model),
         heterogeneity=before.model,

@@ -21,10 +21,9 @@ from stribeck.core.estimator.model.terms import NO_TERM, Columns, Terms
 from stribeck.core.estimator.model.unexplained import Unexplained, find_terms
 from stribeck.core.estimator.solver.elimination import best_of_linear, blocks, eliminate, solve
 from stribeck.core.estimator.solver.fit import Fit
-from stribeck.core.estimator.solver.pilot import LINEAR, Pilot, fit_pilot, secant_step, with_terms
+from stribeck.core.estimator.solver.pilot import Pilot, fit_pilot, with_terms
 from stribeck.core.estimator.solver.positive_definite import inverse_of
 from stribeck.core.estimator.solver.statistics import Statistics, accumulate, total
-from stribeck.core.estimator.terms.term_selection import overdispersion
 from stribeck.core.friction import AUTO, FrictionLaw
 from stribeck.core.friction.presliding import SMOOTH_SIGN
 from stribeck.core.settings import Priors
@@ -109,31 +108,12 @@ def _runs(flags: BoolArray) -> IntArray:
 def read_with_pilot(
     equations: EquationSequence, law: FrictionLaw, rest: Array, priors: Priors, progress: Callable[[float], None]
 ) -> Reading:
-    """Fit the pilot and read the log; repeat both if the whole log contradicts the pilot's variances or delay."""
-    speed = equations.top_speed
-    basis = make_basis(law, speed)
-
-    def start(delay: float = 0.0) -> tuple[Laws, Terms, Pilot]:
-        pilot = fit_pilot(equations, basis, rest, priors, delay, lambda share: progress(0.2 * share))
-        return _with_terms(pilot, law, basis, speed, priors)
-
-    tried: list[tuple[float, float]] = []
-    laws, terms, pilot = start()
-    while True:
-        sequence = replace(equations, effects=pilot.fit.model.layout.log_effects[1])
-        read = _read(sequence, pilot, basis, terms, laws, progress)
-        remainder = remaining_delay(read.fit)
-        rows = read.fit.layout.places("torque_delay")
-        error = (
-            np.sqrt(read.fit.covariance[rows, rows].sum() * overdispersion(read.known, read.fit)) * priors.torque_delay
-        )
-        tried.append((pilot.delay, remainder))
-        if not pilot.delay and len(tried) == 1 and abs(remainder) > 3 * priors.torque_delay:  # less may be presliding
-            laws, terms, pilot = start(remainder)
-        elif not pilot.delay or len(tried) > constants.ROUNDS or abs(remainder) < max(LINEAR, 3 * error):
-            return read
-        else:
-            pilot = pilot.later(secant_step(tried))
+    """Fit the pilot, and read the log once."""
+    basis = make_basis(law, equations.top_speed)
+    pilot = fit_pilot(equations, basis, rest, priors, lambda share: progress(0.2 * share))
+    laws, terms, pilot = _with_terms(pilot, law, basis, equations.top_speed, priors)
+    sequence = replace(equations, effects=pilot.fit.model.layout.log_effects[1])
+    return _read(sequence, pilot, basis, terms, laws, progress)
 
 
 def _read(
@@ -181,11 +161,6 @@ def _friction_error(pilot: Pilot) -> float:
     variance = np.einsum("kja,jab,kjb->j", by_joint, joint_blocks, by_joint, optimize=True)
     torque = (np.concatenate([part.torque for part in pilot.parts]) ** 2).sum(axis=0)
     return float(np.sqrt(np.median(variance / np.maximum(torque, 1e-300))))
-
-
-def remaining_delay(fit: Fit) -> float:
-    """Find the torques' delay in addition to the one that the equations assume [s]."""
-    return float(fit.model.values(fit.corrections)[fit.model.layout.part("torque_delay")].sum())
 
 
 def _with_terms(

@@ -13,7 +13,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from stribeck.core.base.typing import Array, IntArray
+from stribeck.core.base.typing import Array
 from stribeck.core.equations.constants import MOST_ROUNDS, PILOT_SEGMENTS, ROUNDS
 from stribeck.core.equations.weak_equations import WeakEquations
 from stribeck.core.equations.whole_log.corrections.correction import Layout
@@ -94,21 +94,9 @@ class Pilot:
     @property
     def late(self) -> tuple[float, float]:
         """Remaining delay of the torques, and its standard error [s]; zeros if the delay is not corrected."""
-        places = self._delay
+        places = len(self.fit.precision) + self.fit.model.layout.places("torque_delay")
         variance = self.prediction.covariance[places, places]
         return float(self.prediction.values[places].sum()), float(np.sqrt(variance).sum())
-
-    def later(self, delay: float) -> Pilot:
-        """Adapt the pilot to torques that are shifted by an additional delay [s]."""
-        delay = float(np.clip(self.delay + delay, -LONGEST_DELAY, LONGEST_DELAY))
-        values, fit = self.prediction.values.copy(), replace(self.fit, model=self.fit.model.late(delay))
-        values[self._delay] = 0.0
-        return replace(self, delay=delay, fit=fit, prediction=replace(self.prediction, values=values))
-
-    @property
-    def _delay(self) -> IntArray:
-        """Places of the torques' delay among the predicted values."""
-        return len(self.fit.precision) + self.fit.model.layout.places("torque_delay")
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,7 +151,6 @@ def fit_pilot(
     basis: Basis,
     rest: Array,
     priors: Priors,
-    delay: float = 0.0,
     progress: Callable[[float], None] = lambda _: None,
 ) -> Pilot:
     """Fit the pilot, with torques shifted until they are linear in their remaining delay.
@@ -178,39 +165,46 @@ def fit_pilot(
         Speed [rad/s] below which a joint is at rest, for laws that jump there, shape (n,).
     priors
         Priors of model and sensors.
-    delay
-        Initial delay of the torques in the search [s].
     progress
         Callback `progress(fraction)`.
     """
     fit, apart = (_PilotFits(replace(equations, effects=count), basis, rest, priors).fit for count in (1, EFFECTS))
-    layout, rounds, tried, pays = equations.corrections, ROUNDS, list[tuple[float, float]](), True
-    for turn in range(MOST_ROUNDS if layout.sizes["torque_delay"] else 0):  # on few windows, to save time
-        progress(0.5 * turn / MOST_ROUNDS)
-        pilot = fit(delay, OPERATIONS / 4, rounds, True)
-        remainder, error = pilot.late
-        if abs(remainder) < max(LINEAR, 3 * error):
-            break
-        if not delay:  # a delay that does not pay as a correction is not searched for, to save time
-            free, held = _log_errors(pilot.fit, pilot.fit.model, pilot.fit.model.without_delay)
-            pays = _clearly_positive(held - free)
-            if not pays:
-                break
-        rounds, tried = 1, [*tried, (delay, remainder)]
-        delay = float(np.clip(delay + secant_step(tried), -LONGEST_DELAY, LONGEST_DELAY))
-    shift = delay if pays else None
-    if layout.log_effects[0] and layout.log_effects[1] > 1:  # logs may have their own friction
-        own = apart(shift, OPERATIONS / 4, ROUNDS, False).fit
+    effects, delay = equations.corrections.log_effects, None
+    if equations.corrections.sizes["torque_delay"]:
+        delay = _find_delay(fit, lambda share: progress(0.5 * share))
+    if effects[0] and effects[1] > 1:  # logs may have their own friction
+        own = apart(delay, OPERATIONS / 4, ROUNDS, False).fit
         with_logs, without_logs = _log_errors(own, own.model, own.model.with_equal_logs)
         fit = fit if np.median(without_logs - with_logs) < np.log(DIFFER) else apart
     progress(0.5)
-    pilot = fit(shift, OPERATIONS, MOST_ROUNDS, False)
-    if pays and abs(delay + pilot.late[0]) >= LINEAR:
+    pilot = fit(delay, OPERATIONS, MOST_ROUNDS, False)
+    if delay is not None and abs(delay + pilot.late[0]) >= LINEAR:
         without = fit(None, OPERATIONS, MOST_ROUNDS, False)
         pilot = pilot if abs(delay) < LONGEST_DELAY and _delay_pays(pilot, without) else without
     wide, narrow = _log_errors(pilot.fit, pilot.fit.model.widest, pilot.fit.model)
     largest = pilot.fit.model.widest.largest if _clearly_positive(narrow - wide) else pilot.fit.model.largest
     return replace(pilot, fit=replace(pilot.fit, model=replace(pilot.fit.model, largest=largest)))
+
+
+def _find_delay(fit: Callable[..., Pilot], progress: Callable[[float], None]) -> float | None:
+    """Find the delay of the torques [s] on few windows, to save time.
+
+    It is None if a correction of the delay does not improve predictions of held-out segments.
+    """
+    delay, tried = 0.0, list[tuple[float, float]]()
+    for turn in range(MOST_ROUNDS):
+        progress(turn / MOST_ROUNDS)
+        pilot = fit(delay, OPERATIONS / 4, 1 if tried else ROUNDS, True)
+        remainder, error = pilot.late
+        if abs(remainder) < max(LINEAR, 3 * error):
+            break
+        if not tried:
+            free, held = _log_errors(pilot.fit, pilot.fit.model, pilot.fit.model.without_delay)
+            if not _clearly_positive(held - free):
+                return None
+        tried.append((delay, remainder))
+        delay = float(np.clip(delay + _secant_step(tried), -LONGEST_DELAY, LONGEST_DELAY))
+    return delay
 
 
 def _delay_pays(pilot: Pilot, without: Pilot) -> bool:
@@ -231,7 +225,7 @@ def _clearly_positive(gain: Array) -> bool:
     return len(gain) > 1 and bool(gain.mean() > 2 * gain.std(ddof=1) / np.sqrt(len(gain)))
 
 
-def secant_step(tried: list[tuple[float, float]]) -> float:
+def _secant_step(tried: list[tuple[float, float]]) -> float:
     """Find the additional torque delay [s] from the delays that were tried and their residuals.
 
     Friction that builds up after a reversal explains about the same share of the residual at every delay.
