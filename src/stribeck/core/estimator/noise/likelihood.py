@@ -57,8 +57,7 @@ class Groups:
 
     def whitener(self, components: VarianceComponents) -> Array:
         """Compute L^-1 of each group, where L L^T is its covariance, shape (g, b, b)."""
-        errors = [replace(error, response=error.response[self.places]) for error in components.errors(self.part)]
-        covariance = covariance_of_groups(errors, 0, slice(None), slice(None))
+        covariance = covariance_of_groups(components.by_groups(self.part), 0, self.places, self.places)
         scale = 1 / np.sqrt(np.einsum("gii->gi", covariance))
         factors = np.linalg.cholesky(covariance * scale[:, :, None] * scale[:, None])
         for k, factor in enumerate(factors):  # NumPy has no inverse of triangles
@@ -94,14 +93,11 @@ def more_likely(
     encoder_sums = np.zeros((2, len(components.encoder_scale)))
     for groups, inverse, residual in parts:
         part = groups.part
-        kinds = (
-            (components.response(part) * components.at(part)[:, None], part.model_overlap),
-            (components.encoder_errors(part), part.acceleration_overlap),
-        )
+        encoder, _, other = components.sources(part)
         white = inverse @ residual[:, :, None]
         of_each = []
-        for response, correlation in kinds:
-            effect = inverse @ _innovations(groups.of_windows(response), correlation)
+        for source in (other, encoder):
+            effect = inverse @ _innovations(groups.of_windows(source.response), source.correlation)
             squares = (effect.transpose(0, 2, 1) @ white)[:, :, 0] ** 2 * freedom
             size = (2, len(white), part.lags, effect.shape[2] // part.lags)
             of_each.append(np.stack([squares, (effect**2).sum(axis=1)]).reshape(size))

@@ -18,11 +18,11 @@ BINS, AWAY = len(CONTACT_BINS) + 2, len(CONTACT_BINS)
 
 
 @dataclass(frozen=True, eq=False)
-class Errors:
-    """One kind of errors: the response of groups of windows to them, shape (B, b, e), and their autocorrelation.
+class ErrorSource:
+    """One source of errors: the response to a standard deviation of each of e errors, and their autocorrelation.
 
-    `correlation` has shape (2, b, b): between windows of one group, and between windows of a group and the previous
-    one.
+    Shapes are (K, m, e) and (lags + 1,) by windows. By groups of windows they are (B, b, e) and (2, b, b): between
+    windows of one group, and between windows of a group and the previous one.
     """
 
     response: Array
@@ -63,10 +63,6 @@ class VarianceComponents:
     reversal: Array
     encoder_scale: Array
     wrench: Array = field(default_factory=lambda: np.zeros(0))
-
-    def encoder_errors(self, equations: WeakEquations) -> Array:
-        """Compute the response of the equations to one standard deviation of encoder noise, shape (K, m, encoders)."""
-        return equations.encoder_response * (equations.encoder_noise * self.encoder_scale)
 
     def response(self, equations: WeakEquations) -> Array:
         """Compute the response of the equations to a unit of each component, shape (K, m, n + root + wrench)."""
@@ -110,29 +106,33 @@ class VarianceComponents:
         """
         distance = np.arange(len(equations.torque_overlap))
         shares = np.where(distance, 2.0, 1.0) * np.maximum(windows - distance, 0) / windows**2
-        encoder = (self.encoder_errors(equations) ** 2).sum(axis=2) * (equations.acceleration_overlap @ shares)
-        sensors = (equations.sensors**2).sum(axis=2) * (equations.torque_overlap @ shares)
-        other = ((self.response(equations) * self.at(equations)[:, None]) ** 2).sum(axis=2)
-        return means(encoder + sensors + other, windows)
+        encoder, torque, other = ((source.response**2).sum(axis=2) for source in self.sources(equations))
+        encoder *= equations.acceleration_overlap @ shares
+        torque *= equations.torque_overlap @ shares
+        return means(encoder + torque + other, windows)
 
-    def errors(self, equations: WeakEquations) -> list[Errors]:
-        """Collect the errors of encoders, of torque sensors, and of the model, by groups of windows."""
-        windows, rows = equations.residual.shape
-        lags = equations.lags
-        kinds = [
-            (self.encoder_errors(equations), equations.acceleration_overlap),
-            (equations.sensors, equations.torque_overlap),
-            (self.response(equations) * self.at(equations)[:, None], equations.model_overlap),
+    def sources(self, equations: WeakEquations) -> list[ErrorSource]:
+        """Collect the errors of encoders, of torque sensors, and of model, root and wrenches, by windows."""
+        encoder = equations.encoder_response * (equations.encoder_noise * self.encoder_scale)
+        return [
+            ErrorSource(encoder, equations.acceleration_overlap),
+            ErrorSource(equations.sensors, equations.torque_overlap),
+            ErrorSource(self.response(equations) * self.at(equations)[:, None], equations.model_overlap),
         ]
+
+    def by_groups(self, equations: WeakEquations) -> list[ErrorSource]:
+        """Collect the errors, and large ones of windows that are set aside, by groups of windows."""
+        windows, rows = equations.residual.shape
+        lags, sources = equations.lags, self.sources(equations)
         if equations.set_aside is not None:
             large = 1e3 * np.sqrt(self.marginal(equations).max())
-            kinds.append((large * equations.set_aside[:, None, None] * np.eye(rows), np.eye(lags + 1)[0]))
-        errors = []
-        for response, correlation in kinds:
-            groups = np.zeros((-(-windows // lags), lags * rows, response.shape[2]))
-            groups.reshape(-1, response.shape[2])[: windows * rows] = response.reshape(windows * rows, -1)
-            errors.append(Errors(groups, _between_groups(correlation[: lags + 1], rows)))
-        return errors
+            sources.append(ErrorSource(large * equations.set_aside[:, None, None] * np.eye(rows), np.eye(lags + 1)[0]))
+        grouped = []
+        for source in sources:
+            groups = np.zeros((-(-windows // lags), lags * rows, source.response.shape[2]))
+            groups.reshape(-1, groups.shape[2])[: windows * rows] = source.response.reshape(windows * rows, -1)
+            grouped.append(ErrorSource(groups, _between_groups(source.correlation[: lags + 1], rows)))
+        return grouped
 
 
 def _between_groups(correlation: Array, rows: int) -> Array:

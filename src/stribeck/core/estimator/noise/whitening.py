@@ -10,7 +10,7 @@ import scipy  # its linalg is slow to import: loaded at its first use
 
 from stribeck.core.base.typing import Array
 from stribeck.core.equations.weak_equations import WeakEquations
-from stribeck.core.estimator.noise.variance_components import Errors, VarianceComponents
+from stribeck.core.estimator.noise.variance_components import ErrorSource, VarianceComponents
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +70,8 @@ def make_whitener(equations: WeakEquations, components: VarianceComponents) -> W
     windows, rows = equations.residual.shape
     lags = equations.lags
     count, size = -(-windows // lags), lags * rows
-    errors, every, first, last = components.errors(equations), slice(None), slice(-1), slice(1, None)
-    within, between = covariance_of_groups(errors, 0, every, every), covariance_of_groups(errors, 1, last, first)
+    sources, every, first, last = components.by_groups(equations), slice(None), slice(-1), slice(1, None)
+    within, between = covariance_of_groups(sources, 0, every, every), covariance_of_groups(sources, 1, last, first)
     filled = windows * rows - (count - 1) * size
     within[-1, range(filled, size), range(filled, size)] = 1.0  # rows that fill the last block up
     inverse, coupling = np.zeros((2, count, size, size))
@@ -83,11 +83,11 @@ def make_whitener(equations: WeakEquations, components: VarianceComponents) -> W
     return Whitener(inverse, coupling, rows)
 
 
-def covariance_of_groups(errors: list[Errors], apart: int, later_groups: slice, earlier_groups: slice) -> Array:
+def covariance_of_groups(sources: list[ErrorSource], apart: int, later_groups: slice, earlier_groups: slice) -> Array:
     """Compute the covariances of late groups with early groups at a distance of `apart` groups, shape (B, b, b)."""
-    parts = [error.response[later_groups] @ error.response[earlier_groups].transpose(0, 2, 1) for error in errors]
-    for part, error in zip(parts, errors, strict=True):
-        part *= error.correlation[apart]
+    parts = [source.response[later_groups] @ source.response[earlier_groups].transpose(0, 2, 1) for source in sources]
+    for part, source in zip(parts, sources, strict=True):
+        part *= source.correlation[apart]
     for part in parts[1:]:
         parts[0] += part
     return parts[0]
