@@ -137,17 +137,18 @@ class ModelCorrections:
         units["log_effects"] = self.priors.log_offset * self.torque * units["log_effects"]
         return np.concatenate(list(units.values()))
 
-    def _groups(self) -> Iterator[IntArray]:
-        """Yield groups of coordinates that share a prior standard deviation.
+    def _groups(self) -> Iterator[tuple[IntArray, float]]:
+        """Yield groups of coordinates that share a prior standard deviation, and its largest value [1].
 
         The groups are masses, centers, moments, grouped corrections, and the contrasts of each effect of a joint. A
         floating base has no group, because its load says nothing about the errors of other bodies.
         """
         bodies = self.layout.places("bodies").reshape(-1, SIZE)[int(self.layout.floating) :]
-        calibration = [self.layout.places(correction.name) for correction in CORRECTIONS if correction.grouped]
         contrasts = self.layout.places("log_effects").reshape(self.layout.log_effects[0] or 1, -1).T
-        groups = (bodies[:, 0], bodies[:, 1:4].ravel(), bodies[:, 4:].ravel(), *calibration, *contrasts)
-        yield from (group for group in groups if len(group) and not np.all(self.prior_std[group] == HELD))
+        groups = [(group, self.largest) for group in (bodies[:, 0], bodies[:, 1:4].ravel(), bodies[:, 4:].ravel())]
+        groups += [(self.layout.places(correction.name), 1.0) for correction in CORRECTIONS if correction.grouped]
+        groups += [(group, np.inf) for group in contrasts]
+        yield from (pair for pair in groups if len(pair[0]) and not np.all(self.prior_std[pair[0]] == HELD))
 
     def learned(self, coordinates: Array, variance: Array) -> ModelCorrections:
         """Learn the prior of model and sensors, equation (23), from the coordinates of a fit and their variances.
@@ -157,12 +158,9 @@ class ModelCorrections:
         """
         prior_std, dispersion = self.prior_std.copy(), np.ones(len(self.prior_std))
         dispersion[self.nearly_right] = self.overdispersion
-        for group in self._groups():
+        for group, largest in self._groups():
             known = (1 - dispersion[group] * variance[group] / prior_std[group] ** 2).clip(0, 1).sum()
             squares = np.sum((coordinates[group] - self.prior_mean[group]) ** 2)
-            largest = 1.0 if group[0] < self.nearly_right.stop else np.inf
-            if group[0] < self.layout.part("bodies").stop:
-                largest = self.largest
             prior_std[group] = min(np.sqrt((squares + FLOOR) / (known + FLOOR)), largest)
         return replace(self, prior_std=prior_std)
 
