@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
@@ -99,51 +99,39 @@ class Pilot:
         return float(self.prediction.values[places].sum()), float(np.sqrt(variance).sum())
 
 
-@dataclass(frozen=True, eq=False)
-class _PilotFits:
-    """Linear fits to the segments of the pilot with shifted torques; see `fit_pilot`."""
+def _pilot_fits(
+    sequence: EquationSequence, basis: Basis, rest: Array, priors: Priors
+) -> Callable[[float | None, float, int, bool], Pilot]:
+    """Return a function that fits the pilot for a delay [s], None to hold it at zero; see `fit_pilot`.
 
-    equations: EquationSequence
-    basis: Basis
-    rest: Array
-    priors: Priors
+    Its other arguments are operations [1], rounds [1], and whether only a consistent half is used.
+    """
+    size = max(PILOT_SEGMENTS, 240 // len(rest))  # few joints need more segments, and take less time
+    columns, layout = Columns(basis, Lags(sequence.top_speed)), sequence.corrections
+    known: dict[tuple[int, int, int], Array] = {}  # a delay leaves velocities, and with them columns, as they are
 
-    @cached_property
-    def columns(self) -> Columns:
-        """Columns of the curves, and of presliding."""
-        return Columns(self.basis, Lags(self.equations.top_speed))
+    @lru_cache(maxsize=3)  # delays return: zero, and the last one of the search
+    def delayed(delay: float) -> tuple[list[WeakEquations], list[Array]]:
+        equations = sequence.delayed(delay)
+        places = equations.spread(size)
+        parts = [equations[place] for place in places]
+        rows = [(log, segment.first, segment.last) for log, segment, _ in map(equations.parts.__getitem__, places)]
+        for key, part in zip(rows, parts, strict=True):
+            known[key] = known[key] if key in known else columns.by_joint(part)
+        return parts, [known[key] for key in rows]
 
-    @cached_property
-    def _delayed(self) -> Callable[[float], tuple[list[WeakEquations], list[Array]]]:
-        """Function that computes the segments with torques shifted by a delay [s], and their columns by joint."""
-        size = max(PILOT_SEGMENTS, 240 // len(self.rest))  # few joints need more segments, and take less time
-        sequence, columns = self.equations, self.columns  # a reference to self would keep gigabytes alive
-        known: dict[tuple[int, int, int], Array] = {}  # a delay leaves velocities, and with them columns, as they are
-
-        @lru_cache(maxsize=3)  # delays return: zero, and the last one of the search
-        def delayed(delay: float) -> tuple[list[WeakEquations], list[Array]]:
-            equations = sequence.delayed(delay)
-            places = equations.spread(size)
-            parts = [equations[place] for place in places]
-            rows = [(log, segment.first, segment.last) for log, segment, _ in map(equations.parts.__getitem__, places)]
-            for key, part in zip(rows, parts, strict=True):
-                known[key] = known[key] if key in known else columns.by_joint(part)
-            return parts, [known[key] for key in rows]
-
-        return delayed
-
-    def fit(self, delay: float | None, operations: float, rounds: int, half_alone: bool) -> Pilot:
-        """Fit the pilot for a delay [s], None to hold it at zero."""
-        parts, by_joint = self._delayed(delay or 0.0)
-        layout, rest = self.equations.corrections, self.rest
+    def fit(delay: float | None, operations: float, rounds: int, half_alone: bool) -> Pilot:
+        parts, by_joint = delayed(delay or 0.0)
         torques = np.concatenate([part.residual[:, len(part.wrench_noise) :].ravel() for part in parts])
         torque = max(float(np.sqrt(np.mean(torques**2))), 1e-9)
-        model = model_corrections(layout, _loads(parts, layout), self.priors, torque).late(delay or 0.0)
+        model = model_corrections(layout, _loads(parts, layout), priors, torque).late(delay or 0.0)
         model = model.without_delay if delay is None else model
         components = first_components(parts[0], rest, np.where(rest > 0, torque, 0.0), layout.sizes["wrenches"] > 0)
-        first = _linear_fit(parts, by_joint, self.columns, model, components, torque, operations)
-        fit = _alternate(undisturbed(consistent(first, half_alone)), rounds, self.basis)
-        return Pilot(fit, fit.prediction, delay or 0.0, torque, by_joint)
+        first = _linear_fit(parts, by_joint, columns, model, components, torque, operations)
+        linear = _alternate(undisturbed(consistent(first, half_alone)), rounds, basis)
+        return Pilot(linear, linear.prediction, delay or 0.0, torque, by_joint)
+
+    return fit
 
 
 def fit_pilot(
@@ -168,7 +156,7 @@ def fit_pilot(
     progress
         Callback `progress(fraction)`.
     """
-    fit, apart = (_PilotFits(replace(equations, effects=count), basis, rest, priors).fit for count in (1, EFFECTS))
+    fit, apart = (_pilot_fits(replace(equations, effects=count), basis, rest, priors) for count in (1, EFFECTS))
     effects, delay = equations.corrections.log_effects, None
     if equations.corrections.sizes["torque_delay"]:
         delay = _find_delay(fit, lambda share: progress(0.5 * share))
