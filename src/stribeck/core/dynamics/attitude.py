@@ -6,7 +6,7 @@ Angular accelerations are second derivatives of an orientation, but first deriva
 from dataclasses import replace
 
 import numpy as np
-import scipy  # its signal is slow to import: loaded at its first use
+import scipy  # its ndimage is slow to import: loaded at its first use
 
 from stribeck.core.base.typing import Array
 from stribeck.core.dynamics.state import continuous
@@ -33,7 +33,7 @@ def with_gyroscope(log: RobotLog, segments: tuple[slice, ...], period: float) ->
         turned = np.cumsum(period * (rate + np.roll(rate, 1, axis=0)) / 2, axis=0)
         drift = quaternions - turned
         for _ in range(2):  # a single pass lets noise of high frequencies through
-            drift = scipy.signal.savgol_filter(drift, 2 * half + 1, 1, axis=0)
+            drift = _running_mean(drift, half)
         orientation[part] = turned + drift
         before.append(_white(quaternions))
         after.append(_white(orientation[part]))
@@ -45,6 +45,16 @@ def with_gyroscope(log: RobotLog, segments: tuple[slice, ...], period: float) ->
         return log, []
     note = f"base_orientation has {noise:.1g} rad of noise; the gyroscope replaces its fast changes."
     return replace(log, base_orientation=orientation), [note]
+
+
+def _running_mean(signal: Array, half: int) -> Array:
+    """Compute means over `half` rows on either side, shape (T, n); at the ends, lines through the outermost windows."""
+    size, place = 2 * half + 1, np.arange(-half, half + 1)[:, None]
+    means = np.asarray(scipy.ndimage.uniform_filter1d(signal, size, axis=0))
+    for window, end in ((slice(size), slice(half)), (slice(-size, None), slice(-half, None))):
+        line = signal[window].mean(axis=0) + place * (place.T @ signal[window]) / np.sum(place**2)
+        means[end] = line[end]
+    return means
 
 
 def _change(quaternions: Array, rate: Array) -> Array:
