@@ -68,7 +68,7 @@ class _Trimmed:
         return means[best], masks[best], size[best]
 
 
-def consistent(fit: LinearFit, half_alone: bool) -> LinearFit:
+def consistent(fit: LinearFit) -> LinearFit:
     """Remove segments that disagree with the model of the largest consistent part.
 
     Least trimmed squares (Rousseeuw and Van Driessen 1999): from several starts, fits are repeated on the half of each
@@ -77,7 +77,6 @@ def consistent(fit: LinearFit, half_alone: bool) -> LinearFit:
     quarter is used instead. Segments are candidates if their chi^2 per equation exceeds `INCONSISTENT` times the median
     of this part, for example due to a payload, a moving base or a guiding hand. They are rejected only if the others
     are predicted far better without them: the segments of a poor model differ as much, but teach about each other.
-    Only the consistent part is used for the delay, because a delay partly explains any disturbance.
     """
     groups, widest, everything = fit.groups, fit.model.widest, np.arange(len(fit.groups))
     modes = np.unique([group.part.standing for group in groups], axis=0, return_inverse=True)[1]
@@ -97,8 +96,6 @@ def consistent(fit: LinearFit, half_alone: bool) -> LinearFit:
     of_all = of_all[~far]
     if np.median(of_all) < WORSE or np.median(of_all / np.maximum(of_rest, 1e-300)) < WORSE:
         return fit
-    if half_alone:
-        far = ~chosen
     groups = [
         replace(each, part=replace(each.part, set_aside=np.ones(len(each.part.time), dtype=bool))) if aside else each
         for each, aside in zip(groups, far, strict=True)

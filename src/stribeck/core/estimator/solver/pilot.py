@@ -101,10 +101,10 @@ class Pilot:
 
 def _pilot_fits(
     sequence: EquationSequence, basis: Basis, rest: Array, priors: Priors
-) -> Callable[[float | None, float, int, bool], Pilot]:
+) -> Callable[[float | None, float, int], Pilot]:
     """Return a function that fits the pilot for a delay [s], None to hold it at zero; see `fit_pilot`.
 
-    Its other arguments are operations [1], rounds [1], and whether only a consistent half is used.
+    Its other arguments are operations [1] and rounds [1].
     """
     size = max(PILOT_SEGMENTS, 240 // len(rest))  # few joints need more segments, and take less time
     columns, layout = Columns(basis, Lags(sequence.top_speed)), sequence.corrections
@@ -120,7 +120,7 @@ def _pilot_fits(
             known[key] = known[key] if key in known else columns.by_joint(part)
         return parts, [known[key] for key in rows]
 
-    def fit(delay: float | None, operations: float, rounds: int, half_alone: bool) -> Pilot:
+    def fit(delay: float | None, operations: float, rounds: int) -> Pilot:
         parts, by_joint = delayed(delay or 0.0)
         torques = np.concatenate([part.residual[:, len(part.wrench_noise) :].ravel() for part in parts])
         torque = max(float(np.sqrt(np.mean(torques**2))), 1e-9)
@@ -128,7 +128,7 @@ def _pilot_fits(
         model = model.without_delay if delay is None else model
         components = first_components(parts[0], rest, np.where(rest > 0, torque, 0.0), layout.sizes["wrenches"] > 0)
         first = _linear_fit(parts, by_joint, columns, model, components, torque, operations)
-        linear = _alternate(undisturbed(consistent(first, half_alone)), rounds, basis)
+        linear = _alternate(undisturbed(consistent(first)), rounds, basis)
         return Pilot(linear, linear.prediction, delay or 0.0, torque, by_joint)
 
     return fit
@@ -161,13 +161,13 @@ def fit_pilot(
     if equations.corrections.sizes["torque_delay"]:
         delay = _find_delay(fit, lambda share: progress(0.5 * share))
     if effects[0] and effects[1] > 1:  # logs may have their own friction
-        own = apart(delay, OPERATIONS / 4, ROUNDS, False).fit
+        own = apart(delay, OPERATIONS / 4, ROUNDS).fit
         with_logs, without_logs = _log_errors(own, own.model, own.model.with_equal_logs)
         fit = fit if np.median(without_logs - with_logs) < np.log(DIFFER) else apart
     progress(0.5)
-    pilot = fit(delay, OPERATIONS, MOST_ROUNDS, False)
+    pilot = fit(delay, OPERATIONS, MOST_ROUNDS)
     if delay is not None and abs(delay + pilot.late[0]) >= LINEAR:
-        without = fit(None, OPERATIONS, MOST_ROUNDS, False)
+        without = fit(None, OPERATIONS, MOST_ROUNDS)
         pilot = pilot if abs(delay) < LONGEST_DELAY and _delay_pays(pilot, without) else without
     wide, narrow = _log_errors(pilot.fit, pilot.fit.model.widest, pilot.fit.model)
     largest = pilot.fit.model.widest.largest if _clearly_positive(narrow - wide) else pilot.fit.model.largest
@@ -182,7 +182,7 @@ def _find_delay(fit: Callable[..., Pilot], progress: Callable[[float], None]) ->
     delay, tried = 0.0, list[tuple[float, float]]()
     for turn in range(MOST_ROUNDS):
         progress(turn / MOST_ROUNDS)
-        pilot = fit(delay, OPERATIONS / 4, 1 if tried else ROUNDS, True)
+        pilot = fit(delay, OPERATIONS / 4, 1 if tried else ROUNDS)
         remainder, error = pilot.late
         if abs(remainder) < max(LINEAR, 3 * error):
             break
