@@ -1,7 +1,6 @@
 """LuGre: bristles that bend before they slip."""
 
 from collections.abc import Mapping
-from functools import lru_cache
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -127,26 +126,8 @@ class _Legs(NamedTuple):
         return np.sign(self.velocity) * self.level
 
 
-@lru_cache(maxsize=1)  # a fit computes it once
-def _legs_of(motion: Motion) -> tuple[Array, Array]:
-    """Compute mean velocity [rad/s] and length [rad] of paths in one direction, two per sample, shape (2 M,).
-
-    The velocity is linear between samples. The first leg ends where the velocity changes its sign, otherwise
-    halfway. The path before the start of a segment is infinitely long.
-    """
-    after = motion.velocity
-    before = np.append(after[:1], after[:-1])
-    turns = before * after < 0
-    share = np.divide(before, before - after, out=np.full_like(after, 0.5), where=turns)
-    middle = np.where(turns, 0.0, (before + after) / 2)
-    velocity = np.column_stack([(before + middle) / 2, (middle + after) / 2])
-    path = motion.period * np.column_stack([share, 1.0 - share]) * np.abs(velocity)
-    velocity[motion.begins], path[motion.begins] = after[motion.begins, None], np.inf
-    return velocity.ravel(), path.ravel()
-
-
 def _make_legs(motion: Motion, gain: float, stribeck_velocity: float, travel: float) -> _Legs:
-    velocity, path = _legs_of(motion)
+    velocity, path = motion.legs
     level = 1.0 + gain * bell(velocity, stribeck_velocity)
     return _Legs(velocity, path, level, np.exp(-path / (travel * level)))
 

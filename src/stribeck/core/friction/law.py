@@ -3,6 +3,7 @@
 import abc
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -115,6 +116,23 @@ class Motion:
     velocity: Array
     period: float
     begins: BoolArray
+
+    @cached_property
+    def legs(self) -> tuple[Array, Array]:
+        """Mean velocity [rad/s] and length [rad] of paths in one direction, two per sample, shape (2 M,).
+
+        The velocity is linear between samples. The first leg ends where the velocity changes its sign, otherwise
+        halfway. The path before the start of a segment is infinitely long.
+        """
+        after = self.velocity
+        before = np.append(after[:1], after[:-1])
+        turns = before * after < 0
+        share = np.divide(before, before - after, out=np.full_like(after, 0.5), where=turns)
+        middle = np.where(turns, 0.0, (before + after) / 2)
+        velocity = np.column_stack([(before + middle) / 2, (middle + after) / 2])
+        path = self.period * np.column_stack([share, 1.0 - share]) * np.abs(velocity)
+        velocity[self.begins], path[self.begins] = after[self.begins, None], np.inf
+        return velocity.ravel(), path.ravel()
 
 
 class LawWithState(FrictionLaw):
