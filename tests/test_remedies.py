@@ -14,7 +14,8 @@ from tests.cli.test_cli import run
 from tests.mujoco_arm import friction, record, urdf, with_force, with_other_model, write_case
 from tests.standing import still_humanoid
 
-from stribeck import inspect_log, read_result
+from stribeck import Robot, inspect_log, read_result
+from stribeck import identify as identify_logs
 
 Log = dict[str, Any]
 
@@ -146,6 +147,21 @@ def test_a_remedy_leads_on(case: str, sound: Log, tmp_path: Path, capsys: pytest
         for point in joint.curve:
             true = friction(np.full(3, point.velocity))[k]
             assert point.value == pytest.approx(true, rel=0.05)
+
+
+def test_a_payload_of_one_of_two_logs_is_named_with_its_log(sound: Log, tmp_path: Path) -> None:
+    log = {name: values.copy() for name, values in sound.items()}
+    carrying(2.0)(log)
+    write_case(tmp_path, sound)
+    np.savez(tmp_path / "loaded.npz", **log)
+    logs, robot_file = [tmp_path / "log.npz", tmp_path / "loaded.npz"], tmp_path / "robot.toml"
+    (found,) = [each for each in identify_logs(logs, robot_file).findings if not each.note]
+    assert 'spans = [["loaded.npz", 0, 14]]' in str(found)
+    apply(str(found), robot_file)
+    assert Robot.from_file(robot_file).payloads[0].mass == pytest.approx(2.0, rel=0.05)
+    result = identify_logs(logs, robot_file)
+    assert not [each for each in result.findings if not each.note]
+    assert {joint.verdict for joint in result.joints.values()} == {"identified"}
 
 
 SLOW = pytest.param(0.04, 1e-9, marks=pytest.mark.long)

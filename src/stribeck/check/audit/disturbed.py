@@ -14,15 +14,18 @@ from stribeck.core.equations.friction_torque.payload import MARGIN
 def disturbed_spans(evidence: AuditData) -> tuple[list[Span], BoolArray]:
     """Find the spans whose torques deviate far from model plus robustly fitted friction, and mask their bins."""
     negligible = 0.1  # residual relative to the torque's variation that counts as one deviation: reversals are larger
+    slow = 0.02  # speed relative to the top speed below which friction may be static [1]
     outlying = 5.0  # residual beyond which a bin is disturbed [robust standard deviations]
     far = np.zeros(len(evidence.rows))
     for k in range(len(evidence.joints)):
         rows = np.isfinite(evidence.model[:, k])
         if rows.sum() >= LEAST_BINS:
             torque = evidence.torque[rows, k]
-            residual = _residual(friction_shapes(evidence, k, rows), torque - evidence.model[rows, k])
+            residual, friction = _residual(friction_shapes(evidence, k, rows), torque - evidence.model[rows, k])
             usual = max(_deviation(residual), negligible * _deviation(torque - np.median(torque)))
-            far[rows] = np.maximum(far[rows], np.abs(residual) / max(usual, 1e-12))
+            resting = np.abs(evidence.velocity[rows, k]) < slow * evidence.top_speed[k]
+            beyond = np.maximum(np.abs(residual) - resting * np.ptp(friction), 0.0)  # static friction has any value
+            far[rows] = np.maximum(far[rows], beyond / max(usual, 1e-12))
     log = evidence.prepared.log
     time = log.time[evidence.rows] - log.start
     lasting = np.minimum(far[1:], far[:-1]) > outlying  # a single bin is a reversal
@@ -56,14 +59,15 @@ def explained(whole: AuditData, rest: AuditData) -> set[str]:
     }
 
 
-def _residual(shapes: Array, torque: Array) -> Array:
-    """Compute the residual of a robust fit, whose weights fall beyond the median (Holland and Welsch 1977)."""
+def _residual(shapes: Array, torque: Array) -> tuple[Array, Array]:
+    """Compute residual and friction of a robust fit, whose weights fall beyond the median (Holland and Welsch 1977)."""
     shapes, weight = shapes / np.maximum(np.linalg.norm(shapes, axis=0), 1e-12), np.ones(len(torque))
     for _ in range(20):
-        residual = torque - shapes @ np.linalg.lstsq(shapes * weight[:, None], torque * weight, rcond=None)[0]
+        friction = shapes @ np.linalg.lstsq(shapes * weight[:, None], torque * weight, rcond=None)[0]
+        residual = torque - friction
         size = np.abs(residual) / max(float(np.median(np.abs(residual))), 1e-12)
         weight = np.sqrt(1 / np.maximum(size, 1.0))
-    return np.asarray(residual)
+    return np.asarray(residual), np.asarray(friction)
 
 
 def _deviation(values: Array) -> float:

@@ -76,6 +76,8 @@ def compete(evidence: AuditData, joints: Sequence[int]) -> list[Hypothesis]:
         if not far.any():
             break
         factors *= np.where(far | (ranking[0].kind == "common gain"), gains, 1.0)
+    else:
+        return _ranked(evidence, joints)  # gains that never settle explain nothing
     if not ranking or np.all(factors == 1):
         return ranking
     best, kind = ranking[0], "common gain" if len(set(factors.tolist())) == 1 else "gain"
@@ -105,6 +107,8 @@ def _ranked(evidence: AuditData, joints: Sequence[int]) -> list[Hypothesis]:
         marginal = gram - gram[:, first:] @ np.linalg.solve(of_bodies, gram[first:])
         volume = np.linalg.slogdet(spread**2 * of_bodies)[1]
         for kind, places, columns, size in _causes(joints, slopes, scales):
+            if kind == "body" and spread > 1:  # far wrong bodies share the mass of one that carries something
+                continue
             directions = columns * size
             inner = directions.T @ marginal[1:, 1:] @ directions + np.eye(directions.shape[1])
             along = directions.T @ marginal[1:, 0]

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from math import ceil
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -25,6 +26,8 @@ SURE = 4.0
 """Deviation of a gain from one that counts as significant [standard errors]."""
 NEAR = 1.6
 """Factor [1] up to which gains can be explained by wrong inertias."""
+IMPLAUSIBLE = 10.0
+"""Error of the last body's mass that no model has [prior standard deviations]: the robot carries something."""
 SOME = 0.08
 """Smallest logarithm of a gain that is reported, if no other cause explains the torques as well [1]."""
 
@@ -45,9 +48,11 @@ def check_scales(evidence: AuditData, fits: dict[int, GainFit], joints: list[int
     """Report torques of implausible size: gains that differ from one, and exceeded bounds."""
     off = {k: estimate for k, estimate in fits.items() if _off(estimate) and _surely(estimate)}
     competing = compete(evidence, joints) if all(estimate.gain > 0 for estimate in fits.values()) else []
-    if causes := _causes(evidence, rivals(competing), bool(off)):
+    all_off = concerns_most(len(off), len(fits), evidence.joints)
+    possible = [cause for cause in competing if not all_off or cause.kind != "none"]
+    if causes := _causes(evidence, rivals(possible), bool(off)):
         return causes
-    if concerns_most(len(off), len(fits), evidence.joints):
+    if all_off:
         return [_scale_of_all(evidence, {evidence.joints[k]: abs(estimate.gain) for k, estimate in off.items()})]
     bounded = out_of_bounds(evidence, [k for k in joints if k not in off])
     if competing or any(finding.stops for finding in bounded):
@@ -98,12 +103,14 @@ def _causes(evidence: AuditData, causes: Sequence[Hypothesis], off: bool) -> lis
 
 
 def _large(evidence: AuditData, cause: Hypothesis, off: bool) -> bool:
-    """Whether a cause changes friction noticeably; bodies are corrected by the fit unless they look like a gain."""
+    """Whether a cause changes friction noticeably; the fit corrects bodies unless they look like a gain or a load."""
     if cause.kind == "gravity":
         tilted_by = float(np.deg2rad(2.0))  # smallest tilt of the base that is reported [rad]
         return angle_between(evidence.robot.gravity, evidence.robot.gravity + cause.values) > tilted_by
     if cause.kind == "body":
-        return off
+        model, joint = evidence.robot.tree.model, cause.places[0] + 1
+        more = cause.values[0] / (evidence.robot.settings.priors.mass * model.inertias[joint].mass)
+        return off or (more > IMPLAUSIBLE and len(model.subtrees[joint]) == 1)
     for k, change in zip(cause.places, cause.values, strict=True):
         # errors of all bodies can imitate a gain; a real one also shows in the fit of its torque
         estimate = fit(evidence, k)
@@ -141,7 +148,8 @@ def _body_finding(evidence: AuditData, cause: Hypothesis) -> Finding:
         return Finding.of("bodies-differ.audit", evidence=_body_words(evidence, cause))
     link = link_of(robot.tree, joint)
     com = link.placement.actInv(np.array(moment) / mass).tolist()
-    whole = Span(0.0, ceil(float(np.ptp(evidence.prepared.log.time))))
+    log = evidence.prepared.log
+    whole = Span(0.0, ceil(float(np.ptp(log.time))), Path(log.path).name)
     setting = Setting("robot", "payload", [payload_entry(str(link.name), mass, com, [whole])])
     return Finding.of("payload.audit", evidence=_body_words(evidence, cause), settings=[setting])
 
