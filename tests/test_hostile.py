@@ -427,15 +427,3 @@ def test_a_robot_file_is_drafted_whatever_the_stamps(case: str, seeds: Path, tmp
     with limited() as (said, _):
         assert run("init", seeds / "arm.urdf", tmp_path / "log.npz", "-o", tmp_path / "out.toml", "--quiet") == 0
     assert said.getvalue() == ""
-
-
-@pytest.mark.parametrize("value", ["-1.0", "1e308", "NaN", "[" * 100_000])
-@pytest.mark.parametrize("name", ["filters.noise", "filters.covariance"])
-def test_an_impossible_state_is_refused(name: str, value: str, seeds: Path, tmp_path: Path) -> None:
-    state = json.loads((seeds / "state.json").read_text())
-    state[name] = np.full(np.shape(state[name]), 7.5).tolist()
-    (tmp_path / "state.json").write_text(json.dumps(state).replace("7.5", value))
-    words = ["watch", seeds / "saved", "-r", seeds / "robot.toml", "--log", seeds / "log.npz"]
-    with limited() as (said, _):
-        assert run(*words, "--state", tmp_path / "state.json") == 2
-    assert "state.json: is damaged" in said.getvalue()

@@ -4,7 +4,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 from tests.arm import TRUTH, arm_log, save_npz, stribeck_torque, write_arm
 
@@ -79,19 +78,6 @@ def test_the_rotor_inertia_comes_back_and_the_models_is_counted_in(arm: Robot) -
     shown = result.evidence.samples
     column = shown.joint_names.index("shoulder")
     np.testing.assert_allclose(shown.friction_torque[:, column], stribeck_torque(shown.velocity[:, column]), atol=1e-4)
-
-
-def test_all_parameters_come_back_and_the_table_contains_every_sample(arm: Robot, tmp_path: Path) -> None:
-    log = arm_log(arm, duration=20)
-    settings = Settings(method="curve-fit", filter=FilterSettings(kind="log"))
-    result = identify(log, arm, settings, table=tmp_path / "f.parquet")
-    for joint in result.joints.values():
-        assert joint.verdict == "identified"
-        assert joint.values == pytest.approx(TRUTH, rel=1e-6)
-    table = pq.read_table(tmp_path / "f.parquet")
-    assert table.num_rows == len(log.time) == result.log.samples_used
-    np.testing.assert_allclose(table["velocity.elbow"].to_numpy(), log.velocity[:, 1], atol=1e-6)
-    assert set(table["support"].to_pylist()) == {"base"}
 
 
 def test_a_log_given_twice_is_refused(arm: Robot, tmp_path: Path) -> None:

@@ -114,14 +114,16 @@ def test_point_feet_determine_only_the_swinging_leg() -> None:
         chunks("go2", replace(log, base_orientation=None))
 
 
-def test_the_table_has_the_ground_reaction_that_the_sensor_felt(tmp_path: Path) -> None:
+def test_the_table_has_the_velocities_of_the_log_and_the_ground_reaction_that_the_sensor_felt(tmp_path: Path) -> None:
     log, _ = example_log("talos", 8.0)
     settings = Settings(method="curve-fit", filter=EXACT, law="coulomb-viscous")
     identify(log, example_robot("talos"), settings, table=tmp_path / "f.parquet")
     table = pq.read_table(tmp_path / "f.parquet")
     left = np.flatnonzero(np.array(table["support"].to_pylist()) == "left")
     rows = np.searchsorted(log.time, table["time"].to_numpy()[left] - 1e-9)
-    force = table["ground_reaction.fz"].to_numpy()[left]
+    velocity, force = (table[name].to_numpy()[left] for name in ("velocity.leg_left_4_joint", "ground_reaction.fz"))
+    knee = log.joint_names.index("leg_left_4_joint")
+    np.testing.assert_allclose(velocity, log.velocity[rows, knee], atol=1e-6)
     np.testing.assert_allclose(force, log.foot_wrench[rows, log.foot_names.index("left"), 2], rtol=1e-5)
 
 

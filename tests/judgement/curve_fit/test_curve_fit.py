@@ -10,16 +10,9 @@ from stribeck.core.friction import LAWS, get_law
 from stribeck.core.judgement.curve_fit.problem import joint_problem
 from stribeck.core.settings import Settings
 from stribeck.paper.curve_fit.fit import eliminate_linear, fit_joint, fit_law, hold_out
-from stribeck.paper.curve_fit.prediction import jacobian, predict
+from stribeck.paper.curve_fit.prediction import predict
 
 SETTINGS = Settings()
-
-
-def test_a_linear_law_has_the_closed_form_solution(make_samples, make_joint) -> None:
-    samples, law = make_samples({"knee": make_joint()}), get_law("coulomb-viscous")
-    training, _ = hold_out(joint_problem(samples, "knee", law, SETTINGS), SETTINGS.holdout)
-    expected, *_ = np.linalg.lstsq(jacobian(training, np.zeros(3)), training.friction_torque)
-    np.testing.assert_allclose(fit_law(samples, law, SETTINGS)["knee"].values, expected, rtol=1e-7)
 
 
 def test_held_out_blocks_are_never_seen(make_samples, make_joint) -> None:
