@@ -5,11 +5,10 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from tests.arm import TRUTH, arm_log
+from tests.arm import TRUTH, arm_log, stribeck_torque
 
 from stribeck import Robot, RobotLog
 from stribeck.core.base.typing import Array
-from stribeck.core.friction import get_law
 from stribeck.service.online import Alarm, OnlineFriction
 
 RATE = 100.0
@@ -22,9 +21,7 @@ def noisy(log: RobotLog, seed: int) -> RobotLog:
 
 
 def friction(log: RobotLog) -> Array:
-    law = get_law("stribeck")
-    values = np.array([(TRUTH | {"offset": 0.0})[parameter.name] for parameter in law.parameters])
-    return np.column_stack([law.torque(velocity, values) for velocity in log.velocity.T])
+    return stribeck_torque(log.velocity, TRUTH | {"offset": 0.0})
 
 
 def stream(robot: Robot, duration: float, factor: Callable[[Array], Array], seed: int = 1) -> RobotLog:

@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from scipy.signal import lfilter
-from tests.arm import TRUTH, arm_log
+from tests.arm import TRUTH, arm_log, stribeck_torque
 from tests.models import example_robot
 from tests.online.service import RATE, elbow, feed, noisy, same, stream
 
@@ -20,7 +20,6 @@ from stribeck.core.dynamics.contact.mode import ContactMode
 from stribeck.core.dynamics.momentum import momentum_balance
 from stribeck.core.dynamics.rooted import rooted_inverse_dynamics
 from stribeck.core.dynamics.state import Orientation, State
-from stribeck.core.friction import get_law
 from stribeck.service.online import Alarm, OnlineFriction
 from stribeck.service.online.alarms import Watchdog
 from stribeck.service.online.kalman import JointFilters
@@ -56,10 +55,8 @@ def test_a_change_before_the_start_is_reported_where_logs_are_alike(robot: Robot
 def test_the_friction_now_is_the_simulated_friction(robot: Robot, result: Result) -> None:
     online = OnlineFriction(result, robot, RATE)
     assert not feed(online, stream(robot, 60.0, lambda _: np.full((1, 1), 0.8)))
-    for k, own in enumerate(online.state().values()):
-        law = get_law("stribeck")
-        values = np.array([(TRUTH | {"offset": 0.0})[parameter.name] for parameter in law.parameters])
-        truth = 0.8 * float(law.torque(online.baseline.speed[k : k + 1], values)[0])
+    truths = 0.8 * stribeck_torque(online.baseline.speed, TRUTH | {"offset": 0.0})
+    for own, truth in zip(online.state().values(), truths.tolist(), strict=True):
         assert own.interval_95[0] < truth < own.interval_95[1]
         assert own.friction == pytest.approx(truth, rel=0.08)
         assert own.motion > 15
@@ -185,10 +182,10 @@ def test_compensation_stays_below_the_friction(robot: Robot, result: Result, fac
     feed(online, stream(robot, 40.0, lambda _: np.full((1, 1), factor)))
     speeds = online.baseline.speeds
     compensated = online.baseline.friction(speeds, 0 * speeds, 0 * speeds)
-    values = np.array([(TRUTH | {"offset": 0.0})[parameter.name] for parameter in get_law("stribeck").parameters])
+    truth = stribeck_torque(speeds, TRUTH | {"offset": 0.0})
     for k, gain in enumerate(online.compensation_gains().values()):
         assert 0.8 * min(factor, 1.5) < gain < factor
-        assert (gain * compensated[:, k] < factor * get_law("stribeck").torque(speeds[:, k], values)).all()
+        assert (gain * compensated[:, k] < factor * truth[:, k]).all()
 
 
 def test_covariances_stay_sound_for_days() -> None:

@@ -41,6 +41,11 @@ class StubRobot:
         return [k for k, name in enumerate(self.joint_names) if name not in self.position_controlled]
 
 
+def robot_with(**table):
+    """Make a robot whose file has this `[log]`."""
+    return StubRobot(log_table=LogTable.model_validate(table))
+
+
 def synthetic_log(samples=200, rate=500.0, joints=JOINTS, seed=0):
     """Make a log of smooth motion, for checks of interpolation, with all channels."""
     rng = np.random.default_rng(seed)

@@ -10,19 +10,14 @@ import polars as pl
 import pyarrow as pa
 import pyarrow.parquet
 import pytest
-from tests.log.readers.formats import JOINTS, StubRobot, columns_of, synthetic_log, write_arrays
+from tests.log.readers.formats import JOINTS, StubRobot, columns_of, robot_with, synthetic_log, write_arrays
 
 from stribeck.core.errors import LogError
 from stribeck.core.log import RobotLog
-from stribeck.core.settings import LogTable
 from stribeck.io.readers import read_log
 
 LOG = synthetic_log(30)
 CHANNELS = ("position", "velocity", "torque")
-
-
-def robot_with(**table):
-    return StubRobot(log_table=LogTable.model_validate(table))
 
 
 def write_rows(path, names, rows, delimiter=","):
@@ -165,7 +160,7 @@ def test_every_channel_is_read(frame):
 def test_settings_of_the_robot_file_and_missing_values(make):
     torque = LOG.torque[:, 0].copy()
     torque[7] = np.nan
-    robot = StubRobot(log_table=LogTable.model_validate({"torque": {"scale": -1.0}, "time": {"name": "when"}}))
+    robot = robot_with(torque={"scale": -1.0}, time={"name": "when"})
     columns = {"when": pd.to_datetime(1_700_000_000_000_000_000 + np.arange(30) * 2_000_000)} | columns_of(LOG)
     log = RobotLog.from_frame(make(columns | {"torque.hip": torque}), robot)
     np.testing.assert_array_equal(log.torque[:, 0], -torque)

@@ -7,18 +7,13 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
 import pytest
-from tests.log.readers.formats import JOINTS, StubRobot, columns_of, synthetic_log
+from tests.log.readers.formats import JOINTS, StubRobot, columns_of, robot_with, synthetic_log
 
 from stribeck.core.errors import LogError
-from stribeck.core.settings import LogTable
 from stribeck.io.readers import read_log
 
 LOG = synthetic_log(200)
 MATRICES = {"position": LOG.position, "torque": LOG.torque}
-
-
-def robot_with(**table):
-    return StubRobot(log_table=LogTable.model_validate(table))
 
 
 def write(folder, name, columns):
