@@ -30,32 +30,24 @@ def _feet(frame: str, kind: str, names: tuple[str, ...] = SIDES) -> dict[str, di
     return {name: {"frame": frame.format(name), "kind": kind} for name in names}
 
 
+HEAD = {"position_controlled": ["head_1_joint", "head_2_joint"]}
 MODELS: dict[str, tuple[str, dict[str, Any], dict[str, dict[str, str]]]] = {
-    "talos": (
-        "talos_data/robots/talos_reduced.urdf",
-        {"position_controlled": ["head_1_joint", "head_2_joint"]},
-        _feet("{}_sole_link", "surface"),
-    ),
+    "talos": ("talos_data/robots/talos_reduced.urdf", HEAD, _feet("{}_sole_link", "surface")),
     "g1": ("g1_description/urdf/g1_29dof_rev_1_0.urdf", {}, _feet("{}_ankle_roll_link", "surface")),
     "go2": ("go2_description/urdf/go2.urdf", {}, _feet("{}_foot", "point", LEGS)),
     "cassie": (str(CASSIE), {}, _feet("{}-foot", "point")),
-    "icub": (
-        "icub_description/robots/icub.urdf",
-        {},
-        {side: {"frame": f"{side[0]}_sole", "kind": "surface"} for side in SIDES},
-    ),
+    "icub": ("icub_description/robots/icub.urdf", {}, _feet("{0[0]}_sole", "surface")),
     "panda": ("panda_description/urdf/panda.urdf", {"base": "fixed"}, {}),
     "ur5": ("ur_description/urdf/ur5_robot.urdf", {"base": "fixed"}, {}),
     "kinova": ("kinova_description/robots/kinova.urdf", {"base": "fixed"}, {}),
 }
 """Model file, keys of [robot], and contacts."""
 
+BENT = {"hip": 0.0, "thigh": 0.8, "calf": -1.6}
 POSTURES: dict[str, dict[str, float]] = {
     "talos": dict(WALKERS["TALOS"].posture),
     "g1": dict(WALKERS["G1"].posture),
-    "go2": {
-        f"{leg}_{joint}_joint": value for leg in LEGS for joint, value in (("hip", 0.0), ("thigh", 0.8), ("calf", -1.6))
-    },
+    "go2": {f"{leg}_{part}_joint": angle for leg in LEGS for part, angle in BENT.items()},
 }
 """Postures with bent knees and nearly level feet."""
 

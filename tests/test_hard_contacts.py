@@ -32,16 +32,11 @@ CONTACTS = {
     "another foot each 24 rows": every(24),
     "a foot stands for two rows": np.stack([(ROWS > 1000) & (ROWS < 1003), ROWS < 0], axis=1),
 }
+FIXED = pytest.param(FilterSettings(kind="savitzky-golay", window=15), False, marks=pytest.mark.long)
 MARKS = dict.fromkeys(("another foot each row", "another foot each 20 rows"), pytest.mark.long)
 
 
-@pytest.mark.parametrize(
-    ("kind", "missing"),
-    [
-        (FilterSettings(), True),
-        pytest.param(FilterSettings(kind="savitzky-golay", window=15), False, marks=pytest.mark.long),
-    ],
-)
+@pytest.mark.parametrize(("kind", "missing"), [(FilterSettings(), True), FIXED])
 @pytest.mark.parametrize("method", ["curve-fit", "whole-log", "direct"])
 @pytest.mark.parametrize("contact", [pytest.param(CONTACTS[own], marks=MARKS.get(own, ()), id=own) for own in CONTACTS])
 def test_contacts_that_leave_nothing(contact, kind, method, missing, humanoid):

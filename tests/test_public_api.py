@@ -23,17 +23,8 @@ ERRORS = {"LogError", "NothingIdentifiedError", "RobotFileError", "SettingsError
 PUBLIC = ERRORS | {"FrictionLaw", "MomentumObserver", "OnlineFriction", "Result", "Robot", "RobotLog", "Settings"}
 PUBLIC |= {"compare", "export", "identify", "inspect_log", "plan", "read_log", "read_result", "register_law"}
 PUBLIC |= {"replay", "write_log", "write_report", "__version__"}
-METHODS = {
-    "Result.covariance",
-    "Result.predict",
-    "Result.score",
-    "Result.scores",
-    "Result.to_dataframe",
-    "JointResult.friction",
-    "JointResult.plot",
-    "Robot.from_file",
-    "Robot.from_model",
-}
+METHODS = {f"Result.{name}" for name in ("covariance", "predict", "score", "scores", "to_dataframe")}
+METHODS |= {"JointResult.friction", "JointResult.plot", "Robot.from_file", "Robot.from_model"}
 METHODS |= {"RobotLog.from_frame", "RobotLog.to_frame"}
 WITHOUT_EXAMPLE = {"__version__"}
 
@@ -98,11 +89,7 @@ def test_the_example_of_each_public_name_runs(name, desk, monkeypatch, tmp_path)
 
 def test_objects_are_one_line_of_text_and_a_table_in_notebooks(desk: dict[str, Any]) -> None:
     result, robot, log = desk["result"], desk["robot"], desk["log"]
-    others = (
-        stribeck.compare(result, result),
-        stribeck.plan(result, robot),
-        stribeck.inspect_log(log, robot),
-    )
+    others = (stribeck.compare(result, result), stribeck.plan(result, robot), stribeck.inspect_log(log, robot))
     for thing in (result, result.joints["elbow"], robot, log, *others):
         assert len(repr(thing)) < 250
         page = thing._repr_html_()

@@ -21,9 +21,8 @@ def test_an_assignment_changes_only_its_setting(key: str) -> None:
 @pytest.mark.parametrize("key", [key for key, value in flat(Settings()).items() if type(value) in (int, float)])
 @pytest.mark.parametrize("value", [-(10**18), 10**18, 1e300, math.inf, math.nan])
 def test_every_number_has_a_range(key: str, value: float) -> None:
-    with pytest.raises(
-        SettingsError, match=rf"'{key}' is .*(; expected a number from \S+ to \S+|valid integer)"
-    ) as refused:
+    said = rf"'{key}' is .*(; expected a number from \S+ to \S+|valid integer)"
+    with pytest.raises(SettingsError, match=said) as refused:
         with_settings(Settings(), {}, [f"{key}={value!r}"])
     assert len(str(refused.value).splitlines()) == 1
 

@@ -337,14 +337,9 @@ class TestKinematics:
         assert decided.mean() > 0.8
         assert not (gait.standing & ~standing)[decided].any()
 
-    @pytest.mark.parametrize(
-        ("displaced", "bound"),
-        [
-            (1e-4 * np.random.default_rng(0).standard_normal((1680, 2, 3)), 0.08),
-            ([[0.0, 0.0, 0.003], [0.0, 0.0, 0.0]], 0.07),
-        ],
-        ids=["encoder noise", "uneven ground"],
-    )
+    NOISE, UNEVEN = 1e-4 * np.random.default_rng(0).standard_normal((1680, 2, 3)), [[0.0, 0.0, 0.003], [0.0, 0.0, 0.0]]
+
+    @pytest.mark.parametrize(("displaced", "bound"), [(NOISE, 0.08), (UNEVEN, 0.07)], ids=["noise", "uneven ground"])
     def test_small_displacements_make_no_phases(self, displaced, bound):
         gait = biped()
         _, standing = self.found(Gait(gait.points + displaced, gait.standing), Walker(BIPED))
@@ -380,13 +375,7 @@ class TestFall:
 @pytest.mark.parametrize(
     ("feet", "flags", "robot", "source", "said"),
     [
-        (
-            ("left_foot", "foot_r"),
-            True,
-            BIPED,
-            "auto",
-            r"'foot_r' is not one of .* left_foot, right_foot; .*\"right_foot\"",
-        ),
+        (("left_foot", "foot_r"), True, BIPED, "auto", r"'foot_r' is not one of .*, right_foot; .*\"right_foot\""),
         (BIPED, True, (*BIPED, "hand"), "auto", "contact 'hand' is not among the log's feet, which are left_foot, "),
         (BIPED, None, BIPED, "flags", "source is 'flags', but the log has no channel contact"),
         (BIPED, None, BIPED, "forces", "source is 'forces', but the log has no channel foot_wrench"),

@@ -22,15 +22,9 @@ from stribeck.app.exporters.samples import drawn, joint_ranges
 from stribeck.core.result import JointResult, Result, read_result
 
 TRUTH = {"viscous": 0.3, "coulomb": 1.2, "stribeck_gain": 0.4, "stribeck_velocity": 0.2, "offset": -0.4}
-CORRELATION = np.array(
-    [
-        [1.0, -0.9, 0.0, 0.0, 0.1],
-        [-0.9, 1.0, 0.2, 0.0, 0.0],
-        [0.0, 0.2, 1.0, -0.5, 0.0],
-        [0.0, 0.0, -0.5, 1.0, 0.0],
-        [0.1, 0.0, 0.0, 0.0, 1.0],
-    ]
-)
+CORRELATION = np.eye(5)
+for _row, _column, _value in ((0, 1, -0.9), (0, 4, 0.1), (1, 2, 0.2), (2, 3, -0.5)):
+    CORRELATION[[_row, _column], [_column, _row]] = _value
 
 PLAIN = TARGETS["isaaclab"].forms["plain"]
 ROTOR = replace(made.estimate(0.05, 0.005), unit="kg m^2")

@@ -128,9 +128,7 @@ def test_a_builder_of_newton_gets_it_by_label(recipes: dict[str, Any]) -> None:
     builder = SimpleNamespace(
         joint_label=["a/fixed_base", "a/shoulder", "a/elbow", "a/slide", "b/shoulder"],
         joint_qd_start=[0, 0, 1, 2, 3],
-        joint_friction=[0.0] * 4,
-        joint_damping=[0.0] * 4,
-        joint_armature=[0.0] * 4,
+        **{f"joint_{word}": [0.0] * 4 for word in ("friction", "damping", "armature")},
         custom_attributes={"mujoco:solreffriction": SimpleNamespace(values=None)},
     )
     recipes["set_newton"](builder)
@@ -187,18 +185,13 @@ def test_a_stage_gets_efforts_and_degrees(tmp_path: Path, monkeypatch: pytest.Mo
     path, _ = written("usd", tmp_path)
     own = module(path)
     own.set_friction(SimpleNamespace(Traverse=lambda: joints))
-    assert found["shoulder"] == {
-        "PhysxJointAxisAPI:angular": 1.0,
-        "physxJointAxis:angular:dynamicFrictionEffort": 1.2,
-        "physxJointAxis:angular:viscousFrictionCoefficient": pytest.approx(0.3 / 57.29577951308232, rel=1e-12),
-        "physxJointAxis:angular:staticFrictionEffort": 1.2,
-        "physxJointAxis:angular:armature": 0.05,
-        "NewtonJointAPI": 1.0,
-        "newton:friction": 1.2,
-        "newton:damping": pytest.approx(0.3 / 57.29577951308232, rel=1e-12),
-        "newton:armature": 0.05,
-        "mjc:solreffriction": (0.001, 1.0),
-    }
+    damping: Any = pytest.approx(0.3 / 57.29577951308232, rel=1e-12)
+    efforts: dict[str, Any] = {"dynamicFrictionEffort": 1.2, "staticFrictionEffort": 1.2, "armature": 0.05}
+    efforts["viscousFrictionCoefficient"] = damping
+    newton = {"friction": 1.2, "damping": damping, "armature": 0.05}
+    wanted = {f"physxJointAxis:angular:{word}": value for word, value in efforts.items()}
+    wanted |= {f"newton:{word}": value for word, value in newton.items()} | {"mjc:solreffriction": (0.001, 1.0)}
+    assert found["shoulder"] == wanted | {"PhysxJointAxisAPI:angular": 1.0, "NewtonJointAPI": 1.0}
     assert found["slide"]["physxJointAxis:linear:viscousFrictionCoefficient"] == 20.0
     assert found["slide"]["newton:damping"] == 20.0
     assert "base" not in found

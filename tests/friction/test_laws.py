@@ -68,14 +68,8 @@ def test_parameters_are_recovered_from_clean_samples(law: FrictionLaw, seed: int
     middle = {"stribeck_velocity": (0.05, 0.4), "slope": (20, 150), "stribeck_gain": (0.15, 1.5), "viscous": (0.1, 3)}
     truth = np.array([rng.uniform(*middle.get(p.name, typical(p))) for p in law.parameters])
     velocity = rng.uniform(1.0, 4.0) * np.sin(np.linspace(0, 60, 3000)) * np.sin(np.linspace(1, 14, 3000))
-    problem = FitProblem(
-        law=law,
-        parameters=law.parameters,
-        velocity=velocity,
-        friction_torque=law.torque(velocity, truth),
-        acceleration=None,
-        block=np.arange(3000) // 100,
-    )
+    shared = {"velocity": velocity, "friction_torque": law.torque(velocity, truth), "block": np.arange(3000) // 100}
+    problem = FitProblem(law=law, parameters=law.parameters, acceleration=None, **shared)
     fit = fit_joint(problem)
     np.testing.assert_allclose(fit.values, truth, rtol=1e-6, atol=1e-6)
     assert len(grid_starts(problem)) == int(np.prod([len(p.starts) for p in law.parameters if p.starts]))

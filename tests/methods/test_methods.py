@@ -38,14 +38,8 @@ NAMES = tuple(METHODS)
 OTHER = {"tilt": "flat", "double_support": "fit", "standing_legs": True}
 """Settings of robots on feet by key, each another than the usual one."""
 ON_AN_ARM = {"loss": "huber", "fit_armature": True, "filter_torque": True, "averaged_law": True}
-ON_AN_ARM |= {
-    "rest": 0.1,
-    "block": 0.5,
-    "holdout": 4,
-    "corrections": "none",
-    "observer_bandwidth": 5.0,
-    "regression": "robust",
-}
+ON_AN_ARM |= {"rest": 0.1, "block": 0.5, "holdout": 4, "observer_bandwidth": 5.0}
+ON_AN_ARM |= {"corrections": "none", "regression": "robust"}
 OTHER |= ON_AN_ARM
 
 

@@ -43,14 +43,9 @@ def result(out: Path) -> Result:
 
 
 def planned(joint: JointResult, noise: float = 1e-3) -> PlannedJoint:
+    reach = Reach(middle=0.0, amplitude=1.0, speed=2.0)
     return PlannedJoint(
-        column=0,
-        result=joint,
-        guessed=False,
-        prismatic=False,
-        settings=Settings(),
-        reach=Reach(middle=0.0, amplitude=1.0, speed=2.0),
-        noise=noise,
+        column=0, result=joint, guessed=False, prismatic=False, settings=Settings(), reach=reach, noise=noise
     )
 
 

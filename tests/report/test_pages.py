@@ -34,14 +34,8 @@ def replay_page(path: Path, seed: int, result: Result) -> None:
     error = TorqueError(r2=0.5, rms=0.1, samples=9)
     moved = {name: (time[::50], np.tile(wave[name][::50, None], 20)) for name in names}
     errors = {name: [RolloutError(relative=reach[name], rms=1.0, rollouts=9)] * 3 for name in names}
-    own = Replayed(
-        model="arm.urdf",
-        friction=False,
-        torque=dict.fromkeys(names, error),
-        rollouts=errors,
-        predicted={name: 0.5 * wave[name] for name in names},
-        positions=moved,
-    )
+    shown = {"predicted": {name: 0.5 * wave[name] for name in names}, "positions": moved}
+    own = Replayed(model="arm.urdf", friction=False, torque=dict.fromkeys(names, error), rollouts=errors, **shown)
     models = [own, own, replace(own, friction=True)]
     motion = LoggedMotion(torque_time=time, torque=wave, position_time=time, position=wave)
     about = {"filter": "none", "horizons": horizons, "notes": [], "stribeck": "1", "motion": motion}
@@ -63,24 +57,17 @@ def scaled(result: Result, seed: int) -> Result:
     """Multiply the friction of each joint by a size."""
     joints = {}
     for (name, own), factor in zip(result.joints.items(), sizes(seed, len(result.joints)), strict=True):
-        parameters = {
-            each: replace(
-                found,
-                value=factor * found.value,
-                standard_error=factor * found.standard_error,
-                interval_95=(factor * found.interval_95[0], factor * found.interval_95[1]),
-            )
-            for each, found in own.parameters.items()
-        }
+        parameters = {}
+        for each, found in own.parameters.items():
+            value, error, low, high = (factor * x for x in (found.value, found.standard_error, *found.interval_95))
+            parameters[each] = replace(found, value=value, standard_error=error, interval_95=(low, high))
         joints[name] = replace(own, parameters=parameters)
     return replace(result, joints=joints)
 
 
 def comparison_page(path: Path, seed: int, result: Result) -> None:
-    write_comparison(
-        compare(result, scaled(result, seed), names=("a", "b")) if seed % 2 else compare_sides(scaled(result, seed)),
-        path,
-    )
+    other = scaled(result, seed)
+    write_comparison(compare(result, other, names=("a", "b")) if seed % 2 else compare_sides(other), path)
 
 
 def report_page(path: Path, seed: int, result: Result) -> None:
@@ -93,16 +80,7 @@ def trends_page(path: Path, seed: int, result: Result) -> None:  # noqa: ARG001 
     write_trends(find_trends(store), path)
 
 
-PAGES = {
-    "replay": replay_page,
-    "inspection": inspection_page,
-    "comparison": comparison_page,
-    "report": report_page,
-    "trends": trends_page,
-}
-
-
-@pytest.mark.parametrize("write", PAGES.values(), ids=PAGES)
+@pytest.mark.parametrize("write", [replay_page, inspection_page, comparison_page, report_page, trends_page])
 def test_every_kind_of_page_is_drawn_without_errors(browser, result, tmp_path, write):
     charts = 0
     browser.errors.clear()

@@ -16,7 +16,7 @@ from stribeck.core.robot.xml_file import DEEPEST, MOST_BODIES, read_xml
 
 LOWER = '<inertia ixx="0.01" iyy="0.01" izz="0.005" ixy="0" ixz="0" iyz="0"/>'
 LIMIT = '<limit lower="-2" upper="1" effort="1" velocity="1"/>'
-MASS, CHILD, END = '<mass value="1"/>', '<child link="lower"/>', "</worldbody>"
+MASS, CHILD, WORLD = '<mass value="1"/>', '<child link="lower"/>', "<worldbody>"
 LEG = """<frame euler="10 20 30" pos="0 0 .1"><body name="{0}"><joint name="{0}_roll" axis="1 0 0" ref="20"/>
   <joint axis="0 -1 .2" pos=".1 0 0" armature="0.1"/><geom type="box" size=".1 .2 .05" pos="0 .1 0"/>
   <body euler="50 0 20" pos="0 0 -.4"><joint type="slide" name="{0}_slide" ref=".1"/><geom size=".1" pos=".1 0 0"/>
@@ -43,25 +43,15 @@ UNSOUND = {
         URDF,
         "</robot>",
         "<link/>" * MOST_BODIES + "</robot>",
-        f"the model has {MOST_BODIES + 3} <link>; expected at most",
+        f"has {MOST_BODIES + 3} <link>; expected at most",
     ),
     "depth": (URDF, "</robot>", "<a>" * 10**6, f"at depth {DEEPEST + 1}; expected"),
     "size": (URDF, "</robot>", " " * (1 << 25), "has 33,555,102 bytes; expected"),
     "ball joint": (MJCF, '"hip" axis="0 1 0" armature="0.02"', '"hip" type="ball"', "'hip' is a Spherical.*or lock it"),
     "no number": (MJCF, 'mass="1"', 'mass="nan"', "line 4: mass of <geom> is 'nan'; expected a finite number"),
-    "copies": (
-        MJCF,
-        "<worldbody>",
-        '<worldbody><replicate count="1000000000"/>',
-        "count of <replicate> is 1000000000; expected",
-    ),
-    "picture": (MJCF, "<worldbody>", PICTURE, "line 1: width of <texture> is 99999; expected at most 5000"),
-    "included": (
-        MJCF,
-        "<worldbody>",
-        '<include file="more.xml"/><worldbody>',
-        "more.xml: line 1: pos of <body> is '0 0 n",
-    ),
+    "copies": (MJCF, WORLD, f'{WORLD}<replicate count="1000000000"/>', "count of <replicate> is 1000000000; expected"),
+    "picture": (MJCF, WORLD, PICTURE, "line 1: width of <texture> is 99999; expected at most 5000"),
+    "included": (MJCF, WORLD, f'<include file="more.xml"/>{WORLD}', "more.xml: line 1: pos of <body> is '0 0 n"),
     "attributes": (MJCF, 'mass="1"', 'mass="1" ' + " ".join(f'a{k}=""' for k in range(201)), "and as many attributes"),
 }
 

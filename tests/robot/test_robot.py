@@ -46,16 +46,8 @@ def inertia(robot: Robot, q: float = 0.0) -> np.ndarray:
 
 
 def test_a_robot_file_is_read_whole(tmp_path):
-    table = """name = "A"
-        torque_source = "motor_current"
-        armature = { elbow = 0.5 }
-        gravity = [0, 0, -1.62]
-        locked = { shoulder = 1.5707963267948966 }
-        [log]
-        rate = 500.0
-        [identify]
-        law = "asymmetric"
-    """
+    table = 'name = "A"\ntorque_source = "motor_current"\narmature = { elbow = 0.5 }\ngravity = [0, 0, -1.62]\n'
+    table += "locked = { shoulder = 1.5707963267948966 }\n[log]\nrate = 500.0\n[identify]\nlaw = 'asymmetric'\n"
     robot = Robot.from_file(write_robot(tmp_path, table))
     assert (robot.name, robot.torque_source, robot.joint_names) == ("A", "motor_current", ("elbow",))
     assert robot.armature.tolist() == [0.5]

@@ -5,16 +5,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
-from tests.models import (
-    POSTURES,
-    STRIBECK,
-    example_log,
-    example_robot,
-    make_robot,
-    plain_configuration,
-    plain_model,
-    plain_rates,
-)
+from tests import models
 
 from stribeck.core.errors import SettingsError
 from stribeck.core.friction import Stribeck
@@ -24,12 +15,12 @@ from stribeck.simulation.prescribed.exact import Truth, exact_log
 
 RATE = 1000.0
 CASES = ("ur5 walk", "panda walk", "kinova walk", "talos walk", "g1 stand", "go2 walk", "go2 trot", "go2 walk 0.5")
-STANDING = [case for case in CASES if case.split()[0] in POSTURES]
+STANDING = [case for case in CASES if case.split()[0] in models.POSTURES]
 
 
 def made(case: str) -> tuple[Robot, RobotLog, Truth]:
     name, gait, *pace = case.split()
-    return example_robot(name), *example_log(name, 3.5, gait, pace=float(pace[0]) if pace else 1.0)
+    return models.example_robot(name), *models.example_log(name, 3.5, gait, pace=float(pace[0]) if pace else 1.0)
 
 
 def samples(log: RobotLog, count: int = 40) -> np.ndarray:
@@ -38,7 +29,7 @@ def samples(log: RobotLog, count: int = 40) -> np.ndarray:
 
 def plain_state(case: str, k: int) -> tuple[pin.Model, np.ndarray, np.ndarray, np.ndarray]:
     robot, log, truth = made(case)
-    model = plain_model(case.split()[0])
+    model = models.plain_model(case.split()[0])
     if truth.base_position is None:
         bases: tuple[np.ndarray | None, ...] = (None, None, None)
     else:
@@ -46,9 +37,9 @@ def plain_state(case: str, k: int) -> tuple[pin.Model, np.ndarray, np.ndarray, n
         bases = (pose, truth.base_velocity[k], truth.base_acceleration[k])
     return (
         model,
-        plain_configuration(model, robot, log.position[k], bases[0]),
-        plain_rates(model, robot, log.velocity[k], bases[1]),
-        plain_rates(model, robot, log.acceleration[k], bases[2]),
+        models.plain_configuration(model, robot, log.position[k], bases[0]),
+        models.plain_rates(model, robot, log.velocity[k], bases[1]),
+        models.plain_rates(model, robot, log.acceleration[k], bases[2]),
     )
 
 
@@ -82,7 +73,7 @@ def test_equation_of_motion_holds(case):
         model, q, v, a = plain_state(case, k)
         data = model.createData()
         left = pin.rnea(model, data, q, v, a)
-        right = plain_rates(model, robot, (log.torque - truth.friction_torque)[k])
+        right = models.plain_rates(model, robot, (log.torque - truth.friction_torque)[k])
         pin.computeJointJacobians(model, data, q)
         pin.updateFramePlacements(model, data)
         for foot, wrench in zip(log.foot_names, log.foot_wrench[k] if log.foot_names else (), strict=True):
@@ -116,7 +107,7 @@ def test_standing_feet_stay_where_they_are(case):
 
 
 WRONG: dict[str, tuple[str, dict[str, Any], str]] = {
-    "unknown joint": ("ur5", {"parameters": {"elbow": STRIBECK}}, "no joint 'elbow'"),
+    "unknown joint": ("ur5", {"parameters": {"elbow": models.STRIBECK}}, "no joint 'elbow'"),
     "missing parameter": ("ur5", {"parameters": {"elbow_joint": {"viscous": 1.0}}}, "'elbow_joint': found viscous"),
     "unknown posture": ("ur5", {"posture": {"elbow": 0.1}}, "posture: robot has no joint 'elbow'"),
     "trot on two": ("talos", {"gait": "trot"}, "needs four contacts, the robot has 2"),
@@ -129,6 +120,6 @@ WRONG: dict[str, tuple[str, dict[str, Any], str]] = {
 def test_wrong_arguments_are_named(name):
     robot, arguments, words = WRONG[name]
     with pytest.raises(SettingsError, match=words):
-        exact_log(example_robot(robot), Stribeck(), arguments.pop("parameters", {}), duration=1.0, **arguments)
+        exact_log(models.example_robot(robot), Stribeck(), arguments.pop("parameters", {}), duration=1.0, **arguments)
     with pytest.raises(SettingsError, match=r"needs \[contacts\] to stand on"):
-        exact_log(make_robot("go2_description/urdf/go2.urdf", {}, {}), Stribeck(), {}, duration=1.0)
+        exact_log(models.make_robot("go2_description/urdf/go2.urdf", {}, {}), Stribeck(), {}, duration=1.0)

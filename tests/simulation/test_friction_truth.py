@@ -7,16 +7,8 @@ import pytest
 from tests.models import STRIBECK
 
 from stribeck.core.friction import LAWS, Stribeck
-from stribeck.simulation.friction import (
-    Backlash,
-    Drift,
-    FrictionEffect,
-    FrictionTruth,
-    Instant,
-    LawFriction,
-    Load,
-    LuGre,
-)
+from stribeck.simulation import friction as effects
+from stribeck.simulation.friction import FrictionTruth, Instant, LawFriction, LuGre
 
 LUGRE = {"bristle_stiffness": 1000.0, "bristle_damping": 2.0, "viscous": 0.2, "coulomb": 1.0, "offset": 0.0}
 LUGRE |= {"stribeck_gain": 0.3, "stribeck_velocity": 0.1}
@@ -25,7 +17,11 @@ STEP = 0.00025
 
 
 def swing(
-    effect: FrictionEffect, torque: Callable[[float], float], duration: float, inertia: float = 0.01, step: float = STEP
+    effect: effects.FrictionEffect,
+    torque: Callable[[float], float],
+    duration: float,
+    inertia: float = 0.01,
+    step: float = STEP,
 ) -> dict[str, np.ndarray]:
     """Simulate one joint without gravity: time, position, velocity and friction torque at the end of each step."""
     truth = FrictionTruth(1, [effect])
@@ -55,7 +51,7 @@ def test_every_law_is_followed_and_takes_energy_out(name):
 
 
 def test_warm_joints_have_the_warm_parameters():
-    drift = Drift({"viscous": 0.5}, time_constant=10.0)
+    drift = effects.Drift({"viscous": 0.5}, time_constant=10.0)
     friction = LawFriction(["a"], Stribeck(), {"a": STRIBECK}, drift)
     cold, later, warm = (friction.values(time)[:, 0] for time in (0.0, 10.0, 1e3))
     names = [parameter.name for parameter in Stribeck.parameters]
@@ -77,7 +73,7 @@ def test_lugre_gives_way_before_it_breaks_away():
 def test_backlash_lets_nothing_through_until_the_play_is_used_up():
     """Reversing 1 N m against d = 0.5 N m s/rad crosses a play of 2 mrad in 1 ms; then all but the bar's damping."""
     play = {"play": 0.002, "stiffness": 5e3, "damping": 0.5}
-    run = swing(Backlash(["a"], {"a": play}), lambda t: 1.0 if t < 0.1 else -1.0, 0.2, inertia=10.0)
+    run = swing(effects.Backlash(["a"], {"a": play}), lambda t: 1.0 if t < 0.1 else -1.0, 0.2, inertia=10.0)
     lost = np.abs(run["friction"] - run["torque"]) < 1e-12
     crossing = run["time"][lost]
     first, second = crossing[crossing < 0.05], crossing[crossing > 0.05]
@@ -89,12 +85,12 @@ def test_backlash_lets_nothing_through_until_the_play_is_used_up():
 
 def test_load_takes_a_share_of_the_torque_and_only_energy_out():
     """Half a period pulls along the motion and half against it: the loss is the same share of both."""
-    effect = Load(["a"], {"a": {"load_share": 0.1, "load_slope": 40.0}})
+    effect = effects.Load(["a"], {"a": {"load_share": 0.1, "load_slope": 40.0}})
     run = swing(effect, lambda t: 3.0 * np.cos(6.0 * t), 3.0, inertia=0.1)
     assert np.all(run["velocity"] * run["friction"] >= 0)
     moving = np.abs(run["velocity"]) > 0.5
     assert moving.mean() > 0.8
     sign = np.sign(run["velocity"])
     np.testing.assert_allclose(run["friction"][moving], (0.1 * np.abs(run["torque"]) * sign)[moving], rtol=0.02)
-    run = swing(Load(["a"], {"a": {"load_share": 0.5, "load_slope": 1e4}}), lambda _: 2.0, 1.0)
+    run = swing(effects.Load(["a"], {"a": {"load_share": 0.5, "load_slope": 1e4}}), lambda _: 2.0, 1.0)
     assert run["velocity"][-1] == pytest.approx(1.0 * (2.0 - 1.0) / 0.01, rel=0.01)  # half of it is lost

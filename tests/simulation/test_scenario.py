@@ -14,15 +14,9 @@ from stribeck.simulation.run import friction_of, run_scenario
 from stribeck.simulation.scenario import Scenario, read_scenario
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples/scenarios").glob("*.toml"))
-SHORT_ARM = {
-    "robot": "arm",
-    "simulator": "exact",
-    "duration": 12.0,
-    "friction": {
-        "common": {"viscous": 0.2, "coulomb": 0.5, "stribeck_gain": 0.2, "stribeck_velocity": 0.2},
-        "joints": {"*": {"offset": 0.2, "slope": 40.0}, "elbow": {"coulomb": 0.9}},
-    },
-}
+COMMON = {"viscous": 0.2, "coulomb": 0.5, "stribeck_gain": 0.2, "stribeck_velocity": 0.2}
+BY_PATTERN = {"common": COMMON, "joints": {"*": {"offset": 0.2, "slope": 40.0}, "elbow": {"coulomb": 0.9}}}
+SHORT_ARM = {"robot": "arm", "simulator": "exact", "duration": 12.0, "friction": BY_PATTERN}
 KNEES = STRIBECK | {"offset": 0.5}
 TWO_STEPS = {"walk": [{"count": 2, "forward": 0.1, "stand": 0.2}], "friction": {"joints": {"*_knee": KNEES}}}
 
@@ -45,16 +39,11 @@ def test_an_arm_gives_back_its_friction_by_pattern() -> None:
 
 
 QUICK = {"count": 1, "forward": 0.1, "single_support": 0.3, "double_support": 0.1, "stand": 0.05}
+ARM = pytest.param({**SHORT_ARM, "duration": 1.0}, id="arm")
+WALK = pytest.param({**TWO_STEPS, "walk": [QUICK], "physics_step": 0.0005}, marks=pytest.mark.long, id="walk")
 
 
-@pytest.mark.parametrize(
-    "changed",
-    [
-        {**SHORT_ARM, "duration": 1.0},
-        pytest.param({**TWO_STEPS, "walk": [QUICK], "physics_step": 0.0005}, marks=pytest.mark.long),
-    ],
-    ids=["arm", "walk"],
-)
+@pytest.mark.parametrize("changed", [ARM, WALK])
 def test_the_same_scenario_gives_the_same_log_and_another_seed_another(changed) -> None:
     noisy = {**changed, "sensors": "realistic"}
     first, second, other = (run_scenario(Scenario.model_validate({**noisy, "seed": seed})).log for seed in (3, 3, 4))

@@ -54,12 +54,10 @@ MOTORS = [FIRST[name[:2]] + PARTS.index(name.split("_")[1]) for name in GO2]
 
 
 def check_same(read, log):
-    np.testing.assert_allclose(read.position, log.position, atol=1e-6)
-    np.testing.assert_allclose(read.velocity, log.velocity, atol=1e-5)
-    np.testing.assert_allclose(read.torque, log.torque, atol=1e-5)
-    np.testing.assert_allclose(read.base_orientation, log.base_orientation, atol=1e-6)
-    np.testing.assert_allclose(read.angular_velocity, log.angular_velocity, atol=1e-6)
-    np.testing.assert_allclose(read.linear_acceleration, log.linear_acceleration, atol=1e-6)
+    imu = ("base_orientation", "angular_velocity", "linear_acceleration")
+    for name in ("position", "velocity", "torque", *imu):
+        atol = 1e-5 if name in ("velocity", "torque") else 1e-6
+        np.testing.assert_allclose(getattr(read, name), getattr(log, name), atol=atol, err_msg=name)
 
 
 @pytest.mark.parametrize("define", [True, False], ids=["defined", "not defined"])
@@ -77,18 +75,11 @@ def test_a_quadruped_is_read_without_a_setting(inside, define, tmp_path):
     assert "foot forces" in notes
 
 
-@pytest.mark.parametrize(
-    ("kind", "joints", "name"),
-    [
-        (HG, G1, "G1"),
-        (HG, G1_23, "G1"),
-        (HG, G1[:12], "G1"),
-        (HG, H1_2, "H1-2"),
-        (HG, H1_2[:13], "H1-2"),
-        (GO, H1, "H1"),
-    ],
-    ids=["G1 of 29", "G1 of 23", "legs of G1", "H1-2", "legs of H1-2", "H1"],
-)
+HUMANOIDS = {"G1 of 29": (HG, G1, "G1"), "G1 of 23": (HG, G1_23, "G1"), "legs of G1": (HG, G1[:12], "G1")}
+HUMANOIDS |= {"H1-2": (HG, H1_2, "H1-2"), "legs of H1-2": (HG, H1_2[:13], "H1-2"), "H1": (GO, H1, "H1")}
+
+
+@pytest.mark.parametrize(("kind", "joints", "name"), HUMANOIDS.values(), ids=HUMANOIDS)
 def test_humanoids_are_known_by_their_joints(kind, joints, name, tmp_path):
     order = [joint.replace("waist_yaw", "torso") if "torso_joint" in joints else joint for joint in ORDERS[kind][name]]
     motors = [order.index(joint.removesuffix("_joint")) for joint in joints]
