@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 SUFFIXES = {".md", ".py", ".pyi", ".typed", ".j2", ".js", ".css", ".toml", ".urdf", ".xml"}
 """Of what the packages need: code, templates of reports, and the robots that are simulated."""
-WHEEL_BYTES = 1_018_000
+WHEEL_BYTES = 1_019_000
 """At most; it was 0.78 MB when this was written."""
 PACKAGED = {
     path.relative_to(ROOT / "src").as_posix()
