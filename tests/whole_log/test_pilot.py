@@ -145,7 +145,7 @@ def test_a_delay_is_found_beside_the_friction(arm: Robot, exact: RobotLog, delay
     assert value == pytest.approx(1e-3 * delay, abs=4 * error)
     assert [finding.check for finding in find_problems(found)] == ["torque-delay"]
     covered(found, 0.015)
-    shifted = found.corrected(late(exact, delay))
+    shifted = found.correct(late(exact, delay))
     ahead = round(len(exact.time) / 2)
     np.testing.assert_allclose(shifted.torque[ahead - 100], exact.torque[ahead], atol=0.02)
 

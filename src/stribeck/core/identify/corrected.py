@@ -1,6 +1,6 @@
 """Correction of robot and logs by the errors that the whole-log method estimates."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import pinocchio as pin
 
@@ -8,7 +8,6 @@ from stribeck.core.base.typing import Array, IntArray
 from stribeck.core.equations.whole_log.corrections import CORRECTIONS
 from stribeck.core.equations.whole_log.corrections.correction import Layout
 from stribeck.core.equations.whole_log.corrections.model import effects_of_logs
-from stribeck.core.estimator.estimate import WholeLogFit
 from stribeck.core.log import RobotLog
 from stribeck.core.log.interpolation import linear
 from stribeck.core.robot import Robot
@@ -28,20 +27,41 @@ def corrected_robot(robot: Robot, layout: Layout, values: Array) -> Robot:
     return replace(robot, tree=replace(robot.tree, model=model))
 
 
-def corrected_log(log: RobotLog, number: int | None, robot: Robot, columns: IntArray, whole: WholeLogFit) -> RobotLog:
-    """Correct gains, zeros, offsets and orientation of a log, and the delay of its torques, by the estimates.
+@dataclass(frozen=True, eq=False)
+class LogCorrection:
+    """Correction of gains, zeros, offsets and orientation of a log, and of the delay of its torques, by the estimates.
 
-    The offset of the log minus the mean over all logs is subtracted. A log that was not fitted has no number and keeps
-    its offsets.
+    It holds only what it needs, so that the fit, with gigabytes of a robot with many joints, can be forgotten.
+
+    Attributes
+    ----------
+    robot, columns
+        Corrected robot, and columns of the fitted joints.
+    layout, values
+        Corrections and their values, shape (c,).
+    delay
+        Delay of the torques [s].
     """
-    layout, values, delay = whole.fit.model.layout, whole.corrections, whole.delay
-    if abs(delay) > 0.1 * (log.time[1] - log.time[0]):  # otherwise the log is unchanged
-        log = replace(log, torque=linear(log.time + delay, log.time, log.torque))
-    if layout.log_effects[0] and number is not None:
-        torque = log.torque.copy()
-        torque[:, columns] -= effects_of_logs(layout, values[layout.part("log_effects")])[0, number]
-        log = replace(log, torque=torque)
-    for correction in reversed(CORRECTIONS):
-        if correction.apply and layout.sizes[correction.name]:
-            log = correction.apply(log, robot, columns, values[layout.part(correction.name)])
-    return log
+
+    robot: Robot
+    columns: IntArray
+    layout: Layout
+    values: Array
+    delay: float
+
+    def __call__(self, log: RobotLog, number: int | None = None) -> RobotLog:
+        """Correct a log; `number` is its index if it was fitted.
+
+        The offset of the log minus the mean over all logs is subtracted. A log that was not fitted keeps its offsets.
+        """
+        if abs(self.delay) > 0.1 * (log.time[1] - log.time[0]):  # otherwise the log is unchanged
+            log = replace(log, torque=linear(log.time + self.delay, log.time, log.torque))
+        if self.layout.log_effects[0] and number is not None:
+            torque = log.torque.copy()
+            values = self.values[self.layout.part("log_effects")]
+            torque[:, self.columns] -= effects_of_logs(self.layout, values)[0, number]
+            log = replace(log, torque=torque)
+        for correction in reversed(CORRECTIONS):
+            if correction.apply and self.layout.sizes[correction.name]:
+                log = correction.apply(log, self.robot, self.columns, self.values[self.layout.part(correction.name)])
+        return log

@@ -114,13 +114,13 @@ def find(
     if settings.corrections == "auto":
         settings = settings.model_copy(update={"corrections": usual_corrections(prepared, robot)})
     fit = identify_whole_log(prepared, robot, law, settings, lambda share: progress("fitting the whole log", share))
-    return Fitted(
+    fitted = Fitted(
         fits=fit.fits,
         validations=dict(zip(fit.joints, fit.validation, strict=True)),
         unseen=_unseen(fit, prepared, robot),
         robot=fit.robot,
-        logs=[replace(part, log=fit.corrected(part.log, k)) for k, part in enumerate(prepared)],
-        correct=fit.corrected,
+        logs=(),
+        correct=(correct := fit.correct),
         settings=settings.model_copy(update={"standing_legs": True}),
         criteria=CRITERIA,
         corrections=fit.described,
@@ -133,6 +133,8 @@ def find(
         findings=find_problems(fit),
         notes=[*(note for _, note in cleaned if note), *fit.notes],
     )
+    del fit  # memory for the corrected logs
+    return replace(fitted, logs=[replace(part, log=correct(part.log, k)) for k, part in enumerate(prepared)])
 
 
 def _unseen(fit: WholeLog, prepared: Logs, robot: Robot) -> Unseen | None:
@@ -146,7 +148,7 @@ def _unseen(fit: WholeLog, prepared: Logs, robot: Robot) -> Unseen | None:
         replace(part, support=cut(part.support, _without(part.log, rows, aside)))
         for part, rows, aside in zip(prepared, fit.held_out, fit.set_aside, strict=True)
     ]
-    return Unseen(fits=before.fits, robot=robot, logs=logs, correct=before.corrected)
+    return Unseen(fits=before.fits, robot=robot, logs=logs, correct=before.correct)
 
 
 def _without(log: RobotLog, parts: Sequence[slice], spans: Sequence[Span]) -> list[slice]:

@@ -15,9 +15,8 @@ from stribeck.core.estimator.fit_checks.competing_causes import Causes, find_cau
 from stribeck.core.estimator.terms.selection import JointTerms
 from stribeck.core.estimator.uncertainty.intervals import joint_fits
 from stribeck.core.identify.causes_of_spans import Carried, Rub
-from stribeck.core.identify.corrected import corrected_log
+from stribeck.core.identify.corrected import LogCorrection
 from stribeck.core.judgement.joint_fit import JointFit, without_friction
-from stribeck.core.log import RobotLog
 from stribeck.core.result import Corrections
 from stribeck.core.robot import Robot
 
@@ -62,9 +61,10 @@ class WholeLog(WholeLogFit):
         """Names of the fitted joints and couplings."""
         return *(self.robot.joint_names[column] for column in self.columns), *self.couplings
 
-    def corrected(self, log: RobotLog, number: int | None = None) -> RobotLog:
-        """Remove the estimated sensor errors from a log; `number` is its index if it was fitted."""
-        return corrected_log(log, number, self.robot, self.columns, self)
+    @property
+    def correct(self) -> LogCorrection:
+        """Function that removes the estimated sensor errors from a log."""
+        return LogCorrection(self.robot, self.columns, self.fit.model.layout, self.corrections, self.delay)
 
     @cached_property
     def fits(self) -> dict[str, JointFit]:
