@@ -35,7 +35,9 @@ def check_by_trial(evidence: AuditData, settings: Settings) -> list[Finding]:
     examined = {evidence.robot.joint_names[column] for column in shown} & set(evidence.joints)
     legs, contacts = ({}, {}) if fixed else _exchanges(evidence)
     names: list[str] = []
-    resists = 0.5  # dissipation above which a position has the right sign [1]: with the wrong one, friction drives
+    # dissipation above which a position has the right sign [1]: with the wrong one, friction drives
+    resists = 0.5 if fixed else 0.0
+    far_better = 0.6  # cost relative to the cost without a change [1] that shows an axis whose torque is inverted, too
     while len(names) < len(examined):
         signs = {name: (_inverted(evidence, name, settings if fixed else None),) for name in examined - set(names)}
         trials = signs if names else {**signs, **legs, **contacts}
@@ -45,8 +47,10 @@ def check_by_trial(evidence: AuditData, settings: Settings) -> list[Finding]:
         best = winner(logarithms, -float(np.log(better)))
         if not best:
             break
-        if fixed and (as_given := fit(evidence, evidence.joints.index(best))) and as_given.dissipation > resists:
-            break
+        if best in signs and (fixed or costs[best] > far_better * cost):
+            as_given = fit(evidence, evidence.joints.index(best))
+            if as_given and as_given.dissipation > resists:
+                break
         if best in contacts:
             setting = contact_setting(evidence.prepared.support.source)
             return [Finding.of("contacts-swapped", pairs=best, setting=setting)]
