@@ -34,7 +34,7 @@ class ColumnChange:
         return self.times(sign, sign)
 
     def apply(self, log: RobotLog) -> RobotLog:
-        """ColumnChange the columns of a log, also of derivatives of its positions."""
+        """Change the columns of a log, also those of the derivatives of its positions."""
         factors = dict.fromkeys(("position", "velocity", "acceleration"), self.position)
         factors |= {"torque": self.torque, "external_torque": np.ones(len(self.order))}
         given = {name: array for name in factors if (array := getattr(log, name)) is not None}

@@ -4,7 +4,7 @@ A mass at the flange, a tilted base and a wrong torque gain all make gravity's t
 causes are compared by their marginal likelihood: torques are linear in the cause, in friction, and in small errors of
 all bodies. Friction is projected out; the errors of bodies have the priors of `[identify.priors]`, or twice or four
 times as large ones, and are integrated out, so that a cause wins only if usual errors of a model do not explain the
-torques as well.
+torques as well. Beside a body as the cause, the errors have only the priors: larger ones would take over its mass.
 """
 
 from collections.abc import Iterator, Sequence
@@ -107,7 +107,7 @@ def _ranked(evidence: AuditData, joints: Sequence[int]) -> list[Hypothesis]:
         marginal = gram - gram[:, first:] @ np.linalg.solve(of_bodies, gram[first:])
         volume = np.linalg.slogdet(spread**2 * of_bodies)[1]
         for kind, places, columns, size in _causes(joints, slopes, scales):
-            if kind == "body" and spread > 1:  # far wrong bodies share the mass of one that carries something
+            if kind == "body" and spread > 1:
                 continue
             directions = columns * size
             inner = directions.T @ marginal[1:, 1:] @ directions + np.eye(directions.shape[1])

@@ -49,7 +49,7 @@ def check_scales(evidence: AuditData, fits: dict[int, GainFit], joints: list[int
     off = {k: estimate for k, estimate in fits.items() if _off(estimate) and _surely(estimate)}
     competing = compete(evidence, joints) if all(estimate.gain > 0 for estimate in fits.values()) else []
     all_off = concerns_most(len(off), len(fits), evidence.joints)
-    possible = [cause for cause in competing if not all_off or cause.kind != "none"]
+    possible = [cause for cause in competing if not all_off or cause.kind != "none"]  # then there is some cause
     if causes := _causes(evidence, rivals(possible), bool(off)):
         return causes
     if all_off:

@@ -37,7 +37,7 @@ def check_by_trial(evidence: AuditData, settings: Settings) -> list[Finding]:
     names: list[str] = []
     # dissipation above which a position has the right sign [1]: with the wrong one, friction drives
     resists = 0.5 if fixed else 0.0
-    far_better = 0.6  # cost relative to the cost without a change [1] that shows an axis whose torque is inverted, too
+    far_better = 0.6  # relative cost [1] up to which feet show an inverted axis although its friction resists
     while len(names) < len(examined):
         signs = {name: (_inverted(evidence, name, settings if fixed else None),) for name in examined - set(names)}
         trials = signs if names else {**signs, **legs, **contacts}

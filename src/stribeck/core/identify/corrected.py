@@ -31,7 +31,7 @@ def corrected_robot(robot: Robot, layout: Layout, values: Array) -> Robot:
 class LogCorrection:
     """Correction of gains, zeros, offsets and orientation of a log, and of the delay of its torques, by the estimates.
 
-    It holds only what it needs, so that the fit, with gigabytes of a robot with many joints, can be forgotten.
+    It does not refer to the fit, which holds gigabytes for a robot with many joints.
 
     Attributes
     ----------

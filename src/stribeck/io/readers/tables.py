@@ -60,8 +60,8 @@ def open_csv(path: Path, table: LogTable) -> Recording:
         )
     if table.columns and not (any(map(_is_number, first)) and len(first) == len(table.columns)):
         raise LogError(
-            f"{path}: the first line is {listed(first, 3)}, and [log] columns has {len(table.columns)} names; expected "
-            "one name for each value of a first line of values, or no [log] columns"
+            f"{path}: the first line has {listed(first, 3)}, and [log] columns has {len(table.columns)} names; "
+            "expected as many values as names, or no [log] columns for a file with a line of names"
         )
     return source_of_columns(csv_table(path, table.columns or first, layout), table)
 

@@ -39,7 +39,7 @@ class LinearFit:
     precision: Array
 
     def prior(self, model: ModelCorrections) -> tuple[Array, Array]:
-        """Return the prior's inverse covariance, shape (D, D), and its product with the mean, shape (D,).
+        """Compute the prior's inverse covariance, shape (D, D), and its product with the mean, shape (D,).
 
         `model` are the same corrections, possibly with another prior.
         """

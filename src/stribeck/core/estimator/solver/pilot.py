@@ -102,7 +102,7 @@ class Pilot:
 def _pilot_fits(
     sequence: EquationSequence, basis: Basis, rest: Array, priors: Priors
 ) -> Callable[[float | None, float, int], Pilot]:
-    """Return a function that fits the pilot for a delay [s], None to hold it at zero; see `fit_pilot`.
+    """Make the function that fits the pilot for a delay [s], None to hold it at zero; see `fit_pilot`.
 
     Its other arguments are operations [1] and rounds [1].
     """
