@@ -78,7 +78,6 @@ def inertias_section(samples: FrictionSamples, changed: list[FrictionSamples], o
         torques = [each.friction_torque[rows, column] for each in (samples, *changed)]
         errors = [torque - torques[0] for torque in torques[1:]]
         numbers = *map(rms, errors), *(split(*motion, error) for error in errors)
-        velocity = branches(*motion, torques[0])[0]
-        curves = np.stack([branches(*motion, torque)[1] for torque in torques], axis=1).reshape(-1, len(velocity))
-        charts.append(PaperChart(samples, column, velocity, curves, numbers))
+        velocities, curves, _ = zip(*(branches(*motion, torque) for torque in torques), strict=True)
+        charts.append(PaperChart(samples, column, velocities[0], np.concatenate(np.swapaxes(curves, 0, 1)), numbers))
     return PaperSection("inertias", charts)
