@@ -5,11 +5,13 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import convolve1d
 
 from stribeck.core.base.typing import Array, IntArray
 from stribeck.core.equations.friction_torque.inverse_dynamics import torque_chunks
 from stribeck.core.equations.friction_torque.preparation import PreparedLog
-from stribeck.core.filters import make_filter
+from stribeck.core.equations.whole_log.noise import white_noise
+from stribeck.core.filters import make_filter, savgol_kernels
 from stribeck.core.robot import Robot
 from stribeck.core.settings import FilterSettings, Settings
 
@@ -101,7 +103,7 @@ def gather(prepared: PreparedLog, robot: Robot, settings: Settings, most: int = 
         If the log lacks a channel that the settings require, or the settings do not suit it.
     """
     period, log = prepared.sampling.period, prepared.log
-    settings, differentiated = _plain(settings, period)
+    settings, differentiated = _plain(settings, prepared, robot.torque_controlled)
     size = max(1, round(BIN / period))
     stride = max(step for step in range(1, max(1, size // 8) + 1) if size % step == 0) if differentiated else 1
     known, points = robot.torque_controlled, size // stride
@@ -139,16 +141,29 @@ def gather(prepared: PreparedLog, robot: Robot, settings: Settings, most: int = 
     )
 
 
-def _plain(settings: Settings, period: float) -> tuple[Settings, bool]:
-    """Choose settings that filter only motion, and return whether they differentiate positions over 50 ms."""
+def _plain(settings: Settings, prepared: PreparedLog, joints: IntArray) -> tuple[Settings, bool]:
+    """Choose settings that filter only motion, and return whether they differentiate positions over 50 ms or more."""
     kind = settings.filter.kind
     differentiated = kind == "auto" or (kind == "log" and settings.observer_bandwidth is not None)
     plain = {"averaged_law": False, "filter_torque": False, "standing_legs": True, "observer_bandwidth": None}
     settings = settings.model_copy(update=plain)
     if differentiated:  # an observer's log may have only velocities
-        window = 2 * max(3, round(0.05 / period / 2)) + 1
-        settings = settings.model_copy(update={"filter": FilterSettings(kind="savitzky-golay", window=window)})
+        settings = settings.model_copy(update={"filter": _differentiator(prepared, joints)})
     return settings, differentiated
+
+
+def _differentiator(prepared: PreparedLog, joints: IntArray) -> FilterSettings:
+    """Choose a window of 50 ms, or of 100 or 200 ms while half of most joints' accelerations is encoder noise."""
+    position, period = prepared.log.position[:MOST_SAMPLES, joints], prepared.sampling.period
+    noise = white_noise(position, prepared.sampling.segments)
+    for seconds in (0.05, 0.1, 0.2):
+        window = 2 * max(3, round(seconds / period / 2)) + 1
+        chosen = FilterSettings(kind="savitzky-golay", window=window)
+        kernel = savgol_kernels(window, chosen.order, period)[2]
+        acceleration = convolve1d(position, kernel, axis=0).std(axis=0)
+        if np.median(noise * np.linalg.norm(kernel) / np.maximum(acceleration, 1e-12)) < 0.5:
+            break
+    return chosen
 
 
 def _means(values: Array, count: int, size: int) -> Array:
