@@ -1,11 +1,14 @@
-"""The radius of a ball foot comes from a sphere, or from a mesh that is nearly one."""
+"""A ball foot has the radius and the center of a sphere, or the radius of a mesh that is nearly one."""
 
 from pathlib import Path
 
+import numpy as np
+import pinocchio as pin
 import pytest
 
+from stribeck.core.robot import Robot
 from stribeck.core.robot.packages import model_path
-from stribeck.core.robot.rolling_radius import rolling_radius
+from stribeck.core.robot.rolling_radius import ball_beside, rolling_radius
 
 
 def test_a_ball_has_the_radius_of_its_sphere_or_mesh(tmp_path: Path) -> None:
@@ -14,3 +17,29 @@ def test_a_ball_has_the_radius_of_its_sphere_or_mesh(tmp_path: Path) -> None:
     assert rolling_radius(go2, "FL_foot") == rolling_radius(go2, "FL_calf", meshes=True) == 0
     assert rolling_radius(model_path("package:a1", tmp_path), "FL_foot") == 0.02
     assert rolling_radius(tmp_path / "missing.urdf", "FL_foot") == 0
+
+
+@pytest.mark.parametrize(("radius", "height"), [(None, 0.0225), (0.03, 0.0225), (0.0, 0.0)])
+def test_a_foot_is_the_center_of_a_ball_beside_its_frame_unless_it_is_sharp(
+    radius: float | None, height: float, tmp_path: Path
+) -> None:
+    foot = {"frame": "LF_FOOT", "kind": "point"} | ({} if radius is None else {"radius": radius})
+    anymal = model_path("package:anymal_c_simple_description/anymal", tmp_path)
+    robot = Robot.from_model(anymal, contacts={"LF": foot})  # type: ignore[dict-item]  # as in a robot file
+    model, (turn, place) = robot.tree.model, robot.foot_pose("LF", np.zeros((1, 12)))
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, pin.neutral(model))
+    root = data.oMf[model.getFrameId("base")]
+    frame = root.actInv(data.oMf[model.getFrameId("LF_FOOT")])
+    np.testing.assert_allclose(turn[0].T @ (place[0] - frame.translation), [0, 0, height], atol=1e-9)
+    assert robot.contacts["LF"].ball == (0.03 if height else 0.0)
+
+
+def test_the_center_of_a_ball_is_in_the_frame_of_the_site_beside_it(tmp_path: Path) -> None:
+    leg = '<joint/><geom size="0.02" pos="0 0 -0.3" mass="1"/><site name="sole" pos="0 0 -0.32" euler="90 0 0"/>'
+    model = tmp_path / "leg.xml"
+    model.write_text(f'<mujoco><worldbody><body name="shin">{leg}</body></worldbody></mujoco>')
+    ball = ball_beside(model, "sole")
+    assert ball is not None
+    assert ball[0] == 0.02
+    np.testing.assert_allclose(ball[1], [0, 0.02, 0], atol=1e-9)

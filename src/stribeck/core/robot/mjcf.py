@@ -225,12 +225,15 @@ def add_loop_frames(path: Path, compiled: mujoco.MjModel, model: pin.Model) -> l
 
 def shapes_around(path: Path, frame: str) -> list[tuple[str, float, Array]]:
     """List kinds, first sizes [m] and places [m] of the geoms of a body, relative to it or to a site of it."""
-    compiled, center = compile_mjcf(path), np.zeros(3)
+    compiled = compile_mjcf(path)
+    data, site = mujoco.MjData(compiled), mujoco.mj_name2id(compiled, int(mujoco.mjtObj.mjOBJ_SITE), frame)
+    mujoco.mj_kinematics(compiled, data)
     body = mujoco.mj_name2id(compiled, int(mujoco.mjtObj.mjOBJ_BODY), frame)
-    if (site := mujoco.mj_name2id(compiled, int(mujoco.mjtObj.mjOBJ_SITE), frame)) >= 0:
-        body, center = int(compiled.site_bodyid[site]), compiled.site_pos[site]
-    geoms = map(compiled.geom, np.flatnonzero(compiled.geom_bodyid == body).tolist())
-    return [(mujoco.mjtGeom(g.type[0]).name[7:].lower(), float(g.size[0]), g.pos - center) for g in geoms]  # mjGEOM_
+    body, at = (int(compiled.site_bodyid[site]), data.site(site)) if site >= 0 else (body, data.body(max(body, 0)))
+    geoms = np.flatnonzero(compiled.geom_bodyid == body)
+    places = (data.geom_xpos[geoms] - at.xpos) @ at.xmat.reshape(3, 3)
+    kinds = [mujoco.mjtGeom(kind).name[7:].lower() for kind in compiled.geom_type[geoms]]  # mjGEOM_
+    return list(zip(kinds, compiled.geom_size[geoms, 0].tolist(), places, strict=True))
 
 
 @quiet_mujoco()

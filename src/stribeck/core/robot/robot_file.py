@@ -1,7 +1,7 @@
 """Fields of `Robot`: read a robot file (TOML) or a model, and check joints and frames against the model."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -16,6 +16,7 @@ from stribeck.core.base.typing import Array, TorqueSource
 from stribeck.core.errors import RobotFileError, did_you_mean
 from stribeck.core.robot.model_file import joint_names, load_model, lock_joints, take_model
 from stribeck.core.robot.packages import model_path
+from stribeck.core.robot.rolling_radius import ball_beside
 from stribeck.core.robot.rooting import BASE_FRAME, RootedModel, is_floating, is_on_axis, joint_axis, root_at
 from stribeck.core.settings import ContactTable, RobotFile, RobotTable
 
@@ -33,7 +34,8 @@ class Contact:
     """Frame that can stand on the ground.
 
     A `surface` constrains six degrees of freedom, a `point` three: it is the center of a ball that rolls on the ground,
-    with a `radius` [m], `given`, or found from model and log. A `wheel` with a radius rolls like a ball,
+    with a `radius` [m], `given`, or found from model and log. A frame beside its ball is replaced by the ball's center;
+    `ball` is the model's radius then [m]. A `wheel` with a radius rolls like a ball,
     and turns about its `axle`, a unit vector in the frame; without one, it does not constrain the base.
     """
 
@@ -43,6 +45,7 @@ class Contact:
     radius: float = 0.0
     axle: tuple[float, ...] = ()
     given: bool = True
+    ball: float = 0.0
 
     @property
     def size(self) -> int:
@@ -184,7 +187,7 @@ def _build_tree(
         raise RobotFileError(f"{path}: [robot] model = {error}") from error
     model, warnings = loaded or load_model(file_of_model, table.base, loops=bool(table.loops))
     model = _with_roles(model, table, f"{path}: [robot]")
-    contacts = _build_contacts(file, model, path)
+    contacts = _build_contacts(file, model, path, Path() if loaded else file_of_model)
     model.gravity.linear = np.array(table.gravity)
     try:
         tree = root_at(model)
@@ -223,7 +226,7 @@ def _with_roles(model: pin.Model, table: RobotTable, where: str) -> pin.Model:
     return model
 
 
-def _build_contacts(file: RobotFile, model: pin.Model, path: Path) -> dict[str, Contact]:
+def _build_contacts(file: RobotFile, model: pin.Model, path: Path, shapes: Path) -> dict[str, Contact]:
     """Build the contacts by name, and check all frame names in the file."""
     frames = {str(frame.name) for frame in model.frames} - {"universe"}
     wanted = [(f"[contacts.{name}] frame", contact.frame) for name, contact in file.contacts.items()]
@@ -235,26 +238,36 @@ def _build_contacts(file: RobotFile, model: pin.Model, path: Path) -> dict[str, 
                 f"{path}: {key} = '{frame}' is not in the model; it has {', '.join(sorted(frames))}"
                 f"{did_you_mean(frame, frames)}"
             )
-    return {name: _build_contact(name, contact, model) for name, contact in file.contacts.items()}
+    return {name: _build_contact(name, contact, model, shapes) for name, contact in file.contacts.items()}
 
 
-def _build_contact(name: str, table: ContactTable, model: pin.Model) -> Contact:
-    """Build a contact; a wheel touches the ground below its center of mass, where a frame is added.
+def _build_contact(name: str, table: ContactTable, model: pin.Model, shapes: Path) -> Contact:
+    """Build a contact; a frame is added at the center of a ball, and of a wheel: it touches below its center of mass.
 
     A wheel whose joint is locked, so that its frame is not on the axis of a joint, does not show how it rolls.
     """
-    if table.kind == "point":
-        return Contact(name, table.frame, table.kind, table.radius or 0.0, given=table.radius is not None)
     frames = (k for k, body in enumerate(model.frames) if body.name == table.frame and body.type != pin.FrameType.JOINT)
     place = next(frames, 0)
+    if table.kind == "point":
+        point = Contact(name, table.frame, table.kind, table.radius or 0.0, given=table.radius is not None)
+        ball = None if table.radius == 0 else ball_beside(shapes, table.frame)
+        if ball is None:
+            return point
+        at = model.frames[place].placement * pin.SE3(np.eye(3), ball[1])
+        return replace(point, frame=_add_center(model, place, at), ball=ball[0])
     if not table.radius or not is_on_axis(model, model.frames[place]):
         return Contact(name, table.frame, table.kind)
     joint = int(model.frames[place].parentJoint)
     axle = joint_axis(model, joint).direction
     center = pin.SE3(np.eye(3), axle * (axle @ model.inertias[joint].lever))
-    frame = f"{table.frame} center"
-    model.addFrame(pin.Frame(frame, joint, place, center, pin.FrameType.OP_FRAME))
-    return Contact(name, frame, table.kind, table.radius, tuple(axle.tolist()))
+    return Contact(name, _add_center(model, place, center), table.kind, table.radius, tuple(axle.tolist()))
+
+
+def _add_center(model: pin.Model, place: int, center: pin.SE3) -> str:
+    """Add the center of a frame's ball or wheel, relative to the frame's joint, and return the new frame's name."""
+    frame = model.frames[place]
+    model.addFrame(pin.Frame(f"{frame.name} center", frame.parentJoint, place, center, pin.FrameType.OP_FRAME))
+    return f"{frame.name} center"
 
 
 def _by_joint(value: float | dict[str, float] | None, measured: Sequence[str], where: str) -> dict[str, float]:

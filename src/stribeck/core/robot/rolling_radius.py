@@ -10,6 +10,9 @@ import numpy as np
 from stribeck.core.base.typing import Array
 from stribeck.core.robot.xml_file import read_xml
 
+NEAR = 0.5
+"""Largest distance of a frame from the center of its ball [1], relative to the radius."""
+
 
 def rolling_radius(path: Path, frame: str, kind: str = "point", *, meshes: bool = False) -> float:
     """Find the radius [m] of a wheel's cylinder or sphere, or of a ball around a point; 0 if missing.
@@ -17,20 +20,31 @@ def rolling_radius(path: Path, frame: str, kind: str = "point", *, meshes: bool 
     `path` is the file of the model, and `frame` a link, body or site. `kind` is "point" or "wheel".
     With `meshes`, a mesh that is nearly a ball counts as well.
     """
+    rolling = ("cylinder", "sphere")[kind == "point" :]
+    sizes = [(size, place) for shape, size, place in _shapes(path, frame, meshes=meshes) if shape in rolling]
+    near = [size for size, place in sizes if kind == "wheel" or np.linalg.norm(place) < NEAR * size]
+    return round(max(near, default=0.0), 4)
+
+
+def ball_beside(path: Path, frame: str) -> tuple[float, Array] | None:
+    """Find the radius [m] and center [m] of a link's only sphere, relative to a frame that is not at its center."""
+    balls = [(size, place) for shape, size, place in _shapes(path, frame, meshes=False) if shape == "sphere"]
+    if not balls or any(np.linalg.norm(place - balls[0][1]) > 1e-3 for _, place in balls):  # shown and touched: one
+        return None
+    return balls[0] if np.linalg.norm(balls[0][1]) >= NEAR * balls[0][0] else None
+
+
+def _shapes(path: Path, frame: str, *, meshes: bool) -> list[tuple[str, float, Array]]:
+    """List kinds, radii [m] and places [m] of the collision shapes of a link, body or site's body."""
     if not path.is_file():  # a model in memory
-        return 0.0
+        return []
     xml = read_xml(path)
     if xml.kind == "mjcf":
         from stribeck.core.robot.mjcf import shapes_around  # MuJoCo is slow to import
 
-        shapes = iter(shapes_around(path, frame))
-    else:
-        link = next((link for link in xml.root.iter("link") if link.get("name") == frame), xml.root)
-        shapes = _shapes_of_link(path, link, meshes=meshes)
-    rolling = ("cylinder", "sphere")[kind == "point" :]
-    sizes = [(size, place) for shape, size, place in shapes if shape in rolling]
-    near = [size for size, place in sizes if kind == "wheel" or np.linalg.norm(place) < 0.5 * size]
-    return round(max(near, default=0.0), 4)
+        return shapes_around(path, frame)
+    link = next((link for link in xml.root.iter("link") if link.get("name") == frame), xml.root)
+    return list(_shapes_of_link(path, link, meshes=meshes))
 
 
 def _shapes_of_link(path: Path, link: Element, *, meshes: bool) -> Iterator[tuple[str, float, Array]]:

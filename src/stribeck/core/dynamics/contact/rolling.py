@@ -50,9 +50,8 @@ def with_rolling_feet(
     order = np.argsort(ratio)
     total = np.cumsum(np.sqrt(weight[order]))
     radius = float(ratio[order][np.searchsorted(total, total[-1] / 2)])
-    ball = max(
-        (rolling_radius(Path(robot.model_path), point.frame, meshes=True) for point in points.values()), default=0.0
-    )
+    model = Path(robot.model_path)
+    ball = max(point.ball or rolling_radius(model, point.frame, meshes=True) for point in points.values())
     rolled, slid = (float(np.median(np.linalg.norm(speed - guess * turn, axis=1))) for guess in (ball, 0.0))
     if ball and rolled < 2 * slid:
         balls = {name: replace(contact, radius=ball, given=True) for name, contact in points.items()}
