@@ -1,4 +1,4 @@
-"""Models and logs with the faults that public ones have: `init` and `identify` lead to the friction of MuJoCo's arm."""
+"""Models and logs with the faults that public ones have: `init` finds feet, and leads to friction with `identify`."""
 
 from pathlib import Path
 
@@ -7,6 +7,7 @@ import pytest
 from tests.mujoco_arm import JOINTS, friction, record, urdf
 
 from stribeck.app.cli import main
+from stribeck.check.init.model import read_model
 from stribeck.core.result import read_result
 
 TOOL = (
@@ -59,3 +60,16 @@ def test_friction_is_found(case, recorded, tmp_path, capsys, monkeypatch):
         joint = read_result("out/result.json").joints[name]
         assert joint.verdict == "identified"
         assert joint.friction(1.0) == pytest.approx(truth, rel=0.05)
+
+
+def test_balls_at_the_lower_ends_of_limbs_are_the_feet_of_a_model_without_feet(tmp_path: Path) -> None:
+    ball = '<geom size=".02" pos="0 0 -.2"/><geom size=".02" pos="0 0 -.2" group="2"/>'
+    limbs = "".join(
+        f'<body name="{name}" pos="{place}"><joint/><geom type="capsule" size=".01 .1"/>'
+        f'<body name="{name} end" pos="0 0 -.2"><joint/><geom type="capsule" size=".01 .1"/>{end}</body></body>'
+        for name, place, end in (("arm", "0 0 .5", ball), ("left", "0 .1 0", ball), ("right", "0 -.1 0", ball))
+    )
+    root = f'<body name="trunk"><freejoint/><geom size=".1"/>{limbs}</body>'
+    (tmp_path / "robot.xml").write_text(f"<mujoco><worldbody>{root}</worldbody></mujoco>")
+    feet = {foot.name: (foot.frame, foot.kind) for foot in read_model(tmp_path / "robot.xml").feet}
+    assert feet == {"left": ("left end", "point"), "right": ("right end", "point")}

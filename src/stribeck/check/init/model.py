@@ -13,7 +13,7 @@ import pinocchio as pin
 from stribeck.check.init.names import words
 from stribeck.core.robot import Contact
 from stribeck.core.robot.model_file import joint_names, load_model
-from stribeck.core.robot.rolling_radius import rolling_radius
+from stribeck.core.robot.rolling_radius import ball_beside, rolling_radius
 from stribeck.core.robot.rooting import WORLD_JOINT, is_on_axis, position_range
 from stribeck.core.robot.xml_file import read_xml
 
@@ -83,12 +83,23 @@ def read_model(path: Path) -> ModelFacts:
     )
 
 
-def _balls(path: Path, model: pin.Model, root: Element, free: bool) -> set[str]:
-    """Collect the names of links that are balls, and of sites within balls at the ends of legs (with a free joint)."""
+def _balls(path: Path, model: pin.Model, data: pin.Data, root: Element, free: bool) -> set[str]:
+    """Collect the names of links that are balls, and with a free joint of sites within and bodies with balls at ends.
+
+    The ball of a body is below the last joints of all limbs, unlike a hand.
+    """
     links = {link.get("name", "") for link in root.iter("link") if _is_ball(link)}
     ends = set(range(2, model.njoints)) - set(model.parents) if free else set()
-    sites = [str(f.name) for f in model.frames if f.type == pin.FrameType.OP_FRAME and f.parentJoint in ends]
-    return links | {name for name in sites if rolling_radius(path, name, "point")}
+    lowest = min((float(data.oMi[joint].translation[2]) for joint in ends), default=0.0)
+    for index, frame in enumerate(model.frames):
+        name = str(frame.name)
+        if frame.parentJoint not in ends or frame.type == pin.FrameType.JOINT:
+            continue
+        if frame.type == pin.FrameType.OP_FRAME and rolling_radius(path, name, "point"):
+            links.add(name)
+        elif frame.type == pin.FrameType.BODY and (ball := ball_beside(path, name)):
+            links |= {name} if float(data.oMf[index].act(ball[1])[2]) < lowest else set()
+    return links
 
 
 def _is_ball(link: Element) -> bool:
@@ -101,19 +112,19 @@ def _find_feet(
 ) -> tuple[tuple[Contact, ...], tuple[str, ...], tuple[str, ...]]:
     """Find the contact frame of each leg, named after the leg's side; tilted contacts, and joints of base wheels.
 
-    In a model with a free joint, a site within a ball at the end of a leg is a foot by any name.
+    In a model with a free joint, a ball at the end of a leg is a foot by any name.
     """
-    balls = _balls(path, model, root, free)
     accessories = {"imu", "sensor", "ft", "force", "rotor", "cover", "fixed", "lower", "mount", "camera"}
     data = model.createData()
     pin.framesForwardKinematics(model, data, pin.neutral(model))
+    balls = _balls(path, model, data, root, free)
     parents = set(list(model.parents)[1:])
     limited = [joint for joint in range(2, model.njoints) if np.isfinite(position_range(model, joint)).all()]
     best: dict[int, tuple[float, int]] = {}
     for index, frame in enumerate(model.frames):
         joint = int(frame.parentJoint)
         named = [FOOT[word] for word in words(str(frame.name)) if word in FOOT]
-        named += [1.0] * (frame.type == pin.FrameType.OP_FRAME and str(frame.name) in balls)
+        named += [0.5 if frame.type == pin.FrameType.BODY else 1.0] * (free and str(frame.name) in balls)
         if frame.type == pin.FrameType.JOINT or not named or joint in parents or joint < 2:
             continue
         up = abs(float(data.oMf[index].rotation[2, 2]))
