@@ -69,7 +69,7 @@ def findings(evidence: AuditData, lags: dict[str, Lag], settings: Settings) -> l
     lost = any(f.check == "channel-frozen" and f.channel == "position" for f in channels)
     lost = lost or any(f.check in ("position-degrees", "position-jump") for f in positions)
     by_trial = [] if lost else check_by_trial(evidence, settings)
-    lost = lost or bool(by_trial) or any(f.check == "position-limits" for f in positions)
+    lost = lost or bool(by_trial)
     base = [] if lost else check_base(evidence)
     problems = [*channels, *positions, *by_trial, *base, *samples, *unsigned]
     if not lost and not any(f.stops for f in problems):
