@@ -43,6 +43,9 @@ def check_motion(evidence: AuditData) -> list[Finding]:
     if not best or not np.nanmedian(shares[best]) <= POOR:
         return []
     if best in scales:
+        others = np.argsort(shares[best] / shares[""])[1:]  # a clock concerns not only the joint that gains most
+        if len(others) and misfit(shares[best][others]) > misfit(shares[""][others]) - np.log(2):
+            return []
         return [_clock_finding(evidence, scales[best], "the inertial part of the torques")]
     left, turned = np.exp((costs[best] - costs[""]) / len(shares[""])), f"turned by {angle:.0f}°"
     turned = "upside down" if angle > 150 else turned
