@@ -93,25 +93,17 @@ def covariances(dynamics: Dynamics, state: State, joints: Sequence[PlannedJoint]
     first = np.minimum(places.astype(int), len(regressor) - 2)
     share = (places - first)[:, None, None]
     regressor = (1 - share) * regressor[first] + share * regressor[first + 1]
-    matrix, sizes = _precision(regressor, dynamics, state, joints, period)
+    matrix = precision(regressor, dynamics, state, joints, period)
     scale = 1 / np.sqrt(np.diag(matrix))
     covariance = scale[:, None] * np.linalg.inv(scale[:, None] * matrix * scale) * scale
-    edges = np.cumsum([0, *sizes]).tolist()
+    edges = np.cumsum([0, *(len(joint.names) for joint in joints)]).tolist()
     return [covariance[first:last, first:last] for first, last in pairwise(edges)]
 
 
-def log_volume(
+def precision(
     regressor: Array, dynamics: Dynamics, state: State, joints: Sequence[PlannedJoint], period: float
-) -> float:
-    """Compute the log of the volume of the uncertainty of all friction coordinates, divided by their number."""
-    matrix, sizes = _precision(regressor, dynamics, state, joints, period)
-    return float(-np.linalg.slogdet(matrix)[1] / sum(sizes))
-
-
-def _precision(
-    regressor: Array, dynamics: Dynamics, state: State, joints: Sequence[PlannedJoint], period: float
-) -> tuple[Array, list[int]]:
-    """Compute the precision of all friction coordinates, with bodies fitted too, and each joint's number of them."""
+) -> Array:
+    """Compute the precision of all friction coordinates, with bodies fitted too."""
     bodies = np.eye(dynamics.directions.shape[1])
     crossed, blocks = [], []
     for k, joint in enumerate(joints):
@@ -126,7 +118,7 @@ def _precision(
         crossed.append(phi.T @ of_bodies)
         bodies += of_bodies.T @ of_bodies
     across = np.vstack(crossed)
-    return block_diag(*blocks) - across @ np.linalg.solve(bodies, across.T), [len(block) for block in blocks]
+    return np.asarray(block_diag(*blocks) - across @ np.linalg.solve(bodies, across.T))
 
 
 def expected_curve(joint: PlannedJoint, covariance: Array, speed: float, duration: float) -> tuple[CurvePoint, ...]:

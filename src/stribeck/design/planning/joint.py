@@ -129,10 +129,10 @@ class PlannedJoint:
     @cached_property
     def _law_at(self) -> tuple[Array, Array]:
         """Values of the law, and their derivatives with respect to the k parameters."""
-        parameters = {name: estimate.value for name, estimate in self.result.parameters.items()}
-        values = law_values(self.law, parameters)
+        values = law_values(self.law, self.result.values)
         assert values is not None, "a joint with a curve has all parameters that its law needs"
-        return values, law_slopes(self.law, parameters)[:, [list(parameters).index(name) for name in self.names]]
+        columns = [list(self.result.parameters).index(name) for name in self.names]
+        return values, law_slopes(self.law, self.result.values)[:, columns]
 
     def columns(self, velocity: Array, acceleration: Array, load: Array | None, position: Array | None) -> Array:
         """Compute the derivatives of the friction torque with respect to the coordinates, shape (T, k)."""

@@ -14,7 +14,7 @@ from stribeck.core.result import Result, read_result
 from stribeck.core.robot import Robot
 from stribeck.design.planning.advice import LONGEST, JointAdvice, advise
 from stribeck.design.planning.collision import load_self_collision
-from stribeck.design.planning.first import first_trajectory
+from stribeck.design.planning.first import assumed_density, before_the_first_log, missing_limits
 from stribeck.design.planning.information import dynamics_of, noise_of, present_motions
 from stribeck.design.planning.selection import chosen_joints, gravity, planned_joint, posture_of
 from stribeck.design.planning.series import PERIOD, Task
@@ -78,7 +78,7 @@ class Plan:
         """Format the content of plan.json."""
         plain = asdict(self)
         if self.trajectory:
-            del plain["trajectory"]["motion"]  # a function
+            del plain["trajectory"]["at"]  # a function
         document = {"schema": 1} | {key: plain[key] for key in ("robot", "joints", "trajectory", "notes")}
         return json.dumps(document, indent=2, allow_nan=False) + "\n"
 
@@ -135,10 +135,11 @@ def plan(
         raise SettingsError(f"plan: takes a robot for a tree, and [[robot.loops]] of {robot.path} close it")
     if duration is not None and not PERIOD <= duration <= LONGEST:
         raise SettingsError(f"plan: the duration is {duration:g} s; expected {PERIOD:g} to {LONGEST:g} s")
+    first = result is None
     if result is None:
-        progress("searching a trajectory", 0.1)
-        first, notes = first_trajectory(robot, joints, held, duration or 60.0)
-        return Plan(robot=robot.name, joints={}, notes=notes, trajectory=first)
+        if robot.base == "floating" and held is None:
+            raise SettingsError("plan: the base moves; hold it and name its axis that points up (`--held z`)")
+        result, duration = before_the_first_log(robot), duration or 60.0
     result = result if isinstance(result, Result) else read_result(result)
     chosen = chosen_joints(result, robot, joints)
     dynamics = dynamics_of(robot, gravity(robot, held or "z"), robot.settings.priors)
@@ -146,14 +147,13 @@ def plan(
         return Plan(robot=result.robot, joints={}, notes=[])
     posture = posture_of(robot, result)
     planned = {name: planned_joint(name, result.joints, robot, posture) for name in result.joints}
-    motions = present_motions(result, planned)
-    noise = noise_of(planned, motions)
-    planned = {name: replace(planned[name], noise=noise[name]) for name in chosen}
-    task, advice = Task(dynamics, list(planned.values()), posture), {}
-    for k, (name, joint) in enumerate(planned.items()):
-        progress(f"moving {name}", 0.2 * k / len(planned))
+    motions = {} if first else present_motions(result, planned)
+    noise = assumed_density(robot) if first else noise_of(planned, motions)
+    task, advice = Task(dynamics, [replace(planned[name], noise=noise[name]) for name in chosen], posture), {}
+    for k, (name, joint) in enumerate(zip(chosen, task.joints, strict=True) if motions else ()):
+        progress(f"moving {name}", 0.2 * k / len(chosen))
         advice[name] = advise(task, joint, motions[name], result.log.duration)
-    guessed = ", ".join(name for name, joint in planned.items() if joint.guessed)
+    guessed = ", ".join(name for name in advice if planned[name].guessed)
     notes = [f"{guessed}: no data; the median friction of the other joints is assumed"] if guessed else []
     advised = Plan(robot=result.robot, joints=advice, notes=notes)
     if duration is None:
@@ -163,5 +163,6 @@ def plan(
         return replace(advised, notes=[*notes, moves])
     progress("searching a trajectory", 0.2)
     bodies, of_bodies = load_self_collision(robot, posture)
-    trajectory, of_trajectory = design(task, duration, bodies)
-    return replace(advised, notes=[*notes, *of_bodies, *of_trajectory], trajectory=trajectory)
+    limits = missing_limits(robot, chosen) if first else []
+    trajectory, of_trajectory = design(task, duration, bodies, predict=not first)
+    return replace(advised, notes=[*notes, *of_bodies, *limits, *of_trajectory], trajectory=trajectory)

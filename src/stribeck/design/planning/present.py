@@ -13,8 +13,9 @@ from stribeck.core.log import LogLike
 from stribeck.core.result import Result
 from stribeck.core.robot import Robot
 from stribeck.core.settings import FilterSettings, LogTable
-from stribeck.design.planning.first import NOISE, RATE, assumed_noise, first_trajectory
+from stribeck.design.planning.first import NOISE, RATE, assumed_noise
 from stribeck.design.planning.information import noise_of, present_motions
+from stribeck.design.planning.plan import plan
 from stribeck.design.planning.selection import planned_joint, posture_of
 
 
@@ -61,7 +62,9 @@ def measured_robot(robot: Robot) -> Robot:
 
 def first_motion(robot: Robot, duration: float) -> Rehearsed:
     """Take the motion of `stribeck plan` without a log, and torque noise of a share of the limits."""
-    trajectory, notes = first_trajectory(robot, None, None, duration)
+    planned = plan(None, robot, duration=duration)
+    assert planned.trajectory is not None  # before the first log
+    trajectory = planned.trajectory
     time = np.arange(round(trajectory.duration * RATE)) / RATE
     encoder = 1e-5  # noise of the encoders before the first log [rad], [m]
     said = f"motion planned by `stribeck plan`, {trajectory.duration:.0f} s at {RATE:.0f} Hz"
@@ -72,7 +75,7 @@ def first_motion(robot: Robot, duration: float) -> Rehearsed:
         position_noise=np.full(len(robot.joint_names), encoder),
         torque_noise=assumed_noise(robot),
         friction={},
-        notes=[said, assumed, *notes],
+        notes=[said, assumed, *planned.notes],
     )
 
 

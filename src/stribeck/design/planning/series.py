@@ -19,7 +19,7 @@ from scipy.special import logsumexp
 
 from stribeck.core.base.typing import Array
 from stribeck.core.dynamics.state import State
-from stribeck.design.planning.information import Dynamics, log_volume
+from stribeck.design.planning.information import Dynamics, precision
 from stribeck.design.planning.joint import PlannedJoint, moving
 
 PERIOD = 10.0
@@ -156,7 +156,8 @@ def _criterion(task: Task, coordinates: Array, time: Array) -> Array:
     """Compute the log volume of the uncertainty per coordinate, then the free share of each limit [1]."""
     state = task.motion(task.series(coordinates), time)
     regressor = task.dynamics.regressor(state)
-    volume = log_volume(regressor[:, task.columns], task.dynamics, state, task.joints, time[1])
+    matrix = precision(regressor[:, task.columns], task.dynamics, state, task.joints, time[1])
+    volume = -np.linalg.slogdet(matrix)[1] / len(matrix)
     shares = task.shares(state, regressor @ task.dynamics.nominal)
     # a smooth maximum of sharpness 40 exceeds the maximum by log(samples) / 40, at most 0.1
     free = [1 - logsumexp(40.0 * share, axis=0) / 40.0 for share in shares.values()]

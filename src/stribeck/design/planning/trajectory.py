@@ -60,6 +60,8 @@ class Trajectory:
         Largest share of the limits of positions, speeds and torques [1]; 0 for torques without limits.
     clearance
         Smallest distance of bodies [m]; None if unknown.
+    at
+        Function that computes positions, velocities and accelerations of all joints at some times [s], shape (T, n).
     """
 
     joint_names: tuple[str, ...]
@@ -68,11 +70,7 @@ class Trajectory:
     promise: dict[str, Promise]
     used: dict[str, float]
     clearance: float | None
-    motion: Callable[[Array], State] = field(repr=False, compare=False)
-
-    def at(self, time: Array) -> State:
-        """Compute positions, velocities and accelerations of all joints at some times [s], shape (T, n)."""
-        return self.motion(np.asarray(time, dtype=np.float64))
+    at: Callable[[Array], State] = field(repr=False, compare=False)
 
     @property
     def lines(self) -> list[str]:
@@ -127,7 +125,7 @@ def design(
         promise=promise,
         used=task.used(state),
         clearance=nearest,
-        motion=lambda time: task.motion(series, time),
+        at=lambda time: task.motion(series, time),
     ), notes
 
 

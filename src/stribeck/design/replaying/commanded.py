@@ -109,15 +109,10 @@ def _compiled(path: Path, robot: Robot) -> mujoco.MjModel:
     model.actuator_gainprm[servos] = model.actuator_biasprm[servos] = 0.0
     driven = {robot.joint_names[k] for k in robot.torque_controlled}
     held = [name not in driven for name in (model.joint(int(joint)).name for joint in model.dof_jntid)]
-    rotors = np.where(model.dof_armature > 0, model.dof_armature, _in_dofs(model, robot, robot.armature))
-    model.dof_armature[:] = np.where(held, 1e9, rotors)
+    rotors = np.zeros(model.nv)
+    rotors[[model.joint(name).dofadr[0] for name in robot.joint_names]] = robot.armature
+    model.dof_armature[:] = np.where(held, 1e9, np.where(model.dof_armature > 0, model.dof_armature, rotors))
     return model
-
-
-def _in_dofs(model: mujoco.MjModel, robot: Robot, values: Array) -> Array:
-    dofs = np.zeros(model.nv)
-    dofs[[model.joint(name).dofadr[0] for name in robot.joint_names]] = values
-    return dofs
 
 
 def _simulate(model: mujoco.MjModel, robot: Robot, log: RobotLog, delays: Array) -> Array:

@@ -17,32 +17,25 @@ def read_mjcf_friction(path: Path) -> StatedFriction:
     """
     model = compile_mjcf(path)
     frictions, notes = {}, []
+    on_joints = (model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_JOINT)) & (model.actuator_gear[:, 0] != 0)
+    gears = np.abs(model.actuator_gear[:, 0])
     for joint in range(model.njnt):
         if int(model.jnt_type[joint]) not in (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)):
             continue
         dof, name = int(model.jnt_dofadr[joint]), model.joint(joint).name
         coulomb, viscous = float(model.dof_frictionloss[dof]), float(model.dof_damping[dof])
-        motors = [motor for motor in range(len(model.actuator_trntype)) if _drives(model, motor, joint)]
-        viscous += sum(float(model.actuator_damping[k] * model.actuator_gear[k, 0] ** 2) for k in motors)
-        lugre = [k for k in motors if int(model.actuator_biastype[k]) == int(mujoco.mjtBias.mjBIAS_DCMOTOR)]
-        lugre = [k for k in lugre if model.actuator_biasprm[k, 4] > 0]  # static friction
+        motors = np.flatnonzero(on_joints & (model.actuator_trnid[:, 0] == joint))
+        viscous += float(model.actuator_damping[motors] @ gears[motors] ** 2)
+        dc_motors = motors[model.actuator_biastype[motors] == int(mujoco.mjtBias.mjBIAS_DCMOTOR)]
+        lugre = dc_motors[model.actuator_biasprm[dc_motors, 4] > 0]  # static friction
         rise, velocity = 0.0, 1.0
-        for k in lugre[:1]:
-            gear = abs(float(model.actuator_gear[k, 0]))
-            slow, static, speed = (float(value) for value in model.actuator_biasprm[k, 3:6])
+        for gear, parameters in zip(gears[lugre[:1]].tolist(), model.actuator_biasprm[lugre[:1]].tolist(), strict=True):
+            slow, static, speed = parameters[3:6]
             coulomb, rise, velocity = coulomb + gear * slow, gear * (static - slow), speed / gear
         frictions[name] = JointFriction(coulomb=coulomb, viscous=viscous, rise=rise, stribeck_velocity=velocity)
         notes += [f"joint '{name}': {what}, which is left out" for what in _others(model, joint, dof, len(lugre))]
     couplings, more = _of_tendons(model)
     return frictions, couplings, notes + more
-
-
-def _drives(model: mujoco.MjModel, motor: int, joint: int) -> bool:
-    return bool(
-        int(model.actuator_trntype[motor]) == int(mujoco.mjtTrn.mjTRN_JOINT)
-        and model.actuator_trnid[motor, 0] == joint
-        and model.actuator_gear[motor, 0]
-    )
 
 
 def _others(model: mujoco.MjModel, joint: int, dof: int, motors: int) -> list[str]:

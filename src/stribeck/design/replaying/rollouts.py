@@ -123,20 +123,16 @@ def _batches(
     turn_filter = orientation_filter(robot, log, motion_filter, period, settings)
     margin = max(motion_filter.half_width, turn_filter.half_width)
     shortest, longest = int(np.ceil(horizons[0] / period)) + 1, int(np.ceil(horizons[-1] / period)) + 2
-    rows = owners = np.zeros(0, dtype=int)
-    spans: list[tuple[int, SupportPhase, ContactMode]] = []
+    candidates: list[tuple[int, int, SupportPhase, ContactMode]] = []
     for segment in prepared.sampling.segments:
         for phase, mode in zip(phases, contact_modes(robot, phases), strict=True):
             row, stop = max(phase.first, segment.start + margin), min(phase.last, segment.stop - margin)
             seen = bool(mode.feet) and mode.seen(settings)[moving].any()
-            if stop - row > shortest and seen:
-                rows = np.append(rows, np.arange(row, stop - shortest))
-                owners = np.append(owners, np.full(stop - shortest - row, len(spans)))
-                spans.append((stop, phase, mode))
+            candidates += [(start, stop, phase, mode) for start in range(row, stop - shortest) if seen]
     by_mode: dict[ContactMode, list[tuple[int, int, SupportPhase]]] = {}
-    for place in np.unique(np.linspace(0, len(rows) - 1, min(STARTS, len(rows))).astype(int)):
-        stop, phase, mode = spans[owners[place]]
-        by_mode.setdefault(mode, []).append((int(rows[place]), stop, phase))
+    for place in np.unique(np.linspace(0, len(candidates) - 1, min(STARTS, len(candidates))).astype(int)):
+        start, stop, phase, mode = candidates[place]
+        by_mode.setdefault(mode, []).append((start, stop, phase))
     batches = []
     for mode, starts in by_mode.items():
         used = [slice(row, min(stop, row + longest)) for row, stop, _ in starts]
