@@ -20,7 +20,7 @@ ROOMS: dict[str, tuple[set[str], int]] = {
     "check": ({"core", "io"}, 3_262),
     "paper": ({"core"}, 1_950),
     "simulation": ({"core", "io"}, 3_230),
-    "design": ({"core", "check", "simulation"}, 1_820),
+    "design": ({"core", "check", "simulation"}, 1_748),
     "service": ({"core", "io"}, 1_650),
     "app": ({"core", "io", "check", "simulation", "design", "service"}, 3_709),
 }

@@ -1,10 +1,11 @@
 from .planning.plan import Plan as Plan
 from .planning.plan import plan as plan
 from .planning.plan import within as within
-from .planning.present import first_motion as first_motion
-from .planning.present import measured_robot as measured_robot
-from .planning.present import motion_of_log as motion_of_log
+from .rehearsal import first_motion as first_motion
+from .rehearsal import measured_robot as measured_robot
+from .rehearsal import motion_of_log as motion_of_log
 from .rehearsal import rehearse as rehearse
 from .replaying.comparison import Replay as Replay
+from .replaying.comparison import Replayed as Replayed
 from .replaying.replay import read_friction as read_friction
 from .replaying.replay import replay as replay

@@ -95,14 +95,13 @@ def rehearse(
             before = None  # motion and noise of the log are known without a result
         motion = motion_of_log(machine, log, before) if log else first_motion(machine, duration)
         machine = measured_robot(machine)
-        noise = motion.position_noise, motion.torque_noise
-        rehearsal = simulated(machine, motion.time, motion.position, noise, motion.friction)
-        write_log(rehearsal.log, staging / "log.npz")
-        result = run(rehearsal.log, machine, table=staging / TABLE, progress=progress)
+        recording, law, parameters = simulated(machine, motion)
+        write_log(recording, staging / "log.npz")
+        result = run(recording, machine, table=staging / TABLE, progress=progress)
         progress("writing the report", 0.9)
-        options.write_result(result, staging, reference=truth_reference(result, rehearsal.law, rehearsal.parameters))
+        options.write_result(result, staging, reference=truth_reference(result, law, parameters))
     if not quiet:
-        conclusion, table = expectation_table(result, rehearsal.parameters, motion.notes)
+        conclusion, table = expectation_table(result, parameters, motion.notes)
         say([conclusion])
         print_table(table)
         console.print_paths(outputs)

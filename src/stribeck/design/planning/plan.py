@@ -14,9 +14,16 @@ from stribeck.core.result import Result, read_result
 from stribeck.core.robot import Robot
 from stribeck.design.planning.advice import LONGEST, JointAdvice, advise
 from stribeck.design.planning.collision import load_self_collision
-from stribeck.design.planning.first import assumed_density, before_the_first_log, missing_limits
 from stribeck.design.planning.information import dynamics_of, noise_of, present_motions
-from stribeck.design.planning.selection import chosen_joints, gravity, planned_joint, posture_of
+from stribeck.design.planning.selection import (
+    assumed_density,
+    before_the_first_log,
+    chosen_joints,
+    gravity,
+    missing_limits,
+    planned_joint,
+    posture_of,
+)
 from stribeck.design.planning.series import PERIOD, Task
 from stribeck.design.planning.trajectory import Trajectory, design
 
@@ -76,9 +83,7 @@ class Plan:
 
     def to_json(self) -> str:
         """Format the content of plan.json."""
-        plain = asdict(self)
-        if self.trajectory:
-            del plain["trajectory"]["at"]  # a function
+        plain = asdict(self, dict_factory=lambda fields: {key: value for key, value in fields if key != "at"})
         document = {"schema": 1} | {key: plain[key] for key in ("robot", "joints", "trajectory", "notes")}
         return json.dumps(document, indent=2, allow_nan=False) + "\n"
 

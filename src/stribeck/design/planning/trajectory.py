@@ -77,11 +77,9 @@ class Trajectory:
         """One line per moving joint: range, top speed and number of reversals."""
         state = self.at(np.arange(0, self.duration, FINE))
         lines = []
-        for k, name in enumerate(self.joint_names):
-            speed, turns = state.velocity[:, k], int(np.count_nonzero(np.diff(np.sign(state.velocity[:, k]))))
-            low, high = state.position[:, k].min(), state.position[:, k].max()
-            if turns:
-                span = f"{low:.2f} to {high:.2f}, up to {np.abs(speed).max():.2g} per second"
+        for name, position, velocity in zip(self.joint_names, state.position.T, state.velocity.T, strict=True):
+            if turns := int(np.count_nonzero(np.diff(np.sign(velocity)))):
+                span = f"{position.min():.2f} to {position.max():.2f}, up to {np.abs(velocity).max():.2g} per second"
                 lines.append(f"{name}: {span}, {turns} reversals")
         return lines
 
@@ -112,14 +110,13 @@ def design(
     if size < 1:
         notes.append(f"the trajectory is drawn to {size:.0%} towards the posture, as {why} would exceed what it may be")
     repeats = max(1, round(duration / PERIOD))
-    names = task.dynamics.robot.joint_names
     state = task.motion(series, np.arange(0, PERIOD, FINE))
     promise = promise_of(task, state, repeats) if predict else {}
     short = [name for name, result in promise.items() if not result.enough]
     if short:
         notes.append(f"the trajectory is too short, or its limits too narrow, for {', '.join(short)}")
     return Trajectory(
-        joint_names=names,
+        joint_names=task.dynamics.robot.joint_names,
         duration=repeats * PERIOD,
         period=PERIOD,
         promise=promise,

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from statistics import median
 
@@ -152,8 +152,6 @@ class Replay:
 
     def to_json(self) -> str:
         """Format as JSON, without measured and simulated motion."""
-        plain = asdict(replace(self, motion=None, models=[replace(m, predicted={}, positions={}) for m in self.models]))
-        for table in (plain, *plain["models"]):
-            for name in ("motion", "predicted", "positions"):
-                table.pop(name, None)
+        motions = ("motion", "predicted", "positions")
+        plain = asdict(self, dict_factory=lambda fields: {key: value for key, value in fields if key not in motions})
         return json.dumps(plain, indent=2, allow_nan=False) + "\n"

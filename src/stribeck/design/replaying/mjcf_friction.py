@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from stribeck.core.robot.mjcf import compile_mjcf
-from stribeck.design.replaying.model_friction import Coupling, JointFriction, StatedFriction
+from stribeck.design.replaying.other_model import Coupling, JointFriction, StatedFriction
 
 
 def read_mjcf_friction(path: Path) -> StatedFriction:
@@ -33,21 +33,14 @@ def read_mjcf_friction(path: Path) -> StatedFriction:
             slow, static, speed = parameters[3:6]
             coulomb, rise, velocity = coulomb + gear * slow, gear * (static - slow), speed / gear
         frictions[name] = JointFriction(coulomb=coulomb, viscous=viscous, rise=rise, stribeck_velocity=velocity)
-        notes += [f"joint '{name}': {what}, which is left out" for what in _others(model, joint, dof, len(lugre))]
+        others = {
+            "a spring (stiffness)": np.any(model.jnt_stiffness[joint]),
+            "damping that is not linear": np.any(model.dof_dampingpoly[dof]),
+            f"the friction of {len(lugre) - 1} more LuGre motor(s)": len(lugre) > 1,
+        }
+        notes += [f"joint '{name}': {what}, which is left out" for what, acts in others.items() if acts]
     couplings, more = _of_tendons(model)
     return frictions, couplings, notes + more
-
-
-def _others(model: mujoco.MjModel, joint: int, dof: int, motors: int) -> list[str]:
-    """List other passive effects that act on a joint."""
-    others = []
-    if np.any(model.jnt_stiffness[joint]):
-        others.append("a spring (stiffness)")
-    if np.any(model.dof_dampingpoly[dof]):
-        others.append("damping that is not linear")
-    if motors > 1:
-        others.append(f"the friction of {motors - 1} more LuGre motor(s)")
-    return others
 
 
 def _of_tendons(model: mujoco.MjModel) -> tuple[dict[str, Coupling], list[str]]:

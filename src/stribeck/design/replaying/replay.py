@@ -26,8 +26,7 @@ from stribeck.core.robot import Robot
 from stribeck.core.robot.xml_file import read_xml
 from stribeck.core.settings import Settings
 from stribeck.design.replaying.comparison import CommandedMotion, LoggedMotion, Replay, Replayed
-from stribeck.design.replaying.model_friction import JointFriction, ModelFriction, StatedFriction
-from stribeck.design.replaying.other_model import other_model, with_joints
+from stribeck.design.replaying.other_model import JointFriction, ModelFriction, StatedFriction, other_model, with_joints
 from stribeck.design.replaying.rollouts import HORIZONS, TRACE, RolloutError, massless_joints, rollout_errors
 
 
@@ -128,7 +127,10 @@ def _prepared(
     """Prepare a log, without flight phases, and audit it for `asked`; joints without torques move as measured."""
     (prepared,), of_torques, _, robot = find_torques([prepare(log, robot, settings)], robot, settings)
     robot = replace(robot, position_controlled=(*robot.position_controlled, *prepared.log.unscaled))
-    findings = [*map(str, [*of_torques, *audit_or_stop([prepared], robot, asked, force)]), *_flight(prepared)]
+    findings = [*map(str, [*of_torques, *audit_or_stop([prepared], robot, asked, force)])]
+    flight = sum(phase.last - phase.first for phase in prepared.support.phases if phase.kind == "flight")
+    if flight:  # the joints move the base, too
+        findings.append(f"{100 * flight / len(prepared.log.time):.2g} % of the log is flight, which is left out")
     grounded = tuple(phase for phase in prepared.support.phases if phase.kind != "flight")
     return replace(prepared, support=replace(prepared.support, phases=grounded)), robot, findings
 
@@ -227,24 +229,18 @@ def _torque_errors(samples: FrictionSamples, robot: Robot, frictions: list[Model
 def _require_finite(
     robot: Robot, torque: list[dict[str, TorqueError]], rollouts: list[dict[str, list[RolloutError | None]]]
 ) -> None:
-    numbers = [("torque", name, [error.rms, error.r2]) for joints in torque for name, error in joints.items()]
-    for rollout in rollouts:
-        for name, errors in rollout.items():
-            numbers.append(("simulated velocity", name, [x for err in errors if err for x in (err.rms, err.relative)]))
-    for what, name, values in numbers:
+    checks = [("torque", name, error.rms, error.r2) for joints in torque for name, error in joints.items()]
+    of_rollouts = [
+        (name, error) for rollout in rollouts for name, errors in rollout.items() for error in errors if error
+    ]
+    checks += [("simulated velocity", name, error.rms, error.relative) for name, error in of_rollouts]
+    for what, name, *values in checks:
         if not np.isfinite(values).all():
             raise _impossible(robot, f"its {what} of joint '{name}' is not finite")
 
 
 def _impossible(robot: Robot, what: str) -> RobotFileError:
     return RobotFileError(f"{robot.model_path}: {what}; expected masses, lengths and friction that a robot can have")
-
-
-def _flight(prepared: PreparedLog) -> list[str]:
-    """Note the share of flight phases, in which the joints move the base, too."""
-    rows = sum(phase.last - phase.first for phase in prepared.support.phases if phase.kind == "flight")
-    share = 100 * rows / len(prepared.log.time)
-    return [f"{share:.2g} % of the log is flight, which is left out"] if rows else []
 
 
 def _friction(robot: Robot, notes: list[str]) -> ModelFriction:

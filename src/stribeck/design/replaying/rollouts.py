@@ -24,7 +24,7 @@ from stribeck.core.equations.friction_torque.preparation import PreparedLog
 from stribeck.core.filters import make_filter
 from stribeck.core.robot import Robot
 from stribeck.core.settings import Settings
-from stribeck.design.replaying.model_friction import ModelFriction
+from stribeck.design.replaying.other_model import ModelFriction
 
 HORIZONS = (0.1, 0.4, 1.0)
 """Shares of the longest duration after which the velocities are compared [1]."""
@@ -102,12 +102,11 @@ def rollout_errors(
     drives = np.zeros((2, len(robot.joint_names))) if robot.command_gains is None else robot.command_gains
     moving = [k for k in robot.torque_controlled if robot.joint_names[k] not in massless]
     batches = _batches(prepared, robot, moving, settings, horizons)
-    rollouts: list[tuple[dict[str, list[RolloutError | None]], Simulated]] = []
+    if not batches:
+        return [({}, Simulated(np.zeros(0), np.zeros((0, 0, 0))))] * len(frictions)
+    rollouts = []
     for friction in frictions:
         parts = [_compared(robot, batch, friction, np.nan_to_num(drives), moving, settings) for batch in batches]
-        if not parts:
-            rollouts.append(({}, Simulated(np.zeros(0), np.zeros((0, 0, 0)))))
-            continue
         error, change, counts, position = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
         errors = {robot.joint_names[k]: _of_joint(error[..., k], change[..., k], counts[..., k]) for k in moving}
         rollouts.append((errors, Simulated(np.concatenate([batch.start for batch in batches]), position)))
