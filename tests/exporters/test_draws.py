@@ -18,7 +18,7 @@ from tests.result import made
 from stribeck import Robot, export
 from stribeck.app.exporters import TARGETS, export_ranges, export_samples
 from stribeck.app.exporters.joints import joint_terms
-from stribeck.app.exporters.samples import drawn, joint_ranges
+from stribeck.app.exporters.posterior import drawn, joint_ranges
 from stribeck.core.result import JointResult, Result, read_result
 
 TRUTH = {"viscous": 0.3, "coulomb": 1.2, "stribeck_gain": 0.4, "stribeck_velocity": 0.2, "offset": -0.4}
@@ -98,7 +98,7 @@ def without_friction() -> JointResult:
 
 def test_ranges_cover_95_percent_of_other_draws(tmp_path: Path) -> None:
     result, _ = arm_result(tmp_path, shoulder=with_rotor())
-    found = joint_ranges(result, PLAIN)["shoulder"]
+    found = joint_ranges(result, PLAIN, None, include_weak=False)["shoulder"]
     assert set(found.numbers) == {"friction", "dynamic_friction", "viscous_friction", "armature"}
     assert not found.weak
     others = [joint_terms(each, PLAIN)["shoulder"].stated for each in drawn(result, 400, seed=1)]

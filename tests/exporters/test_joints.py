@@ -15,8 +15,7 @@ from tests.result import made
 
 from stribeck import export
 from stribeck.app.exporters.forms import Form, nearest
-from stribeck.app.exporters.joints import joint_terms
-from stribeck.app.exporters.written import LEGEND
+from stribeck.app.exporters.joints import LEGEND, joint_terms
 from stribeck.core.errors import SettingsError
 
 PLAIN = Form(dict.fromkeys(("coulomb", "viscous"), ""))

@@ -10,7 +10,7 @@ from tests.models import POSTURES, example_robot
 from tests.result.made import of_one_log
 
 from stribeck import Robot, Settings, identify
-from stribeck.app.exporters.samples import drawn
+from stribeck.app.exporters.posterior import drawn
 from stribeck.core.friction import get_law
 from stribeck.core.log import RobotLog
 from stribeck.core.result import BodyCorrection

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tests.exporters.found import found_in, robot_of
 
 from stribeck import Result, Robot, read_result
-from stribeck.app.exporters.projection import inertias_pay, projected
+from stribeck.app.exporters.posterior import inertias_pay, projected
 from stribeck.core.errors import SettingsError
 from stribeck.core.result import ErrorCorrelation
 from stribeck.core.result.parts import BODY_COORDINATES

@@ -6,7 +6,7 @@ from tests.arm import arm_log, write_arm
 from tests.result.made import of_one_log
 
 from stribeck import Robot, Settings, identify
-from stribeck.app.exporters.samples import drawn
+from stribeck.app.exporters.posterior import drawn
 from stribeck.core.estimator.uncertainty.intervals import joint_coordinates
 from stribeck.core.identify import whole_log
 from stribeck.core.identify.whole_log_fitted import WholeLog

@@ -1,4 +1,4 @@
-"""Friction of each joint in the terms of a target format, and the parts that the format cannot store."""
+"""Friction of each joint in the terms of a target format, the parts that it cannot store, and a table of both."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
@@ -7,11 +7,15 @@ import numpy as np
 
 from stribeck.app.exporters.beyond import Beyond, friction_beyond, top_speed
 from stribeck.app.exporters.forms import ROUNDING, Form, Nearest, nearest
+from stribeck.core.base.text_table import aligned
+from stribeck.core.errors import RobotFileError
 from stribeck.core.friction import get_law
 from stribeck.core.friction.terms import parameters_over
 from stribeck.core.result import JointResult, Result
 from stribeck.core.result.law_values import law_values
+from stribeck.core.result.tables import bound_text
 from stribeck.core.robot import Robot
+from stribeck.design import read_friction
 
 BRISTLES = {"bristle_travel": "bristle_stiffness", "bristle_damping": "bristle_damping"}
 """Number of a friction model by the LuGre parameter that it represents."""
@@ -22,8 +26,13 @@ UNSTEADY = ("armature", *BRISTLES, *parameters_over("travel", "time"))
 FORMLESS = ("offset", *UNSTEADY, *parameters_over("temperature"))
 """Parameters that no friction model of a target contains."""
 
+LEGEND = "Coulomb friction at mean load + viscous friction times the speed v, in N m and rad/s, or N and m/s:"
+
 Quantity = tuple[float, str]
 """Type of a value with its unit."""
+
+Names = Collection[str] | None
+"""Names of joints to export; all if None."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,12 +94,7 @@ class WrittenJoint:
 
 
 def joint_terms(
-    result: Result,
-    form: Form | None,
-    joints: Collection[str] | None = None,
-    include_weak: bool = False,
-    *,
-    any_unit: bool = False,
+    result: Result, form: Form | None, joints: Names = None, include_weak: bool = False, *, any_unit: bool = False
 ) -> dict[str, WrittenJoint]:
     """Select the exported terms of each joint.
 
@@ -130,7 +134,7 @@ def joint_terms(
 
 
 def coupling_terms(
-    result: Result, robot: Robot, form: Form, joints: Collection[str] | None, include_weak: bool
+    result: Result, robot: Robot, form: Form, joints: Names, include_weak: bool
 ) -> dict[str, WrittenJoint]:
     """Select the terms of couplings whose joints are all exported, and zeros for joints without own friction."""
     terms = joint_terms(
@@ -218,3 +222,61 @@ def _rounded(value: float, error: float) -> float:
 def listed(quantities: Mapping[str, Quantity]) -> str:
     """Format quantities as "name value unit", separated by commas."""
     return ", ".join(f"{name} {value:.4g}" + f" {unit}" * (unit != "1") for name, (value, unit) in quantities.items())
+
+
+def table_of_joints(result: Result, robot: Robot, joints: Mapping[str, WrittenJoint]) -> list[str]:
+    """Format one line per joint with Coulomb friction Fc and viscous friction Fv as "Fc + Fv v", and rotor inertia.
+
+    The difference between written and identified friction is the largest from the slow to the top speed of the log,
+    at the mean load and over its positions. Empty for targets that store all of the law.
+    """
+    try:
+        stated = read_friction(robot.model_file)[0]
+    except RobotFileError:  # no file, or one that has gone
+        stated = {}
+    model = {name: (own.coulomb, own.viscous, own.rise > 0) for name, own in stated.items()}
+    rows = [
+        (
+            name,
+            _sum(model.get(name)),
+            _identified(result[name]),
+            _sum(terms.plain),
+            terms.difference or (_shift(result[name], terms) if terms.plain else "-"),
+            next((f"{value:.4g}" for value, unit in terms.stated.values() if unit == "kg m^2"), "-"),
+        )
+        for name, terms in joints.items()
+        if any(each.plain for each in joints.values())
+    ]
+    head = ("joint", "in the model", "identified", "written", "largest difference", "rotor [kg m^2]")
+    return [LEGEND, *aligned([head, *rows])] if rows else []
+
+
+def _shift(joint: JointResult, terms: WrittenJoint) -> str:
+    """State how far the written friction is from the identified curve, where other parameters had to change with it."""
+    assert terms.plain is not None
+    dry, viscous, _ = terms.plain
+    sizes = [(abs(dry + viscous * point.velocity - point.value), point) for point in joint.curve]
+    size, point = max(sizes, key=lambda pair: pair[0], default=(0.0, None))
+    if point is None or joint.verdict == "no friction" or size < 0.05 * point.half_width:  # rounded numbers
+        return "none"
+    speed, torque = joint.units()
+    return f"{size:.2g} {torque} at {point.velocity:.2g} {speed}"
+
+
+def _identified(joint: JointResult) -> str:
+    """Format identified friction, mean of both directions; "..." stands for terms beyond Coulomb and viscous ones."""
+    if joint.verdict == "no friction":
+        return bound_text(joint) or "none"
+    coefficients = {
+        key: [joint.values[key + way] for way in ("", "_positive", "_negative") if key + way in joint.values]
+        for key in ("coulomb", "viscous")
+    }
+    means = [sum(values) / len(values) if values else 0.0 for values in coefficients.values()]
+    means[0] += joint.values.get("load", 0.0) * (joint.mean_load or 0.0)
+    ways = {f"{key}{way}" for key in coefficients for way in ("", "_positive", "_negative")}
+    others = joint.values.keys() - {"slope", *FORMLESS, *ways}
+    return _sum((means[0], means[1], bool(others)))
+
+
+def _sum(friction: tuple[float, float, bool] | None) -> str:
+    return f"{friction[0]:.3g} + {friction[1]:.3g} v" + " + ..." * friction[2] if friction else "-"

@@ -35,7 +35,10 @@ def drake_text(request: Request) -> str:
         if "damping" in stated and _child(joint, "dynamics").hasAttribute("friction"):
             _child(joint, "dynamics").removeAttribute("friction")  # included in the damping
         if "rotor_inertia" in stated:
-            _set_rotor(root, name, stated["rotor_inertia"])
+            actuator = _child(_transmission(root, name), "actuator")
+            actuator.setAttribute("name", actuator.getAttribute("name") or name)
+            _set_numbers(_child(actuator, "drake:rotor_inertia"), value=stated["rotor_inertia"])
+            _set_numbers(_child(actuator, "drake:gear_ratio"), value=1.0)  # the inertia is on the joint side
     return _text(root, request.lines)
 
 
@@ -47,19 +50,19 @@ def mjcf_text(request: Request) -> str:
     from stribeck.core.robot.mjcf import generates  # MuJoCo is slow to import
 
     notes: list[str] = []
-    xml = read_xml(request.model)
+    xml = read_xml(request.robot.model_file)
     if xml.kind == "urdf":
-        text, notes = mjcf_of_urdf(request.model, request.folder, floating=request.robot.base == "floating")
+        text, notes = mjcf_of_urdf(request.robot.model_file, request.folder, floating=request.robot.base == "floating")
         root = _root(parseString(text))  # nosec B318
     else:
-        root = _read(request.model)
+        root = _read(request.robot.model_file)
         if generates(xml):
-            root = _root(parseString(expanded_mjcf(request.model)))  # nosec B318
+            root = _root(parseString(expanded_mjcf(request.robot.model_file)))  # nosec B318
             request.lines.append(
                 "Generated bodies are written out: this is MuJoCo's own text of the model, in six digits."
             )
-        _include(root, request.model.parent)
-        _move_mjcf_files(root, request.model.parent, request.folder)
+        _include(root, request.robot.model_file.parent)
+        _move_mjcf_files(root, request.robot.model_file.parent, request.folder)
     stated = {name: terms.numbers for name, terms in request.joints.items()}
     bristles = stable_bristles(request.robot, stated)
     bodies = [body for world in _children(root, "worldbody") for body in world.getElementsByTagName("body")]
@@ -91,23 +94,20 @@ MODELS = {"urdf": urdf_text, "drake": drake_text, "mjcf": mjcf_text}
 
 def _changed_urdf(request: Request, words: Collection[str]) -> Element:
     """Parse the robot's URDF and change its links and joints; `words` are attributes of <dynamics>."""
-    root = _read(request.model)
+    root = _read(request.robot.model_file)
     for link in _children(root, "link"):
         if new := request.links.get(link.getAttribute("name")):
-            _set_urdf_inertia(_child(link, "inertial"), new)
+            inertial = _child(link, "inertial")
+            _set_numbers(_child(inertial, "mass"), value=float(new.mass))
+            _set_numbers(_child(inertial, "origin"), xyz=new.lever, rpy=np.zeros(3))
+            entries = {f"i{'xyz'[i]}{'xyz'[j]}": float(new.inertia[i, j]) for i in range(3) for j in range(i, 3)}
+            _set_numbers(_child(inertial, "inertia"), **entries)
     for joint in _children(root, "joint"):
         stated = request.numbers(joint.getAttribute("name"))
         if numbers := {word: value for word, value in stated.items() if word in words}:
             _set_numbers(_child(joint, "dynamics"), **numbers)
-    _move_urdf_files(root, request.model.parent, request.folder)
+    _move_urdf_files(root, request.robot.model_file.parent, request.folder)
     return root
-
-
-def _set_urdf_inertia(inertial: Element, link: pin.Inertia) -> None:
-    _set_numbers(_child(inertial, "mass"), value=float(link.mass))
-    _set_numbers(_child(inertial, "origin"), xyz=link.lever, rpy=np.zeros(3))
-    entries = {f"i{'xyz'[i]}{'xyz'[j]}": float(link.inertia[i, j]) for i in range(3) for j in range(i, 3)}
-    _set_numbers(_child(inertial, "inertia"), **entries)
 
 
 def _move_urdf_files(root: Element, source: Path, folder: Path) -> None:
@@ -126,15 +126,6 @@ def _move_urdf_files(root: Element, source: Path, folder: Path) -> None:
         name = element.getAttribute("filename")
         if name and "://" not in name:
             element.setAttribute("filename", _moved(name, source, folder))
-
-
-def _set_rotor(root: Element, joint: str, inertia: float) -> None:
-    """State a rotor inertia on the joint side, with a gear ratio of one."""
-    actuator = _child(_transmission(root, joint), "actuator")
-    if not actuator.hasAttribute("name"):
-        actuator.setAttribute("name", joint)
-    _set_numbers(_child(actuator, "drake:rotor_inertia"), value=inertia)
-    _set_numbers(_child(actuator, "drake:gear_ratio"), value=1.0)
 
 
 def _transmission(root: Element, joint: str) -> Element:

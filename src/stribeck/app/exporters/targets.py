@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from stribeck.app.exporters.forms import Form
 from stribeck.app.exporters.joints import WrittenJoint
-from stribeck.app.exporters.samples import JointRanges
+from stribeck.app.exporters.posterior import JointRanges
 from stribeck.core.base.parts import Parts
 from stribeck.core.result import Result
 from stribeck.core.robot import Robot
@@ -46,11 +46,6 @@ class Request:
     lines: list[str]
     folder: Path
 
-    @property
-    def model(self) -> Path:
-        """Path of the robot's model file."""
-        return self.robot.model_file
-
     def numbers(self, joint: str) -> dict[str, float]:
         """Collect the values that the target states for a joint; empty for other joints."""
         return self.joints[joint].numbers if joint in self.joints else {}
@@ -60,9 +55,9 @@ class Request:
 class Target:
     """A target of `stribeck export --to`.
 
-    To add one: add its table to targets.toml, its name to `FORMATS` in `cli/options.py`, its row to the table in
-    docs/export.md, and its template, named after target and suffix, e.g. templates/usd.py.j2. A target that writes a
-    robot's model has a function in `MODELS` of model_files.py instead of a template.
+    To add one: add its table to targets.toml, its row to the table in docs/export.md, and its template, named after
+    target and suffix, e.g. templates/usd.py.j2. A target that writes a robot's model has a function in `MODELS` of
+    model_files.py instead of a template.
 
     Attributes
     ----------
@@ -96,15 +91,12 @@ TARGETS = ChainMap[str, Target](_OWN, Parts[Target]("stribeck.targets"))
 """Targets by their name after `--to`."""
 
 
+Stated = Mapping[str, WrittenJoint | JointRanges]
+"""Terms or ranges that a target states, by joint."""
+
+
 def summary(
-    result: Result,
-    robot: Robot,
-    target: Target,
-    joints: Mapping[str, WrittenJoint | JointRanges],
-    impossible: list[str],
-    *,
-    inertia: bool = False,
-    reason: str = "",
+    result: Result, robot: Robot, target: Target, joints: Stated, impossible: list[str], inertia: bool, reason: str
 ) -> list[str]:
     """Summarize an export in lines for the console and the head of the file.
 

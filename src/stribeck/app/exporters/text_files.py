@@ -14,13 +14,13 @@ import re
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
-from pathlib import Path
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from jinja2 import Environment
 
 from stribeck.app.exporters.beyond import Beyond, top_speed
 from stribeck.app.exporters.targets import Request
+from stribeck.app.templates import environment
 from stribeck.core.errors import SettingsError
 from stribeck.core.friction.auto import JUMP
 from stribeck.core.friction.terms import LADDER
@@ -142,20 +142,13 @@ def rendered(template: str, **values: object) -> str:
 
 @cache
 def _environment() -> Environment:
-    environment = Environment(  # source code, not HTML  # nosec B701
-        loader=FileSystemLoader(Path(__file__).parent / "templates"),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
     formats = (_docstring, _comments, _c_comment, _identifier, _yaml, _quoted, _cell)
-    environment.filters |= {function.__name__[1:]: function for function in formats}
-    environment.filters |= {"repr": repr, "json": json.dumps, "pattern": re.escape}
+    filters = {"repr": repr, "json": json.dumps, "pattern": re.escape} | {f.__name__[1:]: f for f in formats}
+    files = environment("stribeck.app.exporters", filters, keep_trailing_newline=True)
     functions = (_code_of, _curve_of, _groups_of, _identifiers)
-    environment.globals |= {function.__name__[1:]: function for function in functions}
-    environment.globals |= {"numbers_of": numbers_of, "NUMBERS": NUMBERS, "SOLREFFRICTION": SOLREFFRICTION}
-    return environment
+    files.globals |= {function.__name__[1:]: function for function in functions}
+    files.globals |= {"numbers_of": numbers_of, "NUMBERS": NUMBERS, "SOLREFFRICTION": SOLREFFRICTION}
+    return files
 
 
 def _groups_of(actuators: Mapping[str, Mapping[str, float]]) -> list[dict[str, object]]:
@@ -169,11 +162,10 @@ def _groups_of(actuators: Mapping[str, Mapping[str, float]]) -> list[dict[str, o
         groups[(*sorted(values), values.get("delay"))][re.escape(name)] = values
     entries: list[dict[str, object]] = []
     for joints in groups.values():
-        first = next(iter(joints.values()))
+        first, *_ = joints.values()
         words = {word: {name: numbers[word] for name, numbers in joints.items()} for word in sorted(first)}
-        entries.append(
-            {"joint_names_expr": [*joints], **words, **{word: first[word] for word in first.keys() & {"delay"}}}
-        )
+        delay = {"delay": first["delay"]} if "delay" in first else {}
+        entries.append({"joint_names_expr": [*joints], **words, **delay})
     return entries
 
 

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
-from stribeck.app.exporters.joints import coupling_terms, joint_terms
+from stribeck.app.exporters.joints import Names, coupling_terms, joint_terms, table_of_joints
 from stribeck.app.exporters.links import corrected_links
 from stribeck.app.exporters.model_files import MODELS
-from stribeck.app.exporters.projection import inertias_pay, projected
-from stribeck.app.exporters.samples import drawn, joint_ranges
+from stribeck.app.exporters.posterior import drawn, inertias_pay, joint_ranges, projected
 from stribeck.app.exporters.targets import TARGETS, Request, summary
 from stribeck.app.exporters.text_files import file_text, rendered
-from stribeck.app.exporters.written import table_of_joints
 from stribeck.core.base.outputs import staged_folder, whole_or_not_at_all
 from stribeck.core.errors import NothingIdentifiedError, SettingsError, did_you_mean
 from stribeck.core.result import Result, read_result
@@ -86,8 +84,7 @@ def export(
     The head of found.urdf states what is approximated or cannot be stored of each joint.
     """
     result, robot = _read(result, robot)
-    choice = FileContent(joints=joints, include_weak=include_weak, friction=friction, inertia=inertia)
-    request = _request(result, robot, Path(path), target, choice)
+    request = _request(result, robot, Path(path), target, (joints, include_weak), friction, inertia)
     for name, terms in request.joints.items():
         if strict and (lost := [*terms.projected, *terms.left_out]):
             raise SettingsError(
@@ -149,12 +146,12 @@ def export_samples(
     result, robot = _read(result, robot)
     if not 1 <= count <= 100_000:  # in one folder
         raise SettingsError(f"export: {count} samples were requested; expected 1 to 100,000")
-    choice = FileContent(joints=joints, include_weak=include_weak, friction=friction, inertia=inertia)
-    _request(result, robot, Path(folder), target, choice)  # refuses before anything is drawn
+    content = target, (joints, include_weak), friction, inertia
+    _request(result, robot, Path(folder), *content)  # refuses before anything is drawn
     paths = [Path(folder) / f"{k:03d}{TARGETS[target].suffix}" for k in range(count)]
     with staged_folder(folder) as staging:
         for path, draw in zip(paths, drawn(result, count, seed), strict=True):
-            text = _text(target, _request(draw, robot, path, target, choice))
+            text = _text(target, _request(draw, robot, path, *content))
             (staging / path.name).write_text(text, encoding="utf-8")
     return paths
 
@@ -170,7 +167,7 @@ def export_ranges(
 ) -> list[str]:
     """Write ranges of friction and rotor inertias for domain randomization, in a target's format.
 
-    Each range contains 95 % of the draws of `stribeck.app.exporters.samples.drawn`.
+    Each range contains 95 % of the draws of `stribeck.app.exporters.posterior.drawn`.
 
     Parameters
     ----------
@@ -208,21 +205,11 @@ def export_ranges(
     ranges = joint_ranges(result, form, joints, include_weak)
     if not ranges:
         raise NothingIdentifiedError(f"export: the result has no friction that {target.upper()} can store")
-    first, *rest = summary(result, robot, replace(entry, models=()), ranges, [])
+    first, *rest = summary(result, robot, replace(entry, models=()), ranges, [], inertia=False, reason="")
     lines = [first, "Each range contains 95 % of the models that are consistent with the log.", *rest]
     with whole_or_not_at_all(path) as temporary:
         temporary.write_text(rendered(entry.ranges, lines=lines, joints=ranges), encoding="utf-8")
     return lines
-
-
-@dataclass(frozen=True, kw_only=True)
-class FileContent:
-    """Arguments of `export` that select the content of a file."""
-
-    joints: Collection[str] | None
-    include_weak: bool
-    friction: str | None
-    inertia: bool | None
 
 
 def _read(result: Result | str | Path, robot: Robot | str | Path | None) -> tuple[Result, Robot]:
@@ -230,24 +217,30 @@ def _read(result: Result | str | Path, robot: Robot | str | Path | None) -> tupl
     return result, result.find_robot(robot)
 
 
-def _request(result: Result, robot: Robot, path: Path, target: str, choice: FileContent) -> Request:
+Chosen = tuple[Names, bool]
+"""Joints to export, all if None, and whether their weak friction is exported."""
+
+
+def _request(
+    result: Result, robot: Robot, path: Path, target: str, chosen: Chosen, friction: str | None, inertia: bool | None
+) -> Request:
     """Collect the content of a file."""
     if target not in TARGETS:
         near = did_you_mean(target, TARGETS)
         raise SettingsError(f"export: the target is '{target}'; expected {_either(TARGETS)}{near}")
     entry = TARGETS[target]
     pays, reason = inertias_pay(result)
-    inertia = bool(entry.models) and (pays if choice.inertia is None else choice.inertia)
+    inertia = bool(entry.models) and (pays if inertia is None else inertia)
     result = projected(result, robot) if inertia else result
     _check(result, robot, path, entry.models, target)
-    if choice.friction is not None and choice.friction not in entry.forms:
-        raise SettingsError(f"export: the friction model is '{choice.friction}'; expected {_either(entry.forms)}")
-    form = choice.friction or next(iter(entry.forms))
-    terms = joint_terms(result, entry.forms[form], choice.joints, choice.include_weak, any_unit=entry.any_unit)
+    form = next(iter(entry.forms)) if friction is None else friction
+    if form not in entry.forms:
+        raise SettingsError(f"export: the friction model is '{form}'; expected {_either(entry.forms)}")
+    terms = joint_terms(result, entry.forms[form], *chosen, any_unit=entry.any_unit)
     if target == "mjcf":
         plain = entry.forms["plain"]
         assert plain is not None
-        terms |= coupling_terms(result, robot, plain, choice.joints, choice.include_weak)
+        terms |= coupling_terms(result, robot, plain, *chosen)
     corrections = result.corrections
     links, impossible = corrected_links(robot, corrections) if entry.models and corrections else ({}, [])
     if not inertia:  # read to check that the model is the one of the result
