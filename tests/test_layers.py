@@ -22,7 +22,7 @@ ROOMS: dict[str, tuple[set[str], int]] = {
     "simulation": ({"core", "io"}, 3_230),
     "design": ({"core", "check", "simulation"}, 1_748),
     "service": ({"core", "io"}, 1_650),
-    "app": ({"core", "io", "check", "simulation", "design", "service"}, 3_709),
+    "app": ({"core", "io", "check", "simulation", "design", "service"}, 3_498),
 }
 """Rooms that a room may import, and its largest number of code lines, which only falls."""
 FLOORS = (

@@ -16,8 +16,7 @@ from tests.commanded import ARM, QUADRUPED, with_drives
 from tests.exporters.found import robot_of
 
 from stribeck import Robot, Settings
-from stribeck.app.report.recording import write_recording
-from stribeck.app.report.replay import curves_of_replay, pieces, write_replay
+from stribeck.app.report.replay import curves_of_replay, pieces, write_recording, write_replay
 from stribeck.core.errors import SettingsError
 from stribeck.core.friction import get_law
 from stribeck.core.log import RobotLog

@@ -12,9 +12,10 @@ from tests.report.conftest import ARRAYS
 from tests.whole_log.logs import TRUTH, with_wrong_bodies
 
 from stribeck import Robot, identify, write_report
-from stribeck.app.report.details import branch_charts, branches
-from stribeck.app.report.text import MINUS, THIN, matched, number, percent
-from stribeck.app.report.torques import POINTS, replayed_torques
+from stribeck.app.report.charts import POINTS
+from stribeck.app.report.joints import replayed_torques
+from stribeck.app.report.page import MINUS, THIN, matched, number, percent
+from stribeck.app.report.write import branch_charts, branches
 from stribeck.core.friction import get_law
 from stribeck.core.result import Result
 from stribeck.core.settings import Settings

@@ -12,7 +12,7 @@ from tests.report.test_report import inspection, joint
 
 from stribeck.app.comparison import compare, compare_sides
 from stribeck.app.report import write_inspection, write_report
-from stribeck.app.report.comparison import write_comparison
+from stribeck.app.report.curves import write_comparison
 from stribeck.app.report.replay import write_replay
 from stribeck.app.report.trends import write_trends
 from stribeck.core.judgement.torque_error import TorqueError

@@ -18,8 +18,8 @@ from stribeck import Robot, Settings, identify, inspect_log
 from stribeck.app.cli.console import print_result
 from stribeck.app.report import write_inspection, write_report
 from stribeck.app.report.curves import friction_curve
-from stribeck.app.report.robot import robot_picture
-from stribeck.app.report.text import short_names
+from stribeck.app.report.overview import robot_picture
+from stribeck.app.report.page import short_names
 from stribeck.check.inspection import Inspection, JointInspection
 from stribeck.core.base.finding import Finding
 from stribeck.core.errors import SettingsError

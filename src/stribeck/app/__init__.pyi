@@ -1,4 +1,4 @@
 from .comparison import compare as compare
 from .exporters.write import export as export
-from .report.comparison import write_comparison as write_comparison
+from .report.curves import write_comparison as write_comparison
 from .report.write import write_report as write_report

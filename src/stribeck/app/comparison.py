@@ -19,6 +19,9 @@ from stribeck.core.result.law_values import law_values
 from stribeck.core.result.log_spread import LogSpread, learn_spread, smallest_text
 from stribeck.core.result.mirror import mirrored_pairs
 
+Joints = Mapping[str, tuple[JointResult, JointResult]]
+"""Results of each joint in a and in b."""
+
 FALSE_ALARMS = 0.05
 """Probability of any false "significant" in a comparison without changes [1]."""
 
@@ -77,7 +80,7 @@ class Comparison:
     missing: dict[str, str]
     robot: str = field(default="", compare=False)
     law: str = field(default="", compare=False)
-    joints: Mapping[str, tuple[JointResult, JointResult]] = field(default_factory=dict, repr=False, compare=False)
+    joints: Joints = field(default_factory=dict, repr=False, compare=False)
 
     def __repr__(self) -> str:
         significant = sum(row.significant for row in self.rows)
@@ -199,18 +202,13 @@ def compare_sides(result: Result) -> Comparison:
     pairs = mirrored_pairs(result.joints)
     if not pairs:
         raise SettingsError(f"compare: no joint of {_listed(result)} has a partner, expected names with left and right")
-    sides = [name for pair in pairs for name in pair]
-    missing = {name: reason for name in sides if (reason := _unknown(result.joints[name], "result"))}
+    missing = {name: text for pair in pairs for name in pair if (text := _unknown(result.joints[name], "result"))}
     joints = {f"{left} | {right}": (result.joints[left], result.joints[right]) for left, right in pairs}
     return _comparison(result, joints, missing, ("left", "right"), logs=0.0)
 
 
 def _comparison(
-    result: Result,
-    joints: Mapping[str, tuple[JointResult, JointResult]],
-    missing: dict[str, str],
-    names: tuple[str, str],
-    logs: float,
+    result: Result, joints: Joints, missing: dict[str, str], names: tuple[str, str], logs: float
 ) -> Comparison:
     """Compare pairs of joints; all differences are tested together.
 
@@ -223,10 +221,8 @@ def _comparison(
     joints = {joint: pair for joint, pair in joints.items() if pair[0].torque_unit == pair[1].torque_unit}
     pairs = [pair for name, fits in joints.items() for pair in _pairs(name, *fits, sides=names == ("left", "right"))]
     tested = {pair.joint for pair in pairs if not pair.is_weak}
-    rows = [
-        difference_of(pair, *spread, logs, len(tested))
-        for pair, spread in zip(pairs, _spreads(pairs, logs), strict=True)
-    ]
+    spreads = _spreads(pairs, logs)
+    rows = [difference_of(pair, *spreads[k], logs, len(tested)) for k, pair in enumerate(pairs)]
     p_values = {joint: [row.p_value for row in rows if row.joint == joint and not row.weak] for joint in tested}
     levels = holm({joint: simes(values) for joint, values in p_values.items()})
     rows = [replace(row, significant=not row.weak and row.p_value <= levels.get(row.joint, 0.0)) for row in rows]
@@ -290,8 +286,8 @@ def _curve_at(joint: JointResult, speeds: Array, load: float) -> list[ParameterE
     ]
 
 
-def _spreads(pairs: Sequence[Pair], logs: float) -> list[tuple[LogSpread, int]]:
-    """Learn the spread of each pair between logs from the same quantity of the other joints, and name its channel."""
+def _spreads(pairs: Sequence[Pair], logs: float) -> dict[int, tuple[LogSpread, int]]:
+    """Learn each pair's spread between logs from the same quantity of the other joints, with its channel, by index."""
     spreads: dict[int, tuple[LogSpread, int]] = {}
     kinds = [pair.parameter.partition("_")[0] for pair in pairs]
     for kind in set(kinds):
@@ -304,7 +300,7 @@ def _spreads(pairs: Sequence[Pair], logs: float) -> list[tuple[LogSpread, int]]:
         joint = np.unique([pair.joint for pair in group], return_inverse=True)[1]
         learned = learn_spread(difference[None], error[None], joint, logs, others=True)
         spreads |= {k: (learned, channel) for channel, k in enumerate(places)}
-    return [spreads[k] for k in range(len(pairs))]
+    return spreads
 
 
 def holm(p_values: Mapping[str, float]) -> dict[str, float]:

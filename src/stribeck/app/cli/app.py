@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 
 from stribeck.app.cli import console, options
-from stribeck.app.cli.options import REPORT, RESULT, TABLE, argument, output_option, robot_option
+from stribeck.app.cli.options import REPORT, RESULT, TABLE, argument, option, output_option, robot_option
 from stribeck.core.base.outputs import check_name, staged_folder
 from stribeck.core.base.parts import Parts
 from stribeck.core.errors import StribeckError, require_extra
@@ -106,7 +106,7 @@ def identify(
     law: options.Law = None,
     method: options.Method = None,
     settings: options.Set = [],  # noqa: B006
-    validate: options.Validation = [],  # noqa: B006
+    validate: Annotated[list[Path], option("LOG", "Log for validation, not used for the fit.")] = [],  # noqa: B006
     start: options.From = None,
     stop: options.To = None,
     exclude: options.Exclude = [],  # noqa: B006
@@ -132,10 +132,9 @@ def identify(
     with staged_folder(output) as staging, console.progress_bar(quiet) as progress:
         parts = [options.part_of(log, machine, start, stop) for log in logs]
         result = run(parts, machine, chosen, table=staging / TABLE, validate=validate, force=force, progress=progress)
-        progress("writing the report", 0.9)
-        options.write_result(result, staging)
+        options.write_result(result, staging, progress)
         if rerun:
-            from stribeck.app.report.recording import curves_of_result, write_recording
+            from stribeck.app.report.replay import curves_of_result, write_recording
 
             write_recording(curves_of_result(result), rerun, result.robot)
     console.show(result, console.print_result, outputs, json=json, quiet=quiet)
@@ -198,9 +197,7 @@ def paper(
         console.print_paths([output])
 
 
-def explain(
-    name: Annotated[str | None, argument("NAME", "Verdict or check, e.g. weak, torque-sign.")] = None,
-) -> None:
+def explain(name: Annotated[str | None, argument("NAME", "Verdict or check, e.g. weak, torque-sign.")] = None) -> None:
     """Explain a verdict or a finding, or list their names."""
     from stribeck.app.cli.explain import explanation, explanation_names
 

@@ -19,7 +19,7 @@ from stribeck.core.base.text_table import TextTable, number
 if TYPE_CHECKING:
     from stribeck.app.comparison import Comparison
     from stribeck.check import Inspection
-    from stribeck.core.result import CurvePoint, Result
+    from stribeck.core.result import Result
     from stribeck.design import Plan, Replay
 
 STYLES = {"identified": "green", "weak": "yellow", "no friction": "cyan", "not excited": "dim"}
@@ -101,7 +101,7 @@ def _style(cell: str) -> str:
 
 def print_result(result: Result) -> None:
     """Print one line per joint, its parameters unless the law is "auto", reasons of weak verdicts, and warnings."""
-    from stribeck.app.priorities import FIRST, by_priority, unknown_friction
+    from stribeck.app.report.overview import FIRST, by_priority, unknown_friction
     from stribeck.core.base.finding import listed
     from stribeck.core.friction import AUTO
     from stribeck.core.result.estimates import verdict_place
@@ -139,7 +139,7 @@ def print_result(result: Result) -> None:
 
 
 def _lines_of_joints(result: Result, *, all_speeds: bool) -> TextTable:
-    from stribeck.core.result.tables import MAIN, advice, main_parameters
+    from stribeck.core.result.tables import MAIN, advice, main_parameters, point_text
 
     numbers = {name: main_parameters(joint) for name, joint in result.all_friction.items()}
     column_units = {title: sorted({row[k][1] for row in numbers.values()} - {""}) for k, title in enumerate(MAIN)}
@@ -151,21 +151,15 @@ def _lines_of_joints(result: Result, *, all_speeds: bool) -> TextTable:
     unit = "" if mixed else "{1}, at {0}".format(*min(units))
     headings = [f"{name}\n[{', '.join(symbols)}]" for name, symbols in column_units.items()]
     headings += [f"{speed}\n[{unit}]" if unit else speed for speed in speeds]
-    rows = [
-        [
-            name,
-            *(f"{value} {unit}" if value and mixed else value for value, unit in numbers[name][: len(column_units)]),
-            *(
-                _at_speed(joint.curve[k], joint.units() if mixed else ()) if len(joint.curve) > k else ""
-                for k in speeds.values()
-            ),
-            "" if joint.friction_r2 is None else f"{joint.friction_r2:.3f}",
-            joint.verdict,
-            advice(joint),
-        ]
-        for name, joint in result.all_friction.items()
-        if joint.verdict != "no friction"
-    ]
+    rows = []
+    for name, joint in result.all_friction.items():
+        speed_unit, unit = (f" {symbol}" if mixed else "" for symbol in joint.units())
+        cells = [f"{value} {own}" if value and mixed else value for value, own in numbers[name][: len(column_units)]]
+        for k in speeds.values():
+            point = joint.curve[k] if len(joint.curve) > k else None
+            cells.append(f"{point_text(point)}{unit} at {point.velocity:.2g}{speed_unit}" if point else "")
+        cells.append("" if joint.friction_r2 is None else f"{joint.friction_r2:.3f}")
+        rows += [[name, *cells, joint.verdict, advice(joint)]] * (joint.verdict != "no friction")
     return TextTable(
         title=f"Friction of {result.robot} (95 % intervals, law {result.law})",
         left=["joint"],
@@ -173,14 +167,6 @@ def _lines_of_joints(result: Result, *, all_speeds: bool) -> TextTable:
         last=["verdict", "next step"],
         rows=rows,
     )
-
-
-def _at_speed(point: CurvePoint, units: Sequence[str]) -> str:
-    """Format friction and its speed, e.g. "0.30 ± 0.09 at 0.17"."""
-    from stribeck.core.result.tables import point_text
-
-    speed_unit, unit = [f" {unit}" for unit in units] or ("", "")
-    return f"{point_text(point)}{unit} at {point.velocity:.2g}{speed_unit}"
 
 
 def _columns_of_parameters(result: Result) -> TextTable:
@@ -204,26 +190,22 @@ def _columns_of_parameters(result: Result) -> TextTable:
 
 def print_inspection(inspection: Inspection) -> None:
     """Print the sampling of a log, one line per joint, and the findings."""
+    modes: dict[str, list[float]] = {}
+    for start, end, name, _ in inspection.phases:
+        modes.setdefault(name, []).append(end - start)
+    shares = (f"{name} {len(spans)} phase{'s' * (len(spans) > 1)}, {sum(spans):.2f} s" for name, spans in modes.items())
+    support = f"support: {', '.join(shares)} (from {inspection.support_source})"
     lines = [
         f"{inspection.path}: {inspection.samples} samples, {inspection.duration:.2f} s at {inspection.rate:.6g} Hz, "
         f"jitter {1e3 * inspection.jitter:.3g} ms",
         f"channels: {', '.join(inspection.channels)}; torque source: {inspection.torque_source}",
         f"gaps: {len(inspection.gaps)}, repeated stamps: {inspection.duplicates}, "
         f"rows with missing values: {sum(inspection.missing.values())}",
-        *([] if inspection.support_source == "fixed" else [f"support: {_support_shares(inspection)}"]),
+        *([] if inspection.support_source == "fixed" else [support]),
         f"filter: {inspection.filter}",
     ]
     say(lines)
     print_table(inspection.table())
-
-
-def _support_shares(inspection: Inspection) -> str:
-    """List the number and duration of each support, e.g. "left_foot 12 phases, 9.6 s (from contact flags)"."""
-    modes: dict[str, list[float]] = {}
-    for start, end, name, _ in inspection.phases:
-        modes.setdefault(name, []).append(end - start)
-    listed = (f"{name} {len(spans)} phase{'s' * (len(spans) > 1)}, {sum(spans):.2f} s" for name, spans in modes.items())
-    return f"{', '.join(listed)} (from {inspection.support_source})"
 
 
 def print_comparison(comparison: Comparison) -> None:

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from stribeck.app.cli import console, options
-from stribeck.app.cli.options import REPORT, argument, option, output_option, robot_option
+from stribeck.app.cli.options import REPORT, argument, flag, option, output_option, robot_option
 from stribeck.core.base.outputs import check_outputs, resumable
 from stribeck.core.errors import SettingsError, require_extra
 
@@ -26,7 +26,7 @@ def fleet(
     backend: Annotated[str, option("NAME", "loky, ray or dask.")] = "loky",
     timeout: Annotated[float | None, option("SECONDS", "Longest time for one log.")] = None,
     memory: Annotated[float | None, option("GB", "Most memory for one log.")] = None,
-    again: Annotated[bool, typer.Option("--retry-failed", help="Try logs again that failed.")] = False,
+    again: Annotated[bool, flag("--retry-failed", "Try logs again that failed.")] = False,
     compacted: Annotated[Path | None, option("STORE", "Merge the store's files.", "--compact")] = None,
     json: options.Json = False,
     quiet: options.Quiet = False,
@@ -37,12 +37,18 @@ def fleet(
     folder of a log is its robot's id.
     """
     require_extra("fleet", "joblib", "duckdb", "fsspec")
-    from stribeck.service import Limits, jobs_of_logs, jobs_of_manifest, run_fleet
+    from stribeck.service import Limits, compact, jobs_of_logs, jobs_of_manifest, run_fleet
 
     if compacted is not None:
         if logs or robot or manifest or output:
             raise SettingsError("fleet: --compact merges the files of one store; run it without logs and outputs")
-        _compact(compacted, json=json, quiet=quiet)
+        before, after, damaged = compact(compacted)
+        if json:
+            counts = {"before": before, "after": after, "damaged": list(map(str, damaged))}
+            typer.echo(json_format.dumps(counts, indent=2))
+        elif not quiet:
+            _print_damaged(map(str, damaged))
+            typer.echo(f"{compacted}: {before} files merged into {after}")
         return
     if output is None:
         raise SettingsError("fleet: has no store to write to; expected -o STORE")
@@ -62,19 +68,6 @@ def fleet(
         typer.echo(f"{tally.line}; {output}")
     if tally.failed:
         sys.exit(3)  # a log has no result
-
-
-def _compact(store: Path, *, json: bool, quiet: bool) -> None:
-    """Merge the files of a store, and print the number of files before and after."""
-    from stribeck.service import compact
-
-    before, after, damaged = compact(store)
-    if json:
-        counts = {"before": before, "after": after, "damaged": list(map(str, damaged))}
-        typer.echo(json_format.dumps(counts, indent=2))
-    elif not quiet:
-        _print_damaged(map(str, damaged))
-        typer.echo(f"{store}: {before} files merged into {after}")
 
 
 def _print_damaged(paths: Iterable[str]) -> None:
@@ -98,10 +91,9 @@ def trends(
     from stribeck.app.report.trends import write_trends
     from stribeck.service import find_trends
 
-    if output is not None:
-        check_outputs([output / REPORT], [], overwrite)
-    fleet_trends = find_trends(store, logs_per_false_alarm=logs_per_false_alarm)
-    if output is not None:
-        write_trends(fleet_trends, output / REPORT)
     paths = [output / REPORT] if output else []
+    check_outputs(paths, [], overwrite)
+    fleet_trends = find_trends(store, logs_per_false_alarm=logs_per_false_alarm)
+    for path in paths:
+        write_trends(fleet_trends, path)
     console.show(fleet_trends, lambda trends: typer.echo(trends.summary()), paths, json=json, quiet=quiet)

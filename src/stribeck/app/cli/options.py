@@ -16,6 +16,7 @@ from stribeck.core.base.parts import Parts
 from stribeck.core.errors import SettingsError
 
 if TYPE_CHECKING:
+    from stribeck.core.equations.friction_torque.preparation import Progress
     from stribeck.core.log import RobotLog
     from stribeck.core.result import Result
     from stribeck.core.robot import Robot
@@ -33,6 +34,11 @@ def argument(metavar: str, text: str, **more: Any) -> Any:
 def option(metavar: str, text: str, *flags: str, **more: Any) -> Any:
     """Build an option with a value and its help; without flags, its parameter names it."""
     return typer.Option(*flags, metavar=metavar, help=text, **more)
+
+
+def flag(name: str, text: str) -> Any:
+    """Build an option without a value, and without an opposite."""
+    return typer.Option(name, help=text)
 
 
 def output_option(metavar: str, text: str) -> Any:
@@ -64,29 +70,24 @@ Recording = Annotated[Path | None, option("FILE", "Also write a .rrd file for Re
 RobotFile = Annotated[Path, robot_option("Robot file (robot.toml).")]
 ItsRobot = Annotated[Path | None, robot_option("Robot file (robot.toml).  [default: that of the identification]")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only errors (and JSON with --json).")]
-Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON on stdout.")]
+Json = Annotated[bool, flag("--json", "Print the result as JSON on stdout.")]
 Set = Annotated[
     list[str], option("KEY=VALUE", "Override a setting of [identify], e.g. --set filter.window=31.", "--set")
 ]
 LAW_NAMES = (*Parts[object]("stribeck.laws"), *Parts[object]("stribeck.laws_with_state"), "auto")
 METHOD_NAMES = tuple(Parts[object]("stribeck.methods"))
-FORMATS = ["mjcf", "urdf", "drake", "c", "python", "yaml", "table", "isaaclab", "mjlab", "pinocchio", "bam", "usd"]
-FORMATS += Parts[object]("stribeck.targets")
-Force = Annotated[bool, typer.Option("--force", help="Continue although the audit found a fatal error.")]
+TARGETS = tomllib.loads((Path(__file__).parents[1] / "exporters/targets.toml").read_text(encoding="utf-8"))
+FORMATS = [*TARGETS, *Parts[object]("stribeck.targets")]
+Force = Annotated[bool, flag("--force", "Continue although the audit found a fatal error.")]
 From = Annotated[float | None, option("SECONDS", "Start of the used part of each log.", "--from")]
 To = Annotated[float | None, option("SECONDS", "End of the used part of each log.", "--to")]
 Exclude = Annotated[
     list[str], option("A:B", "Span of each log that is not used [s], or LOG:A:B; repeatable.", "--exclude")
 ]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="Overwrite existing outputs.")]
+Overwrite = Annotated[bool, flag("--overwrite", "Overwrite existing outputs.")]
 Law = Annotated[str | None, _choice("NAME", "Friction law", LAW_NAMES, "auto")]
 Method = Annotated[str | None, _choice("NAME", "Estimation method", METHOD_NAMES, "whole-log")]
 Format = Annotated[str, _choice("FORMAT", "Format", FORMATS, "", "--to", "--format")]
-Samples = Annotated[int | None, option("N", "Draw N models from the uncertainty of the result.")]
-Ranges = Annotated[bool, typer.Option("--ranges", help="Write 95 % ranges for domain randomization.")]
-Exported = Annotated[str | None, option("NAMES", "Comma-separated joints to export.  [default: all]")]
-Weak = Annotated[bool, typer.Option("--include-weak", help="Also export friction that is weak.")]
-Strict = Annotated[bool, typer.Option("--strict", help="Fail if the format cannot represent all of the friction.")]
 Form = Annotated[
     str | None,
     option("FORM", "Friction model. mjcf: plain or lugre  [default: plain]; yaml: all or plain  [default: all]."),
@@ -97,16 +98,10 @@ Inertia = Annotated[
         "HOW",
         "Inertias of a robot model; by default written if they lower the held-out torque error",
         ("keep", "write"),
-        "",
-        "--inertia",
     ),
 ]
-With = Annotated[str | None, typer.Option("--with", hidden=True)]
-"""`--with inertia` is an older name of `--inertia write`."""
 Planned = Annotated[str | None, option("NAMES", "Comma-separated joints.  [default: all weak or not excited]")]
 Held = Annotated[str | None, option("AXIS", "Base axis that points up: x, -x, y, ...; if a floating base is held.")]
-Validation = Annotated[list[Path], option("LOG", "Log for validation, not used for the fit.", "--validate")]
-Labels = Annotated[str | None, option("A,B", "Labels of the results.  [default: log file names]")]
 
 
 def split_names(text: str | None) -> list[str] | None:
@@ -191,9 +186,8 @@ def files_of(robot: Robot) -> list[Path]:
     return [*([Path(robot.path)] if robot.path else []), robot.model_file]
 
 
-def check_files(outputs: Iterable[Path], inputs: Iterable[Path], overwrite: bool) -> None:
+def check_files(outputs: Iterable[Path], inputs: Sequence[Path], overwrite: bool) -> None:
     """Refuse missing inputs, and the outputs that `check_outputs` refuses."""
-    inputs = [*inputs]
     for path in inputs:
         check_name(path)
         if not path.exists():
@@ -201,10 +195,11 @@ def check_files(outputs: Iterable[Path], inputs: Iterable[Path], overwrite: bool
     check_outputs(outputs, inputs, overwrite)
 
 
-def write_result(result: Result, folder: Path, **shown: Any) -> None:
+def write_result(result: Result, folder: Path, progress: Progress, **shown: Any) -> None:
     """Write result.json and report.html; `shown` are options of the report."""
     from stribeck.app.report import write_report
 
+    progress("writing the report", 0.9)
     (folder / RESULT).write_text(result.to_json(), encoding="utf-8")
     write_report(result, folder / REPORT, **shown)
 

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from stribeck.app.cli import console, options
-from stribeck.app.cli.options import argument, option, output_option
+from stribeck.app.cli.options import argument, flag, option, output_option
 from stribeck.core.base.outputs import staged_folder
 from stribeck.core.errors import SettingsError, require_extra
 
@@ -14,14 +14,14 @@ def export(
     to: options.Format,
     output: Annotated[Path, output_option("PATH", "File to write, or folder for --samples.")],
     robot: options.ItsRobot = None,
-    samples: options.Samples = None,
-    ranges: options.Ranges = False,
-    joints: options.Exported = None,
-    include_weak: options.Weak = False,
-    strict: options.Strict = False,
+    samples: Annotated[int | None, option("N", "Draw N models from the uncertainty of the result.")] = None,
+    ranges: Annotated[bool, flag("--ranges", "Write 95 % ranges for domain randomization.")] = False,
+    joints: Annotated[str | None, option("NAMES", "Comma-separated joints to export.  [default: all]")] = None,
+    include_weak: Annotated[bool, flag("--include-weak", "Also export friction that is weak.")] = False,
+    strict: Annotated[bool, flag("--strict", "Fail if the format cannot represent all of the friction.")] = False,
     friction: options.Form = None,
     inertia: options.Inertia = None,
-    more: options.With = None,
+    more: Annotated[str | None, option("inertia", "Older name of --inertia write.", "--with", hidden=True)] = None,
     overwrite: options.Overwrite = False,
     quiet: options.Quiet = False,
 ) -> None:
@@ -58,7 +58,7 @@ def export(
 
 def compare(
     results: Annotated[list[Path], argument("RESULT", "Two results, older first; or one, to compare left and right.")],
-    names: options.Labels = None,
+    names: Annotated[str | None, option("A,B", "Labels of the results.  [default: log file names]")] = None,
     output: options.Page = None,
     json: options.Json = False,
     overwrite: options.Overwrite = False,
@@ -67,7 +67,7 @@ def compare(
     """Compare two results, or left and right joints of one."""
     from stribeck.app.comparison import compare as compare_two
     from stribeck.app.comparison import compare_sides
-    from stribeck.app.report.comparison import write_comparison
+    from stribeck.app.report.curves import write_comparison
     from stribeck.core.result import read_result
 
     files = [options.result_file(path) for path in results]
@@ -143,7 +143,7 @@ def replay(
 
     Compares the model of the robot file with another model.
     """
-    from stribeck.app.report.replay import curves_of_replay, write_replay
+    from stribeck.app.report.replay import curves_of_replay, write_recording, write_replay
     from stribeck.design import replay as run
 
     machine = options.robot_of(robot, exclude, logs)
@@ -161,7 +161,5 @@ def replay(
             (staging / "replay.json").write_text(playback.to_json(), encoding="utf-8")
             write_replay(playback, staging / "replay.html")
     if rerun:
-        from stribeck.app.report.recording import write_recording
-
         write_recording(curves_of_replay(playback), rerun, playback.robot)
     console.show(playback, console.print_replay, outputs, json=json, quiet=quiet)

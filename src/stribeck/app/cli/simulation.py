@@ -54,9 +54,8 @@ def demo(
         machine = Robot.from_file(example.robot_file)
         result = run([example.log], machine, table=staging / TABLE, progress=progress)
         result = _moved(result, str(staging), str(output))
-        progress("writing the report", 0.9)
         truth = truth_reference(result, example.law, example.parameters)
-        options.write_result(result, staging, reference=truth)
+        options.write_result(result, staging, progress, reference=truth)
     if not quiet:
         print_table(truth_table(result, example.parameters))
         console.print_paths([output / name for name in (example.log.name, RESULT, TABLE, REPORT)])
@@ -98,8 +97,7 @@ def rehearse(
         recording, law, parameters = simulated(machine, motion)
         write_log(recording, staging / "log.npz")
         result = run(recording, machine, table=staging / TABLE, progress=progress)
-        progress("writing the report", 0.9)
-        options.write_result(result, staging, reference=truth_reference(result, law, parameters))
+        options.write_result(result, staging, progress, reference=truth_reference(result, law, parameters))
     if not quiet:
         conclusion, table = expectation_table(result, parameters, motion.notes)
         say([conclusion])
@@ -109,13 +107,11 @@ def rehearse(
 
 def _moved(result: Result, staging: str, output: str) -> Result:
     """Replace the staging folder by the output folder in the paths of a result with one log."""
-    assert isinstance(result.log.path, str)
-    assert result.evidence
-    assert result.robot_file
-    provenance = [(label, text.replace(staging, output)) for label, text in result.evidence.provenance]
-    return replace(
-        result,
-        log=replace(result.log, path=result.log.path.replace(staging, output)),
-        robot_file=replace(result.robot_file, path=result.robot_file.path.replace(staging, output)),
-        evidence=replace(result.evidence, provenance=provenance),
-    )
+    log, robot_file, evidence = result.log, result.robot_file, result.evidence
+    assert isinstance(log.path, str)
+    assert robot_file
+    assert evidence
+    provenance = [(label, text.replace(staging, output)) for label, text in evidence.provenance]
+    log = replace(log, path=log.path.replace(staging, output))
+    robot_file = replace(robot_file, path=robot_file.path.replace(staging, output))
+    return replace(result, log=log, robot_file=robot_file, evidence=replace(evidence, provenance=provenance))

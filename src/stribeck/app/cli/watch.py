@@ -17,7 +17,7 @@ from rich.text import Text
 
 from stribeck.app.cli import options
 from stribeck.app.cli.console import drawn, print_table, terminal
-from stribeck.app.cli.options import option
+from stribeck.app.cli.options import flag, option
 from stribeck.core.base.text_table import TextTable, number, span
 from stribeck.core.errors import SettingsError, require_extra
 
@@ -34,7 +34,7 @@ def watch(
     speed: Annotated[float | None, option("N", "Speed of the replay; 1 is real time.")] = None,
     state: Annotated[Path | None, option("FILE", "State to continue, saved each minute.")] = None,
     hours: Annotated[float, option("H", "Mean time between false alarms.", "--hours-per-false-alarm")] = 100.0,
-    rerun: Annotated[bool, typer.Option("--rerun", help="Also stream to the Rerun viewer.")] = False,
+    rerun: Annotated[bool, flag("--rerun", "Also stream to the Rerun viewer.")] = False,
     json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> None:
@@ -55,7 +55,9 @@ def watch(
     machine, reference = Robot.from_file(robot), read_result(result)
     online, saved = None, time.monotonic()
     with ExitStack() as stack:
-        live = None if json or quiet else _live_table(stack)
+        live = None
+        if terminal().is_terminal and not (json or quiet):  # a table that is drawn anew
+            live = stack.enter_context(Live(console=terminal(), auto_refresh=False))
         for part, rate in stream_of(log, mcap, machine, reference):
             if online is None:
                 online = estimator_for(reference, machine, rate, hours)
@@ -102,12 +104,6 @@ def _show(online: OnlineFriction, live: Live | None, began: float, *, json: bool
         viewer.set_time("stream", duration=online.time)
         for name, state in joints.items():
             viewer.log(f"friction/{name}", viewer.Scalars([state.friction, *state.interval_95, state.baseline]))
-
-
-def _live_table(stack: ExitStack) -> Live | None:
-    """Start a table that is drawn anew on a terminal; None for other outputs."""
-    out = terminal()
-    return stack.enter_context(Live(console=out, auto_refresh=False)) if out.is_terminal else None
 
 
 def _print_alarm(alarm: Alarm, live: Live | None, began: float, *, json: bool, quiet: bool) -> None:

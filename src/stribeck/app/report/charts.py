@@ -20,11 +20,20 @@ Chart = dict[str, Any]
 """
 
 
+Points = tuple[Array, Array]
+"""Velocities [rad/s], [m/s] and torques [N m], [N], shape (N,) each."""
+
+Limits = tuple[float, float]
+"""Lowest and highest value of an axis."""
+
 Figures = dict[str, tuple[Chart, str]]
 """Charts with captions, by their names in a page."""
 
+POINTS = 24_000
+"""Largest number of points of a line over time, summed over the joints."""
 
-def axis(label: str, limits: tuple[float, float], **more: Any) -> dict[str, Any]:
+
+def axis(label: str, limits: Limits, **more: Any) -> dict[str, Any]:
     """Describe an axis; `names` are labels for 0, 1, 2, ..., or for the places `at`."""
     return {"label": label, "range": _short(limits), **more}
 
@@ -49,14 +58,12 @@ def line(
     return series
 
 
-def velocity_axes(units: tuple[str, str], velocity: tuple[float, float], torque: tuple[float, float]) -> dict[str, Any]:
+def velocity_axes(units: tuple[str, str], velocity: Limits, torque: Limits) -> dict[str, Any]:
     """Describe the axes of friction versus velocity, with the units of velocity and torque."""
     return {"x": axis(f"velocity [{units[0]}]", velocity), "y": axis(f"friction [{units[1]}]", torque)}
 
 
-def density(
-    x: Array, y: Array, x_limits: tuple[float, float], y_limits: tuple[float, float], bins: tuple[int, int] = (90, 150)
-) -> dict[str, Any]:
+def density(x: Array, y: Array, x_limits: Limits, y_limits: Limits, bins: tuple[int, int] = (90, 150)) -> Chart:
     """Describe samples of shape (N,) as an image whose opacity is their density; samples outside are omitted."""
     counts, _, _ = np.histogram2d(y, x, bins=bins, range=(y_limits, x_limits))
     opacity = np.where(counts > 0, 0.22 + 0.78 * np.log1p(counts) / np.log1p(max(float(counts.max()), 2.0)), 0.0)
@@ -66,7 +73,7 @@ def density(
     return image(pixels, x_limits, y_limits)
 
 
-def image(pixels: NDArray[np.uint8], x: tuple[float, float], y: tuple[float, float]) -> dict[str, Any]:
+def image(pixels: NDArray[np.uint8], x: Limits, y: Limits) -> dict[str, Any]:
     """Describe an image between limits, shape (rows, columns, 4): red, green, blue and opacity from the top down."""
     rows, columns, _ = pixels.shape
     flat = np.insert(pixels.reshape(rows, -1), 0, 0, axis=1)  # PNG filter of each row: none
@@ -82,7 +89,7 @@ def image(pixels: NDArray[np.uint8], x: tuple[float, float], y: tuple[float, flo
     return {"source": source, "x": _short(x), "y": _short(y)}
 
 
-def robust_limits(values: Array, share: float = 0.002, margin: float = 0.08) -> tuple[float, float]:
+def robust_limits(values: Array, share: float = 0.002, margin: float = 0.08) -> Limits:
     """Compute the slightly widened range of values of shape (N,) without the outermost samples."""
     low, high = np.quantile(values, [share, 1 - share]) if len(values) else (0.0, 0.0)
     pad = margin * (high - low) or 1e-3

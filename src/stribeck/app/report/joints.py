@@ -1,17 +1,20 @@
-"""Panels per joint: parameters, and charts of friction, residual and coverage."""
+"""Panels per joint: parameters, and charts of friction, residual and coverage; torques over the log."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from stribeck.app.report.charts import Chart, axis, density, line, over_time, robust_limits, velocity_axes
-from stribeck.app.report.page import Section, render
-from stribeck.app.report.text import symbols
+from stribeck.app.report import charts
+from stribeck.app.report.charts import Chart, Figures, Points
+from stribeck.app.report.page import Section, number, section, symbols
 from stribeck.core.base.typing import Array, BoolArray, IntArray
 from stribeck.core.friction.law import FrictionLaw
 from stribeck.core.result import Evidence, JointResult, Result, velocity_grid
 from stribeck.core.result.reference import Reference
 from stribeck.core.result.samples import FrictionSamples
+
+LEGEND = (("data", "measured"), ("muted", "without friction"), ("law", "with friction"))
+"""Colors and labels of torques over the log."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -70,15 +73,14 @@ def noisy_modes(samples: FrictionSamples, rows: IntArray, column: int, joint: Jo
 
 def joint_panels(result: Result, evidence: Evidence, law: FrictionLaw, reference: Reference) -> Section:
     """Render every joint's panel, in the order of the result."""
-    figures: dict[str, list[tuple[str, str]]] = {}
-    charts: dict[str, Chart] = {}
+    figures, panels = Figures(), {}
     for index, (name, joint) in enumerate(result.joints.items()):
-        panel = joint_charts(name, joint, evidence, reference)
-        charts |= {f"j{index}{k}": chart | {"sync": f"j{index}"} for k, (chart, _) in enumerate(panel)}
-        figures[name] = [(f"j{index}{k}", caption) for k, (_, caption) in enumerate(panel)]
-    shown = {"joints": result.joints, "prismatic": evidence.prismatic, "panels": figures}
-    body = render("joint_panels.html.j2", symbols=symbols(law), known=reference, **shown)
-    return Section(anchor="joints", title="Joints", body=body, charts=charts)
+        panel = enumerate(joint_charts(name, joint, evidence, reference))
+        drawn = {f"j{index}{k}": (chart | {"sync": f"j{index}"}, caption) for k, (chart, caption) in panel}
+        figures |= drawn
+        panels[name] = [(key, caption) for key, (_, caption) in drawn.items()]
+    shown = {"joints": result.joints, "prismatic": evidence.prismatic, "panels": panels}
+    return section("joints", "Joints", "joint_panels", figures, symbols=symbols(law), known=reference, **shown)
 
 
 def joint_charts(name: str, joint: JointResult, evidence: Evidence, reference: Reference) -> list[tuple[Chart, str]]:
@@ -98,7 +100,7 @@ def joint_charts(name: str, joint: JointResult, evidence: Evidence, reference: R
     if near is not None and len(near.time) > 1:
         span = f"{near.time[0]:.2f} to {near.time[-1]:.2f} s of the log"
         lines, legend = (near.torque, joint.friction(near.velocity)), (("data", "measured"), ("law", "law"))
-        chart = over_time(near.time - near.time[0], f"friction [{units[1]}]", lines, legend, 700, "")
+        chart = charts.over_time(near.time - near.time[0], f"friction [{units[1]}]", lines, legend, 700, "")
         chart["lines"][0]["width"] = 0.8  # noise does not hide the law
         figures.append((chart, f"Over time, {span}"))
     law = joint.friction(shown.velocity)
@@ -106,35 +108,35 @@ def joint_charts(name: str, joint: JointResult, evidence: Evidence, reference: R
 
 
 def friction_over_velocity(
-    shown: JointSamples, joint: JointResult, reference: tuple[Array, Array] | None, units: tuple[str, str]
+    shown: JointSamples, joint: JointResult, reference: Points | None, units: tuple[str, str]
 ) -> Chart:
     """Draw the samples' density, the fitted law with its 95 % band, and the reference if given."""
-    limits = robust_limits(shown.velocity, share=0.0, margin=0.03)
+    limits = charts.robust_limits(shown.velocity, share=0.0, margin=0.03)
     grid = velocity_grid(*limits)
     fitted = joint.band(grid)
-    lines = [] if fitted is None else [line(grid, fitted[0], "law", "law", band=fitted[1])]
-    lines += [line(*reference, "ink", "reference", width=1.2, dash=[4, 3])] if reference else []
-    low, high = robust_limits(shown.torque, share=0.02)
+    lines = [] if fitted is None else [charts.line(grid, fitted[0], "law", "law", band=fitted[1])]
+    lines += [charts.line(*reference, "ink", "reference", width=1.2, dash=[4, 3])] if reference else []
+    low, high = charts.robust_limits(shown.torque, share=0.02)
     for curve in (fitted[0] if fitted else None, reference[1] if reference else None):
         if curve is not None and np.isfinite(curve).all():
             low, high = min(low, 1.08 * float(curve.min())), max(high, 1.08 * float(curve.max()))
-    samples = density(shown.velocity, shown.torque, limits, (low, high))
-    return {**velocity_axes(units, limits, (low, high)), "lines": lines, "images": [samples]}
+    samples = charts.density(shown.velocity, shown.torque, limits, (low, high))
+    return {**charts.velocity_axes(units, limits, (low, high)), "lines": lines, "images": [samples]}
 
 
 def residual_over_velocity(shown: JointSamples, law: Array, over_velocity: Chart) -> Chart:
     """Draw the residual as a density with its mean; structure indicates friction beyond the law."""
     finite = np.isfinite(law)  # a law at a bound, such as a Stribeck velocity of zero, can be undefined
     velocity, residual = shown.velocity[finite], (shown.torque - law)[finite]
-    limits = robust_limits(shown.velocity, share=0.0, margin=0.03)
-    reach = max(map(abs, robust_limits(residual, share=0.01)))
+    limits = charts.robust_limits(shown.velocity, share=0.0, margin=0.03)
+    reach = max(map(abs, charts.robust_limits(residual, share=0.01)))
     centre, mean = running_mean(velocity, residual, limits)
     label = over_velocity["y"]["label"].replace("friction", "measured − law")
     return {
         "x": over_velocity["x"],
-        "y": axis(label, (-reach, reach)),
-        "lines": [line(centre, mean, "law", "mean residual", width=1.5)],
-        "images": [density(velocity, residual, limits, (-reach, reach))],
+        "y": charts.axis(label, (-reach, reach)),
+        "lines": [charts.line(centre, mean, "law", "mean residual", width=1.5)],
+        "images": [charts.density(velocity, residual, limits, (-reach, reach))],
     }
 
 
@@ -145,3 +147,62 @@ def running_mean(x: Array, y: Array, limits: tuple[float, float], bins: int = 40
     enough = counts >= max(3, 5e-4 * len(x))
     mean = np.divide(sums, counts, out=np.full(bins, np.nan), where=enough)
     return (edges[:-1] + edges[1:]) / 2, mean
+
+
+def replayed_torques(result: Result, samples: FrictionSamples) -> Section | None:
+    """Render two charts per joint with friction, torque and residual; None if the measured torque is unknown."""
+    figures: Figures = {}
+    fitted = [name for name, joint in result.joints.items() if joint.parameters and name in samples.joint_names]
+    points = charts.POINTS // max(len(fitted), 1)
+    for name in fitted if samples.torque is not None else []:
+        column = samples.joint_names.index(name)
+        if column < samples.torque.shape[1] and len(samples.time) > 1:  # type: ignore[union-attr]  # not a coupling
+            figures |= _charts(name, result.joints[name], samples, column, points)
+    title = "Torque over the log, without and with friction"
+    about = {"what": "friction", "shaded": any(chart["spans"] for chart, _ in figures.values())}
+    return section("torques", title, "torques", figures, legend=LEGEND, **about) if figures else None
+
+
+def _charts(name: str, joint: JointResult, samples: FrictionSamples, column: int, points: int) -> Figures:
+    """Draw torque and residual of a joint, with RMS errors in the caption; noisy contact modes are shaded."""
+    values, time = predictions(joint, samples, column), elapsed(samples)
+    noisy = noisy_modes(samples, np.flatnonzero(np.isfinite(values[2])), column, joint)
+    shaded = np.isin(samples.support, noisy)
+    known = np.isfinite(values[2]) & ~shaded
+    errors = " → ".join(number(_rms((values[0] - torque)[known]), 2) for torque in values[1:])
+    unit = joint.units(samples.slides(column))[1]
+    chart = charts.over_time(time, f"torque [{unit}]", values, LEGEND, points, "torques")
+    chart["spans"] = _spans(time, shaded & np.isfinite(values[2]))
+    caption = f"{name}: error {errors} {unit} (RMS)"
+    if noisy:
+        rest = np.isfinite(values[2]) & shaded
+        caption += f"; shaded: {number(_rms((values[0] - values[2])[rest]), 2)} {unit}"
+    return charts.with_residual(f"o{column}", caption, chart, values, known)
+
+
+def _spans(time: Array, shaded: BoolArray) -> list[list[float]]:
+    """List start and end of shaded parts [s]; pauses of less than 0.2 % of the time are included."""
+    at = time[shaded]
+    breaks = np.flatnonzero(np.diff(at) > 2e-3 * time[-1])
+    starts, ends = at[np.insert(breaks + 1, 0, 0)[: len(at)]], at[np.append(breaks, len(at) - 1)[: len(at)]]
+    return [[float(start), float(end)] for start, end in zip(starts, ends, strict=True)]
+
+
+def predictions(joint: JointResult, samples: FrictionSamples, column: int) -> tuple[Array, Array, Array]:
+    """Compute measured torque and predictions without and with friction, shape (N,); NaN where friction is unknown."""
+    assert samples.torque is not None
+    measured, velocity = samples.torque[:, column], samples.velocity[:, column]
+    expected = measured - samples.friction_torque[:, column]
+    friction = joint.friction(velocity, load=expected, offset=True)
+    known = np.where(samples.usable[:, column] & np.isfinite(expected + friction), 0.0, np.nan)
+    return known + measured, known + expected + joint.values.get("offset", 0.0), known + expected + friction
+
+
+def elapsed(samples: FrictionSamples) -> Array:
+    """Compute the time since the first sample [s], shape (N,); the logs follow each other."""
+    step = samples.period * samples.stride
+    return np.concatenate([[0.0], np.cumsum(np.where(np.diff(samples.time) > 0, np.diff(samples.time), step))])
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else float("nan")

@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from stribeck.app.report.charts import Chart, axis, line, over_time, robust_limits
+from stribeck.app.report.charts import POINTS, Chart, axis, line, over_time, robust_limits
 from stribeck.app.report.page import section, write_page
-from stribeck.app.report.torques import POINTS
 
 
 def write_paper(parts: Iterable[Any], path: str | Path, robot: str) -> list[str]:

@@ -1,18 +1,23 @@
-"""Page and recording of `stribeck replay`: errors per joint and model, and torques and positions over time."""
+"""Page of `stribeck replay`, with torques and positions over time, and recordings of them for the Rerun viewer."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
 from itertools import zip_longest
 from pathlib import Path, PurePath
 
 import numpy as np
 
-from stribeck.app.report.charts import Figures, over_time, with_residual
-from stribeck.app.report.page import Section, render, section, write_page
-from stribeck.app.report.recording import Curves
-from stribeck.app.report.text import number, share
-from stribeck.app.report.torques import POINTS
+from stribeck.app.report.charts import POINTS, Figures, over_time, with_residual
+from stribeck.app.report.joints import elapsed, predictions
+from stribeck.app.report.page import Section, number, render, section, share, write_page
+from stribeck.core.base.outputs import whole_or_not_at_all
 from stribeck.core.base.typing import Array
-from stribeck.design import Replay
+from stribeck.core.errors import require_extra
+from stribeck.core.result import Result
+from stribeck.design import Replay, Replayed
+
+Curves = Mapping[tuple[str, str, str], tuple[Array, Array]]
+"""Times from zero [s] and values, shape (N,) each, by joint, quantity and label."""
 
 Legend = Sequence[tuple[str, str]]
 """Color and label of each line."""
@@ -26,37 +31,29 @@ def write_replay(replay: Replay, path: str | Path) -> None:
     # the robot's own model and the other model, each without and with friction
     colours = ["muted", *(["ink"] if replay.models[1].friction else []), "data", "law"]
     legend = list(zip(colours, (model.name for model in replay.models), strict=False))
-    torque = [[model.torque.get(joint) for joint in replay.joints] for model in replay.models]
-    none = [None] * len(replay.horizons)
-    runs = [[model.rollouts.get(joint) or none for joint in replay.joints] for model in replay.models]
-    times = ", ".join(f"{1e3 * horizon:.0f}" for horizon in replay.horizons)
+
+    def torque(model: Replayed, joint: str) -> str:
+        error = model.torque.get(joint)
+        return f"{number(error.rms)} ({share(error.r2, 2)})" if error else "–"
+
+    def velocity(model: Replayed, joint: str) -> str:
+        errors = model.rollouts.get(joint) or [None] * len(replay.horizons)
+        return ", ".join(number(error.relative) if error else "–" for error in errors)
+
     tables = [
-        _table(
-            replay.joints,
-            "Torque error of inverse dynamics",
-            "RMS error in N m, N (R² of the measured torque); motion and torque pass the same filter.",
-            [[f"{number(error.rms)} ({share(error.r2, 2)})" if error else "–" for error in row] for row in torque],
-            legend,
-        ),
-        _table(
-            replay.joints,
-            "Velocity error of short simulations",
-            f"RMS error of the velocity after {times} ms, divided by the RMS change of the measured velocity; above 1, "
-            "a model is worse than a constant velocity.",
-            [[", ".join(number(e.relative) if e else "–" for e in run) for run in row] for row in runs],
-            legend,
-        ),
+        _table(replay, "Torque error of inverse dynamics", torque, legend),
+        _table(replay, "Velocity error of short simulations", velocity, legend),
     ]
     sections = [part for pair in zip_longest(_motion_sections(replay, legend), tables) for part in pair]
     lead = render("replay_heading.html.j2", replay=replay, log=PurePath(replay.log).name or "log in memory")
     write_page(path, f"{replay.robot}: a log replayed", sections, lead=lead)
 
 
-def _table(joints: list[str], title: str, caption: str, cells: list[list[str]], legend: Legend) -> Section:
+def _table(replay: Replay, title: str, cell: Callable[[Replayed, str], str], legend: Legend) -> Section:
     """Render a table of values by model and joint."""
-    rows = list(zip(joints, zip(*cells, strict=True), strict=True))
-    anchor = title.partition(" ")[0].lower()
-    return section(anchor, title, "replay", caption=caption, legend=legend, rows=rows)
+    rows = [(joint, [cell(model, joint) for model in replay.models]) for joint in replay.joints]
+    what = title.partition(" ")[0].lower()
+    return section(what, title, "replay", what=what, horizons=replay.horizons, legend=legend, rows=rows)
 
 
 def _motion_sections(replay: Replay, legend: Legend) -> list[Section | None]:
@@ -69,34 +66,19 @@ def _motion_sections(replay: Replay, legend: Legend) -> list[Section | None]:
     models, legend = [replay.models[k] for k in chosen], [("ink", "measured"), *(legend[k] for k in chosen)]
     if motion is None or min(len(motion.torque_time), len(motion.position_time)) < 2:
         return []
-    torques: Drawn = {
-        f"{joint}: error {' → '.join(number(model.torque[joint].rms, 2) for model in models)} (RMS)": (
-            f"torque [{'N' if joint in motion.prismatic else 'N m'}]",
-            [motion.torque[joint], *(model.predicted[joint] for model in models)],
-        )
-        for joint in replay.joints
-        if all(joint in model.torque for model in models)
-    }
-    time = motion.position_time
-    positions: Drawn = {
-        joint: (
-            f"position [{'m' if joint in motion.prismatic else 'rad'}]",
-            [motion.position[joint], *(pieces(time, *model.positions[joint], replay) for model in models)],
-        )
-        for joint in replay.joints
-        if all(joint in model.positions for model in models)
-    }
-    about = "under the measured torque or the commands; each starts at the measured position and velocity."
-    about = f"Simulations of {1e3 * replay.horizons[-1]:.0f} ms {about}"
+    time, torques, positions = motion.position_time, Drawn(), Drawn()
+    for joint in replay.joints:
+        position_unit, torque_unit = ("m", "N") if joint in motion.prismatic else ("rad", "N m")
+        if all(joint in model.torque for model in models):
+            errors = " → ".join(number(model.torque[joint].rms, 2) for model in models)
+            lines = [motion.torque[joint], *(model.predicted[joint] for model in models)]
+            torques[f"{joint}: error {errors} (RMS)"] = f"torque [{torque_unit}]", lines
+        if all(joint in model.positions for model in models):
+            lines = [motion.position[joint], *(pieces(time, *model.positions[joint], replay) for model in models)]
+            positions[joint] = f"position [{position_unit}]", lines
     return [
-        _over_log(
-            "Torque over the log",
-            "Two charts per joint: torques, and measured torque minus the torque of each model.",
-            motion.torque_time,
-            torques,
-            legend,
-        ),
-        _over_log("Position of short simulations", about, time, positions, legend),
+        _over_log("Torque over the log", motion.torque_time, torques, legend, replay),
+        _over_log("Position of short simulations", time, positions, legend, replay),
     ]
 
 
@@ -123,7 +105,7 @@ def pieces(time: Array, start: Array, position: Array, replay: Replay) -> Array:
     return series
 
 
-def _over_log(title: str, about: str, time: Array, drawn: Drawn, legend: Legend) -> Section | None:
+def _over_log(title: str, time: Array, drawn: Drawn, legend: Legend, replay: Replay) -> Section | None:
     """Render one chart per joint; all charts of a section zoom together."""
     anchor, points = title.partition(" ")[0].lower() + "-over-log", POINTS // max(len(drawn), 1)
     figures: Figures = {}
@@ -131,7 +113,8 @@ def _over_log(title: str, about: str, time: Array, drawn: Drawn, legend: Legend)
         key, chart = f"{anchor}{k}", over_time(time - time[0], label, values, legend, points, anchor)
         pair = with_residual(key, caption, chart, values, np.isfinite(values[0])) if label.startswith("torque") else {}
         figures |= pair or {key: (chart, caption)}
-    return section(anchor, title, "torques", figures, legend=legend, about=about) if figures else None
+    about = {"what": anchor, "last": replay.horizons[-1]}
+    return section(anchor, title, "torques", figures, legend=legend, **about) if figures else None
 
 
 def curves_of_replay(replay: Replay) -> Curves:
@@ -150,3 +133,55 @@ def curves_of_replay(replay: Replay) -> Curves:
                 shown = pieces(motion.position_time, *model.positions[name], replay)
                 curves[name, "position", model.name] = time, shown
     return curves
+
+
+def curves_of_result(result: Result) -> Curves:
+    """Collect torque, friction torque and velocity of each joint with friction, over all logs."""
+    evidence = result.evidence
+    assert evidence is not None  # of an identification
+    samples, curves = evidence.samples, {}
+    time = elapsed(samples)
+    for column, name in enumerate(samples.joint_names):
+        joint = result.joints.get(name)
+        if joint is None or not joint.parameters or samples.torque is None or column >= samples.torque.shape[1]:
+            continue
+        measured, without, predicted = predictions(joint, samples, column)
+        offset = joint.values.get("offset", 0.0)
+        curves[name, "torque", "measured"] = time, measured
+        curves[name, "torque", "without friction"] = time, without
+        curves[name, "torque", "with friction"] = time, predicted
+        curves[name, "friction", "measured"] = time, measured - without + offset
+        curves[name, "friction", "identified"] = time, predicted - without + offset
+        curves[name, "velocity", "measured"] = time, samples.velocity[:, column]
+    return curves
+
+
+def write_recording(curves: Curves, path: Path, name: str) -> None:
+    """Write a recording of this name for the Rerun viewer, completely or not at all.
+
+    Raises
+    ------
+    SettingsError
+        If rerun-sdk is not installed.
+    """
+    require_extra("rerun", "rerun")
+    viewer, blueprint = import_module("rerun"), import_module("rerun.blueprint")
+    tabs = {joint: [kind for tab, kind, _ in curves if tab == joint] for joint, _, _ in curves}
+    views = [
+        blueprint.Vertical(
+            *(blueprint.TimeSeriesView(name=k, origin=_path(joint, k)) for k in dict.fromkeys(kinds)), name=joint
+        )
+        for joint, kinds in tabs.items()
+    ]
+    with whole_or_not_at_all(path) as temporary, viewer.RecordingStream("stribeck") as recording:
+        recording.send_recording_name(name)
+        recording.save(str(temporary), default_blueprint=blueprint.Blueprint(blueprint.Tabs(*views)))
+        for key, (time, values) in curves.items():
+            index = viewer.TimeColumn("log", duration=time)
+            recording.send_columns(_path(*key), indexes=[index], columns=viewer.Scalars.columns(scalars=values))
+        recording.flush()
+        recording.disconnect()
+
+
+def _path(*parts: str) -> str:
+    return str(import_module("rerun").new_entity_path(list(parts)))
