@@ -103,23 +103,22 @@ def test_a_single_joint_is_the_number_of_a_message(tmp_path):
     np.testing.assert_allclose(read.torque, LOG.torque, atol=1e-12)
 
 
-def write_json(path, encoding="json"):
+def write_json(path):
     """Write joint states in JSON, as `foxglove.JointStates` on one topic and `sensor_msgs/JointState` on another."""
     with path.open("wb") as file:
         writer = McapWriter(file)
         writer.start()
         kinds = {"/foxglove": "foxglove.JointStates", "/ros": "sensor_msgs/msg/JointState"}
         schemas = {topic: writer.register_schema(kind, "jsonschema", b"{}") for topic, kind in kinds.items()}
-        channels = {topic: writer.register_channel(topic, encoding, schema) for topic, schema in schemas.items()}
+        channels = {topic: writer.register_channel(topic, "json", schema) for topic, schema in schemas.items()}
         for row, stamp in enumerate(STAMPS.tolist()):
-            late = {"sec": stamp // 10**9, "nsec": stamp % 10**9}
-            values = {"position": LOG.position[row], "velocity": LOG.velocity[row], "effort": LOG.torque[row]}
-            lists = {key: value.tolist() for key, value in values.items()}
-            joints = [{"name": n} | {key: own[k] for key, own in lists.items()} for k, n in enumerate(LOG.joint_names)]
-            header = {"stamp": {"sec": late["sec"], "nanosec": late["nsec"]}}
+            sec, nsec = divmod(stamp, 10**9)
+            arrays = {"position": LOG.position, "velocity": LOG.velocity, "effort": LOG.torque}
+            lists = {"name": list(LOG.joint_names)} | {key: values[row].tolist() for key, values in arrays.items()}
+            joints = [dict(zip(lists, joint, strict=True)) for joint in zip(*lists.values(), strict=True)]
             messages = {
-                "/foxglove": {"timestamp": late, "joints": joints},
-                "/ros": {"header": header, "name": list(LOG.joint_names), **lists},
+                "/foxglove": {"timestamp": {"sec": sec, "nsec": nsec}, "joints": joints},
+                "/ros": {"header": {"stamp": {"sec": sec, "nanosec": nsec}}, **lists},
             }
             for topic, message in messages.items():
                 writer.add_message(channels[topic], stamp + 7_000_000, json.dumps(message).encode(), stamp)

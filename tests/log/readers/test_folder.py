@@ -112,7 +112,7 @@ REFUSED: list[Any] = [
      {"position.csv": LOG.position, "torque.csv": LOG.torque[:9], "time.csv": LOG.time[:, None]}, {},
      r"torque\.csv: has 9 rows and no time, but 'time.csv' has 200; expected as many"),
     ("a misspelled name", both(), {"position": {"name": ["position.hip", "position.kne"]}}, "is .position.kne."),
-    ("the same joints twice", both(arms={"time": LOG.time, "torque.hip": LOG.time}), {}, "one column for 'hip'"),
+    ("the same joints twice", both(arms={"time": LOG.time, "torque.hip": LOG.time}), {}, "same joints is in 'arms"),
     ]  # fmt: skip
 
 

@@ -18,7 +18,7 @@ from stribeck.core.errors import LogError, listed
 from stribeck.core.log.channels import CHANNELS, FOOT_CHANNELS, JOINT_CHANNELS, WRENCH, widened
 from stribeck.core.log.storage import BLOCK_ROWS, allocate, check_size
 from stribeck.core.settings import LogTable
-from stribeck.io.readers.aliases import alias_note, find_aliases
+from stribeck.io.readers.mapping import alias_note, asked_names, find_aliases
 from stribeck.io.readers.recording import Channel, Loaded, Recording, Wanted, foreign
 
 WORDS = ("joint_names", "foot_names", "torque_source")
@@ -57,12 +57,7 @@ def open_npz(path: Path, table: LogTable) -> Recording:
             archive.open(member).close()  # checks that its header has the same name as the directory
         members = [name for name in archive.namelist() if name.endswith(".npy")]
         arrays = {name.removesuffix(".npy"): _open_member(path, archive, name) for name in members}
-        stored = {name: arrays[name] for name in WORDS if name in arrays}
-        check_size(str(path), sum(array.size for array in stored.values()))
-        words = {name: _texts(array.read(), name, path) for name, array in stored.items()}
-        if not arrays:
-            raise LogError(f"{path}: contains no arrays; expected at least 'position' and 'torque'")
-    return source_of_arrays(str(path), "NumPy .npz", arrays, words, table)
+    return source_of_arrays(str(path), "NumPy .npz", arrays, {}, table)
 
 
 def _open_member(path: Path, archive: zipfile.ZipFile, member: str) -> StoredArray:
@@ -81,10 +76,8 @@ def _open_member(path: Path, archive: zipfile.ZipFile, member: str) -> StoredArr
 def _read_header(file: IO[bytes]) -> tuple[tuple[int, ...], np.dtype[Any]]:
     """Read an array's header, which may claim to be gigabytes long."""
     start = io.BytesIO(file.read(1 << 16))
-    version = np.lib.format.read_magic(start)
-    if version not in ((1, 0), (2, 0)):
-        raise ValueError(f"array format {version} is not supported")
-    read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    first = np.lib.format.read_magic(start) == (1, 0)
+    read = np.lib.format.read_array_header_1_0 if first else np.lib.format.read_array_header_2_0
     shape, _, dtype = read(start)
     file.seek(start.tell())
     return shape, dtype
@@ -112,12 +105,7 @@ def open_hdf5(path: Path, table: LogTable) -> Recording:
             for name, node in datasets(file, path).items()
             if node.shape is not None
         }
-        check_size(str(path), sum(arrays[name].size for name in WORDS if name in arrays))
-        texts = {name: file[name][()] for name in WORDS if name in arrays}
-        texts |= {name: file.attrs[name] for name in WORDS if name in file.attrs}
-        words = {name: _texts(values, name, path) for name, values in texts.items()}
-    if not arrays:
-        raise LogError(f"{path}: contains no datasets; expected at least 'position' and 'torque'")
+        words = {name: _texts(file.attrs[name], name, str(path)) for name in WORDS if name in file.attrs}
     return source_of_arrays(str(path), "HDF5", arrays, words, table)
 
 
@@ -138,7 +126,7 @@ def datasets(file: h5py.File, path: Path) -> dict[str, h5py.Dataset]:
     return nodes
 
 
-def _texts(values: object, name: str, path: Path) -> tuple[str, ...]:
+def _texts(values: object, name: str, path: str) -> tuple[str, ...]:
     """Convert an array of text, or a single text, to strings."""
     flat = np.ravel(np.asarray(values, dtype=object))
     if not all(isinstance(value, (bytes, str)) and len(value) <= 1000 for value in flat):
@@ -149,7 +137,13 @@ def _texts(values: object, name: str, path: Path) -> tuple[str, ...]:
 def source_of_arrays(
     path: str, what: str, arrays: Mapping[str, StoredArray], words: Mapping[str, tuple[str, ...]], table: LogTable
 ) -> Recording:
-    """Make the recording of a file with these arrays and texts (see `WORDS`); `what` is its format, for messages."""
+    """Make the recording of a file of arrays, and of `words` (see `WORDS`) that are no arrays; `what` is its format."""
+    if not arrays:
+        raise LogError(f"{path}: contains no arrays; expected at least 'position' and 'torque'")
+    stored_words = {name: arrays[name] for name in WORDS if name in arrays}
+    check_size(path, sum(array.size for array in stored_words.values()))
+    with foreign(path, what):
+        words = {name: _texts(array.read(), name, path) for name, array in stored_words.items()} | {**words}
     offers = {
         key: array.columns
         for key, array in arrays.items()
@@ -159,9 +153,6 @@ def source_of_arrays(
     used = {name: _find_names(name, arrays, table, aliases.get(name, name), path) for name in CHANNELS}
     used = {name: keys for name, keys in used.items() if keys}
     parts = {name: [arrays[key] for key in keys] for name, keys in used.items()}
-    for name, keys in used.items():
-        for key in keys:
-            _check(arrays[key], key, name, path)
 
     def load(wanted: Wanted) -> Loaded:
         check_size(path, sum(part.size for name in wanted for part in parts[name]))
@@ -187,14 +178,13 @@ def source_of_arrays(
 
 def _find_names(channel: str, arrays: Mapping[str, StoredArray], table: LogTable, usual: str, path: str) -> list[str]:
     """Find the arrays of a channel: as `[log]` names them, or by the standard or alternative name."""
-    asked = getattr(table, channel).name
-    if asked is None:
-        return [usual] if usual in arrays else []
-    names = [asked] if isinstance(asked, str) else list(asked)
+    names = asked_names(table, channel) or [usual] * (usual in arrays)
     if missing := [name for name in names if name not in arrays]:
         raise LogError(
             f"{path}: [log.{channel}] name lists array {listed(missing)}; the file contains {listed(list(arrays))}"
         )
+    for name in names:
+        _check(arrays[name], name, channel, path)
     return names
 
 

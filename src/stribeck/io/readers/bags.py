@@ -24,22 +24,16 @@ from rosbags.interfaces import Connection
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from stribeck.core.errors import LogError
+from stribeck.core.errors import LogError, listed
 from stribeck.core.log.storage import IN_MEMORY_LIMIT, check_size
 from stribeck.core.settings import LogTable
-from stribeck.io.readers.fields import asked_fields
-from stribeck.io.readers.join import NANO, join
-from stribeck.io.readers.messages import DEFINITIONS, JOINT_TYPES, READ
-from stribeck.io.readers.recording import Loaded, Recording, foreign
-from stribeck.io.readers.topics import Messages, Topics, collect
+from stribeck.io.readers.join import NANO, Stream, join
+from stribeck.io.readers.messages import DEFINITIONS, JOINT_TYPES, READ, open_protobuf
+from stribeck.io.readers.recording import Loaded, Recording, Wanted, foreign
+from stribeck.io.readers.topics import Messages, Topics, asked_fields, collect
 
-ENCODINGS = ("cdr", "ros1", "json")
+ENCODINGS = ("cdr", "ros1", "json", "protobuf")
 """Encodings of MCAP messages that are read."""
-
-
-def bags_in(path: Path) -> list[Path]:
-    """List the files of a rosbag2 folder without metadata."""
-    return sorted(file for file in path.iterdir() if file.suffix.lower() in (".db3", ".mcap") and file.is_file())
 
 
 def open_bag(path: Path, table: LogTable) -> Recording:
@@ -54,7 +48,20 @@ def open_bag(path: Path, table: LogTable) -> Recording:
     read = _read_folder if path.is_dir() else _read_mcap if path.suffix.lower() == ".mcap" else _read_rosbag
     with foreign(str(path), "a bag"):
         streams = collect(read(path, topics), str(path), topics)
-    return join(str(path), streams, tuple(topics.others), table, JOINT_TYPES)
+    return _join(streams, str(path), topics, table)
+
+
+def _join(streams: list[Stream], path: str, topics: Topics, table: LogTable) -> Recording:
+    """Make the recording of the streams of a bag; without joints, it only lists their topics."""
+    joints = any(stream.kind == "joints" for stream in streams)
+    for topic, error in topics.refused.items():
+        if topic in topics.fields or not joints:
+            raise error
+    if joints:
+        return join(path, streams, (*topics.others, *topics.refused), table)
+    names = dict.fromkeys([*(stream.topic for stream in streams), *topics.others])
+    types = f"messages of type {listed(JOINT_TYPES)}, or numbers in other messages as '<topic>.<field>'"
+    return Recording(path=path, channels={}, load=lambda _: ({}, []), others=(*names,), expected={"position": types})
 
 
 def open_parts(path: Path, table: LogTable, seconds: float) -> Iterator[Recording]:
@@ -69,9 +76,16 @@ def open_parts(path: Path, table: LogTable, seconds: float) -> Iterator[Recordin
     name, source = ("standard input", Path("/dev/stdin")) if str(path) == "-" else (str(path), path)
 
     def recording() -> Recording:
-        streams = collect(iter(part), name, topics)
-        log = join(name, streams, tuple(topics.others), table, JOINT_TYPES)
-        return replace(log, load=lambda wanted: _count_from(first, log.load(wanted)))
+        log = _join(collect(iter(part), name, topics), name, topics, table)
+
+        def load(wanted: Wanted) -> Loaded:
+            columns, notes = log.load(wanted)
+            if "time" in columns:
+                first.append(int(columns["time"].flat[0]))
+                columns["time"] = columns["time"].astype(np.int64) - first[0]
+            return columns, notes
+
+        return replace(log, load=load)
 
     with foreign(name, "MCAP"):
         for message in _read_mcap(source, topics):
@@ -83,23 +97,14 @@ def open_parts(path: Path, table: LogTable, seconds: float) -> Iterator[Recordin
             yield recording()
 
 
-def _count_from(first: list[int], loaded: Loaded) -> Loaded:
-    """Subtract the first stamp of a stream, which the first part adds to the list, from loaded stamps."""
-    columns, notes = loaded
-    if "time" in columns:
-        stamps = columns["time"].astype(np.int64)
-        first += [] if first else [int(stamps.flat[0])]
-        columns = {**columns, "time": stamps - first[0]}
-    return columns, notes
-
-
 def _read_folder(path: Path, topics: Topics) -> Messages:
     """Read the messages of a rosbag2; compressed files or messages are unpacked within bounds."""
     metadata = path / "metadata.yaml"
     text = metadata.read_text(encoding="utf-8", errors="replace") if metadata.is_file() else None
     pattern = r"""^\s*-\s+(?:path:\s+)?["']?(.+?\.(?:db3|mcap)(?:\.zstd)?)["']?\s*$"""
     names = dict.fromkeys(re.findall(pattern, text or "", re.MULTILINE))
-    named = bags_in(path) if text is None else [path / PurePath(name).name for name in names]
+    here = sorted(file for file in path.iterdir() if file.suffix.lower() in (".db3", ".mcap") and file.is_file())
+    named = here if text is None else [path / PurePath(name).name for name in names]
     files = [file for file in named if file.exists() or ".mcap" not in file.suffixes] or named  # a part of a recording
     if not files:
         raise ValueError("metadata.yaml names no files")
@@ -116,13 +121,11 @@ def _read_folder(path: Path, topics: Topics) -> Messages:
 
 def _unpack_file(packed: Path, target: Path) -> Path:
     """Unpack a file to a target, and return the target; refuse it as soon as it is far too large."""
-    size = 0
     with packed.open("rb") as file, target.open("wb") as out:
         unpacker = zstandard.ZstdDecompressor(max_window_size=IN_MEMORY_LIMIT)
         stream = unpacker.stream_reader(file, read_across_frames=True)
         while block := stream.read(1 << 20):
-            size += len(block)
-            check_size(str(packed), size)
+            check_size(str(packed), out.tell() + len(block))
             out.write(block)
     return target
 
@@ -194,14 +197,15 @@ def _read_mcap(path: Path, topics: Topics, unpack: Callable[[bytes], bytes] = by
     for record in _read_records(path):
         if isinstance(record, Schema):
             schemas[record.id] = record
-        elif isinstance(record, Channel):
-            schema = schemas.get(record.schema_id)
-            name = schema.name if schema else ""
-            name = name.replace("/", "/msg/") if name.count("/") == 1 else name  # ROS 1 omits the middle part
-            if record.id not in channels:
-                channels[record.id] = (record.topic, name, _find_decoder(schema, name, record.message_encoding))
-                if topics.uses(record.topic, name) and record.message_encoding not in ENCODINGS:
-                    topics.others[f"{record.topic} in {record.message_encoding}, which is not read"] = None
+        elif isinstance(record, Channel) and record.id not in channels:
+            topic, encoding, name, decoder = record.topic, record.message_encoding, "", None
+            try:
+                name, decoder = _find_decoder(schemas.get(record.schema_id), encoding)
+            except LogError as error:
+                topics.refused[topic] = LogError(f"{path}: topic '{topic}' {error}")
+            if topics.uses(topic, name) and encoding not in ENCODINGS:
+                topics.others[f"{topic} in {encoding}, which is not read"] = None
+            channels[record.id] = topic, name, decoder
         elif isinstance(record, Message):
             topic, name, decode = channels[record.channel_id]
             if decode is None:
@@ -212,16 +216,19 @@ def _read_mcap(path: Path, topics: Topics, unpack: Callable[[bytes], bytes] = by
                 topics.add(topic, partial(decode, unpack(record.data), name))
 
 
-def _find_decoder(schema: Schema | None, name: str, encoding: str) -> Callable[[bytes, str], object] | None:
-    """Find the function that decodes messages; None if their encoding or type is unknown."""
+def _find_decoder(schema: Schema | None, encoding: str) -> tuple[str, Callable[[bytes, str], object] | None]:
+    """Find the type of messages, and the function that decodes them; None if their encoding or type is unknown."""
+    name = schema.name if schema else ""
+    name = name.replace("/", "/msg/") if name.count("/") == 1 else name  # ROS 1 omits the middle part
     if encoding == "json":
-        return lambda data, _: json.loads(data, object_hook=lambda values: SimpleNamespace(**values))
-    if schema is None or encoding not in ENCODINGS:
-        return None
+        return name, lambda data, _: json.loads(data, object_hook=lambda values: SimpleNamespace(**values))
+    if schema and encoding == "protobuf":
+        return open_protobuf(schema)
     with suppress(Exception) if name not in READ else nullcontext():  # definitions that are not used may be wrong
-        store = _find_store(schema, name, encoding)
-        return store.deserialize_cdr if encoding == "cdr" else store.deserialize_ros1
-    return None
+        if schema and encoding in ENCODINGS:
+            store = _find_store(schema, name, encoding)
+            return name, store.deserialize_cdr if encoding == "cdr" else store.deserialize_ros1
+    return name, None
 
 
 def _read_records(path: Path) -> Iterator[McapRecord]:
@@ -238,10 +245,7 @@ def _read_records(path: Path) -> Iterator[McapRecord]:
 
 def _unpack_chunk(chunk: Chunk, path: Path) -> Chunk:
     """Unpack a chunk, at most to the size that it declares."""
-    if chunk.uncompressed_size > IN_MEMORY_LIMIT:
-        raise LogError(
-            f"{path}: has a chunk of {chunk.uncompressed_size:.2g} bytes; expected at most {IN_MEMORY_LIMIT:.2g}"
-        )
+    check_size(str(path), chunk.uncompressed_size)
     unpack: dict[str, Callable[[bytes, int], bytes]] = {
         "zstd": _unpack,
         "lz4": lambda data, most: lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=most),

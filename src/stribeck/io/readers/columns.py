@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 from stribeck.core.base.typing import Array, IntArray
 from stribeck.core.errors import LogError, listed
 from stribeck.core.log.channels import CHANNELS, JOINT_CHANNELS
-from stribeck.core.log.interpolation import bridges, linear, previous
 from stribeck.core.log.storage import allocate, check_size
 from stribeck.core.settings import LogTable
-from stribeck.io.readers.aliases import alias_note, find_aliases
+from stribeck.io.readers.mapping import alias_note, find_aliases, resample
 from stribeck.io.readers.recording import Arrays, Channel, Loaded, Recording, Wanted
 
 NUMBER = r"[._]?(?:(\d+)|\[(\d+)\])"
@@ -212,9 +211,8 @@ def _on_one_clock(arrays: Arrays, notes: Sequence[str]) -> Loaded:
         for column, rows in zip(range(arrays[name].shape[1]), known[name].T, strict=True):
             times, values = time[rows], np.asarray(arrays[name], dtype=np.float64)[rows, column, None]
             if len(times) > 1:
-                moved = (previous if name == "contact" else linear)(time[lead], times, values)
-                moved[bridges(time[lead], times, 3 * float(np.median(np.diff(times))))] = np.nan
-                result[name][:, column] = moved[:, 0]
+                longest = 3 * float(np.median(np.diff(times)))
+                result[name][:, column] = resample(name, time[lead], times, values, longest)[:, 0]
     return result, [*notes, f"Interpolated to the {lead.sum()} rows with positions: {', '.join(apart)}."]
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +12,10 @@ from stribeck.core.errors import LogError, listed
 from stribeck.core.log.channels import CHANNELS
 from stribeck.core.log.clock import TIME
 from stribeck.core.settings import LogTable
-from stribeck.io.readers.aliases import ALIASES
 from stribeck.io.readers.columns import group_of, source_of_columns
-from stribeck.io.readers.join import KINDS, NANO, Stream, fast_enough, load_on_one_clock
-from stribeck.io.readers.recording import Channel, Recording, foreign
+from stribeck.io.readers.join import KINDS, NANO, Stream, join
+from stribeck.io.readers.mapping import ALIASES, asked_names
+from stribeck.io.readers.recording import Recording, foreign
 from stribeck.io.readers.tables import csv_table, find_layout, is_data, parquet_table
 
 USUAL = {*CHANNELS, *(name for names in ALIASES.values() for name in names)}
@@ -56,57 +55,32 @@ def open_folder(path: Path, table: LogTable) -> Recording:
     files = [_read(file, table) for file in paths]
     names = [name for file in files for name in file.columns]
     for channel in CHANNELS[1:]:  # without time
-        asked = getattr(table, channel).name or []
-        exact, asked = isinstance(asked, list), [asked] if isinstance(asked, str) else asked
-        if absent := [name for name in asked if not _offers([name] if exact else name, names)]:
+        exact = isinstance(getattr(table, channel).name, list)
+        if absent := [name for name in asked_names(table, channel) if not _offers([name] if exact else name, names)]:
             raise LogError(f"{path}: [log.{channel}] name is {listed(absent)}; expected a name of {listed(names)}")
     timed = any(file.stamps is not None for file in files)
     clock = next((file for file in files if file.stamps is not None and Path(file.name).stem == "time"), None)
-    notes = list(dict.fromkeys(note for file in files for note in file.notes))
-    streams: list[Stream] = []
-    parts: dict[str, list[tuple[Stream, str, int]]] = {}
-    for file in files:
-        for stream in _make_streams(file, clock, files, path):
-            streams.append(stream)
-            for channel in stream.values:
-                parts.setdefault(channel, []).extend((stream, label, k) for k, label in enumerate(file.labels[channel]))
-    for channel in parts:
-        _require_names(channel, files, path)
-    kept, slow = fast_enough(streams)
-    columns = {name: [part for part in offered if part[0] in kept] for name, offered in parts.items()}
-    columns = {channel: offered for channel, offered in columns.items() if offered}
-    places = {name: [(stream, k) for stream, _, k in entries] for name, entries in columns.items()}
+    streams = [stream for file in files for stream in _make_streams(file, clock, files, path)]
+    for channel in KINDS:
+        holders = {file.name: file.labels[channel] for file in files if channel in file.labels}
+        if len(set[str]().union(*holders.values())) < sum(map(len, holders.values())):  # nameless columns are numbered
+            same = f"'{channel}' of the same joints is in {listed(list(holders))}"
+            raise LogError(f"{path}: {same}; expected one recording, and each joint in one file per channel")
     idle = [file.name for file in files if not file.labels and file is not clock]
-    return Recording(
-        path=str(path),
-        channels=({"time": Channel(1)} if timed else {})
-        | {name: Channel(len(entries), tuple(label for _, label, _ in entries)) for name, entries in columns.items()},
-        load=partial(load_on_one_clock, places, table, str(path), [*notes, *slow]),
-        others=(*dict.fromkeys(name for file in files for name in file.others), *idle),
-        time_unit="ns",
-    )
-
-
-def _require_names(channel: str, files: Sequence[_File], path: Path) -> None:
-    """Refuse a channel that is in several files if one of them does not name its columns."""
-    holders = {file.name: file.labels[channel] for file in files if channel in file.labels}
-    nameless = [name for name, labels in holders.items() if all(label.isdecimal() for label in labels)]
-    if nameless and len(holders) > 1:
-        raise LogError(
-            f"{path}: '{channel}' is in {listed(list(holders))}, but the columns of '{nameless[0]}' have no names; "
-            "expected joint names, or one file per channel"
-        )
+    others = [*dict.fromkeys(name for file in files for name in file.others), *idle]
+    remarks = dict.fromkeys(note for file in files for note in file.notes)
+    here = {name: getattr(table, name).model_copy(update={"name": None}) for name in CHANNELS}  # names are of columns
+    source = join(str(path), streams, others, table.model_copy(update=here), remarks=[*remarks])
+    return replace(source, channels={name: own for name, own in source.channels.items() if timed or name != "time"})
 
 
 def _make_streams(file: _File, clock: _File | None, files: Sequence[_File], path: Path) -> Iterator[Stream]:
-    """Make one stream per kind of channels in a file."""
+    """Make one stream per channel of a file."""
     if file.labels and not file.rows:
         raise LogError(f"{path / file.name}: has column names but no rows; expected one row per sample")
     stamps = file.stamps if file.stamps is not None else _find_stamps(file, clock, files, path)
-    kinds = KINDS | {"temperature": "slow"}
-    for kind in dict.fromkeys(kinds[channel] for channel in file.labels):
-        values = {channel: array for channel, array in file.values.items() if kinds[channel] == kind}
-        yield Stream(file.name, "table", kind, (), stamps, values)
+    for channel, labels in file.labels.items():
+        yield Stream(file.name, "table", labels, stamps, {channel: file.values[channel]})
 
 
 def _read(path: Path, settings: LogTable) -> _File:

@@ -19,7 +19,7 @@ from stribeck.io.readers.recording import Recording, foreign
 from stribeck.io.readers.tables import parquet_table
 
 INFO = Path("meta", "info.json")
-STATE = "observation.state"
+STATE, STAMP = "observation.state", "timestamp"
 _SHORT = {"position": "state pos", "velocity": "vel", "acceleration": "acc", "torque": "eff effort"}
 _SHORT |= {"temperature": "temp"}
 ENDINGS = {word: channel for channel, words in _SHORT.items() for word in (channel, *words.split())}
@@ -45,11 +45,10 @@ def open_lerobot(path: Path, table: LogTable) -> Recording:
     whole = replace(
         tables[0],
         path=str(path),
-        names=list(stored) + ["time"] * (time is not None),
-        places=places | {"time": ("time", None)} if time is not None else places,
+        names=list(stored),
+        places=places,
         rows=sum(part.rows for part in tables),
         read=partial(_read, tables, time),
-        kind=lambda name: pa.float64() if name == "time" and time is not None else tables[0].kind(name),
         on_disk=False,
     )
     notes = [f"{episodes} episodes were concatenated, with a pause between them."][: max(0, episodes - 1)]
@@ -61,7 +60,7 @@ def open_lerobot(path: Path, table: LogTable) -> Recording:
     source = source_of_columns(whole, table, notes)
     return replace(
         source,
-        others=tuple(name for name in source.others if name not in ("timestamp", "frame_index", "episode_index")),
+        others=tuple(name for name in source.others if name not in ("frame_index", "episode_index")),
         expected={
             "position": f"numbers in '{STATE}', named '<joint>.pos' or like the joints",
             "torque": f"a feature 'observation.effort', or names '<joint>.effort' in '{STATE}', present if the "
@@ -137,7 +136,7 @@ def _list_names(feature: Mapping[str, Any]) -> tuple[str, ...]:
 
 def _concatenate_time(tables: Sequence[OpenedTable], table: LogTable) -> tuple[Array | None, int]:
     """Compute time [s] of all rows, with a pause between episodes, and count the episodes."""
-    wanted = ["timestamp", "episode_index"]
+    wanted = [STAMP, "episode_index"]
     if not set(wanted) <= set(tables[0].names):
         return None, 1
     batches = [batch for batch in _read(tables, None, wanted, wanted) if batch.num_rows]
@@ -155,10 +154,12 @@ def _concatenate_time(tables: Sequence[OpenedTable], table: LogTable) -> tuple[A
 def _read(
     tables: Sequence[OpenedTable], time: Array | None, columns: list[str], free: Collection[str]
 ) -> Iterator[pa.RecordBatch]:
-    """Read columns of all files one after the other, with the computed time."""
-    stored = [name for name in columns if name != "time" or time is None]
+    """Read columns of all files one after the other, with the computed time as the timestamp."""
     row = 0
     for table in tables:
-        for batch in table.read(stored or [table.places[table.names[0]][0]], free):
-            yield batch if time is None else batch.append_column("time", pa.array(time[row : row + batch.num_rows]))
+        for batch in table.read(columns, free):
+            if time is not None and STAMP in columns:
+                stamps = pa.array(time[row : row + batch.num_rows])
+                batch = batch.set_column(batch.schema.get_field_index(STAMP), STAMP, stamps)
+            yield batch
             row += batch.num_rows

@@ -1,8 +1,8 @@
-"""Application of the `[log]` tables: units, signs, orders and delays."""
+"""Application of the `[log]` tables: names, units, signs, orders, delays and other clocks."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stribeck.core.base.typing import Array
 from stribeck.core.errors import LogError, SettingsError, listed
-from stribeck.core.log.channels import ANGLE, CHANNELS, SPEED, TURN
+from stribeck.core.log.channels import ANGLE, CHANNELS, SPEED, TURN, VECTOR_CHANNELS
 from stribeck.core.log.clock import TIME, longest_step, refuse_wrong_time
 from stribeck.core.log.interpolation import bridges, linear, previous, slerp
 from stribeck.core.settings import ChannelTable, LogTable, PerJoint
@@ -35,7 +35,49 @@ UNITS: dict[str, dict[str, float]] = {
     "foot_force": {unit: EFFORT[unit] for unit in ("N", "mN", "kN")},
 }
 """Units of each channel in a log, with factors to SI."""
-IMU = ("base_orientation", "angular_velocity", "linear_acceleration")
+ALIASES = {
+    "time": ("t", "timestamp", "timestamps", "stamp", "stamps"),
+    "position": ("q", "positions", "joint_position", "joint_positions", "joint_pos"),
+    "velocity": ("qd", "dq", "qdot", "velocities", "joint_velocity", "joint_velocities", "joint_vel"),
+    "acceleration": ("qdd", "ddq", "qddot", "accelerations", "joint_acceleration", "joint_accelerations"),
+    "torque": ("tau", "effort", "efforts", "torques", "joint_torque", "joint_torques", "joint_effort", "joint_efforts"),
+}
+"""Channel -> its other names. Quaternions and IMU signals have none, because names do not define their order and frame.
+"""
+
+
+def asked_names(table: LogTable, channel: str) -> list[str]:
+    """List the names that `[log]` gives to a channel."""
+    name = getattr(table, channel).name or []
+    return [name] if isinstance(name, str) else name
+
+
+def find_aliases(table: LogTable, offers: Mapping[str, int]) -> dict[str, str]:
+    """Find the alternative names of channels in a log: {channel: name}.
+
+    A name counts if it is the only alternative, and neither the channel's standard name nor a setting locates the
+    channel. Optional channels must also have as many columns as the position.
+
+    Parameters
+    ----------
+    offers
+        {name in the log: its number of columns}.
+    """
+    aliases: dict[str, str] = {}
+    for channel, names in ALIASES.items():
+        matches = [name for name in names if name in offers]
+        if channel in offers or getattr(table, channel).name is not None or len(matches) != 1:
+            continue
+        positions = offers.get(aliases.get("position", "position"))
+        if channel in ("time", "position", "torque") or offers[matches[0]] == positions:
+            aliases[channel] = matches[0]
+    return aliases
+
+
+def alias_note(aliases: Mapping[str, str]) -> list[str]:
+    """Note the alternative names that are used."""
+    pairs = ", ".join(f"'{name}' as {channel}" for channel, name in aliases.items())
+    return [f"Alternative names in the log: {pairs}."] if aliases else []
 
 
 def check_table(table: LogTable, where: str) -> None:
@@ -56,7 +98,7 @@ def check_table(table: LogTable, where: str) -> None:
             )
         if settings.unwrap and name not in unwrapped:
             raise SettingsError(f"{where}: [log.{name}] unwrap is set; only {listed(unwrapped)} can be unwrapped")
-        for key, known in (("order", IMU[:1]), ("mount", IMU)):
+        for key, known in (("order", ("base_orientation",)), ("mount", (*VECTOR_CHANNELS,))):
             if getattr(settings, key) is not None and name not in known:
                 raise SettingsError(f"{where}: [log.{name}] {key} is set; only {listed(known)} can have it")
         by_joint = any(isinstance(value, list | dict) for value in (settings.scale, settings.offset))
@@ -183,16 +225,23 @@ def advance(channels: dict[str, Array], time: Array, table: LogTable, path: str)
         raise LogError(f"{path}: has {len(clock)} samples; a delay needs at least two")
     longest = longest_step(float(np.median(np.diff(clock))), table.max_gap)
     for name, delay in delays.items():
-        query, source = time + delay, channels[name][known]
-        if name == "contact":
-            channels[name] = np.asarray(previous(query, clock, source), dtype=np.float64)
-            continue
-        moved = slerp(query, clock, source) if name == "base_orientation" else linear(query, clock, source)
-        moved[bridges(query, clock, longest)] = np.nan
-        channels[name] = moved
+        channels[name] = resample(name, time + delay, clock, channels[name][known], longest)
     start, stop = clock[0] - min(0.0, *delays.values()), clock[-1] - max(0.0, *delays.values())
     rows = np.flatnonzero(known & (time >= start) & (time <= stop))
     if not rows.size:
         raise LogError(f"{path}: is {clock[-1] - clock[0]:.6g} s long, shorter than the delays {delays} of [log]")
     text = ", ".join(f"{name} by {1e3 * delay:g} ms" for name, delay in delays.items())
     return slice(int(rows[0]), int(rows[-1]) + 1), [f"Delays removed by interpolation: {text}."]
+
+
+def resample(channel: str, query: Array, time: Array, values: Array, longest: float, *, held: bool = False) -> Array:
+    """Interpolate samples, shape (N, k), at other times, shape (T,); NaN between samples farther apart than `longest`.
+
+    Flags, and any channel that is `held`, keep the last value instead.
+    """
+    held = held or channel == "contact"
+    between = previous if held else slerp if channel == "base_orientation" else linear
+    result = np.asarray(between(query, time, values), dtype=np.float64)
+    if not held:
+        result[bridges(query, time, longest)] = np.nan
+    return result

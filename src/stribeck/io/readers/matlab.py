@@ -17,8 +17,8 @@ from stribeck.core.base.typing import Array
 from stribeck.core.errors import LogError
 from stribeck.core.log.storage import check_size
 from stribeck.core.settings import LogTable
-from stribeck.io.readers.aliases import ALIASES
 from stribeck.io.readers.arrays import WORDS, StoredArray, datasets, source_of_arrays
+from stribeck.io.readers.mapping import ALIASES, asked_names
 from stribeck.io.readers.recording import Recording, foreign
 from stribeck.io.readers.yarp import is_telemetry, open_telemetry
 
@@ -53,8 +53,8 @@ def open_matlab(path: Path, table: LogTable) -> Recording:
         whole = {name: partial(_read_whole, str(path), variable) for name, variable in variables.items()}
         with foreign(str(path), "a log of YARP"):
             return open_telemetry(str(path), whole, texts, table)
-    asked = table.time.name or ("time", *ALIASES["time"])
-    time = next((name for name in ([asked] if isinstance(asked, str) else asked) if name in variables), None)
+    asked = asked_names(table, "time") or ("time", *ALIASES["time"])
+    time = next((name for name in asked if name in variables), None)
     lengths = Counter(max(variable.shape) for variable in variables.values())
     common = (length for length, count in lengths.items() if count > 1)  # shared by variables
     samples = max(variables[time].shape) if time else max(common, default=max(lengths))
@@ -123,23 +123,18 @@ def _read_before_7_3(path: Path) -> Contents:
 
 def _measure(path: Path) -> int:
     """Compute the unpacked size [bytes] of the variables of a file of version 5 to 7."""
-    size, total = path.stat().st_size, 0
+    total = 0
     with path.open("rb") as file:
         order = "<" if file.read(128)[126:] == b"IM" else ">"
         while len(tag := file.read(8)) == 8:
             kind, length = (int(word) for word in np.frombuffer(tag, dtype=f"{order}u4"))
             following = file.tell() + length
             if kind == 15:  # compressed
-                unpacker, rest = zlib.decompressobj(), length
-                while rest > 0 and not unpacker.eof:
-                    data = file.read(min(rest, 1 << 20))
-                    rest -= len(data)
-                    while data and not unpacker.eof:
-                        total += len(unpacker.decompress(data, 1 << 20))
-                        data = unpacker.unconsumed_tail
-                    if not data and file.tell() >= size:
-                        break
+                unpacker, data = zlib.decompressobj(), file.read(length)
+                while data and not unpacker.eof:
+                    total += len(unpacker.decompress(data, 1 << 26))
                     check_size(str(path), total)
+                    data = unpacker.unconsumed_tail
             file.seek(following)
     return total
 

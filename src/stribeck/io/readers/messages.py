@@ -1,29 +1,36 @@
-"""Content of each message type: joints, IMU, wrench or flag."""
+"""Content of each message type: joints, IMU, wrench or flag; also of types in protobuf that have the same fields."""
 
 import tomllib
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, MutableMapping, MutableSequence, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
-from stribeck.core.errors import LogError
+from mcap.records import Schema
+
+from stribeck.core.errors import LogError, one_line
+from stribeck.core.log.channels import VECTOR_CHANNELS
 from stribeck.io.readers.unitree import FEET, MOTOR
 
 
 @dataclass(frozen=True)
 class Part:
-    """Part of a message: kind, joint names, nonempty values by channel."""
+    """Part of a message: joint names, nonempty values by channel."""
 
-    kind: str  # "joints", "imu", "wrench", "force" or "flag"
     labels: tuple[str, ...]
     values: dict[str, Any]
     topic: str = ""  # instead of the message's
 
 
+JOINT_FIELDS = {"position": "position", "velocity": "velocity", "effort": "torque"}
+"""Field of a message of joints -> channel."""
+
+
 def _joint_state(message: Any, place: str) -> list[Part]:
     names = tuple(message.name)
-    values = {"position": message.position, "velocity": message.velocity, "torque": message.effort}
+    values = {channel: getattr(message, field, ()) for field, channel in JOINT_FIELDS.items()}
     values = {channel: numbers for channel, numbers in values.items() if len(numbers)}
     refuse_twice(names, place)
     if uneven := [channel for channel, numbers in values.items() if len(numbers) != len(names)]:
@@ -31,7 +38,7 @@ def _joint_state(message: Any, place: str) -> list[Part]:
             f"{place} has {len(names)} joint names and {len(values[uneven[0]])} values of {uneven[0]}; "
             "expected one value per name, or none"
         )
-    return [Part("joints", names, values)]
+    return [Part(names, values)]
 
 
 def refuse_twice(names: Sequence[str], place: str) -> None:
@@ -41,11 +48,11 @@ def refuse_twice(names: Sequence[str], place: str) -> None:
 
 
 def _foxglove_joints(message: Any, place: str) -> list[Part]:
-    names = tuple(joint.name for joint in message.joints)
-    refuse_twice(names, place)
-    channels = {"position": "position", "velocity": "velocity", "torque": "effort"}
-    read = {channel: [getattr(joint, key, None) for joint in message.joints] for channel, key in channels.items()}
-    return [Part("joints", names, {channel: values for channel, values in read.items() if None not in values})]
+    """Read a list of joints, or of sets of joints: versions of the schema differ."""
+    if all(isinstance(joints.name, list) for joints in message.joints):
+        return [part for joints in message.joints for part in _joint_state(joints, place)]
+    lists = {key: [getattr(joint, key, None) for joint in message.joints] for key in ("name", *JOINT_FIELDS)}
+    return _joint_state(SimpleNamespace(**{key: () if None in own else own for key, own in lists.items()}), place)
 
 
 def _dynamic_joint_state(message: Any, place: str) -> list[Part]:
@@ -68,33 +75,27 @@ def _dynamic_joint_state(message: Any, place: str) -> list[Part]:
         if values := {channel: readings[channel] for channel in channels if channel in readings}:
             groups.setdefault(tuple(values), []).append((name, values))
     return [
-        Part(
-            "joints",
-            tuple(name for name, _ in joints),
-            {channel: [values[channel] for _, values in joints] for channel in channels},
-        )
+        Part(tuple(name for name, _ in joints), {key: [values[key] for _, values in joints] for key in channels})
         for channels, joints in groups.items()
     ]
 
 
 def _imu(message: Any, _: str) -> list[Part]:
-    rotation, speed, push = message.orientation, message.angular_velocity, message.linear_acceleration
-    parts = {
-        "base_orientation": (message.orientation_covariance, (rotation.x, rotation.y, rotation.z, rotation.w)),
-        "angular_velocity": (message.angular_velocity_covariance, (speed.x, speed.y, speed.z)),
-        "linear_acceleration": (message.linear_acceleration_covariance, (push.x, push.y, push.z)),
-    }
-    measured = {name: part for name, (covariance, part) in parts.items() if covariance[0] != -1}  # -1: not measured
-    return [Part("imu", (), measured)]
+    measured = {}
+    for channel, axes in VECTOR_CHANNELS.items():
+        field = channel.removeprefix("base_")
+        if hasattr(message, field) and -1 not in getattr(message, f"{field}_covariance", ())[:1]:  # -1: not measured
+            measured[channel] = [getattr(getattr(message, field), axis) for axis in axes]
+    return [Part((), measured)]
 
 
 def _wrench(message: Any, _: str) -> list[Part]:
     force, moment = message.wrench.force, message.wrench.torque
-    return [Part("wrench", (), {"foot_wrench": (force.x, force.y, force.z, moment.x, moment.y, moment.z)})]
+    return [Part((), {"foot_wrench": (force.x, force.y, force.z, moment.x, moment.y, moment.z)})]
 
 
 def _flag(message: Any, _: str) -> list[Part]:
-    return [Part("flag", (), {"contact": (float(message.data),)})]
+    return [Part((), {"contact": (float(message.data),)})]
 
 
 def _low_state(message: Any, place: str) -> list[Part]:
@@ -122,8 +123,8 @@ def _low_state(message: Any, place: str) -> list[Part]:
         "linear_acceleration": imu.accelerometer,
     }
     labels = tuple(f"{MOTOR}{number}" for number in range(len(motors)))
-    forces = [Part("force", FEET, {"foot_force": message.foot_force})] if hasattr(message, "foot_force") else []
-    return [Part("joints", labels, joints), Part("imu", (), measured), *forces]
+    forces = [Part(FEET, {"foot_force": message.foot_force})] if hasattr(message, "foot_force") else []
+    return [Part(labels, joints), Part((), measured), *forces]
 
 
 READ: dict[str, Callable[[Any, str], list[Part]]] = {
@@ -131,6 +132,7 @@ READ: dict[str, Callable[[Any, str], list[Part]]] = {
     "control_msgs/msg/DynamicJointState": _dynamic_joint_state,
     "unitree_go/msg/LowState": _low_state,
     "unitree_hg/msg/LowState": _low_state,
+    "foxglove.JointState": _joint_state,
     "foxglove.JointStates": _foxglove_joints,
     "sensor_msgs/msg/Imu": _imu,
     "geometry_msgs/msg/WrenchStamped": _wrench,
@@ -138,8 +140,55 @@ READ: dict[str, Callable[[Any, str], list[Part]]] = {
 }
 """Functions that split a message into parts, by type; their arguments are the message and its place for errors."""
 
-JOINT_TYPES = tuple(name.replace("/msg/", "/") for name in list(READ)[:5])
+JOINT_TYPES = tuple(name.replace("/msg/", "/") for name in list(READ)[:6])
 """Types with joints, as shown in error messages."""
 
 DEFINITIONS: dict[str, str] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
 """Published definitions of types outside ROS, for bags without definitions."""
+
+SHAPES = {
+    "sensor_msgs/msg/JointState": {"name[]", "position[]"},
+    "foxglove.JointStates": {"joints[].name", "joints[].position"},
+    "sensor_msgs/msg/Imu": {"angular_velocity.x", "linear_acceleration.x"},
+    "geometry_msgs/msg/WrenchStamped": {"wrench.force", "wrench.torque"},
+}
+"""Type that is read -> fields of messages that are read like it, whatever their type's name; lists end with []."""
+
+
+def open_protobuf(schema: Schema) -> tuple[str, Callable[[bytes, str], object]]:
+    """Find the type that messages are read like, and the function that decodes them.
+
+    Raises
+    ------
+    LogError
+        If the package protobuf is missing, or the schema does not define the type; for the topic's name to be added.
+    """
+    try:
+        from google.protobuf import descriptor_database, descriptor_pb2, descriptor_pool, message_factory
+    except ImportError as error:
+        raise LogError("is in protobuf, which needs the package protobuf: pip install 'stribeck[protobuf]'") from error
+    database = descriptor_database.DescriptorDatabase()
+    try:
+        for file in descriptor_pb2.FileDescriptorSet.FromString(schema.data).file:
+            database.Add(file)
+        kind = descriptor_pool.DescriptorPool(database).FindMessageTypeByName(schema.name)
+    except Exception as error:  # damaged bytes, or a missing type or import
+        raise LogError(
+            f"is in protobuf, and its schema does not define its type '{schema.name}' ({one_line(str(error))[:160]}); "
+            "expected a FileDescriptorSet with the type's file and all files that it imports"
+        ) from error
+    top = [(field, field.name + "[]" * field.is_repeated) for field in kind.fields]
+    inner = [f"{name}.{part.name}" for field, name in top if field.message_type for part in field.message_type.fields]
+    name = next((key for key, shape in SHAPES.items() if shape <= {*inner, *(own for _, own in top)}), schema.name)
+    parse = message_factory.GetMessageClass(kind).FromString
+    return name, lambda data, _: _plain(parse(data))
+
+
+def _plain(value: Any) -> Any:
+    """Convert a message to plain objects, without fields that are not set."""
+    if hasattr(value, "DESCRIPTOR"):
+        known = (field for field in value.DESCRIPTOR.fields if not field.has_presence or value.HasField(field.name))
+        return SimpleNamespace(**{field.name: _plain(getattr(value, field.name)) for field in known})
+    if isinstance(value, MutableMapping):
+        return SimpleNamespace(**{str(key): _plain(entry) for key, entry in value.items()})
+    return [_plain(entry) for entry in value] if isinstance(value, MutableSequence) else value

@@ -62,10 +62,14 @@ def read_log(path: str | Path, robot: Robot | str | Path | None = None) -> Robot
     >>> log.torque.shape
     (12000, 3)
     """
-    path, machine = Path(path), _robot_of(robot)
+    if isinstance(robot, str | Path):
+        from stribeck.core.robot import Robot  # Pinocchio is slow to import
+
+        robot = Robot.from_file(robot)
+    path = Path(path)
     opener = choose_opener(path)
-    table, where = _check_settings(machine, csv=opener is open_csv)
-    return _read(opener(path, table), machine, table, where, str(path))
+    table, where = _check_settings(robot, csv=opener is open_csv)
+    return _read(opener(path, table), robot, table, where, str(path))
 
 
 def read_recording(source: Recording, robot: Robot) -> RobotLog:
@@ -93,15 +97,6 @@ def read_frame(frame: object, robot: Robot | None = None) -> RobotLog:
     """Read a log from a table in memory: `RobotLog.from_frame`."""
     table, where = _check_settings(robot, csv=False)
     return _read(source_of_columns(table_of_frame(frame), table), robot, table, where, "")
-
-
-def _robot_of(robot: Robot | str | Path | None) -> Robot | None:
-    """Read a robot file, if a path is given."""
-    if not isinstance(robot, str | Path):
-        return robot
-    from stribeck.core.robot import Robot  # Pinocchio is slow to import
-
-    return Robot.from_file(robot)
 
 
 def _check_settings(robot: Robot | None, *, csv: bool) -> tuple[LogTable, str]:

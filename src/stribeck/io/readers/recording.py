@@ -1,15 +1,6 @@
 """Output of every reader: channels that a file contains, and a function that loads some of their columns.
 
-To add a format:
-
-1. Write `readers/<format>.py` with a function `open_<format>(path, table) -> Recording`.
-2. Name the channels as `stribeck.core.log.RobotLog` does; `[log] <channel>.name` overrides the name in the file. Units,
-   signs, order, delays and joint selection are handled by `mapping` and `selection`.
-3. Call foreign libraries inside `foreign`, so that any exception becomes a LogError that names the file.
-4. Declare the suffix in the group `stribeck.readers` of pyproject.toml. Add it to `tests/log/readers/formats.py`, and
-   damage to `tests/log/readers/test_damaged.py`.
-
-To add a type of message, write a function in `messages.py` that splits it into joints, IMUs and feet.
+The page "Extending stribeck" explains how to add a format. To add a type of message, write a function in `messages.py`.
 """
 
 import errno
@@ -57,6 +48,9 @@ class Recording:
         Names of other content in the file.
     wide
         Names in `others` with several columns each.
+    rivals
+        {channel: {topic: frame of its messages}} if several topics contain the same columns of a channel, and `[log]`
+        chooses none of them.
     time_unit
         Unit of `time` if the file defines it; settings do not change it.
     torque_source
@@ -73,6 +67,7 @@ class Recording:
     load: Callable[[Wanted], Loaded]
     others: tuple[str, ...] = ()
     wide: frozenset[str] = frozenset()
+    rivals: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     time_unit: str | None = None
     torque_source: str | None = None
     motor_orders: Mapping[str, Sequence[str]] = field(default_factory=dict)

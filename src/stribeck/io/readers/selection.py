@@ -63,6 +63,10 @@ def select(source: Recording, table: LogTable, robot: Robot | None) -> Selection
         for name, channel in source.channels.items()
         if name not in unused and not (robot and name in FOOT_CHANNELS and not robot.contacts)  # an arm has no feet
     }
+    for name in [name for name in labels if name in source.rivals]:
+        topics = [*source.rivals[name]]
+        cure = f"choose one by [log.{name}] name = {in_toml(topics[0])}"
+        raise LogError(f"{source.path}: topics {listed(topics)} all contain {name}; {cure}")
     at = {
         name: places_of([table.joint_names.get(label, label) for label in labels[name]], name, source.path)
         for name in JOINT_CHANNELS

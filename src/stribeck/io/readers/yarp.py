@@ -1,6 +1,6 @@
 """Logs of YARP's robot logger and telemetry dumper (robometry), which are MATLAB structs of signals."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -10,6 +10,7 @@ from stribeck.core.errors import LogError
 from stribeck.core.log.channels import VECTOR_CHANNELS
 from stribeck.core.settings import LogTable
 from stribeck.io.readers.join import NANO, Stream, join
+from stribeck.io.readers.mapping import asked_names
 from stribeck.io.readers.messages import refuse_twice
 from stribeck.io.readers.recording import Recording
 
@@ -23,13 +24,13 @@ JOINTS = {
 }
 """Joint signals -> channels. Signals of motor encoders are measured before the gears."""
 SENSORS = {
-    "orientations": ("imu", "base_orientation", 3),
-    "gyros": ("imu", "angular_velocity", 3),
-    "accelerometers": ("imu", "linear_acceleration", 3),
-    "cartesian_wrenches": ("wrench", "foot_wrench", 6),
-    "FTs": ("wrench", "foot_wrench", 6),
+    "orientations": ("base_orientation", 3),
+    "gyros": ("angular_velocity", 3),
+    "accelerometers": ("linear_acceleration", 3),
+    "cartesian_wrenches": ("foot_wrench", 6),
+    "FTs": ("foot_wrench", 6),
 }
-"""Groups of sensors -> kind, channel and number of values."""
+"""Groups of sensors -> channel and number of values."""
 
 
 Arrays = Mapping[str, Callable[[], Array]]
@@ -55,35 +56,35 @@ def open_telemetry(path: str, arrays: Arrays, texts: Texts, table: LogTable) -> 
     """
     root = next(name for name in arrays if name.endswith(POSITIONS)).removesuffix(POSITIONS)
     signals = [name.removeprefix(f"{root}.").removesuffix(".data") for name in arrays if name.endswith(".data")]
-    streams = _make_joint_streams(path, root, [name for name in JOINTS if name in signals], arrays, texts, table)
+    known = [name for name in JOINTS if name in signals]
+    streams = [*_make_joint_streams(path, root, known, arrays, texts, table)]
     others = []
     for name in signals:
         group, _, sensor = name.partition(".")
         if group in SENSORS and sensor and (group == "cartesian_wrenches" or _is_named(f"/{group}/{sensor}", table)):
-            kind, channel, width = SENSORS[group]
+            channel, width = SENSORS[group]
             stamps, values = _read_signal(path, f"{root}.{name}", arrays, width)
             if channel == "base_orientation":
                 values = Rotation.from_euler("xyz", values).as_quat()  # roll, pitch and yaw [rad] about fixed axes
-            streams.append(Stream(f"/{group}/{sensor}", group, kind, (), stamps, {channel: values}))
+            streams.append(Stream(f"/{group}/{sensor}", group, (), stamps, {channel: values}))
         elif name not in JOINTS:
             others.append(f"/{name.replace('.', '/')}")
-    return join(path, streams, others, table, ())
+    return join(path, streams, others, table)
 
 
 def _is_named(topic: str, table: LogTable) -> bool:
     """Return whether `[log]` names a sensor, for any channel or as a foot."""
-    names = [getattr(table, channel).name for channel in (*VECTOR_CHANNELS, "foot_wrench")]
-    return topic in table.foot_names or any(topic == key or (isinstance(key, list) and topic in key) for key in names)
+    asked = (name for channel in (*VECTOR_CHANNELS, "foot_wrench") for name in asked_names(table, channel))
+    return topic in table.foot_names or topic in asked
 
 
 def _make_joint_streams(
     path: str, root: str, signals: Iterable[str], arrays: Arrays, texts: Texts, table: LogTable
-) -> list[Stream]:
-    """Make one stream per set of signals with the same stamps and joints."""
+) -> Iterator[Stream]:
+    """Make one stream per signal of joints."""
     degrees = _is_in_degrees(path, root, arrays, texts, table)
-    groups: dict[tuple[bytes, tuple[str, ...]], dict[str, Array]] = {}
     for signal in signals:
-        name = f"{root}.{signal}"
+        name, channel = f"{root}.{signal}", JOINTS[signal]
         labels = texts.get(f"{name}.elements_names") or texts.get(f"{root}.description_list")
         if not labels:
             raise LogError(
@@ -92,13 +93,9 @@ def _make_joint_streams(
             )
         refuse_twice(labels, f"{path}: '{name}'")
         stamps, values = _read_signal(path, name, arrays, len(labels))
-        if degrees and signal.startswith("joints_state") and JOINTS[signal] != "torque":
+        if degrees and signal.startswith("joints_state") and channel != "torque":
             values = np.deg2rad(values)
-        groups.setdefault((stamps.tobytes(), labels), {})[JOINTS[signal]] = values
-    return [
-        Stream("/joints_state", "joints_state", "joints", labels, np.frombuffer(stamps, dtype=np.int64), values)
-        for (stamps, labels), values in groups.items()
-    ]
+        yield Stream("/joints_state", "joints_state", labels, stamps, {channel: values})
 
 
 def _is_in_degrees(path: str, root: str, arrays: Arrays, texts: Texts, table: LogTable) -> bool:
