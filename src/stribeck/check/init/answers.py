@@ -12,7 +12,8 @@ from stribeck.check.init.by_dynamics import answer_by_dynamics, write_scale
 from stribeck.check.init.draft import Draft, ask_for_ankles, ask_for_torque_source, write_contacts
 from stribeck.check.init.joints import match_joints
 from stribeck.check.init.model import read_model
-from stribeck.check.init.names import WORDS
+from stribeck.check.init.names import QUESTIONS
+from stribeck.check.init.search import unexplained
 from stribeck.core.base.threads import one_blas_thread
 from stribeck.core.base.toml import in_toml
 from stribeck.core.base.typing import TorqueSource
@@ -97,10 +98,7 @@ def _answer_from_log(draft: Draft, log: Path) -> None:
     for channel in ("position", "velocity"):
         if lengths.any() and getattr(read, channel) is not None:
             write_scale(draft, channel, np.where(lengths, 1e-3, 1.0))
-            draft.ask(
-                f"log.{channel}.scale",
-                "are these millimeters? The positions are within the model's limits only as millimeters.",
-            )
+            draft.ask(f"log.{channel}.scale", QUESTIONS["millimeters"])
     timed = "time" in source.channels
     units, why, sure = columns.position_and_velocity_units(read, robot) if timed and not turn else ({}, "", False)
     for channel, unit in units.items():
@@ -112,13 +110,13 @@ def _answer_from_log(draft: Draft, log: Path) -> None:
     if not timed:
         draft.ask("log.rate", "without a rate, nothing else was checked; `stribeck inspect` checks signs and units.")
     elif read.command is None:  # order and signs of commands are those of the positions
-        answer_by_dynamics(draft, source, unsure)
+        answer_by_dynamics(draft, _compare_imus(draft, log, source), unsure)
 
 
 def _find_channels(draft: Draft, log: Path) -> tuple[Recording, TorqueSource | None]:
     """Find the arrays or columns of each channel."""
     table = draft.table("log")
-    named, torque_source = columns.find_columns(source := open_log(log, LogTable()))
+    named, torque_source = columns.find_columns(source := _choose_topics(draft, log))
     for channel, entry in named.items():
         draft.note(f"log.{channel}", f"the log has {channel.replace('_', ' ')} under this name.")
         table[channel] = dict(entry)
@@ -139,8 +137,38 @@ def _find_channels(draft: Draft, log: Path) -> tuple[Recording, TorqueSource | N
     used = str(table.get("torque", {}).get("name", ""))
     of_motors = [name for name in source.others if columns.is_motor_torque(name) and name not in used]
     if of_motors and not columns.is_motor_torque(used):
-        draft.ask("robot.torque_source", WORDS["questions"]["of_motors"].format(", ".join(of_motors)))
+        draft.ask("robot.torque_source", QUESTIONS["of_motors"].format(", ".join(of_motors)))
     return source, torque_source
+
+
+def _choose_topics(draft: Draft, log: Path) -> Recording:
+    """Open a log; of topics with the same signals, choose one whose frame is fixed to the root link, or the first."""
+    while (source := open_log(log, LogTable.model_validate(draft.table("log")))).rivals:
+        channel, frames = next(iter(source.rivals.items()))
+        tree, topics = draft.robot().tree, ", ".join(f"{topic} (frame '{frame}')" for topic, frame in frames.items())
+        fixed = {str(frame.name) for frame in tree.model.frames if frame.parentJoint == int(tree.floating)}
+        likely = [topic for topic, frame in frames.items() if frame.lstrip("/") in fixed] or [*frames]
+        why = "Its frame is fixed to the model's root link." * (len(likely) == 1)
+        question = QUESTIONS["topics"].format(channel.replace("_", " "), topics, why)
+        draft.guess(f"log.{channel}", "name", likely[0], question)
+        if channel == "base_orientation" and not why:
+            draft.imus = likely
+    return source
+
+
+def _compare_imus(draft: Draft, log: Path, source: Recording) -> Recording:
+    """Choose the IMU with which the model explains most of the torques, if frames do not tell which is the base's."""
+    opened, left = {"": source}, dict[str, float]()
+    for topic in draft.imus:
+        draft.table("log.base_orientation")["name"] = topic
+        with suppress(LogError):  # topics that do not overlap in time
+            opened[topic] = open_log(log, LogTable.model_validate(draft.table("log")))
+            left[topic] = unexplained(draft.read(opened[topic]), draft.robot())
+    best = min(left, key=lambda topic: left[topic], default="")
+    if best:
+        shares = ", ".join(f"{share:.1%} with {topic}" for topic, share in left.items())
+        draft.set("log.base_orientation", "name", best, f"the model explains the torques best: it leaves {shares}.")
+    return opened[best]
 
 
 def _ask_for_channels(draft: Draft, source: Recording, torque_source: TorqueSource | None) -> bool:
@@ -149,11 +177,7 @@ def _ask_for_channels(draft: Draft, source: Recording, torque_source: TorqueSour
     missing = [name for name in wanted if name not in source.channels]
     for channel in missing:
         commands = ", or [log.desired_position] name for commands" if channel == "torque" else ""
-        draft.ask(
-            "log",
-            f"no name suggests joint {channel}s; which of {listed(source.others, 40)} are they? Set "
-            f"[log.{channel}] name to the array, prefix, topic or list of columns{commands}.",
-        )
+        draft.ask("log", QUESTIONS["channel"].format(channel, listed(source.others, 40), commands))
     return not missing
 
 
@@ -166,8 +190,7 @@ def _find_time_unit(draft: Draft, source: Recording) -> bool:
             stamps = np.asarray(loaded["time"], dtype=float).reshape(-1)
             stamps = stamps[np.isfinite(stamps)] - stamps[np.isfinite(stamps)][:1]
     if not stamps.any():
-        question = "the log has no usable time; what is its sampling rate [Hz]? Units, signs and order need it."
-        draft.guess("log", "rate", 1000.0, question)  # nothing is derived from this rate
+        draft.guess("log", "rate", 1000.0, QUESTIONS["time"])  # nothing is derived from this rate
         return True
     mean = mean_step(stamps, (slice(0, len(stamps)),))
     coarse = mean > 0 and np.mean(np.diff(stamps) == 0) > 0.5
@@ -175,8 +198,7 @@ def _find_time_unit(draft: Draft, source: Recording) -> bool:
     if unit != "s" and source.time_unit is None:
         draft.set("log.time", "unit", unit, "found from the length of its steps.")
     if coarse:
-        question = "most stamps repeat, as from a coarse clock; is this the rate of the rows [Hz]?"
-        draft.guess("log", "rate", float(f"{1 / (mean * TIME[unit]):.4g}"), question)
+        draft.guess("log", "rate", float(f"{1 / (mean * TIME[unit]):.4g}"), QUESTIONS["coarse_time"])
     return False
 
 
@@ -215,11 +237,7 @@ def _write_torque_source(draft: Draft, source: Recording, by_name: TorqueSource 
         draft.ask("log.torque", f"are the motors' currents in {draft.document['log']['torque']['unit']}?")
     if by_name == "command" and "torque" not in source.channels:
         draft.set("robot", "torque_source", by_name, "the log has desired positions and no torques.")
-        draft.ask(
-            "robot.torque_source",
-            "what is the position gain of each drive? Add kp [N m/rad], and kd [N m s/rad] if known; otherwise "
-            "kp of joints that gravity loads is estimated.",
-        )
+        draft.ask("robot.torque_source", QUESTIONS["gains"])
     elif source.torque_source:
         draft.set("robot", "torque_source", source.torque_source, "stated in the log.")
     elif by_name:
@@ -254,11 +272,7 @@ def _ask_for_normalized(draft: Draft, log: RobotLog, robot: Robot) -> None:
     keys = [dict(zip(robot.joint_names, x.tolist(), strict=True)) for x in ((high - low) / 200, (high + low) / 2)]
     settings = [scale_setting(draft.robot(), values, "position", digits=6) for values in keys]
     scale, offset = (in_toml(setting.value, len(low)) for setting in settings)
-    draft.ask(
-        "log.position.unit",
-        "are these degrees, or -100 to 100 of each joint's calibrated range (LeRobot; grippers 0 to 100)? For the "
-        f"latter delete `unit` and set, for the model's limits, scale = {scale} and offset = {offset}.",
-    )
+    draft.ask("log.position.unit", QUESTIONS["normalized"].format(scale, offset))
 
 
 def _write_idle_joints(draft: Draft, log: RobotLog) -> None:

@@ -7,6 +7,7 @@ from stribeck.check.audit import delays, findings, gather
 from stribeck.check.audit.change import ColumnChange
 from stribeck.check.drives import find_torques
 from stribeck.check.init.draft import Draft
+from stribeck.check.init.names import QUESTIONS
 from stribeck.check.init.search import find_columns_by_dynamics, gear_ratios_by_dynamics, unit_by_dynamics
 from stribeck.core.base.finding import Finding
 from stribeck.core.base.typing import Array
@@ -17,7 +18,7 @@ from stribeck.core.robot import Robot
 from stribeck.core.robot.scale_setting import scale_setting
 from stribeck.io import Recording
 
-QUESTIONS = ("torque-scale", "torque-gain", "several-causes", "bodies-differ", "payload", "gravity")
+ASKED = ("torque-scale", "torque-gain", "several-causes", "bodies-differ", "payload", "gravity")
 """Checks whose remedies depend on what the user knows about the robot."""
 
 
@@ -42,7 +43,7 @@ def answer_by_dynamics(draft: Draft, source: Recording, unsure: Sequence[str]) -
             draft.ask("robot", f"the log cannot be used with these settings: {error}.")
             return
         problems = findings(evidence, delays(evidence), robot.settings)
-        unexplained = {*QUESTIONS[:-1], "torque-unexplained"}  # maybe due to positions in another unit
+        unexplained = {*ASKED[:-1], "torque-unexplained"}  # maybe due to positions in another unit
         unit = robot.log_table.position.unit or any(finding.check in unexplained for finding in problems)
         if unit is True and (unit := unit_by_dynamics(read, robot)):
             _write_unit(draft, unit, read)
@@ -59,13 +60,13 @@ def answer_by_dynamics(draft: Draft, source: Recording, unsure: Sequence[str]) -
         columns = [robot.joint_names.index(joint) for joint in unsure]
         if not _write_columns(draft, robot, find_columns_by_dynamics(read, robot, columns), read):
             break
-    if robot.torque_source == "link_side_sensor" and any(finding.check in QUESTIONS for finding in problems):
+    if robot.torque_source == "link_side_sensor" and any(finding.check in ASKED for finding in problems):
         # The source is a guess, and rotors, whose inertia a torque before the gear contains, look like a gain.
         evidence = gather(prepared, replace(robot, torque_source="motor_side_sensor"), robot.settings)
         problems = findings(evidence, delays(evidence), robot.settings)
     unknown = prepared.log.unscaled.keys()
     for finding in (*problems, *(gain_finding for gain_finding in of_gains if unknown & set(gain_finding.joints))):
-        asked = finding.stops or finding not in problems or finding.check in QUESTIONS
+        asked = finding.stops or finding not in problems or finding.check in ASKED
         (draft.ask if asked else draft.warn)("robot", f"{finding}.")
 
 
@@ -83,11 +84,7 @@ def _write_ratios(draft: Draft, ratios: Array, of_torques: Array) -> None:
             draft.notes.setdefault(f"log.{channel}.scale", []).extend(draft.notes.pop(f"log.{channel}.unit", []))
         write_scale(draft, channel, values)
     listed = ", ".join(f"{name} {ratio:g}" for name, ratio in zip(draft.robot().joint_names, ratios, strict=True))
-    draft.ask(
-        "log.position.scale",
-        f"are these angles of the motors' shafts, with about these gear ratios: {listed}? Only with them does the "
-        "model explain the torques. Write the exact ratios for positions, velocities and, if needed, torques.",
-    )
+    draft.ask("log.position.scale", QUESTIONS["ratios"].format(listed))
 
 
 def _apply_settings(draft: Draft, finding: Finding) -> bool:

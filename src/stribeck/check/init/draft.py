@@ -13,7 +13,7 @@ import tomlkit
 from tomlkit.items import Table
 
 from stribeck.check.init.model import ModelFacts
-from stribeck.check.init.names import WORDS, match, words
+from stribeck.check.init.names import QUESTIONS, match, words
 from stribeck.core.log import RobotLog
 from stribeck.core.robot import Robot, robot_fields
 from stribeck.core.robot.robot_file import validated
@@ -38,6 +38,8 @@ class Draft:
         Questions that neither model nor log answer, one sentence each.
     warnings
         Problems of model and log that do not prevent their use, one sentence each.
+    imus
+        Topics of IMUs of which no frame tells that it is the base's.
     """
 
     facts: ModelFacts
@@ -46,6 +48,7 @@ class Draft:
     notes: dict[str, list[str]] = field(default_factory=dict)
     questions: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    imus: list[str] = field(default_factory=list)
     _read: tuple[dict[str, Any], RobotLog] | None = None
 
     def table(self, place: str) -> dict[str, Any]:
@@ -132,7 +135,7 @@ def _build_table(values: Mapping[str, Any], place: str, notes: Mapping[str, list
 
 def ask_for_torque_source(draft: Draft) -> None:
     """Write the default torque source, and ask for the right one; rotors, which others contain, are fitted as well."""
-    draft.guess("robot", "torque_source", "link_side_sensor", WORDS["questions"]["torque_source"])
+    draft.guess("robot", "torque_source", "link_side_sensor", QUESTIONS["torque_source"])
     why = "as long as the torque source is a guess; torques before the gear contain the rotors."
     draft.set("identify", "fit_armature", True, why)
 
@@ -143,7 +146,7 @@ def ask_for_ankles(draft: Draft) -> None:
     both = [pair for pair in rolls.items() if pair[1] in rolls.keys() - {pair[0]}]
     if ankles := [pair for pair in both if {"ankle", "toe"} & set(words(pair[0]))]:
         every = ", ".join(map(" and ".join, ankles))
-        draft.ask("robot", WORDS["questions"]["ankles"].format(*ankles[0], every=every))
+        draft.ask("robot", QUESTIONS["ankles"].format(*ankles[0], every=every))
 
 
 def write_contacts(draft: Draft, labels: Sequence[str]) -> None:
@@ -164,11 +167,7 @@ def write_contacts(draft: Draft, labels: Sequence[str]) -> None:
         elif foot.kind == "wheel" and len(facts.wheels) == len(facts.feet):
             draft.note(f"contacts.{name}", "this wheel rolls; it and others share the load, so it is not identified.")
         elif foot.kind == "wheel":
-            draft.ask(
-                f"contacts.{name}",
-                "this wheel rolls; what is its radius [m]? Without a radius, joints of its leg are identified only off "
-                "the ground.",
-            )
+            draft.ask(f"contacts.{name}", QUESTIONS["radius"])
         if foot.name in facts.tilted:
             draft.ask(f"contacts.{name}", "does the z axis of this frame point up when the sole lies flat?")
     draft.document["contacts"] = contacts

@@ -6,7 +6,7 @@ from contextlib import suppress
 import numpy as np
 
 from stribeck.check.init.draft import Draft
-from stribeck.check.init.names import is_prefixed, match, words
+from stribeck.check.init.names import QUESTIONS, is_prefixed, match, words
 from stribeck.core.errors import LogError, listed
 from stribeck.core.log.channels import JOINT_CHANNELS
 from stribeck.io import Recording
@@ -28,11 +28,7 @@ def match_joints(draft: Draft, source: Recording) -> list[str] | None:
     nameless = position.labels is None or counted_apart
     names, unsure, extra = _assign_in_order(draft, source) if nameless else _match(draft, source)
     if not names:
-        draft.ask(
-            "log",
-            f"none of the joints {listed(position.labels or ())} of the log is in the model, which has "
-            f"{listed(facts.joints)}; which are they? Set [log] joint_names.",
-        )
+        draft.ask("log", QUESTIONS["joints"].format(listed(position.labels or ()), listed(facts.joints)))
         return None
     if missing := [joint for joint in facts.joints if joint not in names]:
         ranges = {joint: facts.range[joint] for joint in missing}

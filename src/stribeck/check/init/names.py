@@ -12,6 +12,8 @@ from scipy.optimize import linear_sum_assignment
 
 WORDS: dict[str, dict[str, Any]] = tomllib.loads(Path(__file__).with_name("words.toml").read_text(encoding="utf-8"))
 """Words in names of joints and channels, with their meanings."""
+QUESTIONS: dict[str, str] = WORDS["questions"]
+"""Long questions to the user."""
 MEANINGS = {word: meaning.split() for meaning, synonyms in WORDS["joints"]["meanings"].items() for word in synonyms}
 """Meanings of words for joints and legs."""
 

@@ -70,6 +70,11 @@ def _try(log: RobotLog, robot: Robot, change: ColumnChange) -> Trial:
     return Trial(change, left, outside)
 
 
+def unexplained(log: RobotLog, robot: Robot) -> float:
+    """Compute the median share of each torque's variance that the model leaves unexplained in an excerpt of a log."""
+    return float(np.nanmedian(_try(_take_excerpt(log), robot, ColumnChange.none(len(robot.joint_names))).left))
+
+
 def _best(log: RobotLog, robot: Robot, now: Trial, changes: Iterable[ColumnChange], least: float = BETTER) -> Trial:
     """Choose the best change if it decreases the cost by more than the least amount [1], and the present one if not."""
     best = min((_try(log, robot, change) for change in changes), key=lambda trial: trial.cost, default=now)
