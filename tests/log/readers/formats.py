@@ -29,6 +29,7 @@ class StubRobot:
     contacts: dict = field(default_factory=lambda: dict.fromkeys(FEET))
     log_table: LogTable = field(default_factory=LogTable)
     torque_source: str = "link_side_sensor"
+    base: str = "floating"
     passive: tuple = ()
     motors: dict = field(default_factory=dict)
     command_gains: tuple | None = None

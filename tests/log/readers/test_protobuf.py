@@ -71,8 +71,8 @@ def write(path: Path, log: dict[str, np.ndarray], kinds: list[str], files: int =
             schema = writer.register_schema(kind, "protobuf", data)
             channel = writer.register_channel("/" + kind.replace(".", "/"), "protobuf", schema)
             for row, stamp in enumerate((START + np.round(log["time"] * 1e9).astype(int)).tolist()):
-                message = made(**values_of(kind, log, row, stamp)).SerializeToString()
-                writer.add_message(channel, stamp + 7_000_000, message, stamp)
+                message = made(**values_of(kind, log, row, stamp))
+                writer.add_message(channel, stamp + 7_000_000, message.SerializeToString(), stamp)
         writer.finish()
     return path
 
@@ -91,13 +91,12 @@ def test_a_user_finds_the_friction_of_a_log_in_protobuf(kind: str, recorded, tmp
     assert f"{START / 1e9:.6f}" in read.notes[0]  # the message's stamp, not the recorder's
     commands = [["init", tmp_path / "arm.urdf", log, "-o", robot], ["inspect", log, "-r", robot]]
     commands += [["identify", log, "-r", robot, "-o", out, "--law", "coulomb-viscous"]]
-    commands += [["export", out / "result.json", "-r", robot, "--to", "urdf", "-o", tmp_path / "friction.urdf"]]
+    commands += [["export", out / "result.json", "-r", robot, "--to", "mjcf", "-o", tmp_path / "arm.xml"]]
     assert [run(*command) for command in commands] == [0] * 4
     joints = json.loads((out / "result.json").read_text())["joints"]
     assert {joint["verdict"] for joint in joints.values()} == {"identified"}
-    for parameter, truth in (("coulomb", COULOMB), ("viscous", VISCOUS)):
-        found = [joints[name]["parameters"][parameter]["value"] for name in JOINTS]
-        np.testing.assert_allclose(found, truth, rtol=0.05)
+    found = [[joints[name]["parameters"][key]["value"] for name in JOINTS] for key in ("coulomb", "viscous")]
+    np.testing.assert_allclose(found, [COULOMB, VISCOUS], rtol=0.05)
 
 
 def test_an_imu_without_orientation_and_numbers_that_log_names(recorded, tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ from stribeck.core.base.typing import TorqueSource
 from stribeck.core.equations.friction_torque.preparation import prepare
 from stribeck.core.errors import LogError, listed
 from stribeck.core.log import RobotLog
-from stribeck.core.log.channels import WRENCH
+from stribeck.core.log.channels import VECTOR_CHANNELS, WRENCH
 from stribeck.core.log.clock import TIME, mean_step
 from stribeck.core.log.plausibility import position_slopes
 from stribeck.core.robot import Robot, model_path
@@ -143,16 +143,16 @@ def _find_channels(draft: Draft, log: Path) -> tuple[Recording, TorqueSource | N
 
 def _choose_topics(draft: Draft, log: Path) -> Recording:
     """Open a log; of topics with the same signals, choose one whose frame is fixed to the root link, or the first."""
-    while (source := open_log(log, LogTable.model_validate(draft.table("log")))).rivals:
-        channel, frames = next(iter(source.rivals.items()))
-        tree, topics = draft.robot().tree, ", ".join(f"{topic} (frame '{frame}')" for topic, frame in frames.items())
-        fixed = {str(frame.name) for frame in tree.model.frames if frame.parentJoint == int(tree.floating)}
+    tree, table = draft.robot().tree, draft.table("log")
+    fixed = {str(frame.name) for frame in tree.model.frames if frame.parentJoint == int(tree.floating)}
+    idle = set() if tree.floating else {*VECTOR_CHANNELS}  # several IMUs of an arm are not used
+    while asked := (source := open_log(log, LogTable.model_validate(table))).rivals.keys() - idle:
+        frames = source.rivals[channel := min(asked)]
         likely = [topic for topic, frame in frames.items() if frame.lstrip("/") in fixed] or [*frames]
-        why = "Its frame is fixed to the model's root link." * (len(likely) == 1)
-        question = QUESTIONS["topics"].format(channel.replace("_", " "), topics, why)
-        draft.guess(f"log.{channel}", "name", likely[0], question)
-        if channel == "base_orientation" and not why:
-            draft.imus = likely
+        topics = ", ".join(f"{topic} (frame '{frame}')" for topic, frame in frames.items())
+        why = " Its frame is fixed to the model's root link." * (len(likely) == 1)
+        draft.guess(f"log.{channel}", "name", likely[0], QUESTIONS["topics"].format(channel, topics, why))
+        draft.imus = likely if channel == "base_orientation" and not why else draft.imus
     return source
 
 

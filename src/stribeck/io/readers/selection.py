@@ -58,6 +58,8 @@ def select(source: Recording, table: LogTable, robot: Robot | None) -> Selection
     by_command = robot is not None and robot.command_gains is not None
     commanded = robot is not None and by_command and ("torque" not in source.channels or robot.has_kp)
     unused = ("torque",) if commanded else tuple(COMMAND) if robot else ()
+    if robot and robot.base == "fixed":
+        unused += tuple(name for name in VECTOR_CHANNELS if name in source.rivals)
     labels = {
         name: _labels(name, channel, source, table, robot, notes)
         for name, channel in source.channels.items()
@@ -246,9 +248,10 @@ def _ignored_channels(
     source: Recording, labels: dict[str, tuple[str, ...]], robot: Robot | None, commanded: bool
 ) -> list[str]:
     """Describe the channels and settings that are not used; `commanded` is whether commands give the torques."""
+    reasons = {"torque": "torques are computed from the command."}
     notes = [
         f"'{name}' is ignored: "
-        + ("the robot has no contacts." if name in FOOT_CHANNELS else "torques are computed from the command.")
+        + ("the robot has no contacts." if name in FOOT_CHANNELS else reasons.get(name, "several topics contain it."))
         for name in source.channels
         if name not in labels and name not in COMMAND
     ]
