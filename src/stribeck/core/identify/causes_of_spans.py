@@ -18,12 +18,13 @@ from stribeck.core.robot.kinematics import link_of
 
 @dataclass(frozen=True, eq=False)
 class Carried:
-    """Payload: link, mass [kg], center of mass in the link's frame [m], shape (3,), and spans."""
+    """Payload: link, mass [kg], center of mass in its frame [m], shape (3,), its spans, and those set aside for it."""
 
     link: str
     mass: float
     com: Array
     spans: Sequence[Span]
+    aside: Sequence[Span]
 
     def __str__(self) -> str:
         return f"{self.mass:.3g} kg at {self.link} from {listed_spans(self.spans)}"
@@ -43,11 +44,11 @@ class Rub:
 
 
 def find_causes_of_spans(
-    robot: Robot, fit: WholeLogFit, aside: Sequence[Sequence[Span]]
+    robot: Robot, fit: WholeLogFit, aside: Sequence[Sequence[Span]], used: Sequence[Span]
 ) -> tuple[list[Carried], dict[Span, str], dict[str, Rub]]:
     """Find the payloads of a tree on a fixed base, words on the cause of other spans, and joints that rub.
 
-    `aside` are each log's spans that are set aside.
+    `aside` are each log's spans that are set aside, `used` the others: they contain a payload that is missing aside.
     """
     if robot.base != "fixed" or robot.loops:
         return [], {}, {}
@@ -55,8 +56,8 @@ def find_causes_of_spans(
     spans = {(k, starts[k] + span.start, starts[k] + span.end): span for k, cuts in enumerate(aside) for span in cuts}
     delayed = fit.read.equations.delayed(fit.delay)
     residuals = {place: residual_in(delayed, place, fit.read, fit.fit.values) for place in spans}
-    carried = _carried(robot, find_payloads(residuals), spans)
-    explained = {span for payload in carried for span in payload.spans}
+    carried = _carried(robot, find_payloads(residuals), spans, used)
+    explained = {span for payload in carried for span in payload.aside}
     others = {place: span for place, span in spans.items() if span not in explained}
     causes: dict[Span, str] = {}
     alone: dict[int, dict[Span, Array]] = {}
@@ -95,7 +96,10 @@ def _words(robot: Robot, column: int, force: Force, torque: Array) -> tuple[str,
 
 
 def _carried(
-    robot: Robot, payloads: Sequence[Payload], spans: Mapping[tuple[int, float, float], Span]
+    robot: Robot,
+    payloads: Sequence[Payload],
+    spans: Mapping[tuple[int, float, float], Span],
+    used: Sequence[Span],
 ) -> list[Carried]:
     """Place payloads in the frames of links; what no robot carries, too heavy or too far away, has another cause."""
     carried = []
@@ -104,6 +108,7 @@ def _carried(
     for payload in payloads:
         link = link_of(robot.tree, payload.body + 1)
         payload_spans, center = [spans[place] for place in payload.spans], link.placement.actInv(payload.centre)
-        if payload.mass < sum(body.mass for body in model.inertias) and np.linalg.norm(center) < farthest:
-            carried.append(Carried(str(link.name), payload.mass, center, payload_spans))
+        if abs(payload.mass) < sum(body.mass for body in model.inertias) and np.linalg.norm(center) < farthest:
+            there = payload_spans if payload.mass > 0 else used
+            carried.append(Carried(str(link.name), abs(payload.mass), center, there, payload_spans))
     return carried

@@ -6,6 +6,7 @@ docs/estimator.md explains the mathematics.
 from collections import ChainMap
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from typing import Literal
 
@@ -68,8 +69,9 @@ def identify_whole_log(
     held_out: list[list[slice]] = [[] for _ in forms]
     for log, segment in fit.read.held_out:
         held_out[log].append(slice(segment.first, segment.last))
-    aside, clear = _spans(prepared, fit, used=False), fit.read.set_aside <= FEW
-    carried, causes, rubbing = ([], {}, {}) if clear else find_causes_of_spans(robot, fit, aside)
+    aside, used = (_spans(prepared, fit, used=kind) for kind in (False, True))
+    clear = fit.read.set_aside <= FEW
+    carried, causes, rubbing = ([], {}, {}) if clear else find_causes_of_spans(robot, fit, aside, list(chain(*used)))
     robot = corrected_robot(robot, equations.corrections, fit.corrections)
     return WholeLog(
         **vars(fit),
@@ -78,7 +80,7 @@ def identify_whole_log(
         robot=robot,
         held_out=held_out,
         set_aside=aside,
-        used=_spans(prepared, fit, used=True),
+        used=used,
         carried=carried,
         disturbances=causes,
         rubbing=rubbing,

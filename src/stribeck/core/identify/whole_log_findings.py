@@ -41,6 +41,8 @@ def find_problems(fit: WholeLog) -> list[Finding]:
         problems.append(Finding.of("wrench-sensors", far=FAR))
     problems += [*_of_logs(fit), *_of_drift(fit)]
     causes, delays, misfits = _of_causes(fit), _of_delays(fit), _of_misfits(fit)
+    if any(payload.spans != payload.aside for payload in fit.carried):  # the bodies contain it, which explains errors
+        return [*problems, *delays, *misfits]
     if not causes:
         return [*problems, *_of_bodies(fit), *delays, *misfits]
     joints = {joint for cause in causes for joint in cause.joints}  # their friction is strained by the same errors
@@ -53,7 +55,7 @@ def _of_disturbances(fit: WholeLog) -> list[Finding]:
     if fit.read.set_aside <= FEW:
         return []
     problems = []
-    explained = {span for payload in fit.carried for span in payload.spans}
+    explained = {span for payload in fit.carried for span in payload.aside}
     if aside := [span for span in chain(*fit.set_aside) if span not in explained]:
         rubs = {span for rub in fit.rubbing.values() for span in rub.spans}
         others = [span for span in aside if span not in rubs]  # a joint rubs whenever it passes the place
@@ -62,7 +64,8 @@ def _of_disturbances(fit: WholeLog) -> list[Finding]:
         problems.append(Finding.of(check, spans=spans, rest=rest, exclude=others))
     if fit.carried:
         setting = Setting("robot", "payload", [payload.table for payload in fit.carried])
-        problems.append(Finding.of("payload", masses="; ".join(map(str, fit.carried)), settings=[setting]))
+        which = "These" if all(payload.spans == payload.aside for payload in fit.carried) else "The other"
+        problems.append(Finding.of("payload", masses="; ".join(map(str, fit.carried)), which=which, settings=[setting]))
     return problems
 
 

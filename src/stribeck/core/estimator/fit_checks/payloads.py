@@ -19,7 +19,7 @@ from stribeck.core.robot.inertial_parameters import SIZE, inertial_parameters
 EXPLAINED = 0.95
 """Share of a span's residual chi^2 that a payload, a force or a torque must explain [1]."""
 
-SAME = 0.02
+SAME = 0.05
 """Largest difference of the masses of one payload in several spans, relative to the mass [1]."""
 
 
@@ -32,7 +32,7 @@ class Payload:
     body
         Number of the body.
     mass
-        Mass [kg].
+        Mass [kg], negative if the fit contains it and it is missing in the spans.
     centre
         Center of mass in the body's frame [m], shape (3,).
     spans
@@ -115,14 +115,16 @@ def find_payloads(residuals: Mapping[tuple[int, float, float], Residual]) -> lis
         rests = np.array([1 - explained for _, explained in fits])
         body = int(np.flatnonzero(rests <= 1.5 * rests.min())[-1])  # of bodies that explain as much, the last one
         (mass, *_), explained = fits[body]
-        if explained < EXPLAINED or mass <= 0:
+        if explained < EXPLAINED:
             continue
-        same = next((g for g in groups if g[0] == body and abs(g[1] - mass) < SAME * mass), None)
+        same = next((g for g in groups if g[0] == body and abs(g[1] - mass) < SAME * abs(mass)), None)
         if same:
             same[2][:] += products[body]
             same[3].append(span)
         else:
             groups.append((body, mass, products[body].copy(), [span]))
+    missing = max((len(g[3]) for g in groups if g[1] < 0), default=0)  # spans of the one payload that the fit contains
+    groups = [g for g in groups if g[1] > 0 or len(g[3]) == missing]
     payloads = []
     single = [all(_of_one_joint(residuals[span]) for span in spans) for *_, spans in groups]
     bodies = [body for (body, *_), alone in zip(groups, single, strict=True) if alone]
@@ -141,13 +143,13 @@ def _of_one_joint(residual: Residual) -> bool:
 
 
 def _point_mass(product: Array) -> tuple[list[float], float]:
-    """Fit a point mass: mass [kg] and position [m], and the share of chi^2 that it explains [1].
+    """Fit a point mass: mass [kg], which may be missing, and position [m], and the share of chi^2 that it explains [1].
 
     The fit starts with only mass and first moments; Gauss-Newton steps add the second moments.
     """
     start = np.linalg.lstsq(product[:4, :4], product[:4, -1], rcond=1e-9)[0]
-    point = np.append(start[0], start[1:] / start[0]) if start[0] > 0 else np.zeros(4)
-    for _ in range(10 if start[0] > 0 else 0):
+    point = np.append(start[0], start[1:] / start[0]) if start[0] else np.zeros(4)
+    for _ in range(10 if start[0] else 0):
         slopes = np.stack([(_parameters(point + step) - _parameters(point - step)) / 2e-4 for step in 1e-4 * np.eye(4)])
         right = slopes @ (product[:-1, -1] - product[:-1, :-1] @ _parameters(point))
         point = point + np.linalg.lstsq(slopes @ product[:-1, :-1] @ slopes.T, right, rcond=1e-9)[0]
