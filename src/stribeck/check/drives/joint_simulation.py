@@ -84,43 +84,42 @@ def simulate(pieces: Pieces, parameters: Array, starts: Array, longest: float = 
     order = np.argsort(-pieces.known.sum(axis=0), kind="stable")  # pieces that end are the last columns
     pieces, parameters, starts = pieces.take(order), parameters[:, :, order], starts[:, :, order]
     delay, rotor, viscous, coulomb, offset = parameters.transpose(1, 0, 2)
-    position, velocity = starts.transpose(1, 0, 2).copy()
     parts = max(1, int(np.ceil(pieces.period.max() / longest)))
     step, share = pieces.period / parts, (np.arange(1, parts + 1) / parts)[:, None, None]
     delays, same = np.unique(delay, axis=0, return_inverse=True)
-    shift, most = pieces.lead - delays * pieces.stride / pieces.period, len(pieces.command) - 2
-    slow = (1e-3 * np.abs(pieces.velocity).max(axis=0)) ** 2
-    column, braked, rotor = np.arange(len(order)), pieces.kd + pieces.kp * step, rotor / step
-    positions = np.repeat(position[:, None], len(pieces.position), axis=1)
+    since = share * pieces.stride + pieces.lead - delays * pieces.stride / pieces.period  # of commands, in rows
+    rows, count = since.astype(np.int64), len(order)
+    after, place = since - rows, rows * count + np.arange(count)
+    commands = np.pad(pieces.command[:-1], ((0, int(rows.max())), (0, 0)), mode="edge").ravel()  # the last one is held
+    slow, stiffness = (1e-3 * np.abs(pieces.velocity).max(axis=0)) ** 2, pieces.kp * step
+    braked, rotor, masses = pieces.kd + stiffness, rotor / step, pieces.inertia / step
+    drives = (np.broadcast_to(value, delay.shape) for value in (pieces.kd, pieces.limit, slow, stiffness, braked))
+    state = np.stack([pieces.kp * starts[:, 0], starts[:, 1], viscous + braked, coulomb, *drives])
+    positions = np.repeat(starts[:, :1], len(pieces.position), axis=1)
     for k, b in enumerate(pieces.known[1:].sum(axis=1).tolist()):
-        place = np.clip((k + share) * pieces.stride[:b] + shift[:, :b], 0, most)
-        before = place.astype(np.int64)
-        after = place - before
-        command = (1 - after) * pieces.command[before, column[:b]] + after * pieces.command[before + 1, column[:b]]
-        command = command[:, same]
+        now, weight = place[:, :, :b] + k * count * pieces.stride[:b], after[:, :, :b]
+        command = (1 - weight) * commands.take(now) + weight * commands.take(now + count)
         others = (1 - share) * pieces.others[k, :b] + share * pieces.others[k + 1, :b] + offset[:, :b]
-        inertia = ((1 - share) * pieces.inertia[k, :b] + share * pieces.inertia[k + 1, :b]) / step[:b] + rotor[:, :b]
-        if b < position.shape[1]:
-            position, velocity = position[:, :b].copy(), velocity[:, :b].copy()
-            viscous, coulomb = viscous[:, :b].copy(), coulomb[:, :b].copy()
-        kp, kd, limit, period = pieces.kp[:b], pieces.kd[:b], pieces.limit[:b], step[:b]
-        for force, against, mass in zip(command, others, inertia, strict=True):  # in place: a new array costs as much
-            force -= kp * position
-            drag = velocity * velocity
-            drag += slow[:b]
+        inertia = (1 - share) * masses[k, :b] + share * masses[k + 1, :b] + rotor[:, :b]
+        state = state[:, :, :b].copy() if b < state.shape[2] else state
+        spring, velocity, resisting, coulomb, kd, limit, slow, stiffness, braked = state
+        drag, push = np.empty((2, *velocity.shape))
+        for force, against, mass in zip(command.take(same, axis=1), others, inertia, strict=True):
+            force -= spring  # in place: a new array costs as much
+            np.multiply(velocity, velocity, out=drag)
+            drag += slow
             np.divide(coulomb, np.sqrt(drag, out=drag), out=drag)
-            drag += viscous
-            free = np.abs(force - kd * velocity) < limit
-            if free.all():
-                drag += braked[:b]
-            else:  # a drive is at its limit
-                drag += free * braked[:b]
+            drag += resisting
+            np.subtract(force, np.multiply(kd, velocity, out=push), out=push)
+            free = np.abs(push, out=push) < limit
+            if not free.all():  # a drive is at its limit
+                drag -= ~free * braked
                 np.copysign(limit, force, out=force, where=~free)
             velocity *= mass
             velocity += force
             velocity -= against
             drag += mass
             velocity /= drag
-            position += period * velocity
-        positions[:, k + 1, :b] = position
+            spring += np.multiply(stiffness, velocity, out=push)
+        positions[:, k + 1, :b] = spring / pieces.kp[:b]
     return positions[:, :, np.argsort(order)]

@@ -119,9 +119,9 @@ def undisturbed(fit: LinearFit) -> LinearFit:
         if not whitened and max(size.max(initial=0.0) for size in sizes) < INCONSISTENT * usual:
             return fit
         whitened = whitened or list(fit.whitened())
-        weighted = [
-            columns / np.sqrt(np.maximum(size / usual, 1.0))[:, None, None]
+        product = sum(
+            product_of(columns / np.sqrt(np.maximum(size / usual, 1.0))[:, None, None])
             for columns, size in zip(whitened, sizes, strict=True)
-        ]
-        values = fitted(product_of(weighted), *fit.prior(fit.model))
+        )
+        values = fitted(np.asarray(product), *fit.prior(fit.model))
     return replace(fit, groups=without_outliers(fit.groups, residuals(fit.groups, values), fit.components))

@@ -63,7 +63,7 @@ class LinearFit:
     @cached_property
     def products(self) -> Array:
         """Products of the whitened columns of each segment, shape (G, D + 1, D + 1)."""
-        return np.stack([product_of([columns]) for columns in self.whitened()])
+        return np.stack([product_of(columns) for columns in self.whitened()])
 
     @cached_property
     def _solution(self) -> tuple[Array, Array, float]:
@@ -106,9 +106,9 @@ def fitted(product: Array, precision: Array, pull: Array) -> Array:
     return np.append(solution_of(product[:-1, :-1] + precision, product[:-1, -1] + pull), -1.0)
 
 
-def product_of(whitened: Sequence[Array]) -> Array:
-    """Compute the products of the columns of some whitened groups, shape (D + 1, D + 1)."""
-    rows = np.concatenate([group.reshape(-1, group.shape[-1]) for group in whitened])
+def product_of(whitened: Array) -> Array:
+    """Compute the products of the columns of whitened groups, shape (g, b, D + 1) -> (D + 1, D + 1)."""
+    rows = whitened.reshape(-1, whitened.shape[-1])
     return np.asarray(rows.T @ rows)
 
 
