@@ -26,43 +26,31 @@ class Whitener:
         Inverse of the factor's diagonal blocks, shape (B, b, b): lower triangular.
     coupling
         Blocks of the factor below the diagonal, shape (B, b, b): upper triangular, window by window; the first is zero.
-    rows
-        Number of rows of a window.
     """
 
     inverse: Array
     coupling: Array
-    rows: int
 
     def whiten(self, rows: Array) -> None:
-        """Whiten rows in place, shape (K m, c), block by block in two halves, which skips most zeros."""
-        size = self.inverse.shape[1]
-        half = -(-size // self.rows // 2) * self.rows  # whole windows
-        product = np.empty((size, rows.shape[1]))
+        """Whiten contiguous rows in place, shape (K m, c), block by block."""
+        blas, size = scipy.linalg.blas, self.inverse.shape[1]
         for k, (inverse, coupling) in enumerate(zip(self.inverse, self.coupling, strict=True)):
             before, block = rows[max(k - 1, 0) * size : k * size], rows[k * size : (k + 1) * size]
-            halves = [slice(first, min(first + half, len(block))) for first in range(0, len(block), half)]
-            for part in halves if k else ():
-                block[part] -= np.matmul(coupling[part, part.start :], before[part.start :], out=product[part])
-            for part in halves[::-1]:  # the later half needs the unchanged earlier half
-                block[part] = np.matmul(inverse[part, : part.stop], block[: part.stop], out=product[part])
+            count = len(block)
+            if k:
+                blas.dgemm(-1.0, before.T, coupling[:count].T, 1.0, block.T, overwrite_c=1)
+            blas.dtrmm(1.0, inverse[:count, :count].T, block.T, side=1, overwrite_b=1)
 
     def whiten_back(self, rows: Array) -> None:
         """Multiply whitened rows, shape (K m, c), by the transposed whitener in place: Sigma^-1 times the rows."""
-        size = self.inverse.shape[1]
-        half = -(-size // self.rows // 2) * self.rows  # whole windows
-        product = np.empty((size, rows.shape[1]))
-        after = rows[:0]
-        for k in reversed(range(len(self.inverse))):
-            block = rows[k * size : (k + 1) * size]
-            halves = [slice(first, min(first + half, len(block))) for first in range(0, len(block), half)]
-            for part in halves if len(after) else ():  # block k + 1 is missing for the last one
-                head = slice(0, min(part.stop, len(after)))
-                block[part] -= np.matmul(self.coupling[k + 1][head, part].T, after[head], out=product[part])
-            inverse = self.inverse[k, : len(block), : len(block)].T
-            for part in halves:  # the earlier half needs the unchanged later half
-                block[part] = np.matmul(inverse[part, part.start :], block[part.start :], out=product[part])
-            after = block
+        blas, size, last = scipy.linalg.blas, self.inverse.shape[1], len(self.inverse) - 1
+        for k in range(last, -1, -1):
+            block, after = rows[k * size : (k + 1) * size], rows[(k + 1) * size : (k + 2) * size]
+            count = len(block)
+            if k < last:
+                coupling = self.coupling[k + 1, : len(after)]
+                blas.dgemm(-1.0, after.T, coupling.T, 1.0, block.T, trans_b=1, overwrite_c=1)
+            blas.dtrmm(1.0, self.inverse[k, :count, :count].T, block.T, side=1, trans_a=1, overwrite_b=1)
 
 
 def make_whitener(equations: WeakEquations, components: VarianceComponents) -> Whitener:
@@ -80,7 +68,7 @@ def make_whitener(equations: WeakEquations, components: VarianceComponents) -> W
             np.matmul(between[k - 1], inverse[k - 1].T, out=coupling[k])
             diagonal -= coupling[k] @ coupling[k].T
         inverse[k] = scipy.linalg.lapack.dtrtri(np.linalg.cholesky(diagonal), lower=1)[0]
-    return Whitener(inverse, coupling, rows)
+    return Whitener(inverse, coupling)
 
 
 def covariance_of_groups(sources: list[ErrorSource], apart: int, later_groups: slice, earlier_groups: slice) -> Array:
