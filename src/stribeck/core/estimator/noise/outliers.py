@@ -40,21 +40,22 @@ class Prediction:
         shape = part.residual.shape
         slopes = rows[:, : len(self.values)].reshape(*shape, -1)
         residual = rows[:, -1].reshape(shape) - slopes @ self.values
-        sizes = self._standardized(part, slopes, residual, 1)
-        of_means = self._standardized(part, slopes, residual, part.lags + 1)  # show pushes, which encoder noise hides
-        for k in range(part.lags + 1):
-            those = sizes[k : k + len(of_means)]
-            np.maximum(those, of_means, out=those)
-        outlying = outlying_windows(sizes, OUTLIER)
-        if not outlying.any():
-            return part
+        for limit in (OUTLIER, SHOULDER):  # most segments have no outlier
+            sizes = self._standardized(part, slopes, residual, 1, limit)
+            of_means = self._standardized(part, slopes, residual, part.lags + 1, limit)  # show hidden pushes
+            for k in range(part.lags + 1):
+                those = sizes[k : k + len(of_means)]
+                np.maximum(those, of_means, out=those)
+            outlying = outlying_windows(sizes, OUTLIER)
+            if not outlying.any():
+                return part
         reach = np.ones(2 * part.lags + 1)  # windows that share errors with it go too
         return replace(part, set_aside=np.convolve(outlying, reach)[part.lags : -part.lags] > 0)
 
-    def _standardized(self, part: WeakEquations, slopes: Array, residual: Array, windows: int) -> Array:
-        """Standardize means of the residuals of consecutive windows."""
+    def _standardized(self, part: WeakEquations, slopes: Array, residual: Array, windows: int, limit: float) -> Array:
+        """Standardize means of the residuals of consecutive windows; the prediction's error counts above a limit."""
         size, variance = np.abs(means(residual, windows)), self.components.marginal(part, windows)
-        far = size > SHOULDER * np.sqrt(variance)  # the others are not, with a larger variance
+        far = size > limit * np.sqrt(variance)  # the others are not, with a larger variance
         if (size > OUTLIER * np.sqrt(variance)).any():
             places, rows = np.nonzero(far)
             near = sum(slopes[places + k, rows] for k in range(windows)) / windows
