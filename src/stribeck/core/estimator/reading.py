@@ -171,13 +171,13 @@ def _with_terms(
     parts = pilot.parts
     size = len(pilot.prediction.values) - pilot.fit.model.layout.size
     friction = pilot.prediction.values[:size].reshape(joints, -1)[:, :functions]
-    residuals = []
-    for part in parts:
-        windows = basis.windows(part.velocity, part.taps, part.step, len(part.residual))
-        fitted = np.einsum("kmj,kjr,jr->km", part.weights, windows, friction, optimize=True)
+    windows = [basis.windows(part.velocity, part.taps, part.step, len(part.residual)) for part in parts]
+    left = []
+    for part, each in zip(parts, windows, strict=True):
+        fitted = np.einsum("kmj,kjr,jr->km", part.weights, each, friction, optimize=True)
         if part.regressors is not None:
             fitted += part.regressors @ pilot.prediction.values[size:]
-        residuals.append((part, part.residual - fitted, pilot.fit.components.marginal(part)))
+        left.append((part.residual - fitted, pilot.fit.components.marginal(part)))
     offsets = np.array([parameter.name != "offset" for parameter in law.parameters])
     free = offsets | (np.arange(joints) < parts[0].joints)[:, None]  # couplings have none: the joints have
     laws = Laws(law, basis, (), speed, np.full(joints, pilot.torque), priors, free)
@@ -188,7 +188,7 @@ def _with_terms(
         slope = laws.external(internal)[:, [parameter.name for parameter in law.parameters].index("slope")]
     nothing, delay = np.zeros(joints), priors.torque_delay
     terms = find_terms(parts, slope=slope, friction=friction, top_speed=speed, unexplained=nothing, delay=delay)
-    unexplained = Unexplained.of(residuals, basis, terms)
+    unexplained = Unexplained.of(list(zip(parts, windows, strict=True)), left, terms)
     terms = replace(terms, unexplained=unexplained.rms, settings=unexplained.settings)
     own_terms = [parameter.name not in NO_TERM and law.name == AUTO for parameter in terms.parameters]
     free = np.hstack([free, np.tile(own_terms, (joints, 1))])

@@ -8,7 +8,6 @@ import numpy as np
 
 from stribeck.core.base.typing import Array
 from stribeck.core.equations.weak_equations import WeakEquations
-from stribeck.core.estimator.model.basis import Basis
 from stribeck.core.estimator.model.terms import Terms
 from stribeck.core.friction.terms import LADDER
 from stribeck.core.friction.terms.term import Seen, evaluate
@@ -20,34 +19,35 @@ class Unexplained:
 
     Attributes
     ----------
-    left
-        Equations, residuals of the fit, and their expected variances, shape (K, m) each.
     parts
+        Equations, and windows of the basis, shape (K, n, R), for each part.
+    torques
         Residual torque times its information, and the information, for each part, shape (K, n) each.
-    basis, terms
-        Basis of the fitted curves, and terms without their settings.
+    terms
+        Terms without their settings.
     score, information, position
         Residual torque times its information, the information, and position [rad], shape (all K, n) each.
     """
 
-    left: Sequence[tuple[WeakEquations, Array, Array]]
-    parts: list[tuple[Array, Array]]
-    basis: Basis
+    parts: Sequence[tuple[WeakEquations, Array]]
+    torques: list[tuple[Array, Array]]
     terms: Terms
     score: Array
     information: Array
     position: Array
 
     @classmethod
-    def of(cls, residuals: Sequence[tuple[WeakEquations, Array, Array]], basis: Basis, terms: Terms) -> Self:
-        """Compute the residual torques of joints."""
-        parts = []
-        for part, residual, variance in residuals:
+    def of(
+        cls, parts: Sequence[tuple[WeakEquations, Array]], left: Sequence[tuple[Array, Array]], terms: Terms
+    ) -> Self:
+        """Compute the residual torques from what a fit leaves, and its expected variances, shape (K, m) each."""
+        torques = []
+        for (part, _), (residual, variance) in zip(parts, left, strict=True):
             shares = part.weights / variance[:, :, None] * part.used[:, None, None]
-            parts.append((np.einsum("kmj,km->kj", shares, residual), np.einsum("kmj,kmj->kj", shares, part.weights)))
-        score, information = map(np.concatenate, zip(*parts, strict=True))
-        position = np.concatenate([part.windows(part.position) for part, _, _ in residuals])
-        return cls(residuals, parts, basis, terms, score, information, position)
+            torques.append((np.einsum("kmj,km->kj", shares, residual), np.einsum("kmj,kmj->kj", shares, part.weights)))
+        score, information = map(np.concatenate, zip(*torques, strict=True))
+        position = np.concatenate([part.windows(part.position) for part, _ in parts])
+        return cls(parts, torques, terms, score, information, position)
 
     @property
     def rms(self) -> Array:
@@ -58,12 +58,12 @@ class Unexplained:
     @property
     def speed(self) -> Array:
         """Root mean square of the velocity [rad/s], shape (n,)."""
-        return np.asarray(np.sqrt(np.mean(np.concatenate([part.velocity for part, _, _ in self.left]) ** 2, axis=0)))
+        return np.asarray(np.sqrt(np.mean(np.concatenate([part.velocity for part, _ in self.parts]) ** 2, axis=0)))
 
     @property
     def resolution(self) -> Array:
         """Step of the encoders from their noise [rad], shape (n,)."""
-        steps = [np.sqrt(12) * part.position_noise for part, _, _ in self.left if part.position_noise is not None]
+        steps = [np.sqrt(12) * part.position_noise for part, _ in self.parts if part.position_noise is not None]
         return np.asarray(np.max([np.zeros_like(self.terms.top_speed), *steps], axis=0))
 
     @property
@@ -78,14 +78,13 @@ class Unexplained:
         `candidates` are c sets of the column's settings, shape (n,) each. The coefficient is positive.
         """
         information, right = 0.0, 0.0
-        for (part, _, _), (score, known) in zip(self.left, self.parts, strict=True):
-            windows = self.basis.windows(part.velocity, part.taps, part.step, len(part.residual))
+        for (part, windows), (score, known) in zip(self.parts, self.torques, strict=True):
             signals = self.terms.signals(part, windows)
             columns = [np.nan_to_num(evaluate(column, {**signals, **settings})) for settings in candidates]
             whole = np.concatenate([windows, np.stack(columns, axis=2)], axis=2)
             information = information + np.einsum("kj,kjr,kjs->jrs", known, whole, whole, optimize=True)
             right = right + np.einsum("kj,kjr->jr", score, whole)
-        r = self.basis.functions.shape[1]
+        r = windows.shape[2]
         return np.array([_falls(*system, r) for system in zip(np.asarray(information), np.asarray(right), strict=True)])
 
 
