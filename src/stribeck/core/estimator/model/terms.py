@@ -13,7 +13,7 @@ Settings of all columns come from the pilot, so that they are known before the l
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -40,6 +40,10 @@ ERRORS: tuple[Term, ...] = (
 
 NO_TERM = frozenset(name for term in ERRORS for name in term.names)
 """Parameters of columns that model errors, not friction."""
+
+
+LAGS = (0.5e-3, 2e-3, 8e-3)
+"""Travels of the pilot's presliding, divided by the top speed [s]; presliding resembles a delay."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -152,22 +156,21 @@ class Terms:
         return np.asarray(np.abs(part.torque - friction))
 
 
-class Beside(Protocol):
-    """Columns in addition to the curves, T per joint."""
+@dataclass(frozen=True, eq=False)
+class Lags:
+    """Columns of presliding for these travels, and joints with a top speed [rad/s], shape (n,)."""
 
-    @property
-    def size(self) -> int:
-        """Number T of columns per joint."""
+    top_speed: Array
+    size: int = len(LAGS)
+    held: ClassVar[list[bool]] = [False] * len(LAGS)
 
-    @property
-    def held(self) -> list[bool]:
-        """Mask of columns that the pilot does not fit."""
+    def columns(self, part: WeakEquations, windows: Array) -> Array:  # noqa: ARG002 - other terms need them
+        """Return the columns, shape (K, n, 3)."""
+        return np.moveaxis(part.presliding(self.top_speed, np.outer(LAGS, self.top_speed)), 0, 2)
 
-    def columns(self, part: WeakEquations, windows: Array) -> Array:
-        """Return the columns, shape (K, n, T), given the windows of the basis, shape (K, n, R)."""
-
-    def load(self, part: WeakEquations, windows: Array) -> Array:
-        """Compute the absolute torque that joints carry [N m], shape (K, n)."""
+    def load(self, part: WeakEquations, windows: Array) -> Array:  # noqa: ARG002 - not used yet
+        """Return zeros, shape (K, n)."""
+        return np.zeros_like(part.torque)
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,7 +178,7 @@ class Columns:
     """Friction columns of the equations: q per joint, for its curve and its terms."""
 
     basis: Basis
-    terms: Beside
+    terms: Terms | Lags
 
     @property
     def per_joint(self) -> int:

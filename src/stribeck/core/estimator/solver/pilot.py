@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import ClassVar
 
 import numpy as np
 
@@ -20,7 +19,7 @@ from stribeck.core.equations.whole_log.corrections.correction import Layout
 from stribeck.core.equations.whole_log.equation_sequence import EFFECTS, EquationSequence
 from stribeck.core.estimator.model.basis import Basis
 from stribeck.core.estimator.model.corrections import ModelCorrections, model_corrections
-from stribeck.core.estimator.model.terms import Columns
+from stribeck.core.estimator.model.terms import Columns, Lags
 from stribeck.core.estimator.noise.likelihood import make_groups, more_likely
 from stribeck.core.estimator.noise.outliers import Prediction, without_outliers
 from stribeck.core.estimator.noise.variance_components import VarianceComponents, first_components
@@ -34,32 +33,12 @@ LONGEST_DELAY, OPERATIONS = 0.1, 3e9
 LINEAR = 0.5e-3
 """Largest delay in which torques are treated as linear [s]."""
 
-LAGS = (0.5e-3, 2e-3, 8e-3)
-"""Travels of the pilot's presliding, divided by the top speed [s]; presliding resembles a delay."""
-
 SLOW = 0.25
 """Share of the top speed [1] up to which friction counts as friction near standstill, chosen by judgment."""
 
 DIFFER = 2.0
 """Factor by which chi^2 must fall for logs to have their own friction [1]: it is 600 for simulated days whose friction
 differs by 15 %, and at most 1.11 for logs of seven real robots, where errors of the model dominate."""
-
-
-@dataclass(frozen=True, eq=False)
-class Lags:
-    """Columns of presliding for these travels, and joints with a top speed [rad/s], shape (n,)."""
-
-    top_speed: Array
-    size: int = len(LAGS)
-    held: ClassVar[list[bool]] = [False] * len(LAGS)
-
-    def columns(self, part: WeakEquations, windows: Array) -> Array:  # noqa: ARG002 - other terms need them
-        """Return the columns, shape (K, n, 3)."""
-        return np.moveaxis(part.presliding(self.top_speed, np.outer(LAGS, self.top_speed)), 0, 2)
-
-    def load(self, part: WeakEquations, windows: Array) -> Array:  # noqa: ARG002 - not used yet
-        """Return zeros, shape (K, n)."""
-        return np.zeros_like(part.torque)
 
 
 @dataclass(frozen=True, eq=False)

@@ -40,48 +40,33 @@ class Heterogeneity:
 
 def heterogeneity(whole: Statistics, parts: Sequence[Statistics], fit: Fit) -> Heterogeneity:
     """Compute the heterogeneity of a fit to a log over its folds, given the statistics of both."""
-    layout, joints = fit.layout, len(fit.internal)
+    layout, joints, size = fit.layout, len(fit.internal), fit.layout.size
     if len(parts) < 2:
         return Heterogeneity(1.0, np.ones(joints))
-    places, steps = np.arange(layout.size), _fold_steps(whole, parts, fit)
-    model = layout.places("bodies", "rotors") if len(layout.places("bodies", "base_delay")) else places[:0]
-    of_model = steps.ratio(np.intersect1d(steps.free, model))[0]
-    groups = [np.intersect1d(steps.free, places[layout.joint(k)][free]) for k, free in enumerate(fit.laws.free)]
-    ratios, squares = np.array([steps.ratio(group) for group in groups]).T
-    mean = float(ratios @ squares / max(squares.sum(), 1.0))
-    covariance = len(parts) / (len(parts) - 1) * steps.steps @ steps.steps.T
-    return Heterogeneity(max(1.0, of_model), np.maximum(1.0, (ratios + mean) / 2), covariance)
-
-
-@dataclass(frozen=True, eq=False)
-class _FoldSteps:
-    """Newton steps of each fold from the common fit, shape (m, F); zero for coordinates at a bound."""
-
-    free: NDArray[np.int64]
-    covariance: Array
-    steps: Array
-    prior: Array
-
-    def ratio(self, places: NDArray[np.int64]) -> tuple[float, float]:
-        """Compute D of some coordinates, and the number of squares in this mean."""
-        block, folds = np.ix_(places, places), self.steps.shape[1]
-        known = np.eye(len(places)) - self.covariance[block] @ self.prior[block]
-        expected = float(np.trace(known) - np.sum(known * known.T) / folds)
-        squares = float(np.sum(self.steps[places] * (inverse_of(self.covariance[block]) @ self.steps[places])))
-        return (squares / expected, expected * folds) if expected > 0.5 else (1.0, 0.0)
-
-
-def _fold_steps(whole: Statistics, parts: Sequence[Statistics], fit: Fit) -> _FoldSteps:
-    """Compute the steps of the folds; see `heterogeneity` for the parameters."""
-    values, size, friction = fit.values, fit.layout.size, fit.internal.size
+    values = fit.values
     slopes = fit.pulled(np.stack([part.information @ values - part.right for part in parts], axis=1))
-    free = np.append(~fit.at_bound.ravel() & fit.laws.free.ravel(), np.ones(size - friction, dtype=bool))
-    places = np.flatnonzero(free)
-    covariance, steps = np.zeros((size, size)), np.zeros((size, len(parts)))
-    covariance[np.ix_(places, places)] = inverse_of(fit.curvature(whole)[np.ix_(places, places)])
-    steps[places] = covariance[np.ix_(places, places)] @ slopes[places]
+    free = np.append(~fit.at_bound.ravel() & fit.laws.free.ravel(), np.ones(size - fit.internal.size, dtype=bool))
+    block = np.ix_(free, free)
+    covariance, steps = np.zeros((size, size)), np.zeros((size, len(parts)))  # zero for coordinates at a bound
+    covariance[block] = inverse_of(fit.curvature(whole)[block])
+    steps[free] = covariance[block] @ slopes[free]
     prior = scipy.linalg.block_diag(np.diag(fit.laws.prior[1].ravel() ** -2.0), fit.model.precision)
-    return _FoldSteps(places, covariance, steps, prior)
+
+    def ratio(places: NDArray[np.int64]) -> tuple[float, float]:
+        """Compute D of some coordinates, and the number of squares in this mean."""
+        places = places[free[places]]
+        block = np.ix_(places, places)
+        known = np.eye(len(places)) - covariance[block] @ prior[block]
+        expected = float(np.trace(known) - np.sum(known * known.T) / len(parts))
+        squares = float(np.sum(steps[places] * (inverse_of(covariance[block]) @ steps[places])))
+        return (squares / expected, expected * len(parts)) if expected > 0.5 else (1.0, 0.0)
+
+    every = np.arange(size)
+    model = layout.places("bodies", "rotors") if len(layout.places("bodies", "base_delay")) else every[:0]
+    ratios, squares = np.array([ratio(every[layout.joint(k)][own]) for k, own in enumerate(fit.laws.free)]).T
+    mean = float(ratios @ squares / max(squares.sum(), 1.0))
+    of_folds = len(parts) / (len(parts) - 1) * steps @ steps.T
+    return Heterogeneity(max(1.0, ratio(model)[0]), np.maximum(1.0, (ratios + mean) / 2), of_folds)
 
 
 def solve_overdispersed(
