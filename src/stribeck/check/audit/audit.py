@@ -66,13 +66,12 @@ def findings(evidence: AuditData, lags: dict[str, Lag], settings: Settings) -> l
     if unsigned := check_unsigned(evidence, left_out):
         channels = [finding for finding in channels if finding not in coarse]
     left_out |= {name for finding in (*unsigned, *coarse) for name in finding.joints}
-    lost = any(f.check == "channel-frozen" and f.channel == "position" for f in channels)
-    lost = lost or any(f.check in ("position-degrees", "position-jump") for f in positions)
+    useless = {"channel-frozen", "position-degrees", "position-jump"}  # positions that cannot be compared
+    lost = any(f.check in useless and f.channel == "position" for f in (*channels, *positions))
     by_trial = [] if lost else check_by_trial(evidence, settings)
-    lost = lost or bool(by_trial)
-    base = [] if lost else check_base(evidence)
+    base = [] if lost or by_trial else check_base(evidence)
     problems = [*channels, *positions, *by_trial, *base, *samples, *unsigned]
-    if not lost and not any(f.stops for f in problems):
+    if not lost and not by_trial and not any(f.stops for f in problems):
         problems += _without_disturbances(evidence, lags, left_out)
     return sorted(problems, key=lambda finding: not finding.stops)
 

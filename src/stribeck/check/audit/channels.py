@@ -50,16 +50,11 @@ def check_channels(evidence: AuditData) -> list[Finding]:
             if spans:
                 frozen[channel] = list({*frozen[channel], *spans})
                 faults["channel-frozen", channel][joint] = f" ({listed_spans(spans)})"
-    return [
-        Finding.of(
-            check,
-            joints,
-            channel=channel,
-            settings=[unmeasured(robot, joints)],
-            exclude=frozen[channel] if check == "channel-frozen" else (),
-        )
-        for (check, channel), joints in faults.items()
-    ]
+    problems = []
+    for (check, channel), joints in faults.items():
+        setting, spans = unmeasured(robot, joints), frozen[channel] if check == "channel-frozen" else []
+        problems.append(Finding.of(check, joints, channel=channel, settings=[setting], exclude=spans))
+    return problems
 
 
 def unmeasured(robot: Robot, joints: Iterable[str]) -> Setting:

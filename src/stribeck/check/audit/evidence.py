@@ -146,10 +146,8 @@ def _plain(settings: Settings, prepared: PreparedLog, joints: IntArray) -> tuple
     kind = settings.filter.kind
     differentiated = kind == "auto" or (kind == "log" and settings.observer_bandwidth is not None)
     plain = {"averaged_law": False, "filter_torque": False, "standing_legs": True, "observer_bandwidth": None}
-    settings = settings.model_copy(update=plain)
-    if differentiated:  # an observer's log may have only velocities
-        settings = settings.model_copy(update={"filter": _differentiator(prepared, joints)})
-    return settings, differentiated
+    of_motion = {"filter": _differentiator(prepared, joints)} if differentiated else {}  # an observer has velocities
+    return settings.model_copy(update=plain | of_motion), differentiated
 
 
 def _differentiator(prepared: PreparedLog, joints: IntArray) -> FilterSettings:

@@ -70,14 +70,10 @@ def check_scales(evidence: AuditData, fits: dict[int, GainFit], joints: list[int
 def _gain_finding(evidence: AuditData, gains: Mapping[str, tuple[float, float]]) -> Finding:
     """Report wrong gains of single torques, each with its standard error [1]."""
     sizes = {name: abs(gain) for name, (gain, _) in gains.items()}
-    gear = all(not 1 / 12 < size < 12 for size in sizes.values())
-    return Finding.of(
-        "torque-gain",
-        {name: f" ({gain:.3g} ± {2 * error:.1g} times the model's)" for name, (gain, error) in gains.items()},
-        gear=", as if a gear ratio were missing" if gear else "",
-        settings=[scale_setting(evidence.robot, {name: 1 / size for name, size in sizes.items()})],
-        gains=sizes,
-    )
+    gear = ", as if a gear ratio were missing" * all(not 1 / 12 < size < 12 for size in sizes.values())
+    setting = scale_setting(evidence.robot, {name: 1 / size for name, size in sizes.items()})
+    texts = {name: f" ({gain:.3g} ± {2 * error:.1g} times the model's)" for name, (gain, error) in gains.items()}
+    return Finding.of("torque-gain", texts, gear=gear, settings=[setting], gains=sizes)
 
 
 def _causes(evidence: AuditData, causes: Sequence[Hypothesis], off: bool) -> list[Finding]:
@@ -215,16 +211,7 @@ def check_external(evidence: AuditData, left_out: Collection[str] = ()) -> list[
             off[name] = estimate
     if not off:
         return []
-    return [
-        Finding.of(
-            "external-torque",
-            {
-                name: f" ({estimate.gain:.3g} ± {2 * estimate.error:.1g} times the expected torque)"
-                for name, estimate in off.items()
-            },
-            stops=len(off) >= MOST * len(evidence.joints),
-            settings=[
-                scale_setting(evidence.robot, {name: result.gain for name, result in off.items()}, "external_torque")
-            ],
-        )
-    ]
+    setting = scale_setting(evidence.robot, {name: result.gain for name, result in off.items()}, "external_torque")
+    texts = {name: f" ({x.gain:.3g} ± {2 * x.error:.1g} times the expected torque)" for name, x in off.items()}
+    most = len(off) >= MOST * len(evidence.joints)
+    return [Finding.of("external-torque", texts, stops=most, settings=[setting])]

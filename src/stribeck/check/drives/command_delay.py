@@ -129,8 +129,7 @@ def _pieces(logs: Logs, robot: Robot, settings: Settings) -> Pieces | None:
     def command(piece: _Piece) -> Array:
         rows = piece.rows[0] + np.arange(-lead, stride.max() * longest + 1)
         assert piece.log.command is not None
-        commands: Array = piece.log.command[rows.clip(0, len(piece.log.time) - 1), piece.joint]
-        return commands
+        return np.asarray(piece.log.command[rows.clip(0, len(piece.log.time) - 1), piece.joint])
 
     def padded(values: Iterable[Array]) -> Array:
         return np.stack([np.pad(value, (0, longest - len(value)), mode="edge") for value in values], axis=1)

@@ -250,8 +250,7 @@ def _build_contact(name: str, table: ContactTable, model: pin.Model, shapes: Pat
     place = next(frames, 0)
     if table.kind == "point":
         point = Contact(name, table.frame, table.kind, table.radius or 0.0, given=table.radius is not None)
-        ball = None if table.radius == 0 else ball_beside(shapes, table.frame)
-        if ball is None:
+        if table.radius == 0 or not (ball := ball_beside(shapes, table.frame)):
             return point
         at = model.frames[place].placement * pin.SE3(np.eye(3), ball[1])
         return replace(point, frame=_add_center(model, place, at), ball=ball[0])

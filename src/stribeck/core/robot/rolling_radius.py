@@ -10,9 +10,6 @@ import numpy as np
 from stribeck.core.base.typing import Array
 from stribeck.core.robot.xml_file import read_xml
 
-NEAR = 0.5
-"""Largest distance of a frame from the center of its ball [1], relative to the radius."""
-
 
 def rolling_radius(path: Path, frame: str, kind: str = "point", *, meshes: bool = False) -> float:
     """Find the radius [m] of a wheel's cylinder or sphere, or of a ball around a point; 0 if missing.
@@ -22,16 +19,20 @@ def rolling_radius(path: Path, frame: str, kind: str = "point", *, meshes: bool 
     """
     rolling = ("cylinder", "sphere")[kind == "point" :]
     sizes = [(size, place) for shape, size, place in _shapes(path, frame, meshes=meshes) if shape in rolling]
-    near = [size for size, place in sizes if kind == "wheel" or np.linalg.norm(place) < NEAR * size]
+    near = [size for size, place in sizes if kind == "wheel" or _is_center(place, size)]
     return round(max(near, default=0.0), 4)
 
 
 def ball_beside(path: Path, frame: str) -> tuple[float, Array] | None:
     """Find the radius [m] and center [m] of a link's only sphere, relative to a frame that is not at its center."""
     balls = [(size, place) for shape, size, place in _shapes(path, frame, meshes=False) if shape == "sphere"]
-    if not balls or any(np.linalg.norm(place - balls[0][1]) > 1e-3 for _, place in balls):  # shown and touched: one
-        return None
-    return balls[0] if np.linalg.norm(balls[0][1]) >= NEAR * balls[0][0] else None
+    alone = balls and all(np.linalg.norm(place - balls[0][1]) < 1e-3 for _, place in balls)  # one may be visual
+    return balls[0] if alone and not _is_center(balls[0][1], balls[0][0]) else None
+
+
+def _is_center(place: Array, radius: float) -> bool:
+    """Whether a frame's distance from the center of a ball is below half of the radius."""
+    return bool(np.linalg.norm(place) < 0.5 * radius)
 
 
 def _shapes(path: Path, frame: str, *, meshes: bool) -> list[tuple[str, float, Array]]:
