@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 from stribeck.core.robot import Robot
@@ -26,12 +25,9 @@ def test_a_foot_is_the_center_of_a_ball_beside_its_frame_unless_it_is_sharp(
     foot = {"frame": "LF_FOOT", "kind": "point"} | ({} if radius is None else {"radius": radius})
     anymal = model_path("package:anymal_c_simple_description/anymal", tmp_path)
     robot = Robot.from_model(anymal, contacts={"LF": foot})  # type: ignore[dict-item]  # as in a robot file
-    model, (turn, place) = robot.tree.model, robot.foot_pose("LF", np.zeros((1, 12)))
-    data = model.createData()
-    pin.framesForwardKinematics(model, data, pin.neutral(model))
-    root = data.oMf[model.getFrameId("base")]
-    frame = root.actInv(data.oMf[model.getFrameId("LF_FOOT")])
-    np.testing.assert_allclose(turn[0].T @ (place[0] - frame.translation), [0, 0, height], atol=1e-9)
+    model, names = robot.tree.model, ("LF_FOOT", robot.contacts["LF"].frame)
+    frame, own = (model.frames[model.getFrameId(name)].placement for name in names)
+    np.testing.assert_allclose(frame.actInv(own.translation), [0, 0, height], atol=1e-9)
     assert robot.contacts["LF"].ball == (0.03 if height else 0.0)
 
 

@@ -121,25 +121,14 @@ def test_frames_stand_to_one_another_as_before(name, foot):
 
 
 @pytest.mark.parametrize(("name", "foot"), FEET)
-def test_mass_inertia_rotors_and_limits_stay(name, foot):
-    """The same twist of all bodies requires the same wrench: total inertia relative to the foot."""
+def test_rotors_and_limits_stay(name, foot):
     robot = example_robot(name)
     tree, own = robot.rooted_at(foot), robot.tree
-    joints = np.random.default_rng(1).uniform(-1, 1, len(robot.joint_names))
-    composite = []
-    for rooted in (tree, own):
-        data = rooted.model.createData()
-        pin.framesForwardKinematics(rooted.model, data, configuration(rooted, joints))
-        pin.crba(rooted.model, data, configuration(rooted, joints))
-        pose = data.oMf[rooted.model.getFrameId(robot.contacts[foot].frame)]
-        pin.ccrba(rooted.model, data, configuration(rooted, joints), np.zeros(rooted.model.nv))
-        offset = pin.SE3(np.eye(3), data.com[0])
-        composite.append(pose.actInv(offset).act(data.Ig).matrix())
-    np.testing.assert_allclose(composite[0], composite[1], atol=1e-9)
+    count = len(robot.joint_names)
     for attribute in ("lowerPositionLimit", "upperPositionLimit", "armature", "effortLimit", "velocityLimit"):
-        ours, before = (np.empty(len(joints)) for _ in range(2))
-        ours[tree.columns] = np.asarray(getattr(tree.model, attribute))[-len(joints) :]
-        before[own.columns] = np.asarray(getattr(own.model, attribute))[-len(joints) :]
+        ours, before = (np.empty(count) for _ in range(2))
+        ours[tree.columns] = np.asarray(getattr(tree.model, attribute))[-count:]
+        before[own.columns] = np.asarray(getattr(own.model, attribute))[-count:]
         np.testing.assert_array_equal(ours, before)
 
 

@@ -1,16 +1,15 @@
 """What disturbs a part of a log costs that part, and torques that are late are shifted before anything is fitted."""
 
-import re
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
-from tests.arm import TRUTH, arm_log, save_npz, write_arm
-from tests.cli.test_cli import run
+from tests.arm import TRUTH, arm_log, write_arm
 
-from stribeck import Robot, Settings, identify, read_result
+from stribeck import Robot, Settings, identify
 from stribeck.core.equations import constants
 from stribeck.core.equations.constants import WIDEST_PRIOR
 from stribeck.core.equations.friction_torque.preparation import prepare
@@ -44,12 +43,15 @@ def clean(arm: Robot, exact: RobotLog) -> WholeLog:
     return whole_log(exact, arm)
 
 
-def carrying(arm: Robot, log: RobotLog) -> RobotLog:
-    """A log in which the hand holds 3 kg for 40 % of it."""
+HELD = range(6000, 14_000)
+
+
+def carrying(arm: Robot, log: RobotLog, rows: Iterable[int] = HELD) -> RobotLog:
+    """A log in which the hand holds 3 kg, by default for 40 % of it."""
     model = pin.Model(arm.tree.model)
     model.inertias[model.njoints - 1] += pin.Inertia(3.0, np.array([0.05, 0.0, 0.1]), 0.01 * np.eye(3))
     torque = log.torque.copy()
-    for k in range(6000, 14_000):
+    for k in rows:
         motion = log.position[k], log.velocity[k], log.acceleration[k]
         loaded, empty = (pin.rnea(own, own.createData(), *motion) for own in (model, arm.tree.model))
         torque[k] += loaded - empty
@@ -93,12 +95,18 @@ def test_priors_of_bodies_are_widened_if_that_predicts_the_log_better(arm, exact
     covered(found, 0.02)
 
 
-def test_a_payload_that_is_held_for_a_part_of_the_log_is_set_aside(arm, exact, clean):
-    found = whole_log(carrying(arm, exact), arm)
+@pytest.mark.parametrize("most", [False, True])
+def test_spans_with_or_without_a_payload_are_set_aside_whichever_are_fewer(arm, exact, clean, most):
+    rows = [k for k in range(len(exact.time)) if k not in HELD] if most else HELD
+    found = whole_log(carrying(arm, exact, rows), arm)
     assert 0.3 < found.read.set_aside < 0.6
     assert {finding.check for finding in find_problems(found)} == {"payload"}  # says when, where and how much
+    (payload,) = found.carried
+    assert payload.mass == pytest.approx(3.0, rel=0.02)
+    assert (payload.spans != payload.aside) is most
     swinging = found.read.pilot.fit.components.model[0]  # of an arm, no joint stands
-    np.testing.assert_allclose(swinging, clean.read.pilot.fit.components.model[0], rtol=0.5)
+    if not most:  # else bodies contain the payload
+        np.testing.assert_allclose(swinging, clean.read.pilot.fit.components.model[0], rtol=0.5)
     covered(found, 0.02)
 
 
@@ -157,28 +165,3 @@ def test_of_a_long_log_evenly_spread_segments_are_read(arm, exact, monkeypatch):
     assert read == 6 + len(found.read.held_out) < whole
     assert found.notes[0] == f"{read} of {whole} segments of the log are read, evenly spread."
     covered(found, 0.02)
-
-
-@pytest.mark.long
-def test_a_payload_is_named_and_its_spans_are_used_when_it_is_accepted(tmp_path: Path) -> None:
-    robot = Robot.from_file(write_arm(tmp_path))
-    noisy = with_noise(carrying(robot, arm_log(robot)), position=2e-5, torque=0.05, seed=3)
-    log = save_npz(noisy, tmp_path / "log.npz")
-    command = ["identify", str(log), "-r", str(tmp_path / "robot.toml"), "-o"]
-    assert run(*command, str(tmp_path / "before")) == 0
-    findings = {each.check: each for each in read_result(tmp_path / "before/result.json").findings}
-    assert "set-aside" not in findings
-    assert findings["payload"].text.startswith("The robot carries something: 3 kg at ")
-    start, end = map(float, re.findall(r"from ([\d.]+) to ([\d.]+) s", findings["payload"].text)[0])
-    assert (start, end) == (pytest.approx(6.0, abs=0.3), pytest.approx(14.0, abs=0.3))
-    line = re.findall(r"payload = \[.*\](?= in \[robot\])", findings["payload"].cure)[0]
-    com = re.findall(r"com = \[(.*?)\]", line)[0].split(",")
-    assert [float(x) for x in com] == pytest.approx([0.05, 0, 0.1], abs=0.01)
-    write_arm(tmp_path, f"{line}\n")
-    assert run(*command, str(tmp_path / "after")) == 0
-    result = read_result(tmp_path / "after/result.json")
-    assert {each.check for each in result.findings} == set()
-    for joint in result.joints.values():
-        coulomb = joint.parameters["coulomb"]
-        assert coulomb.value == pytest.approx(TRUTH["coulomb"], rel=0.02)
-        assert coulomb.value == pytest.approx(TRUTH["coulomb"], abs=3 * coulomb.standard_error)
