@@ -19,11 +19,9 @@ def test_a_ball_has_the_radius_of_its_sphere_or_mesh(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("radius", "height"), [(None, 0.0225), (0.03, 0.0225), (0.0, 0.0)])
-def test_a_foot_is_the_center_of_a_ball_beside_its_frame_unless_it_is_sharp(
-    radius: float | None, height: float, tmp_path: Path
-) -> None:
+def test_a_foot_is_the_center_of_the_ball_beside_its_frame(radius: float | None, height: float) -> None:
     foot = {"frame": "LF_FOOT", "kind": "point"} | ({} if radius is None else {"radius": radius})
-    anymal = model_path("package:anymal_c_simple_description/anymal", tmp_path)
+    anymal = "package:anymal_c_simple_description/anymal"
     robot = Robot.from_model(anymal, contacts={"LF": foot})  # type: ignore[dict-item]  # as in a robot file
     model, names = robot.tree.model, ("LF_FOOT", robot.contacts["LF"].frame)
     frame, own = (model.frames[model.getFrameId(name)].placement for name in names)

@@ -124,11 +124,10 @@ def test_frames_stand_to_one_another_as_before(name, foot):
 def test_rotors_and_limits_stay(name, foot):
     robot = example_robot(name)
     tree, own = robot.rooted_at(foot), robot.tree
-    count = len(robot.joint_names)
     for attribute in ("lowerPositionLimit", "upperPositionLimit", "armature", "effortLimit", "velocityLimit"):
-        ours, before = (np.empty(count) for _ in range(2))
-        ours[tree.columns] = np.asarray(getattr(tree.model, attribute))[-count:]
-        before[own.columns] = np.asarray(getattr(own.model, attribute))[-count:]
+        ours, before = np.empty((2, len(robot.joint_names)))
+        ours[tree.columns] = np.asarray(getattr(tree.model, attribute))[-len(ours) :]
+        before[own.columns] = np.asarray(getattr(own.model, attribute))[-len(ours) :]
         np.testing.assert_array_equal(ours, before)
 
 
