@@ -96,10 +96,7 @@ def _words(robot: Robot, column: int, force: Force, torque: Array) -> tuple[str,
 
 
 def _carried(
-    robot: Robot,
-    payloads: Sequence[Payload],
-    spans: Mapping[tuple[int, float, float], Span],
-    used: Sequence[Span],
+    robot: Robot, payloads: Sequence[Payload], spans: Mapping[tuple[int, float, float], Span], used: Sequence[Span]
 ) -> list[Carried]:
     """Place payloads in the frames of links; what no robot carries, too heavy or too far away, has another cause."""
     carried = []

@@ -176,10 +176,11 @@ def _descend(statistics: Statistics, start: Fit) -> Fit:
         to_u = system.alone - system.follow @ laws.coefficients(x + to_x).ravel() - u
         linear = model.values(u) + model.slopes(u).pushed(to_u[:, None])[:, 0]
         expected = _cost(statistics, laws, model, x + to_x, u + to_u, linear)
-        before, share = cost, 1.0
-        while (cost := _cost(statistics, laws, model, x + share * to_x, u + share * to_u)) > before and share > 1e-3:
+        before, cost, share = cost, np.nan, 2.0
+        while not cost <= before and share > 1e-3:  # a long step may overflow, and then costs no number
             share /= 2  # the linearization holds only for a shorter step
-        if cost > before:
+            cost = _cost(statistics, laws, model, x + share * to_x, u + share * to_u)
+        if not cost <= before:
             break
         x, u = x + share * to_x, u + share * to_u
         if before - cost < tolerance or abs(cost - expected) < tolerance:
