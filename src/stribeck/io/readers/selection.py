@@ -196,10 +196,9 @@ def _missing_joint(
     where = robot.path if robot and robot.path else "the robot file"
     known = robot.joint_names if robot else missing
     strangers = [name for name in places if name not in known]
+    cure = f"list joints without {channel} in [robot] position_controlled = {in_toml(missing)}"
     if channel == "position":
-        cure = f"lock joints that the log omits, as [robot] locked = {in_toml({missing[0]: 0.0})}"
-    else:
-        cure = f"list joints without {channel} in [robot] position_controlled = {in_toml(missing[:1])}"
+        cure = f"lock joints that the log omits, as [robot] locked = {in_toml(dict.fromkeys(missing, 0.0), 10**6)}"
     if strangers and robot:
         named = dict(robot.log_table.joint_names) | _paired(strangers, missing)
         cure = f"in {where}, set joint_names = {in_toml(named, most=10**6)} in [log] and check the pairs, or {cure}"
