@@ -148,7 +148,8 @@ class _Turns:
 def _axes_off(turns: _Turns) -> Array | None:
     """Find the axes that explain a rotation far better than the given ones; None if the given ones are fine.
 
-    They must explain half of the rotation, and leave less than 35 % of the residual of the given axes.
+    They must explain half of the rotation, and leave less than 35 % of the residual of the given axes, which explain
+    less than 90 %: tilts of up to 18 degrees are corrected.
     """
     slowest = min(_rms(turns.measured), _rms(turns.expected)) if len(turns.measured) >= LEAST_BINS else 0.0
     if slowest < 0.02:  # rad/s
@@ -156,8 +157,8 @@ def _axes_off(turns: _Turns) -> Array | None:
     left, _, right = np.linalg.svd(turns.measured.T @ turns.expected)  # Kabsch 1976
     proper = left * [1, 1, np.sign(np.linalg.det(left @ right))] @ right  # of two axes, the third one has no sign
     best = proper if turns.explained(proper) > turns.explained(left @ right) - 0.05 else left @ right
-    explained = turns.explained(best)
-    return best if explained > 0.5 and 1 - explained < 0.35 * (1 - turns.explained(np.eye(3))) else None
+    explained, given = turns.explained(best), turns.explained(np.eye(3))
+    return best if explained > 0.5 and given < 0.9 and 1 - explained < 0.35 * (1 - given) else None
 
 
 def _rms(vectors: Array) -> float:
