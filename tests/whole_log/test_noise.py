@@ -115,17 +115,6 @@ def test_variance_components_are_found_from_residuals() -> None:
     np.testing.assert_allclose(components.encoder_scale, TRUTH.encoder_scale, rtol=0.25)
 
 
-def test_errors_of_fast_gaits_are_those_of_the_bins_that_they_reach() -> None:
-    equations = replace(some_equations(80, False), since=np.full(80, 0.1), until=np.full(80, 0.1))
-    components = replace(TRUTH, contact_scale=np.ones((2, 5)))
-    factor = np.linalg.cholesky(covariance(equations, components))
-    groups = make_groups(equations, 0, 1, factor @ np.random.default_rng(8).standard_normal((len(factor), 1)))
-    for _ in range(15):
-        components = more_likely(components, [(groups, groups.whitener(components), groups.design[:, :, 0])], 1.0)
-    np.testing.assert_allclose(components.contact_scale, 1.0)
-    assert np.all(np.abs(np.log(components.model[[1, 0], [0, 1]] / TRUTH.model[[1, 0], [0, 1]])) < 0.5)
-
-
 def test_friction_is_uncertain_where_the_filter_hides_a_reversal():
     equations = some_equations(80, False, 3)
     slow = np.array([0.0, 0.0, 0.01])

@@ -155,13 +155,4 @@ def test_short_flights_are_used_where_the_log_has_no_long_ones() -> None:
     assert len(segments) >= 18
     long = (*phases, replace(phases[0], start=1800, stop=3800))
     found = cut_segments(long, (slice(0, 3800),), period=1e-3, margin=10, shortest=53)
-    assert not any(segment.first < 1800 for segment in found)
-
-
-def test_where_the_log_starts_feet_settle_if_they_step_later() -> None:
-    phase = SupportPhase(
-        start=0, stop=900, feet=("a",), kind="single", first=0, last=900, steady_first=0, steady_last=900
-    )
-    for stop, first, begins in ((900, 10, None), (1000, 70, 0)):  # it stands in the whole log, or lifts the foot
-        segment = cut_segments((phase,), (slice(0, stop),), period=1e-3, margin=10, shortest=53)[0]
-        assert (segment.first, segment.begins) == (first, begins)
+    assert sum(segment.first < 1800 for segment in found) <= 1  # the first one has no touchdown

@@ -61,14 +61,16 @@ def cut_segments(
         before: tuple[str, ...] = ()
         for phase in (phase for phase in phases if phase.kind != "touching"):
             part = next(part for part in unbroken if part.start <= phase.start < part.stop)
-            steps = phase.steps and (phase.start, phase.stop) != (part.start, part.stop)
-            begins = phase.start if steps else None  # where a log starts, feet may have just landed
-            ends = phase.stop if steps and phase.stop < part.stop else None
+            first, last = max(phase.start, part.start + margin), min(phase.stop, part.stop - margin)
+            begins = phase.start if phase.steps and phase.start > part.start else None
+            ends = phase.stop if phase.steps and phase.stop < part.stop else None
             settling = 0.02 if not phase.feet else 0.05 if set(phase.feet) <= set(before) else 0.07  # [s]; feet chatter
             duration = (phase.stop - phase.start) * period if hurried else np.inf
             after, until = trims(duration, settling, 0.02, shortest * period)
-            first = max(phase.start + steps * round(after / period), part.start + margin)
-            last = min(phase.stop - (ends is not None) * round(until / period), part.stop - margin)
+            if begins is not None:
+                first = max(first, begins + round(after / period))
+            if ends is not None:
+                last = min(last, ends - round(until / period))
             feet = tuple(sorted(phase.feet, key=lambda foot: foot in surfaces and foot not in before))
             before = phase.feet
             if not phase.plausible(period) or last - first < shortest:

@@ -109,11 +109,10 @@ def more_likely(
     for first in range(joints, sums.shape[1], 3):  # one of each three directions that have the same component
         sums[:, first : first + 3] = sums[:, first : first + 3].sum(axis=1, keepdims=True)
     values = components.away_from_contacts * _ratio(*sums.sum(axis=2))
-    squares, known = np.stack([sums[:, components.kinds == kind].sum(axis=1) for kind in (0, 1)], axis=1)
-    contact_scale = components.contact_scale * _ratio(squares, known)
-    usual = np.where(known[:, AWAY] > 0, AWAY, known.argmax(axis=1))  # fast gaits are never far from contact changes
-    contact_scale /= np.maximum(contact_scale[[0, 1], usual][:, None], 1e-12)
-    contact_scale[known == 0] = 1.0  # where no window is
+    by_kind = [sums[:, components.kinds == kind].sum(axis=1) for kind in (0, 1)]
+    contact_scale = components.contact_scale * np.stack([_ratio(*sides) for sides in by_kind])
+    contact_scale /= np.maximum(contact_scale[:, [AWAY]], 1e-12)
+    contact_scale[np.stack(by_kind)[:, 1] == 0] = 1.0  # where no window is
     root, wrench = np.split(values[joints:], [len(components.root)])
     return replace(
         components,
