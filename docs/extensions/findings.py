@@ -20,7 +20,7 @@ prints an example with its evidence.
 | G1's walk (no threshold was chosen on it) | 45 | 37 | 2 |
 
 Four faults of the quadruped and four of the G1 leave wrong joints identified. No remedy, applied as printed, makes a
-joint worse. Without a fault, nothing is found (`python -m studies.first_hour`, 2026-11-28). Friction that drives
+joint worse. Without a fault, nothing is found (`python -m studies.first_hour`, 2026-11-29). Friction that drives
 compensate is not detected.
 
 *Generated from `src/stribeck/core/base/findings.toml`.*
