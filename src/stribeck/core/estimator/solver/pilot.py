@@ -167,7 +167,7 @@ def _find_delay(fit: Callable[..., Pilot], progress: Callable[[float], None]) ->
             break
         if not tried:
             free, held = _log_errors(pilot.fit, pilot.fit.model, pilot.fit.model.without_delay)
-            if not _clearly_positive(held - free):
+            if not np.mean(held - free) > 0:
                 return None
         tried.append((delay, remainder))
         delay = float(np.clip(delay + _secant_step(tried), -LONGEST_DELAY, LONGEST_DELAY))
