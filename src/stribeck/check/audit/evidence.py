@@ -95,7 +95,7 @@ def gather(prepared: PreparedLog, robot: Robot, settings: Settings, most: int = 
     """Compute the evidence for all checks from at most `most` samples.
 
     The checks compare means over bins of 40 ms, because encoder noise, which large inertias multiply, averages out. The
-    model's torque needs only 8 samples per bin, after a filter over 50 ms.
+    model's torque needs only 8 samples per bin, after a filter over 50 ms, or up to 200 ms if encoders are noisy.
 
     Raises
     ------
@@ -154,7 +154,7 @@ def _differentiator(prepared: PreparedLog, joints: IntArray) -> FilterSettings:
     """Choose a window of 50 ms, or of 100 or 200 ms while half of most joints' accelerations is encoder noise."""
     position, period = prepared.log.position[:MOST_SAMPLES, joints], prepared.sampling.period
     noise = white_noise(position, prepared.sampling.segments)
-    for seconds in (0.05,) if prepared.log.unscaled else (0.05, 0.1, 0.2):  # unknown gains and their check agree
+    for seconds in (0.05,) if prepared.log.unscaled else (0.05, 0.1, 0.2):  # gains are found and checked alike
         window = 2 * max(3, round(seconds / period / 2)) + 1
         chosen = FilterSettings(kind="savitzky-golay", window=window)
         kernel = savgol_kernels(window, chosen.order, period)[2]

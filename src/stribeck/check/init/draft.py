@@ -39,7 +39,7 @@ class Draft:
     warnings
         Problems of model and log that do not prevent their use, one sentence each.
     imus
-        Topics of IMUs of which no frame tells that it is the base's.
+        Topics of IMUs, if frames do not tell which one is on the base.
     """
 
     facts: ModelFacts

@@ -84,9 +84,9 @@ def read_model(path: Path) -> ModelFacts:
 
 
 def _balls(path: Path, model: pin.Model, data: pin.Data, root: Element, free: bool) -> set[str]:
-    """Collect the names of links that are balls, and with a free joint of sites within and bodies with balls at ends.
+    """Collect the names of links that are balls, and if the base is free, of sites within balls and bodies with one.
 
-    The ball of a body is below the last joints of all limbs, unlike a hand.
+    Only the ends of limbs count. The ball of a body is below the last joints of all limbs, unlike a hand.
     """
     links = {link.get("name", "") for link in root.iter("link") if _is_ball(link)}
     ends = set(range(2, model.njoints)) - set(model.parents) if free else set()

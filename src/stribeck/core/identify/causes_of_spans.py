@@ -48,7 +48,7 @@ def find_causes_of_spans(
 ) -> tuple[list[Carried], dict[Span, str], dict[str, Rub]]:
     """Find the payloads of a tree on a fixed base, words on the cause of other spans, and joints that rub.
 
-    `aside` are each log's spans that are set aside, `used` the others: they contain a payload that is missing aside.
+    `aside` are each log's spans that are set aside, and `used` the others, which carry a payload that `aside` lacks.
     """
     if robot.base != "fixed" or robot.loops:
         return [], {}, {}

@@ -226,7 +226,7 @@ def _with_roles(model: pin.Model, table: RobotTable, where: str) -> pin.Model:
     return model
 
 
-def _build_contacts(file: RobotFile, model: pin.Model, path: Path, shapes: Path) -> dict[str, Contact]:
+def _build_contacts(file: RobotFile, model: pin.Model, path: Path, model_file: Path) -> dict[str, Contact]:
     """Build the contacts by name, and check all frame names in the file."""
     frames = {str(frame.name) for frame in model.frames} - {"universe"}
     wanted = [(f"[contacts.{name}] frame", contact.frame) for name, contact in file.contacts.items()]
@@ -238,10 +238,10 @@ def _build_contacts(file: RobotFile, model: pin.Model, path: Path, shapes: Path)
                 f"{path}: {key} = '{frame}' is not in the model; it has {', '.join(sorted(frames))}"
                 f"{did_you_mean(frame, frames)}"
             )
-    return {name: _build_contact(name, contact, model, shapes) for name, contact in file.contacts.items()}
+    return {name: _build_contact(name, contact, model, model_file) for name, contact in file.contacts.items()}
 
 
-def _build_contact(name: str, table: ContactTable, model: pin.Model, shapes: Path) -> Contact:
+def _build_contact(name: str, table: ContactTable, model: pin.Model, model_file: Path) -> Contact:
     """Build a contact; a frame is added at the center of a ball, and of a wheel: it touches below its center of mass.
 
     A wheel whose joint is locked, so that its frame is not on the axis of a joint, does not show how it rolls.
@@ -250,7 +250,7 @@ def _build_contact(name: str, table: ContactTable, model: pin.Model, shapes: Pat
     place = next(frames, 0)
     if table.kind == "point":
         point = Contact(name, table.frame, table.kind, table.radius or 0.0, given=table.radius is not None)
-        if table.radius == 0 or not (ball := ball_beside(shapes, table.frame)):
+        if table.radius == 0 or not (ball := ball_beside(model_file, table.frame)):
             return point
         at = model.frames[place].placement * pin.SE3(np.eye(3), ball[1])
         return replace(point, frame=_add_center(model, place, at), ball=ball[0])

@@ -143,7 +143,7 @@ def _of_one_joint(residual: Residual) -> bool:
 
 
 def _point_mass(product: Array) -> tuple[list[float], float]:
-    """Fit a point mass: mass [kg], which may be missing, and position [m], and the share of chi^2 that it explains [1].
+    """Fit a point mass: mass [kg], negative if missing, position [m], and the share of chi^2 that it explains [1].
 
     The fit starts with only mass and first moments; Gauss-Newton steps add the second moments.
     """

@@ -156,7 +156,7 @@ def fit_pilot(
 def _find_delay(fit: Callable[..., Pilot], progress: Callable[[float], None]) -> float | None:
     """Find the delay of the torques [s] on few windows, to save time.
 
-    It is None if a correction of the delay does not improve predictions of held-out segments.
+    It is None if a correction of the delay does not improve predictions of held-out segments on average.
     """
     delay, tried = 0.0, list[tuple[float, float]]()
     for turn in range(MOST_ROUNDS):
