@@ -104,9 +104,9 @@ def test_spans_with_or_without_a_payload_are_set_aside_whichever_are_fewer(arm, 
     (payload,) = found.carried
     assert payload.mass == pytest.approx(3.0, rel=0.02)
     assert (payload.spans != payload.aside) is most
-    swinging = found.read.pilot.fit.components.model[0]  # of an arm, no joint stands
+    swinging = found.read.pilot.components.model[0]  # of an arm, no joint stands
     if not most:  # else bodies contain the payload
-        np.testing.assert_allclose(swinging, clean.read.pilot.fit.components.model[0], rtol=0.5)
+        np.testing.assert_allclose(swinging, clean.read.pilot.components.model[0], rtol=0.5)
     covered(found, 0.02)
 
 

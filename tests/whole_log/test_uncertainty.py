@@ -43,7 +43,7 @@ def test_friction_that_is_off_leaves_its_error_as_the_residual() -> None:
     values, wrong = (laws.coefficients(VALUES + np.outer(change, [0, 0, 1])).ravel() for change in (0 * off, off))
     exact = columns.design(part, columns.by_joint(part)) @ values
     components = first_components(part, np.zeros(3), np.zeros(3))
-    read: Any = SimpleNamespace(columns=columns, pilot=SimpleNamespace(fit=SimpleNamespace(components=components)))
+    read: Any = SimpleNamespace(columns=columns, pilot=SimpleNamespace(components=components))
     part = replace(part, residual=exact.reshape(part.residual.shape))
     np.testing.assert_allclose(friction_residual_rms(read, [part], values, wrong[None])[0], off, rtol=0.02)
 

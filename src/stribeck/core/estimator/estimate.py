@@ -111,7 +111,7 @@ def fit_whole_log(
         Callback `progress(fraction)`.
     """
     read = read_with_pilot(equations, law, rest * law.jumps, priors, progress)
-    known, whole, root_turns = read.known, read.whole, read.pilot.fit.components.root[3:]
+    known, whole, root_turns = read.known, read.whole, read.pilot.components.root[3:]
 
     def effects(fit: Fit) -> Array:
         return random_effect_covariance(read.sample, known.count, fit, root_turns)[1]
@@ -125,7 +125,7 @@ def fit_whole_log(
         choice = Choice([{} for _ in rest], trials, read.fit)
     progress(0.9)
     trained, before, differing = solve_overdispersed(known, read.folds, choice.start)
-    fit = solve_with_empirical_bayes(whole, trained) if read.held else trained
+    fit = solve_with_empirical_bayes(whole, trained) if read.unseen else trained
     (residual_rms,) = friction_residual_rms(read, read.pilot.parts, fit.values, fit.values[None, : whole.friction])
     effect_std, effect_covariance = random_effect_covariance(read.sample, whole.count, fit, root_turns, residual_rms)
     budget = covariance_budget(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -21,7 +20,8 @@ from stribeck.core.estimator.model.terms import NO_TERM, Columns, Terms
 from stribeck.core.estimator.model.unexplained import Unexplained, find_terms
 from stribeck.core.estimator.solver.elimination import best_of_linear, blocks, eliminate, solve
 from stribeck.core.estimator.solver.fit import Fit
-from stribeck.core.estimator.solver.pilot import Pilot, fit_pilot, with_terms
+from stribeck.core.estimator.solver.linear_fit import LinearFit
+from stribeck.core.estimator.solver.pilot import fit_pilot, with_terms
 from stribeck.core.estimator.solver.positive_definite import inverse_of
 from stribeck.core.estimator.solver.statistics import Statistics, accumulate, total
 from stribeck.core.friction import AUTO, FrictionLaw
@@ -44,40 +44,26 @@ class Reading:
         Columns of friction, and the terms among them.
     fit
         First fit of the laws to the segments that are not held out.
-    folds, sampled
-        Statistics of these segments by folds, and the number of folds with random effects.
-    held_out, unseen, held
-        Log and number of each held-out segment, their equations, and their statistics, if there are any.
+    folds, known, sample, whole
+        Statistics of these segments by folds, of all of them, of the folds with random effects, and of all segments.
+    held_out, unseen
+        Log and segment of each held-out part, and their equations.
     windows
         Log, centers [s] and flags of the used windows of each segment read.
     """
 
     equations: EquationSequence
-    pilot: Pilot
+    pilot: LinearFit
     columns: Columns
     terms: Terms
     fit: Fit
     folds: list[Statistics]
-    sampled: int
+    known: Statistics
+    sample: Statistics
+    whole: Statistics
     held_out: tuple[tuple[int, Segment], ...]
     unseen: list[WeakEquations]
-    held: list[Statistics]
     windows: tuple[tuple[int, Array, BoolArray], ...]
-
-    @cached_property
-    def known(self) -> Statistics:
-        """Statistics of the segments that are not held out."""
-        return total(self.folds)
-
-    @cached_property
-    def sample(self) -> Statistics:
-        """Statistics of the folds with random effects."""
-        return total(self.folds[: self.sampled])
-
-    @cached_property
-    def whole(self) -> Statistics:
-        """Statistics of all segments."""
-        return total([self.known, *self.held])
 
     @property
     def set_aside(self) -> float:
@@ -112,27 +98,28 @@ def read_with_pilot(
     basis = make_basis(law, equations.top_speed)
     pilot = fit_pilot(equations, basis, rest, priors, lambda share: progress(0.2 * share))
     laws, terms, pilot = _with_terms(pilot, law, basis, equations.top_speed, priors)
-    sequence = replace(equations, effects=pilot.fit.model.layout.log_effects[1])
-    return _read(sequence, pilot, basis, terms, laws, progress)
+    sequence = replace(equations, effects=pilot.model.layout.log_effects[1])
+    return _read(sequence, pilot, terms, laws, progress)
 
 
 def _read(
-    equations: EquationSequence, pilot: Pilot, basis: Basis, terms: Terms, laws: Laws, progress: Callable[[float], None]
+    equations: EquationSequence, pilot: LinearFit, terms: Terms, laws: Laws, progress: Callable[[float], None]
 ) -> Reading:
     """Compute the statistics of a log, of some segments in folds and of others that are held out, and fit the laws."""
-    columns = Columns(basis, terms)
-    sequence = equations.delayed(pilot.delay)
+    columns, prediction = Columns(laws.basis, terms), pilot.prediction
+    pilot, sequence = replace(pilot), equations.delayed(pilot.delay)  # without large products
     size = np.mean([part.residual.size for part in pilot.parts])  # equations of a segment
-    needed = (_friction_error(pilot) / constants.ENOUGH) ** 2 * sum(each.count for each in pilot.fit.groups) / size
+    needed = (_friction_error(pilot, prediction.covariance) / constants.ENOUGH) ** 2 * pilot.counts.sum() / size
     enough = max(constants.LEAST_SEGMENTS, int(min(constants.MOST_SEGMENTS, float(needed))))
     most = min(constants.MOST_SEGMENTS, enough, max(constants.FOLDS, int(constants.MOST_EQUATIONS / size)))
     folds, held_out = sequence.folds(most)
     count = len(folds)
     sampled = min(count, 2 * max(1, round(15 * count / sum(map(len, folds)))))  # about 30; left and right alternate
     statistics, unseen, windows = accumulate(
-        sequence, [*folds, held_out], sampled, columns, pilot.prediction, lambda share: progress(0.2 + 0.6 * share)
+        sequence, [*folds, held_out], sampled, columns, prediction, lambda share: progress(0.2 + 0.6 * share)
     )
-    if not sum(fold.count for fold in statistics[:count]):
+    known = total(statistics[:count])
+    if not known.count:
         raise NothingIdentifiedError(
             "no joint can be identified from this log: its torques differ too much from every model; check units, "
             "signs, joint names and gears (stribeck inspect)"
@@ -142,48 +129,47 @@ def _read(
         pilot=pilot,
         columns=columns,
         terms=terms,
-        fit=_first_fit(total(statistics[:count]), laws, pilot),
+        fit=_first_fit(known, laws, pilot),
         folds=statistics[:count],
-        sampled=sampled,
+        known=known,
+        sample=total(statistics[:sampled]),
+        whole=total([known, *statistics[count:]]),
         held_out=tuple(sequence.parts[place][:2] for place in held_out),
         unseen=[unseen[place] for place in held_out],
-        held=statistics[count:],
         windows=tuple((sequence.parts[place][0], *windows[place]) for place in sorted(windows)),
     )
 
 
-def _friction_error(pilot: Pilot) -> float:
+def _friction_error(pilot: LinearFit, covariance: Array) -> float:
     """Compute the standard error of the friction torque relative to the joint's torque [1], median over joints."""
     by_joint = np.concatenate(pilot.by_joint)
     joints, q = by_joint.shape[1:]
-    covariance = pilot.prediction.covariance[: joints * q, : joints * q].reshape(joints, q, joints, q)
-    joint_blocks = covariance[range(joints), :, range(joints)]
-    variance = np.einsum("kja,jab,kjb->j", by_joint, joint_blocks, by_joint, optimize=True)
+    of_joints = blocks(covariance[: joints * q, : joints * q], joints)
+    variance = np.einsum("kja,jab,kjb->j", by_joint, of_joints, by_joint, optimize=True)
     torque = (np.concatenate([part.torque for part in pilot.parts]) ** 2).sum(axis=0)
     return float(np.sqrt(np.median(variance / np.maximum(torque, 1e-300))))
 
 
 def _with_terms(
-    pilot: Pilot, law: FrictionLaw, basis: Basis, speed: Array, priors: Priors
-) -> tuple[Laws, Terms, Pilot]:
+    pilot: LinearFit, law: FrictionLaw, basis: Basis, speed: Array, priors: Priors
+) -> tuple[Laws, Terms, LinearFit]:
     """Build the laws with all terms, the scales of the terms, and the pilot with their columns."""
     joints, functions = basis.velocity.shape[0], basis.functions.shape[1]
-    parts = pilot.parts
-    size = len(pilot.prediction.values) - pilot.fit.model.layout.size
-    friction = pilot.prediction.values[:size].reshape(joints, -1)[:, :functions]
+    parts, prediction, size = pilot.parts, pilot.prediction, len(pilot.precision)
+    friction = prediction.values[:size].reshape(joints, -1)[:, :functions]
     windows = [basis.windows(part.velocity, part.taps, part.step, len(part.residual)) for part in parts]
     left = []
     for part, each in zip(parts, windows, strict=True):
         fitted = np.einsum("kmj,kjr,jr->km", part.weights, each, friction, optimize=True)
         if part.regressors is not None:
-            fitted += part.regressors @ pilot.prediction.values[size:]
-        left.append((part.residual - fitted, pilot.fit.components.marginal(part)))
+            fitted += part.regressors @ prediction.values[size:]
+        left.append((part.residual - fitted, pilot.components.marginal(part)))
     offsets = np.array([parameter.name != "offset" for parameter in law.parameters])
     free = offsets | (np.arange(joints) < parts[0].joints)[:, None]  # couplings have none: the joints have
-    laws = Laws(law, basis, (), speed, np.full(joints, pilot.torque), priors, free)
+    laws = Laws(law, basis, (), speed, np.full(joints, pilot.model.torque), priors, free)
     slope = 1 / (SMOOTH_SIGN * speed)
     if law.name == AUTO:  # choose the shape of the pilot's curves
-        covariance = blocks(pilot.prediction.covariance[:size, :size], joints)[:, :functions, :functions]
+        covariance = blocks(prediction.covariance[:size, :size], joints)[:, :functions, :functions]
         internal = best_of_linear(laws, friction, covariance)
         slope = laws.external(internal)[:, [parameter.name for parameter in law.parameters].index("slope")]
     nothing, delay = np.zeros(joints), priors.torque_delay
@@ -195,16 +181,16 @@ def _with_terms(
     return replace(laws, terms=terms.parameters, free=free), terms, with_terms(pilot, Columns(basis, terms))
 
 
-def _first_fit(known: Statistics, laws: Laws, pilot: Pilot) -> Fit:
+def _first_fit(known: Statistics, laws: Laws, pilot: LinearFit) -> Fit:
     """Fit laws with all terms, starting from a linear fit of friction and corrections."""
-    joints, size = len(laws.top_speed), pilot.fit.model.layout.size
-    system = eliminate(known, pilot.fit.model, np.zeros(size))
-    covariance = inverse_of(system.information + np.diag(pilot.fit.precision))
+    joints, size = len(laws.top_speed), pilot.model.layout.size
+    system = eliminate(known, pilot.model, np.zeros(size))
+    covariance = inverse_of(system.information + np.diag(pilot.precision))
     theta = (covariance @ system.right).reshape(joints, -1)
     internal = best_of_linear(laws, theta, blocks(covariance, joints))
     start = Fit(
         laws=laws,
-        model=pilot.fit.model,
+        model=pilot.model,
         internal=internal,
         corrections=np.zeros(size),
         covariance=np.zeros((internal.size + size,) * 2),

@@ -75,7 +75,7 @@ def _of_causes(fit: WholeLog) -> list[Finding]:
     if fit.chi_square > unexplained:
         return []
     problems = cause_findings(fit.causes, fit.robot, fit.joints, fit.fit.model.layout)
-    moved = float(np.max(fit.read.pilot.fit.components.root[:3], initial=0.0))
+    moved = float(np.max(fit.read.pilot.components.root[:3], initial=0.0))
     moving = 0.15  # acceleration of standing feet [m/s^2] that is reported; feet of walking humanoids reach 0.03
     return problems or [Finding.of("base-moves", acceleration=moved)] * (moved > moving)
 

@@ -88,7 +88,7 @@ def residual_in(equations: EquationSequence, span: tuple[int, float, float], rea
         fitted = read.columns.design(part, read.columns.by_joint(part)) @ values
         torque = part.residual - fitted.reshape(part.residual.shape)
         inside = (part.time > start + MARGIN) & (part.time < end - MARGIN)
-        torque, weight = torque[inside], 1 / np.sqrt(read.pilot.fit.components.marginal(part)[inside])
+        torque, weight = torque[inside], 1 / np.sqrt(read.pilot.components.marginal(part)[inside])
         pieces.append((part.time[inside], torque, weight))
         if bodies:
             assert part.regressors is not None

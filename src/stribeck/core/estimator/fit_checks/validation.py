@@ -36,7 +36,7 @@ def friction_residual_rms(read: Reading, equations: Sequence[WeakEquations], val
     Each equation is weighted by P_ki^2 / var(e_k), which is its information on joint i. `values`, shape (D,), are the
     coefficients and corrections, and each candidate, a row of shape (f,), replaces one joint's coefficients at a time.
     """
-    columns, components = read.columns, read.pilot.fit.components
+    columns, components = read.columns, read.pilot.components
     joints, friction = len(columns.basis.velocity), candidates.shape[1]
     squares, weights = np.zeros((len(candidates), joints)), np.zeros(joints)
     changes = (values[:friction] - candidates).reshape(len(candidates), joints, -1)

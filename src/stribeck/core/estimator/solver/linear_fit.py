@@ -10,6 +10,7 @@ import numpy as np
 import scipy  # its linalg is slow to import: loaded at its first use
 
 from stribeck.core.base.typing import Array, IntArray
+from stribeck.core.equations.weak_equations import WeakEquations
 from stribeck.core.estimator.model.corrections import ModelCorrections
 from stribeck.core.estimator.noise.likelihood import Groups
 from stribeck.core.estimator.noise.outliers import Prediction
@@ -19,7 +20,7 @@ from stribeck.core.estimator.solver.positive_definite import inverse_of, solutio
 
 @dataclass(frozen=True, eq=False)
 class LinearFit:
-    """A linear fit to groups of windows; what several steps of the pilot use is computed once.
+    """A linear fit to groups of windows, the pilot; results that several of its steps use are computed once.
 
     Attributes
     ----------
@@ -31,12 +32,23 @@ class LinearFit:
         Corrections, linearized at zero.
     precision
         Prior precision of the friction coefficients, whose mean is zero, shape (n q,).
+    delay
+        Delay by which the torques are shifted [s].
+    by_joint
+        Columns of friction of each segment, shape (K, n, q).
     """
 
     groups: list[Groups]
     components: VarianceComponents
     model: ModelCorrections
     precision: Array
+    delay: float
+    by_joint: list[Array]
+
+    @property
+    def parts(self) -> list[WeakEquations]:
+        """Equations of the segments."""
+        return [group.part for group in self.groups]
 
     def prior(self, model: ModelCorrections) -> tuple[Array, Array]:
         """Compute the prior's inverse covariance, shape (D, D), and its product with the mean, shape (D,).
@@ -83,7 +95,7 @@ class LinearFit:
         """Number of equations divided by their degrees of freedom [1]."""
         return self._solution[2]
 
-    @property
+    @cached_property
     def prediction(self) -> Prediction:
         """Prediction of coefficients and corrections."""
         values, covariance = (array.copy() for array in self._solution[:2])
@@ -92,6 +104,13 @@ class LinearFit:
         covariance[places] = slopes.pushed(covariance[places])
         covariance[:, places] = slopes.pushed(covariance[:, places].T).T
         return Prediction(values, covariance, self.components)
+
+    @property
+    def late(self) -> tuple[float, float]:
+        """Remaining delay of the torques, and its standard error [s]; zeros if the delay is not corrected."""
+        places = len(self.precision) + self.model.layout.places("torque_delay")
+        variance = self.prediction.covariance[places, places]
+        return float(self.prediction.values[places].sum()), float(np.sqrt(variance).sum())
 
     def held_out(self, segments: IntArray, model: ModelCorrections) -> Array:
         """Compute chi^2 per equation of some segments [1], each predicted by a fit to the others, shape (S,)."""

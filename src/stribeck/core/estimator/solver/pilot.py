@@ -7,7 +7,7 @@ first stage of two-stage generalized least squares.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -21,7 +21,7 @@ from stribeck.core.estimator.model.basis import Basis
 from stribeck.core.estimator.model.corrections import ModelCorrections, model_corrections
 from stribeck.core.estimator.model.terms import Columns, Lags
 from stribeck.core.estimator.noise.likelihood import make_groups, more_likely
-from stribeck.core.estimator.noise.outliers import Prediction, without_outliers
+from stribeck.core.estimator.noise.outliers import without_outliers
 from stribeck.core.estimator.noise.variance_components import VarianceComponents, first_components
 from stribeck.core.estimator.solver.disturbances import consistent, undisturbed
 from stribeck.core.estimator.solver.linear_fit import LinearFit, residuals
@@ -41,46 +41,9 @@ DIFFER = 2.0
 differs by 15 %, and at most 1.11 for logs of seven real robots, where errors of the model dominate."""
 
 
-@dataclass(frozen=True, eq=False)
-class Pilot:
-    """Result of the pilot.
-
-    Attributes
-    ----------
-    fit
-        Linear fit to the pilot's segments, with torques shifted by `delay`.
-    prediction
-        Predicted values and their covariance.
-    delay
-        Delay of the torques [s].
-    torque
-        Torque that moves the joints, root mean square [N m].
-    by_joint
-        Columns of friction of each segment, shape (K, n, q).
-    """
-
-    fit: LinearFit
-    prediction: Prediction
-    delay: float
-    torque: float
-    by_joint: list[Array]
-
-    @property
-    def parts(self) -> list[WeakEquations]:
-        """Equations of the pilot's segments."""
-        return [group.part for group in self.fit.groups]
-
-    @property
-    def late(self) -> tuple[float, float]:
-        """Remaining delay of the torques, and its standard error [s]; zeros if the delay is not corrected."""
-        places = len(self.fit.precision) + self.fit.model.layout.places("torque_delay")
-        variance = self.prediction.covariance[places, places]
-        return float(self.prediction.values[places].sum()), float(np.sqrt(variance).sum())
-
-
 def _pilot_fits(
     sequence: EquationSequence, basis: Basis, rest: Array, priors: Priors
-) -> Callable[[float | None, float, int], Pilot]:
+) -> Callable[[float | None, float, int], LinearFit]:
     """Make the function that fits the pilot for a delay [s], None to hold it at zero; see `fit_pilot`.
 
     Its other arguments are operations [1] and rounds [1].
@@ -99,16 +62,15 @@ def _pilot_fits(
             known[key] = known[key] if key in known else columns.by_joint(part)
         return parts, [known[key] for key in rows]
 
-    def fit(delay: float | None, operations: float, rounds: int) -> Pilot:
+    def fit(delay: float | None, operations: float, rounds: int) -> LinearFit:
         parts, by_joint = delayed(delay or 0.0)
         torques = np.concatenate([part.residual[:, len(part.wrench_noise) :].ravel() for part in parts])
         torque = max(float(np.sqrt(np.mean(torques**2))), 1e-9)
         model = model_corrections(layout, _loads(parts, layout), priors, torque).late(delay or 0.0)
         model = model.without_delay if delay is None else model
         components = first_components(parts[0], rest, np.where(rest > 0, torque, 0.0), layout.sizes["wrenches"] > 0)
-        first = _linear_fit(parts, by_joint, columns, model, components, torque, operations)
-        linear = _alternate(undisturbed(consistent(first)), rounds, basis)
-        return Pilot(linear, linear.prediction, delay or 0.0, torque, by_joint)
+        first = _linear_fit(parts, by_joint, columns, model, components, delay or 0.0, operations)
+        return _alternate(undisturbed(consistent(first)), rounds, basis)
 
     return fit
 
@@ -119,7 +81,7 @@ def fit_pilot(
     rest: Array,
     priors: Priors,
     progress: Callable[[float], None] = lambda _: None,
-) -> Pilot:
+) -> LinearFit:
     """Fit the pilot, with torques shifted until they are linear in their remaining delay.
 
     Parameters
@@ -140,20 +102,18 @@ def fit_pilot(
     if equations.corrections.sizes["torque_delay"]:
         delay = _find_delay(fit, lambda share: progress(0.5 * share))
     if effects[0] and effects[1] > 1:  # logs may have their own friction
-        own = apart(delay, OPERATIONS / 4, ROUNDS).fit
+        own = apart(delay, OPERATIONS / 4, ROUNDS)
         with_logs, without_logs = _log_errors(own, own.model, own.model.with_equal_logs)
         fit = fit if np.median(without_logs - with_logs) < np.log(DIFFER) else apart
     progress(0.5)
     pilot = fit(delay, OPERATIONS, MOST_ROUNDS)
-    if delay is not None and abs(delay + pilot.late[0]) >= LINEAR:
-        without = fit(None, OPERATIONS, MOST_ROUNDS)
-        pilot = pilot if abs(delay) < LONGEST_DELAY and _delay_pays(pilot, without) else without
-    wide, narrow = _log_errors(pilot.fit, pilot.fit.model.widest, pilot.fit.model)
-    largest = pilot.fit.model.widest.largest if _clearly_positive(narrow - wide) else pilot.fit.model.largest
-    return replace(pilot, fit=replace(pilot.fit, model=replace(pilot.fit.model, largest=largest)))
+    if delay is None or abs(delay + pilot.late[0]) < LINEAR:
+        return pilot
+    without = fit(None, OPERATIONS, MOST_ROUNDS)
+    return pilot if abs(delay) < LONGEST_DELAY and _delay_pays(pilot, without) else without
 
 
-def _find_delay(fit: Callable[..., Pilot], progress: Callable[[float], None]) -> float | None:
+def _find_delay(fit: Callable[..., LinearFit], progress: Callable[[float], None]) -> float | None:
     """Find the delay of the torques [s] on few windows, to save time.
 
     It is None if a correction of the delay does not improve predictions of held-out segments on average.
@@ -166,7 +126,7 @@ def _find_delay(fit: Callable[..., Pilot], progress: Callable[[float], None]) ->
         if abs(remainder) < max(LINEAR, 3 * error):
             break
         if not tried:
-            free, held = _log_errors(pilot.fit, pilot.fit.model, pilot.fit.model.without_delay)
+            free, held = _log_errors(pilot, pilot.model, pilot.model.without_delay)
             if not np.mean(held - free) > 0:
                 return None
         tried.append((delay, remainder))
@@ -174,9 +134,9 @@ def _find_delay(fit: Callable[..., Pilot], progress: Callable[[float], None]) ->
     return delay
 
 
-def _delay_pays(pilot: Pilot, without: Pilot) -> bool:
+def _delay_pays(pilot: LinearFit, without: LinearFit) -> bool:
     """Check that a pilot with a delay predicts held-out segments better than one without."""
-    fits = pilot.fit, replace(without.fit, components=pilot.fit.components)
+    fits = pilot, replace(without, components=pilot.components)
     shifted, held = (_log_errors(fit, fit.model)[0] for fit in fits)
     places = (np.linspace(0, 1, len(errors)) for errors in (shifted, held))  # a long delay may lose a segment at an end
     return _clearly_positive(np.interp(next(places), next(places), held) - shifted)
@@ -206,11 +166,15 @@ def _secant_step(tried: list[tuple[float, float]]) -> float:
     return remainder / min(max(-slope, 0.2), 1.0)
 
 
-def with_terms(pilot: Pilot, columns: Columns) -> Pilot:
-    """Extend the pilot by the columns of all terms, and keep the variance components of the first fit."""
-    by_joint = [columns.by_joint(part) for part in pilot.parts]
-    fit = _linear_fit(pilot.parts, by_joint, columns, pilot.fit.model, pilot.fit.components, pilot.torque, OPERATIONS)
-    return replace(pilot, fit=replace(fit), prediction=fit.prediction, by_joint=by_joint)  # without large products
+def with_terms(pilot: LinearFit, columns: Columns) -> LinearFit:
+    """Extend the pilot by the columns of all terms, and keep the variance components of the first fit.
+
+    Bodies get the widest prior if it predicts held-out segments better.
+    """
+    wide, narrow = _log_errors(pilot, pilot.model.widest, pilot.model)
+    largest = pilot.model.widest.largest if _clearly_positive(narrow - wide) else pilot.model.largest
+    model, by_joint = replace(pilot.model, largest=largest), [columns.by_joint(part) for part in pilot.parts]
+    return _linear_fit(pilot.parts, by_joint, columns, model, pilot.components, pilot.delay, OPERATIONS)
 
 
 def _alternate(fit: LinearFit, rounds: int, basis: Basis) -> LinearFit:
@@ -261,7 +225,7 @@ def _linear_fit(
     columns: Columns,
     model: ModelCorrections,
     components: VarianceComponents,
-    torque: float,
+    delay: float,
     operations: float,
 ) -> LinearFit:
     """Select every other group of windows, or fewer, and compute the prior precision of their coefficients.
@@ -285,10 +249,11 @@ def _linear_fit(
     ]
     functions = len(columns.basis.variance)
     largest = np.sqrt(np.mean(np.concatenate([block[:, :, functions:] for block in own]) ** 2, axis=0))
-    load = np.maximum(np.sqrt(np.mean(np.concatenate([part.torque for part in parts]) ** 2, axis=0)), 0.05 * torque)
+    load = np.sqrt(np.mean(np.concatenate([part.torque for part in parts]) ** 2, axis=0))
+    load = np.maximum(load, 0.05 * model.torque)
     of_terms = 0.3 * load[:, None] / np.maximum(largest, 1e-9) * np.where(columns.terms.held, 1e-6, 1.0)
     deviation = np.hstack([load[:, None] * np.sqrt(columns.basis.variance), of_terms])
-    return LinearFit(groups, components, model, deviation.ravel() ** -2.0)
+    return LinearFit(groups, components, model, deviation.ravel() ** -2.0, delay, own)
 
 
 def _loads(parts: list[WeakEquations], layout: Layout) -> Array:
