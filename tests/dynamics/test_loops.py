@@ -12,6 +12,7 @@ from stribeck import Robot, identify
 from stribeck.core.dynamics.loops import closed_log, loop_terms
 from stribeck.core.equations.friction_torque.preparation import prepare
 from stribeck.core.errors import RobotFileError, SettingsError
+from stribeck.core.estimator.uncertainty.intervals import joint_fits
 from stribeck.core.friction import get_law
 from stribeck.core.identify.whole_log import identify_whole_log
 from stribeck.core.settings import FilterSettings, Settings
@@ -158,9 +159,10 @@ def test_the_whole_log_method_handles_loops(ankle):
     torque = log.torque + 0.01 * generator.normal(size=log.torque.shape)
     log = replace(log, position=position, torque=torque, velocity=None, acceleration=None)
     settings = Settings(method="whole-log", law="coulomb-viscous", corrections="inertia")
-    found = identify_whole_log([prepare(log, robot, settings)], robot, get_law("coulomb-viscous"), settings)
-    assert set(found.fits) == {"hip", "knee", "motor_left", "motor_right"}
-    for name, fit in found.fits.items():
+    whole_log = identify_whole_log([prepare(log, robot, settings)], robot, get_law("coulomb-viscous"), settings)
+    found = joint_fits(whole_log)
+    assert set(found) == {"hip", "knee", "motor_left", "motor_right"}
+    for name, fit in found.items():
         coulomb = fit.names.index("coulomb")
         assert fit.values[coulomb] == pytest.approx(TRUTH["coulomb"], rel=5e-3), name
         assert fit.intervals[coulomb, 0] < TRUTH["coulomb"] < fit.intervals[coulomb, 1]

@@ -7,9 +7,9 @@ from tests.result.made import of_one_log
 
 from stribeck import Robot, Settings, identify
 from stribeck.app.exporters.posterior import drawn
+from stribeck.core.estimator.estimate import WholeLogFit
 from stribeck.core.estimator.uncertainty.intervals import joint_coordinates
 from stribeck.core.identify import whole_log
-from stribeck.core.identify.whole_log_fitted import WholeLog
 from stribeck.core.judgement.curve_fit.problem import to_external
 from stribeck.core.result import Result
 from stribeck.core.robot.inertial_parameters import SIZE, pseudo_inertia, shape_coordinates
@@ -19,13 +19,13 @@ DRAWS = 3000
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[WholeLog, Result]:
+def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[WholeLogFit, Result]:
     """Return the fit to a short noisy log, and its result."""
     robot = Robot.from_file(write_arm(tmp_path_factory.mktemp("arm")))
     log = with_noise(arm_log(robot, duration=8.0, rate=500.0), position=5e-5, torque=0.2, seed=1)
     own, fits = whole_log.identify_whole_log, []
 
-    def kept(*arguments: object) -> WholeLog:
+    def kept(*arguments: object) -> WholeLogFit:
         fits.append(own(*arguments))  # type: ignore[arg-type]
         return fits[-1]
 
@@ -35,7 +35,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[WholeLog, Result]:
     return fits[-1], result
 
 
-def of_fit(found: WholeLog, result: Result) -> np.ndarray:
+def of_fit(found: WholeLogFit, result: Result) -> np.ndarray:
     """Return draws of friction and bodies from the covariance of the fit's coordinates, shape (DRAWS, k)."""
     drawn_x = np.random.default_rng(0).multivariate_normal(found.fit.x, found.fit.covariance, DRAWS, method="eigh")
     columns = []
@@ -63,7 +63,7 @@ def of_result(result: Result) -> np.ndarray:
     return np.array(rows)
 
 
-def test_draws_of_a_result_are_those_of_the_fit(found: tuple[WholeLog, Result]) -> None:
+def test_draws_of_a_result_are_those_of_the_fit(found: tuple[WholeLogFit, Result]) -> None:
     fit, result = found
     one, other = of_fit(fit, result), of_result(of_one_log(result))
     assert np.isfinite(other).all()

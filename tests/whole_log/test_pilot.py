@@ -13,10 +13,11 @@ from stribeck import Robot, Settings, identify
 from stribeck.core.equations import constants
 from stribeck.core.equations.constants import WIDEST_PRIOR
 from stribeck.core.equations.friction_torque.preparation import prepare
+from stribeck.core.estimator.estimate import WholeLogFit
 from stribeck.core.friction import get_law
-from stribeck.core.identify.whole_log import identify_whole_log
-from stribeck.core.identify.whole_log_findings import find_problems
-from stribeck.core.identify.whole_log_fitted import WholeLog
+from stribeck.core.identify.causes_of_spans import find_causes_of_spans
+from stribeck.core.identify.contract import Fitted
+from stribeck.core.identify.whole_log import described, identify_whole_log
 from stribeck.core.log import RobotLog
 from stribeck.simulation.sensors.measure import with_noise
 
@@ -33,13 +34,13 @@ def exact(arm: Robot) -> RobotLog:
     return arm_log(arm, duration=20.0)
 
 
-def whole_log(log: RobotLog, arm: Robot) -> WholeLog:
+def whole_log(log: RobotLog, arm: Robot) -> WholeLogFit:
     noisy = with_noise(log, position=2e-5, torque=0.05, seed=3)
     return identify_whole_log([prepare(noisy, arm, SETTINGS)], arm, get_law("stribeck"), SETTINGS)
 
 
 @pytest.fixture(scope="module")
-def clean(arm: Robot, exact: RobotLog) -> WholeLog:
+def clean(arm: Robot, exact: RobotLog) -> WholeLogFit:
     return whole_log(exact, arm)
 
 
@@ -67,20 +68,22 @@ def pushed(log: RobotLog) -> RobotLog:
     return replace(log, torque=torque)
 
 
-def covered(found: WholeLog, tolerance: float) -> None:
+def covered(found: WholeLogFit, tolerance: float) -> Fitted:
     """Coulomb friction is right, and as sure as is said."""
-    for fit in found.fits.values():
+    fitted = described(found)
+    for fit in fitted.fits.values():
         place = fit.names.index("coulomb")
         assert fit.values[place] == pytest.approx(TRUTH["coulomb"], rel=tolerance)
         assert fit.values[place] == pytest.approx(TRUTH["coulomb"], abs=3 * fit.standard_errors[place])
+    return fitted
 
 
-def test_a_log_without_outliers_is_used_completely(clean: WholeLog) -> None:
+def test_a_log_without_outliers_is_used_completely(clean: WholeLogFit) -> None:
     assert clean.read.set_aside == 0
     assert len(clean.read.windows) == len(clean.read.equations)
-    assert (clean.notes, find_problems(clean)) == ([], [])
     assert clean.chi_square == pytest.approx(1.0, abs=0.25)
-    covered(clean, 0.01)
+    fitted = covered(clean, 0.01)
+    assert (fitted.notes, fitted.findings) == ([], [])
 
 
 def test_priors_of_bodies_are_widened_if_that_predicts_the_log_better(arm, exact, clean):
@@ -100,30 +103,28 @@ def test_spans_with_or_without_a_payload_are_set_aside_whichever_are_fewer(arm, 
     rows = [k for k in range(len(exact.time)) if k not in HELD] if most else HELD
     found = whole_log(carrying(arm, exact, rows), arm)
     assert 0.3 < found.read.set_aside < 0.6
-    assert {finding.check for finding in find_problems(found)} == {"payload"}  # says when, where and how much
-    (payload,) = found.carried
+    (finding,) = covered(found, 0.02).findings
+    assert finding.check == "payload"  # says when, where and how much
+    (payload,) = find_causes_of_spans(found).carried
     assert payload.mass == pytest.approx(3.0, rel=0.02)
     assert (payload.spans != payload.aside) is most
     swinging = found.read.pilot.components.model[0]  # of an arm, no joint stands
     if not most:  # else bodies contain the payload
         np.testing.assert_allclose(swinging, clean.read.pilot.components.model[0], rtol=0.5)
-    covered(found, 0.02)
 
 
 def test_a_hand_that_guides_most_of_the_log_is_set_aside(arm: Robot) -> None:
     log = arm_log(arm, duration=44.0, rate=250.0)
     hand = 4 * np.sin(2.3 * log.time[:, None] ** 1.2 + np.arange(3)) * ((log.time > 8) & (log.time < 36))[:, None]
     found = whole_log(replace(log, torque=log.torque + hand), arm)
-    ((start, end, _),) = found.set_aside[0]
+    ((start, end, _),) = covered(found, 0.03).set_aside[0]
     assert (start, end) == (pytest.approx(8.0, abs=0.5), pytest.approx(36.0, abs=0.5))
-    covered(found, 0.03)
 
 
 def test_pushes_that_encoder_noise_hides_in_single_windows_are_set_aside(arm: Robot, exact: RobotLog) -> None:
     noisy = with_noise(pushed(exact), position=2e-4, torque=0.05, seed=3)
     found = identify_whole_log([prepare(noisy, arm, SETTINGS)], arm, get_law("stribeck"), SETTINGS)
-    assert len(found.set_aside[0]) >= 9  # of ten
-    covered(found, 0.01)
+    assert len(covered(found, 0.01).set_aside[0]) >= 9  # of ten
 
 
 @pytest.mark.long
@@ -147,12 +148,11 @@ def late(log: RobotLog, samples: int) -> RobotLog:
 @pytest.mark.parametrize("delay", [*(pytest.param(own, marks=pytest.mark.long) for own in (2, 12)), -30])
 def test_a_delay_is_found_beside_the_friction(arm: Robot, exact: RobotLog, delay: int) -> None:
     """By as many samples of 1 ms."""
-    found = whole_log(late(exact, delay), arm)
-    value, error = found.described.torque_delay
+    found = covered(whole_log(late(exact, delay), arm), 0.015)
+    value, error = found.corrections.torque_delay
     assert error < 5e-5
     assert value == pytest.approx(1e-3 * delay, abs=4 * error)
-    assert [finding.check for finding in find_problems(found)] == ["torque-delay"]
-    covered(found, 0.015)
+    assert [finding.check for finding in found.findings] == ["torque-delay"]
     shifted = found.correct(late(exact, delay))
     ahead = round(len(exact.time) / 2)
     np.testing.assert_allclose(shifted.torque[ahead - 100], exact.torque[ahead], atol=0.02)
@@ -163,5 +163,4 @@ def test_of_a_long_log_evenly_spread_segments_are_read(arm, exact, monkeypatch):
     found = whole_log(exact, arm)
     read, whole = len(found.read.windows), len(found.read.equations)
     assert read == 6 + len(found.read.held_out) < whole
-    assert found.notes[0] == f"{read} of {whole} segments of the log are read, evenly spread."
-    covered(found, 0.02)
+    assert covered(found, 0.02).notes[0] == f"{read} of {whole} segments of the log are read, evenly spread."

@@ -12,9 +12,8 @@ from stribeck import Robot, identify
 from stribeck.core.equations.friction_torque.preparation import prepare
 from stribeck.core.errors import NothingIdentifiedError
 from stribeck.core.friction import get_law
-from stribeck.core.identify.whole_log import identify_whole_log
-from stribeck.core.identify.whole_log_findings import find_problems
-from stribeck.core.identify.whole_log_fitted import WholeLog
+from stribeck.core.identify.contract import Fitted
+from stribeck.core.identify.whole_log import described, identify_whole_log
 from stribeck.core.log import RobotLog
 from stribeck.core.settings import Settings
 from stribeck.simulation.prescribed.exact import exact_log
@@ -25,8 +24,8 @@ from stribeck.simulation.sensors.measure import with_noise
 WHOLE_LOG = Settings(law="stribeck", corrections="none")
 
 
-def whole_log(log: RobotLog, robot: Robot, settings: Settings) -> WholeLog:
-    return identify_whole_log([prepare(log, robot, settings)], robot, get_law(settings.law), settings)
+def whole_log(log: RobotLog, robot: Robot, settings: Settings) -> Fitted:
+    return described(identify_whole_log([prepare(log, robot, settings)], robot, get_law(settings.law), settings))
 
 
 def test_an_exact_log_gives_the_truth(arm: Robot, exact_arm_log: RobotLog) -> None:
@@ -63,7 +62,7 @@ def test_a_late_base_orientation_is_found() -> None:
     robot, log = walk("biped", 8.0)
     late = replace(log, base_orientation=np.roll(log.base_orientation, 10, axis=0)).take(slice(50, None))
     found = whole_log(late, robot, Settings(law="stribeck", corrections="calibration"))
-    delay, error = found.described.base_delay
+    delay, error = found.corrections.base_delay
     assert error < 2e-3
     assert delay == pytest.approx(0.01, abs=3 * error)
 
@@ -136,7 +135,7 @@ def test_wrenches_on_the_feet_make_offsets_clearer() -> None:
         column = [parameter.name for parameter in law.parameters].index("offset")
         error[name] = np.array([fit.values[column] - TRUTH["offset"] for fit in found.fits.values()])
         deviation[name] = np.array([fit.standard_errors[column] for fit in found.fits.values()])
-        flagged[name] = any("wrench sensors" in text for text in map(str, find_problems(found)))
+        flagged[name] = any("wrench sensors" in text for text in map(str, found.findings))
     assert np.mean(deviation["right"]) < 0.75 * np.mean(deviation["none"])
     assert np.mean(np.abs(error["right"])) < 0.75 * np.mean(np.abs(error["none"]))
     for name in error:
@@ -152,13 +151,13 @@ def test_a_body_far_from_the_model_is_named_and_friction_that_lags_is_no_body(ar
     lighter = replace(arm, tree=replace(arm.tree, model=model))
     log = with_noise(exact_arm_log, position=1e-5, torque=0.05, seed=5).take(slice(0, 10_000))
     settings = Settings(law="stribeck", corrections="inertia")
-    said = {finding.check: finding for finding in find_problems(whole_log(log, lighter, settings))}
+    said = {finding.check: finding for finding in whole_log(log, lighter, settings).findings}
     assert arm.joint_names[-1] in said["bodies-differ"].joints
     assert "kg heavier" in said["bodies-differ"].text
     assert "corrections" not in said["bodies-differ"].cure
     lagging = lfilter([0.05], [1.0, -0.95], np.sign(exact_arm_log.velocity), axis=0)
     late = replace(log, torque=log.torque + (lagging - np.sign(exact_arm_log.velocity))[:10_000])
-    assert "bodies-differ" not in {finding.check for finding in find_problems(whole_log(late, arm, settings))}
+    assert "bodies-differ" not in {finding.check for finding in whole_log(late, arm, settings).findings}
 
 
 def test_gains_and_zeros_are_found_beside_the_friction(arm: Robot, exact_arm_log: RobotLog) -> None:

@@ -1,4 +1,4 @@
-"""Corrections in a result: masses, centers and inertias before and after, gains, zeros, delays."""
+"""Terms and corrections in a result: masses, centers and inertias before and after, gains, zeros, delays."""
 
 from typing import Any
 
@@ -10,22 +10,32 @@ from stribeck.core.equations.whole_log.corrections import CORRECTIONS
 from stribeck.core.equations.whole_log.corrections.correction import Found
 from stribeck.core.equations.whole_log.corrections.model import effects_of_logs
 from stribeck.core.estimator.estimate import WholeLogFit
+from stribeck.core.estimator.terms.selection import JointTerms
 from stribeck.core.estimator.uncertainty.joint_errors import error_correlation, shape_errors
 from stribeck.core.result import BodyCorrection, Corrections
 from stribeck.core.robot.inertial_parameters import SIZE
 
 
-def describe_corrections(fit: WholeLogFit, joints: tuple[str, ...], encoders: tuple[str, ...]) -> Corrections:
-    """Convert the corrections of a fit to a result's units and names.
+def joint_terms(fit: WholeLogFit) -> dict[str, JointTerms]:
+    """Collect the terms of the law "auto", by joint; empty for other laws."""
+    terms, whole = fit.read.terms, fit.read.whole
+    warm = terms.mean_temperature
+    return {
+        joint: JointTerms(
+            verdicts=verdicts,
+            mean_load=float(whole.mean_load[k]),
+            load_deviation=float(whole.load_deviation[k]),
+            mean_direction=tuple(terms.direction[k].tolist()) if np.isfinite(terms.direction[k]).all() else None,
+            mean_temperature=float(warm[k]) if warm is not None and np.isfinite(warm[k]) else None,
+            settings={name: float(values[k]) for name, values in terms.settings.items()},
+        )
+        for k, (joint, verdicts) in enumerate(zip(fit.joints, fit.terms, strict=False))
+    }
 
-    Parameters
-    ----------
-    fit
-        Fit of the whole log.
-    joints, encoders
-        Names of the fitted joints, and of all joints.
-    """
-    model, layout = fit.fit.model, fit.fit.model.layout
+
+def describe_corrections(fit: WholeLogFit) -> Corrections:
+    """Convert the corrections of a fit to a result's units and names."""
+    model, layout, joints, encoders = fit.fit.model, fit.fit.model.layout, fit.joints, fit.robot.joint_names
     priors, errors = model.priors, np.sqrt(fit.fit.model_variance)
     body_errors = errors[layout.part("bodies")].reshape(-1, SIZE)
     before, change = layout.inertial_parameters, fit.corrections[layout.part("bodies")].reshape(-1, SIZE)
@@ -54,7 +64,7 @@ def describe_corrections(fit: WholeLogFit, joints: tuple[str, ...], encoders: tu
         disagreement=fit.heterogeneity,
         bodies=bodies,
         log_friction={joint: tuple(levels) for joint, levels in zip(joints, _levels(fit), strict=False)},
-        correlation=error_correlation(fit, joints),
+        correlation=error_correlation(fit),
         **others,
     )
 
@@ -68,7 +78,7 @@ def _levels(fit: WholeLogFit) -> list[list[float]]:
     effects = effects_of_logs(layout, fit.corrections[layout.part("log_effects")])  # (effects, logs, joints)
     change = np.tensordot([0.0, 1.0, 0.5][: len(effects)], effects, 1)  # [N m]
     laws, size = fit.fit.laws, len(fit.fit.laws.law.parameters)
-    values = zip(0.5 * laws.top_speed[: change.shape[1]], fit.values, strict=False)
+    values = zip(0.5 * laws.top_speed[: change.shape[1]], laws.external(fit.fit.internal), strict=False)
     friction = [laws.law.resisting(np.array([speed]), parameters[:size])[0] for speed, parameters in values]
     levels = change / np.maximum(friction, LEAST_FRICTION * laws.torque[: change.shape[1]])
     return levels.T.tolist() if np.abs(levels).max(initial=0.0) > 1e-3 else []  # held at zero: less

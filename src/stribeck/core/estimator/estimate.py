@@ -23,6 +23,7 @@ from stribeck.core.estimator.uncertainty.law_misfit import law_misfits
 from stribeck.core.estimator.uncertainty.reml import random_effect_covariance
 from stribeck.core.friction import AUTO, FrictionLaw
 from stribeck.core.result import TermVerdict, Validation
+from stribeck.core.robot import Robot
 from stribeck.core.robot.inertial_parameters import SIZE
 from stribeck.core.settings import Priors
 
@@ -68,9 +69,14 @@ class WholeLogFit:
     heterogeneity: float
 
     @property
-    def values(self) -> Array:
-        """Parameters of the laws, shape (n, w)."""
-        return self.fit.laws.external(self.fit.internal)
+    def joints(self) -> tuple[str, ...]:
+        """Names of the joints, then of the couplings."""
+        return self.read.equations.forms[0].names
+
+    @property
+    def robot(self) -> Robot:
+        """Robot without the corrections."""
+        return self.read.equations.forms[0].robot
 
     @property
     def corrections(self) -> Array:

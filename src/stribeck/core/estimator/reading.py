@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
+from stribeck.core.base.spans import Span
 from stribeck.core.base.typing import Array, BoolArray, IntArray
 from stribeck.core.equations import constants
 from stribeck.core.equations.weak_equations import WeakEquations
@@ -70,11 +72,20 @@ class Reading:
         """Share of the windows that are set aside [1]."""
         return 1 - float(np.mean(np.concatenate([used for _, _, used in self.windows])))
 
-    def spans(self, log: int, *, used: bool) -> list[tuple[float, float]]:
-        """Find the spans of a log whose windows are used, or set aside: first and last stamp [s].
+    def spans(self, *, used: bool) -> list[list[Span]]:
+        """Find the spans of each log whose windows are used, or set aside.
 
         Used windows count as set aside if a joint rests there between two disturbances, so that none is visible.
         """
+        logs = [form.log for form in self.equations.forms]
+        names = [Path(log.path).name if len(logs) > 1 else "" for log in logs]
+        return [
+            [Span(start - log.start, end - log.start, name) for start, end in self._stamps(k, used)]
+            for k, (log, name) in enumerate(zip(logs, names, strict=True))
+        ]
+
+    def _stamps(self, log: int, used: bool) -> list[tuple[float, float]]:
+        """Find first and last stamp [s] of the spans of one log."""
         windows = [(time, kept) for number, time, kept in self.windows if number == log]
         if not windows:
             return []

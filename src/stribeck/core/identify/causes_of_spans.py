@@ -1,7 +1,8 @@
 """Causes of spans that the whole-log fit set aside: payloads for `[[robot.payload]]`, forces and rubbing joints."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,9 @@ from stribeck.core.estimator.fit_checks.payloads import Payload, find_payloads, 
 from stribeck.core.identify.forces import Force, find_force
 from stribeck.core.robot import Robot
 from stribeck.core.robot.kinematics import link_of
+
+FEW = 0.01
+"""Share of windows that are set aside [1] from which a warning is given."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,20 +47,35 @@ class Rub:
     spans: frozenset[Span]
 
 
-def find_causes_of_spans(
-    robot: Robot, fit: WholeLogFit, aside: Sequence[Sequence[Span]], used: Sequence[Span]
-) -> tuple[list[Carried], dict[Span, str], dict[str, Rub]]:
-    """Find the payloads of a tree on a fixed base, words on the cause of other spans, and joints that rub.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CausesOfSpans:
+    """Causes of the spans that a fit set aside.
 
-    `aside` are each log's spans that are set aside, and `used` the others, which carry a payload that `aside` lacks.
+    Attributes
+    ----------
+    carried
+        Payloads that explain spans.
+    words
+        Words on the cause of other spans, if it is clear.
+    rubbing
+        Joints that rub in some of these.
     """
-    if robot.base != "fixed" or robot.loops:
-        return [], {}, {}
-    starts = [form.log.start for form in fit.read.equations.forms]
+
+    carried: Sequence[Carried] = ()
+    words: Mapping[Span, str] = field(default_factory=dict)
+    rubbing: Mapping[str, Rub] = field(default_factory=dict)
+
+
+def find_causes_of_spans(fit: WholeLogFit) -> CausesOfSpans:
+    """Find the causes of spans for a tree on a fixed base, if more than a few windows are set aside."""
+    robot = fit.robot
+    if robot.base != "fixed" or robot.loops or fit.read.set_aside <= FEW:
+        return CausesOfSpans()
+    starts, aside = [form.log.start for form in fit.read.equations.forms], fit.read.spans(used=False)
     spans = {(k, starts[k] + span.start, starts[k] + span.end): span for k, cuts in enumerate(aside) for span in cuts}
     delayed = fit.read.equations.delayed(fit.delay)
     residuals = {place: residual_in(delayed, place, fit.read, fit.fit.values) for place in spans}
-    carried = _carried(robot, find_payloads(residuals), spans, used)
+    carried = _carried(robot, find_payloads(residuals), spans, list(chain(*fit.read.spans(used=True))))
     explained = {span for payload in carried for span in payload.aside}
     others = {place: span for place, span in spans.items() if span not in explained}
     causes: dict[Span, str] = {}
@@ -79,7 +98,7 @@ def find_causes_of_spans(
             rub = Rub(f"near {(low + high) / 2:.2g} {unit}", frozenset(ranges))
             rubbing[robot.joint_names[column]] = rub
             causes |= dict.fromkeys(ranges, f"{robot.joint_names[column]} rubs {rub.where}")
-    return carried, causes, rubbing
+    return CausesOfSpans(carried=carried, words=causes, rubbing=rubbing)
 
 
 def _words(robot: Robot, column: int, force: Force, torque: Array) -> tuple[str, bool]:
@@ -98,7 +117,10 @@ def _words(robot: Robot, column: int, force: Force, torque: Array) -> tuple[str,
 def _carried(
     robot: Robot, payloads: Sequence[Payload], spans: Mapping[tuple[int, float, float], Span], used: Sequence[Span]
 ) -> list[Carried]:
-    """Place payloads in the frames of links; what no robot carries, too heavy or too far away, has another cause."""
+    """Place payloads in the frames of links; what no robot carries, too heavy or too far away, has another cause.
+
+    `used` are the spans that are not set aside: they carry a payload that `spans` lack.
+    """
     carried = []
     model = robot.tree.model
     farthest = max([0.5, *(float(np.linalg.norm(place.translation)) for place in model.jointPlacements)])  # [m]

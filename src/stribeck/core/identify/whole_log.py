@@ -7,12 +7,11 @@ from collections import ChainMap
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import chain
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from stribeck.core.base.spans import Span
+from stribeck.core.base.spans import Span, listed_spans
 from stribeck.core.base.typing import IntArray
 from stribeck.core.equations.constants import ROUNDS
 from stribeck.core.equations.friction_torque.preparation import Logs, PreparedLog, Progress, quiet
@@ -20,15 +19,17 @@ from stribeck.core.equations.whole_log.build import WeakForm, weak_form
 from stribeck.core.equations.whole_log.equation_sequence import equation_sequence
 from stribeck.core.equations.whole_log.noise import SMALLEST, without_spikes
 from stribeck.core.errors import NothingIdentifiedError
+from stribeck.core.estimator.describe import describe_corrections, joint_terms
 from stribeck.core.estimator.estimate import WholeLogFit, fit_whole_log
+from stribeck.core.estimator.fit_checks.competing_causes import find_causes
+from stribeck.core.estimator.uncertainty.intervals import joint_fits
 from stribeck.core.friction import AUTO, LAWS, FrictionLaw
 from stribeck.core.friction.auto import AutoLaw
-from stribeck.core.identify.causes_of_spans import find_causes_of_spans
+from stribeck.core.identify.causes_of_spans import FEW, find_causes_of_spans
 from stribeck.core.identify.contract import SHARED, Fitted, FrictionTorque, Method, Unseen, cut
-from stribeck.core.identify.corrected import corrected_robot
+from stribeck.core.identify.corrected import LogCorrection, corrected_robot
 from stribeck.core.identify.moving import joints_that_move
 from stribeck.core.identify.whole_log_findings import find_problems
-from stribeck.core.identify.whole_log_fitted import FEW, WholeLog
 from stribeck.core.judgement.excitation import NOISE_FACTOR
 from stribeck.core.judgement.weakness import Criteria
 from stribeck.core.log import RobotLog
@@ -41,7 +42,7 @@ CRITERIA = Criteria(assumes_exact_law=False, shares_shapes=True)
 
 def identify_whole_log(
     prepared: Logs, robot: Robot, law: FrictionLaw, settings: Settings, progress: Callable[[float], None] = quiet
-) -> WholeLog:
+) -> WholeLogFit:
     """Fit a law to all joints that move enough, together with the model's corrections.
 
     Raises
@@ -66,34 +67,7 @@ def identify_whole_log(
         corrected = corrected_robot(robot, equations.corrections, fit.corrections)
         equations = equation_sequence([replace(form, corrected=corrected) for form in forms], top_speed)
         fit = fit_whole_log(equations, law, rest, settings.priors, progress)
-    held_out: list[list[slice]] = [[] for _ in forms]
-    for log, segment in fit.read.held_out:
-        held_out[log].append(slice(segment.first, segment.last))
-    aside, used = (_spans(prepared, fit, used=kind) for kind in (False, True))
-    clear = fit.read.set_aside <= FEW
-    carried, causes, rubbing = ([], {}, {}) if clear else find_causes_of_spans(robot, fit, aside, list(chain(*used)))
-    robot = corrected_robot(robot, equations.corrections, fit.corrections)
-    return WholeLog(
-        **vars(fit),
-        columns=columns,
-        couplings=couplings,
-        robot=robot,
-        held_out=held_out,
-        set_aside=aside,
-        used=used,
-        carried=carried,
-        disturbances=causes,
-        rubbing=rubbing,
-    )
-
-
-def _spans(prepared: Logs, fit: WholeLogFit, *, used: bool) -> list[list[Span]]:
-    """Find the spans of each log whose windows are used, or set aside."""
-    names = [Path(part.log.path).name if len(prepared) > 1 else "" for part in prepared]
-    return [
-        [Span(start - part.log.start, end - part.log.start, name) for start, end in fit.read.spans(k, used=used)]
-        for k, (part, name) in enumerate(zip(prepared, names, strict=True))
-    ]
+    return fit
 
 
 def weak_forms(
@@ -116,41 +90,73 @@ def find(
     if settings.corrections == "auto":
         settings = settings.model_copy(update={"corrections": usual_corrections(prepared, robot)})
     fit = identify_whole_log(prepared, robot, law, settings, lambda share: progress("fitting the whole log", share))
-    fitted = Fitted(
-        fits=fit.fits,
-        validations=dict(zip(fit.joints, fit.validation, strict=True)),
-        unseen=_unseen(fit, prepared, robot),
-        robot=fit.robot,
-        logs=(),
-        correct=(correct := fit.correct),
+    fitted, correct = described(fit), _corrected(fit)[1]
+    fitted = replace(
+        fitted,
+        unseen=_unseen(fit, prepared, fitted.set_aside),
         settings=settings.model_copy(update={"standing_legs": True}),
-        criteria=CRITERIA,
-        corrections=fit.described,
-        body_corrections=fit.body_corrections,
-        terms=fit.joint_terms,
-        couplings=tuple(robot.couplings),
-        set_aside=fit.set_aside,
-        disturbed=fit.disturbed,
-        rubbing={joint: rub.where for joint, rub in fit.rubbing.items()},
-        findings=find_problems(fit),
-        notes=[*(note for _, note in cleaned if note), *fit.notes],
+        notes=[*(note for _, note in cleaned if note), *fitted.notes],
     )
     del fit  # memory for the corrected logs
     return replace(fitted, logs=[replace(part, log=correct(part.log, k)) for k, part in enumerate(prepared)])
 
 
-def _unseen(fit: WholeLog, prepared: Logs, robot: Robot) -> Unseen | None:
+def described(fit: WholeLogFit) -> Fitted:
+    """Describe a fit to whole logs by joint, with its findings."""
+    aside, causes, of_spans = fit.read.spans(used=False), find_causes(fit), find_causes_of_spans(fit)
+    largest = np.abs(causes.bodies).max(axis=1, initial=0.0).tolist()
+    robot, correct = _corrected(fit)
+    fitted = Fitted(
+        fits=joint_fits(fit),
+        validations=dict(zip(fit.joints, fit.validation, strict=True)),
+        robot=robot,
+        logs=(),
+        correct=correct,
+        criteria=CRITERIA,
+        corrections=describe_corrections(fit),
+        body_corrections=dict(zip(fit.fit.model.layout.bodies, largest, strict=True)),
+        terms=joint_terms(fit),
+        couplings=tuple(robot.couplings),
+        set_aside=aside,
+        disturbed=f"from {listed_spans(list(chain(*aside)))}" if fit.read.set_aside > FEW else "",
+        rubbing={joint: rub.where for joint, rub in of_spans.rubbing.items()},
+        notes=_notes(fit, aside),
+    )
+    return replace(fitted, findings=find_problems(fit, fitted, causes, of_spans))
+
+
+def _corrected(fit: WholeLogFit) -> tuple[Robot, LogCorrection]:
+    """Correct the robot, and make the function that removes the estimated sensor errors from a log."""
+    layout, columns = fit.fit.model.layout, fit.read.equations.forms[0].joints
+    robot = corrected_robot(fit.robot, layout, fit.corrections)
+    return robot, LogCorrection(robot, columns, layout, fit.corrections, fit.delay)
+
+
+def _notes(fit: WholeLogFit, aside: Sequence[Sequence[Span]]) -> list[str]:
+    """Write notes on segments that were skipped, outliers, and compensation by the drives."""
+    read, whole = len(fit.read.windows), len(fit.read.equations)
+    notes = [f"{read} of {whole} segments of the log are read, evenly spread."] if read < whole else []
+    if 0 < fit.read.set_aside <= FEW:
+        notes.append(f"Outliers are set aside: {listed_spans(list(chain(*aside)))}.")
+    if fit.robot.torque_source == "command":
+        notes.append("The commanded torques are assumed to include any friction compensation of the drives.")
+    return notes
+
+
+def _unseen(fit: WholeLogFit, prepared: Logs, aside: Sequence[Sequence[Span]]) -> Unseen | None:
     """Evaluate the fit without the held-out segments on their undisturbed parts, with the delay of the whole logs."""
-    if not any(fit.held_out):
+    if not fit.read.held_out:
         return None
     before = replace(fit, fit=fit.trained)
-    robot = corrected_robot(robot, before.fit.model.layout, before.corrections)
-    before = replace(before, robot=robot)
+    robot, correct = _corrected(before)
+    rows: list[list[slice]] = [[] for _ in prepared]
+    for log, segment in fit.read.held_out:
+        rows[log].append(slice(segment.first, segment.last))
     logs = [
-        replace(part, support=cut(part.support, _without(part.log, rows, aside)))
-        for part, rows, aside in zip(prepared, fit.held_out, fit.set_aside, strict=True)
+        replace(part, support=cut(part.support, _without(part.log, parts, spans)))
+        for part, parts, spans in zip(prepared, rows, aside, strict=True)
     ]
-    return Unseen(fits=before.fits, robot=robot, logs=logs, correct=before.correct)
+    return Unseen(fits=joint_fits(before), robot=robot, logs=logs, correct=correct)
 
 
 def _without(log: RobotLog, parts: Sequence[slice], spans: Sequence[Span]) -> list[slice]:

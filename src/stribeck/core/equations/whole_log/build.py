@@ -47,6 +47,8 @@ class WeakForm:
     ----------
     joints
         Columns of the joints whose friction is identified, shape (n,).
+    names
+        Names of these joints, then of the couplings.
     contact_modes
         Contact mode for each set of feet that stand.
     filters
@@ -66,6 +68,7 @@ class WeakForm:
     robot: Robot
     log: RobotLog
     joints: IntArray
+    names: tuple[str, ...]
     segments: tuple[Segment, ...]
     contact_modes: dict[tuple[str, ...], ModeRows]
     filters: Filters
@@ -311,6 +314,7 @@ def weak_form(
         robot=robot,
         log=log,
         joints=columns,
+        names=(*names, *couplings),
         segments=tuple(segment for segment in segments if segment.feet in used),
         contact_modes=used,
         filters=filters,

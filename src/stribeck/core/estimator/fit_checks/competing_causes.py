@@ -12,13 +12,14 @@ others explain nearly as much. Large errors are not linear, so that no second ca
 other gains.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stribeck.core.base.typing import Array, BoolArray, IntArray
+from stribeck.core.base.typing import Array, IntArray
 from stribeck.core.equations.whole_log.corrections import CORRECTIONS
+from stribeck.core.estimator.estimate import WholeLogFit
 from stribeck.core.estimator.solver.elimination import solve
 from stribeck.core.estimator.solver.fit import Fit
 from stribeck.core.estimator.solver.statistics import Statistics
@@ -120,25 +121,17 @@ class _Score:
         return float(along @ along), vectors @ along, np.linalg.norm(vectors, axis=1)
 
 
-def find_causes(fit: Fit, statistics: Statistics, limbs: Mapping[str, BoolArray], discount: float) -> Causes:
-    """Find the cause of a log's errors, with its rivals.
-
-    Parameters
-    ----------
-    fit, statistics
-        Fit of a whole log and its normal equations.
-    limbs
-        Mask of the joints of each limb, whose torques may share a gain, shape (n,).
-    discount
-        Overdispersion of chi^2 [1].
-    """
-    model, nominal = fit.model, fit.model.prior_std.copy()
+def find_causes(log: WholeLogFit) -> Causes:
+    """Find the cause of a log's errors, with its rivals."""
+    model, nominal, statistics = log.fit.model, log.fit.model.prior_std.copy(), log.read.whole
     nominal[model.layout.part("bodies", "tilts")] = 1.0
-    fit = solve(statistics, replace(fit, model=replace(model, prior_std=nominal, overdispersion=1.0)))
-    score = _score(fit, statistics)
+    fit = solve(statistics, replace(log.fit, model=replace(model, prior_std=nominal, overdispersion=1.0)))
+    score, discount = _score(fit, statistics), max(1.0, log.chi_square, log.heterogeneity)
     noise = discount * float(statistics.loads[0].max())  # windows of one joint
     off = fit.corrections - fit.model.prior_mean
     strain = float(off @ fit.model.precision @ off) / discount
+    joints = log.read.equations.forms[0].joints  # of each limb, whose torques may share a gain
+    limbs = [np.flatnonzero(log.robot.standing((foot,))[joints]) for foot in log.robot.contacts]
     causes, tests, sizes = list(_causes(fit, limbs)), list[Cause](), dict[tuple[str, tuple[int, ...]], float]()
     for kind, places, columns, least in causes:
         evidence, values, errors = score.test(columns)
@@ -226,7 +219,7 @@ def _outside(fit: Fit) -> IntArray:
     return np.concatenate([place + per_joint * np.arange(joints) for place in places])
 
 
-def _causes(fit: Fit, limbs: Mapping[str, BoolArray]) -> Iterator[Columns]:
+def _causes(fit: Fit, limbs: Sequence[IntArray]) -> Iterator[Columns]:
     """Yield the columns of all causes that the fit does not estimate anyway; values are in the units of `Cause`."""
     model, layout, priors, joints = fit.model, fit.model.layout, fit.model.priors, len(fit.internal)
     c = layout.size
@@ -238,8 +231,8 @@ def _causes(fit: Fit, limbs: Mapping[str, BoolArray]) -> Iterator[Columns]:
         yield "scale", (), whole[:, None], 3 * priors.mass
     loaded = set(model.loaded.tolist()) if len(gains) else set(range(joints))
     places, unit = (gains, priors.torque_gain) if len(gains) else (c + 2 * joints + np.arange(joints), 1.0)
-    limb = [loaded & set(np.flatnonzero(mask).tolist()) for mask in limbs.values()]
-    for group in dict.fromkeys(tuple(sorted(members)) for members in (*limb, *({k} for k in loaded)) if members):
+    groups = [*(loaded.intersection(limb.tolist()) for limb in limbs), *({k} for k in loaded)]
+    for group in dict.fromkeys(tuple(sorted(members)) for members in groups if members):
         column = every[:, places[list(group)]].sum(axis=1) / unit
         yield "gain", group, column[:, None], FAR * priors.torque_gain
     for correction in (entry for entry in CORRECTIONS if entry.kind):

@@ -10,10 +10,10 @@ from stribeck.core.equations.constants import FOLDS
 from stribeck.core.estimator.estimate import WholeLogFit
 from stribeck.core.friction import Parameter
 from stribeck.core.judgement.curve_fit.problem import ARMATURE, to_external
-from stribeck.core.judgement.joint_fit import JointFit, intervals_95, near_bound, parameter_units
+from stribeck.core.judgement.joint_fit import JointFit, intervals_95, near_bound, parameter_units, without_friction
 
 
-def joint_fits(fit: WholeLogFit, names: tuple[str, ...]) -> dict[str, JointFit]:
+def joint_fits(fit: WholeLogFit) -> dict[str, JointFit]:
     """Compute the fits of all joints by name.
 
     The covariance includes all coordinates, so that the uncertainty of the model widens friction's
@@ -21,7 +21,8 @@ def joint_fits(fit: WholeLogFit, names: tuple[str, ...]) -> dict[str, JointFit]:
     """
     most = 2 * (FOLDS - 1)  # of D: the folds of a joint, and of all joints
     freedom = float(np.clip(len(fit.read.windows) - 1, 1, most))
-    return {name: _joint_fit(fit, k, freedom, len(names)) for k, name in enumerate(names)}
+    fits = {name: _joint_fit(fit, k, freedom) for k, name in enumerate(fit.joints)}
+    return fits | {name: without_friction(fits[name]) for name in fit.robot.bare & fits.keys()}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -70,7 +71,7 @@ def joint_coordinates(fit: WholeLogFit, joint: int) -> JointCoordinates:
     return JointCoordinates(places=places, unit=unit, parameters=parameters, values=values, held=held, gain=gain)
 
 
-def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> JointFit:
+def _joint_fit(fit: WholeLogFit, joint: int, freedom: float) -> JointFit:
     coordinates = joint_coordinates(fit, joint)
     parameters, values, unit = coordinates.parameters, coordinates.values, coordinates.unit
     degrees = np.full(len(values), freedom)
@@ -91,7 +92,7 @@ def _joint_fit(fit: WholeLogFit, joint: int, freedom: float, joints: int) -> Joi
         degrees_of_freedom=degrees,
         at_bound=coordinates.held | near_bound(parameters, values, deviation, units),
         rms=float(fit.residual_rms[joint]),
-        samples=fit.read.whole.count // joints,
+        samples=fit.read.whole.count // len(fit.joints),
         blocks=len(fit.read.windows),
         converged=fit.fit.converged,
         variance_shares=tuple({name: float(share[k]) for name, share in shares.items()} for k in range(len(unit))),

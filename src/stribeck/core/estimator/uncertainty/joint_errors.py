@@ -22,19 +22,11 @@ def shape_errors(fit: WholeLogFit) -> Array:
     return np.asarray(np.sqrt(variances))
 
 
-def error_correlation(fit: WholeLogFit, names: tuple[str, ...]) -> ErrorCorrelation:
-    """Compute the correlation of the errors of all joints and bodies.
-
-    Parameters
-    ----------
-    fit
-        Fit to whole logs.
-    names
-        Names of its joints and couplings.
-    """
+def error_correlation(fit: WholeLogFit) -> ErrorCorrelation:
+    """Compute the correlation of the errors of all joints and bodies."""
     layout, bodies = fit.fit.layout, fit.fit.layout.bodies
     places, gain, labels = [], [], []
-    for joint, name in enumerate(names):
+    for joint, name in enumerate(fit.joints):
         coordinates = joint_coordinates(fit, joint)
         places += coordinates.places.tolist()
         gain += coordinates.gain.tolist()
