@@ -65,11 +65,11 @@ def test_a_right_law_keeps_its_interval_and_a_wrong_one_widens_it(linear: Log) -
     whole, folds, fit = linear
     trials, basis, errors = make_trials(whole, folds, fit), fit.laws.basis, []
     bump = np.sign(basis.velocity[0]) * np.exp(-((basis.velocity[0] / 0.2) ** 2))
-    theta = np.zeros(trials.folds.right.shape[2])
+    theta = np.zeros(trials.right.shape[2])
     theta[: basis.functions.shape[1]] = np.linalg.lstsq(basis.functions, bump, rcond=None)[0]
     for size in (0.0, 0.2):  # [N m]; the friction is 0.5 to 1.2 N m
-        right = trials.folds.right + trials.folds.information @ (size * theta)
-        errors.append(law_misfits(fit, replace(trials, folds=replace(trials.folds, right=right)), fit.covariance))
+        right = trials.right + trials.information @ (size * theta)
+        errors.append(law_misfits(fit, replace(trials, right=right), fit.covariance))
     assert np.max(errors[0]) < 1e-3
     np.testing.assert_allclose(errors[1][:, 0], 0.2 * np.exp(-0.25), rtol=0.4)  # at a tenth of the top speed
 
@@ -78,7 +78,7 @@ def test_terms_are_not_negative(linear: Log) -> None:
     """The friction of the loaded joint, had its load the other sign."""
     whole, folds, fit = linear
     trials = make_trials(whole, folds, fit)
-    backwards = replace(trials, folds=replace(trials.folds, right=-trials.folds.right))
+    backwards = replace(trials, right=-trials.right)
     tried = backwards.try_terms(1, ("viscous", "load"))
     at = [trials.names.index(name) for name in ("viscous", "coulomb", "load")]
     assert np.all(tried.internal[at] >= -1e-9)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from stribeck.core.base.typing import Array
 from stribeck.core.equations.whole_log.equation_sequence import EquationSequence
 from stribeck.core.estimator.fit_checks.misfits import Misfit, find_misfits
-from stribeck.core.estimator.fit_checks.validation import friction_residual_rms, validate
+from stribeck.core.estimator.fit_checks.validation import friction_residual_rms
 from stribeck.core.estimator.model.unexplained import unsupported
 from stribeck.core.estimator.reading import Reading, read_with_pilot
 from stribeck.core.estimator.solver.empirical_bayes import group_mean_covariance, solve_with_empirical_bayes
@@ -22,7 +22,7 @@ from stribeck.core.estimator.uncertainty.heterogeneity import solve_overdisperse
 from stribeck.core.estimator.uncertainty.law_misfit import law_misfits
 from stribeck.core.estimator.uncertainty.reml import random_effect_covariance
 from stribeck.core.friction import AUTO, FrictionLaw
-from stribeck.core.result import TermVerdict, Validation
+from stribeck.core.result import TermVerdict
 from stribeck.core.robot import Robot
 from stribeck.core.robot.inertial_parameters import SIZE
 from stribeck.core.settings import Priors
@@ -44,8 +44,6 @@ class WholeLogFit:
         Standard error of each joint's resisting torque at three speeds due to its law, shape (n, 3) [N m].
     residual_rms
         Root mean square residual of each joint's friction torque in the segments of the pilot [N m], shape (n,).
-    validation
-        Validation of each joint on the held-out segments by a fit to all others; None with too few segments.
     delay
         Delay of the torques [s].
     terms
@@ -62,7 +60,6 @@ class WholeLogFit:
     budget: CovarianceBudget
     law_misfits: Array
     residual_rms: Array
-    validation: tuple[Validation | None, ...]
     delay: float
     terms: tuple[dict[str, TermVerdict], ...]
     misfits: tuple[tuple[Misfit, ...], ...]
@@ -147,7 +144,6 @@ def fit_whole_log(
         budget=budget,
         law_misfits=law_misfits(fit, choice.trials, budget.total),
         residual_rms=residual_rms,
-        validation=validate(read, trained.values),
         delay=read.pilot.delay + float(remaining_delay.sum()),
         terms=tuple(choice.verdicts) if law.name == AUTO else (),
         misfits=find_misfits(choice, wider, of_known, read, effect_std, before.model),

@@ -168,7 +168,7 @@ def _with_terms(
     joints, functions = basis.velocity.shape[0], basis.functions.shape[1]
     parts, prediction, size = pilot.parts, pilot.prediction, len(pilot.precision)
     friction = prediction.values[:size].reshape(joints, -1)[:, :functions]
-    windows = [basis.windows(part.velocity, part.taps, part.step, len(part.residual)) for part in parts]
+    windows = [by_joint[:, :, :functions] for by_joint in pilot.by_joint]
     left = []
     for part, each in zip(parts, windows, strict=True):
         fitted = np.einsum("kmj,kjr,jr->km", part.weights, each, friction, optimize=True)

@@ -12,16 +12,16 @@ from typing import Literal
 import numpy as np
 
 from stribeck.core.base.spans import Span, listed_spans
-from stribeck.core.base.typing import IntArray
 from stribeck.core.equations.constants import ROUNDS
 from stribeck.core.equations.friction_torque.preparation import Logs, PreparedLog, Progress, quiet
-from stribeck.core.equations.whole_log.build import WeakForm, weak_form
+from stribeck.core.equations.whole_log.build import weak_form
 from stribeck.core.equations.whole_log.equation_sequence import equation_sequence
 from stribeck.core.equations.whole_log.noise import SMALLEST, without_spikes
 from stribeck.core.errors import NothingIdentifiedError
 from stribeck.core.estimator.describe import describe_corrections, joint_terms
 from stribeck.core.estimator.estimate import WholeLogFit, fit_whole_log
 from stribeck.core.estimator.fit_checks.competing_causes import find_causes
+from stribeck.core.estimator.fit_checks.validation import validate
 from stribeck.core.estimator.uncertainty.intervals import joint_fits
 from stribeck.core.friction import AUTO, LAWS, FrictionLaw
 from stribeck.core.friction.auto import AutoLaw
@@ -51,7 +51,8 @@ def identify_whole_log(
         If no joint moves enough, or no segment can be used.
     """
     columns, couplings, top_speed = joints_that_move(prepared, robot, law, settings)
-    forms = weak_forms(prepared, robot, columns, couplings, settings)
+    wrenches = all(part.log.foot_wrench is not None for part in prepared)  # corrections are the same for all logs
+    forms = [weak_form(robot, part, columns, settings, wrenches=wrenches, couplings=couplings) for part in prepared]
     noise = np.max([form.velocity_noise for form in forms], axis=0)
     rest = np.maximum(settings.rest * top_speed, NOISE_FACTOR * noise) * ~forms[0].bare
     equations, load = equation_sequence(forms, top_speed), np.zeros(4)
@@ -68,14 +69,6 @@ def identify_whole_log(
         equations = equation_sequence([replace(form, corrected=corrected) for form in forms], top_speed)
         fit = fit_whole_log(equations, law, rest, settings.priors, progress)
     return fit
-
-
-def weak_forms(
-    prepared: Logs, robot: Robot, columns: IntArray, couplings: Sequence[str], settings: Settings
-) -> list[WeakForm]:
-    """Build the equations of motion of logs, with foot wrenches if every log has them."""
-    wrenches = all(part.log.foot_wrench is not None for part in prepared)  # corrections are the same for all logs
-    return [weak_form(robot, part, columns, settings, wrenches=wrenches, couplings=couplings) for part in prepared]
 
 
 def find(
@@ -108,7 +101,7 @@ def described(fit: WholeLogFit) -> Fitted:
     robot, correct = _corrected(fit)
     fitted = Fitted(
         fits=joint_fits(fit),
-        validations=dict(zip(fit.joints, fit.validation, strict=True)),
+        validations=dict(zip(fit.joints, validate(fit.read, fit.trained.values), strict=True)),
         robot=robot,
         logs=(),
         correct=correct,

@@ -161,7 +161,7 @@ class _Joint:
         others = [name for other in other_kinds for name in _parameters(other) if name in trials.names]
         terms = np.array([trials.names.index(name) for name in (*names, *others)], dtype=np.int64) - law
         without, places = [*self.kept, *others], terms[: len(names)]
-        if not names or trials.having(without)[places + law].any() or trials.folds.held_right.shape[1] < 2:
+        if not names or trials.having(without)[places + law].any() or trials.held_right.shape[1] < 2:
             return None
         prior = trials.laws.prior[1][self.joint, terms + law]
         covariance = np.linalg.inv(self.information[np.ix_(terms, terms)] + np.diag(prior**-2.0))[: len(names)]

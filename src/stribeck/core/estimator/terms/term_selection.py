@@ -62,7 +62,7 @@ def select_terms(
     effects
         Function that computes the covariance of a fit due to random effects, shape (m, m).
     """
-    least, folds = 4, trials.folds.held_right.shape[1]  # fewer folds do not show how much their scores differ
+    least, folds = 4, trials.held_right.shape[1]  # fewer folds do not show how much their scores differ
     if folds < least:
         few = f"{folds} parts of the log can be held out; at least {least} are needed"
         said = {term: TermVerdict(verdict="kept" if term in BASE else "refused", reason=few) for term in PARAMETERS}
@@ -94,12 +94,8 @@ def make_trials(whole: Statistics, folds: Sequence[Statistics], fit: Fit) -> Tri
     """Prepare the trials of all terms with columns."""
     free = fit.laws.free.copy()
     free[:, len(fit.laws.law.parameters) :] = True
-    return Trials(replace(fit.laws, free=free), joint_folds(whole, folds, fit), overdispersion(whole, fit))
-
-
-def overdispersion(whole: Statistics, fit: Fit) -> float:
-    """Compute chi^2 per degree of freedom, at least one [1]."""
-    return max(1.0, fit.chi_square / max(whole.count - fit.internal.size, 1))
+    overdispersion = max(1.0, fit.chi_square / max(whole.count - fit.internal.size, 1))
+    return Trials(*joint_folds(whole, folds, fit), replace(fit.laws, free=free), overdispersion)
 
 
 def _select(trials: Trials, joint: int, refused: dict[str, str], usual: Kept) -> dict[str, TermVerdict]:

@@ -41,25 +41,11 @@ SHAPES = ("stribeck", "rounding", "")
 """Terms that determine a law's shape at standstill; the last shape is a jump."""
 
 
-@dataclass(frozen=True, eq=False)
-class JointFolds:
-    """Chi^2 of the joints' coefficients except a constant, theta^T A theta - 2 b^T theta, with all else refitted.
-
-    For the training folds, where the first has nothing held out, shapes are (n, F + 1, q, q) and (n, F + 1, q). For
-    the held-out folds, shapes are (n, F, q, q) and (n, F, q).
-    """
-
-    information: Array
-    right: Array
-    held_information: Array
-    held_right: Array
-
-
-def joint_folds(whole: Statistics, folds: Sequence[Statistics], fit: Fit) -> JointFolds:
-    """Compute the joints' folds from a fit of all joints with all terms to the whole log."""
+def joint_folds(whole: Statistics, folds: Sequence[Statistics], fit: Fit) -> tuple[Array, Array, Array, Array]:
+    """Compute the first four attributes of `Trials` from a fit of all joints with all terms to the whole log."""
     splits = [list(_eliminated(whole, None, fit)), *(list(_eliminated(whole, fold, fit)) for fold in folds)]
     A, b, held, held_right = (np.stack([[joint[k] for joint in joints] for joints in splits], axis=1) for k in range(4))
-    return JointFolds(A, b, held[:, 1:], held_right[:, 1:])
+    return A, b, held[:, 1:], held_right[:, 1:]
 
 
 def _eliminated(whole: Statistics, fold: Statistics | None, fit: Fit) -> Iterable[tuple[Array, Array, Array, Array]]:
@@ -135,11 +121,24 @@ class Tried:
 class Trials:
     """Laws of the joints with all terms that are not excluded, and the equations of the folds.
 
-    `scale` is the overdispersion [1].
+    Attributes
+    ----------
+    information, right
+        A and b of the joints' coefficients for the training folds, where the first has nothing held out: chi^2 except a
+        constant is theta^T A theta - 2 b^T theta, with all else refitted, shape (n, F + 1, q, q) and (n, F + 1, q).
+    held_information, held_right
+        The same for the held-out folds, shape (n, F, q, q) and (n, F, q).
+    laws
+        Laws with all terms.
+    scale
+        Overdispersion [1].
     """
 
+    information: Array
+    right: Array
+    held_information: Array
+    held_right: Array
     laws: Laws
-    folds: JointFolds
     scale: float
 
     @cached_property
@@ -164,31 +163,30 @@ class Trials:
         return {shape: self._fits(self.having([*others, shape])) for shape in SHAPES}
 
     def _fits(self, having: BoolArray) -> Around:
-        laws, folds = self.laws.only(having), self.folds
-        n, count, q = folds.right.shape
-        whole, _ = best_starts(laws, folds.information[:, 0], folds.right[:, 0])
+        laws, (n, count, q) = self.laws.only(having), self.right.shape
+        whole, _ = best_starts(laws, self.information[:, 0], self.right[:, 0])
         owners = np.repeat(np.arange(n), count)
-        problem = EachJoint(laws.of(owners), folds.information.reshape(-1, q, q), folds.right.reshape(-1, q))
+        problem = EachJoint(laws.of(owners), self.information.reshape(-1, q, q), self.right.reshape(-1, q))
         ends, _ = problem.best(whole[owners])
         return self._near(np.arange(n), ends.reshape(n, count, -1))
 
     def _near(self, joints: IntArray, internal: Array) -> Around:
         """Expand chi^2 around coordinates of some joints in each fold, shape (j, F + 1, w)."""
-        folds, (mean, deviation) = self.folds, (moment[joints, None] for moment in self.laws.prior)
+        mean, deviation = (moment[joints, None] for moment in self.laws.prior)
         j, count, w = internal.shape
         laws, x = self.laws.of(np.repeat(joints, count)), internal.reshape(-1, w)
         theta, jacobians = laws.coefficients(x).reshape(j, count, -1), laws.jacobians(x).reshape(j, count, -1, w)
         transposed = jacobians.transpose(0, 1, 3, 2)
-        slope = (folds.information[joints] @ theta[..., None])[..., 0] - folds.right[joints]
-        held = (folds.held_information[joints] @ theta[:, 1:, :, None])[..., 0]
-        held_right = folds.held_right[joints]
+        slope = (self.information[joints] @ theta[..., None])[..., 0] - self.right[joints]
+        held = (self.held_information[joints] @ theta[:, 1:, :, None])[..., 0]
+        held_right = self.held_right[joints]
         return Around(
             internal,
             (transposed @ slope[..., None])[..., 0] + (internal - mean) / deviation**2,
-            transposed @ folds.information[joints] @ jacobians + np.eye(w) * deviation[..., None] ** -2.0,
+            transposed @ self.information[joints] @ jacobians + np.eye(w) * deviation[..., None] ** -2.0,
             np.sum(theta[:, 1:] * (held - 2 * held_right), axis=2),
             (transposed[:, 1:] @ (held - held_right)[..., None])[..., 0],
-            transposed[:, 1:] @ folds.held_information[joints] @ jacobians[:, 1:],
+            transposed[:, 1:] @ self.held_information[joints] @ jacobians[:, 1:],
         )
 
     def try_terms(self, joint: int, kept: Iterable[str]) -> Tried:

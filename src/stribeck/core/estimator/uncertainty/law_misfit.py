@@ -37,13 +37,13 @@ def law_misfits(fit: Fit, trials: Trials, covariance: Array) -> Array:
     theta, jacobians = laws.coefficients(fit.internal), laws.jacobians(fit.internal)
     errors = np.empty((len(theta), len(SPEEDS)))
     for joint, free in enumerate(laws.free & ~fit.at_bound):
-        information, resisting = trials.folds.information[joint, 0], Resisting(fit, joint)
+        information, resisting = trials.information[joint, 0], Resisting(fit, joint)
         curve = slice(resisting.odd.shape[1])
         of_law = jacobians[joint][:, free]
         along = of_law.T @ information
         fitted = np.linalg.solve(along @ of_law + np.diag(laws.prior[1][joint, free] ** -2.0), along)
         beyond = np.eye(len(information)) - of_law @ fitted  # a deviation with all parameters refitted
-        gradient = beyond.T @ (trials.folds.right[joint, 0] - information @ theta[joint])
+        gradient = beyond.T @ (trials.right[joint, 0] - information @ theta[joint])
         size = resisting.size * np.sqrt(laws.basis.variance * len(laws.basis.functions))
         left = size[:, None] * (information @ beyond)[curve, curve] * size
         values, vectors = np.linalg.eigh((left + left.T) / 2)
