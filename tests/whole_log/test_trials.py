@@ -11,7 +11,8 @@ from stribeck.core.estimator.model.terms import Columns
 from stribeck.core.estimator.solver.elimination import solve
 from stribeck.core.estimator.solver.fit import Fit
 from stribeck.core.estimator.solver.statistics import Statistics, total
-from stribeck.core.estimator.terms.term_selection import _objection, make_trials, select_terms
+from stribeck.core.estimator.terms.term_selection import _objection, select_terms
+from stribeck.core.estimator.terms.trials import make_trials
 from stribeck.core.estimator.uncertainty.law_misfit import law_misfits
 
 FOLDS, MU = 4, 0.05

@@ -16,7 +16,8 @@ from stribeck.core.estimator.model.unexplained import unsupported
 from stribeck.core.estimator.reading import Reading, read_with_pilot
 from stribeck.core.estimator.solver.empirical_bayes import group_mean_covariance, solve_with_empirical_bayes
 from stribeck.core.estimator.solver.fit import Fit
-from stribeck.core.estimator.terms.term_selection import Choice, make_trials, select_terms
+from stribeck.core.estimator.terms.term_selection import Choice, select_terms
+from stribeck.core.estimator.terms.trials import make_trials
 from stribeck.core.estimator.uncertainty.covariance_budget import CovarianceBudget, covariance_budget
 from stribeck.core.estimator.uncertainty.heterogeneity import solve_overdispersed
 from stribeck.core.estimator.uncertainty.law_misfit import law_misfits
@@ -96,7 +97,7 @@ def fit_whole_log(
     law: FrictionLaw,
     rest: Array,
     priors: Priors,
-    progress: Callable[[float], None] = lambda _: None,
+    progress: Callable[[float], None],
 ) -> WholeLogFit:
     """Fit a law to all joints at once, and the model's corrections with it.
 

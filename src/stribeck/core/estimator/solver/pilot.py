@@ -80,7 +80,7 @@ def fit_pilot(
     basis: Basis,
     rest: Array,
     priors: Priors,
-    progress: Callable[[float], None] = lambda _: None,
+    progress: Callable[[float], None],
 ) -> LinearFit:
     """Fit the pilot, with torques shifted until they are linear in their remaining delay.
 

@@ -94,7 +94,7 @@ def _verdict(
     if term.name in refused:
         return TermVerdict(verdict="refused", reason=refused[term.name])
     if term.needs and term.needs not in kept:
-        return TermVerdict(verdict="refused", reason=meaningless(term))
+        return TermVerdict(verdict="refused", reason=f"it means nothing without the term {term.needs}")
     if term.part_of in kept:
         return TermVerdict(verdict="refused", reason=f"the term {term.part_of} has it")
     if term.name in BASE:
@@ -111,11 +111,6 @@ def _verdict(
     if term.name in kept & usual and not _pays(gain, error):
         reason = f"most joints with friction have it, and {reason} here"
     return TermVerdict(verdict=verdict, reason=reason, gain=gain, gain_error=error)
-
-
-def meaningless(term: Term) -> str:
-    """Explain the refusal of a term that requires a refused term."""
-    return f"it means nothing without the term {term.needs}"
 
 
 def _in_words(gain: float, error: float) -> str:

@@ -14,7 +14,7 @@ from stribeck.core.estimator.solver.empirical_bayes import learn_group_prior
 from stribeck.core.estimator.solver.fit import Fit
 from stribeck.core.estimator.solver.statistics import Statistics
 from stribeck.core.estimator.terms.selection import Candidate, Kept, Objection, select_stepwise
-from stribeck.core.estimator.terms.trials import PARAMETERS, Trials, Tried, joint_folds
+from stribeck.core.estimator.terms.trials import PARAMETERS, Trials, Tried
 from stribeck.core.friction.terms import BASE, LADDER
 from stribeck.core.judgement.weakness import CLEARED, RISING
 from stribeck.core.result import TermVerdict
@@ -88,14 +88,6 @@ def select_terms(
         for joint in (joint for joint in joints if dropped[joint]):  # a refusal may make another term acceptable
             verdicts[joint] = _select(trials, joint, refused[joint], BASE | usual) | dropped[joint]
     return _chosen(verdicts, trials, fit)
-
-
-def make_trials(whole: Statistics, folds: Sequence[Statistics], fit: Fit) -> Trials:
-    """Prepare the trials of all terms with columns."""
-    free = fit.laws.free.copy()
-    free[:, len(fit.laws.law.parameters) :] = True
-    overdispersion = max(1.0, fit.chi_square / max(whole.count - fit.internal.size, 1))
-    return Trials(*joint_folds(whole, folds, fit), replace(fit.laws, free=free), overdispersion)
 
 
 def _select(trials: Trials, joint: int, refused: dict[str, str], usual: Kept) -> dict[str, TermVerdict]:

@@ -13,7 +13,7 @@ step yields the fit with some of them, and a quadratic function its chi^2 on the
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -39,13 +39,6 @@ A wheel may roll backward only once: without that part of the log its offset is 
 
 SHAPES = ("stribeck", "rounding", "")
 """Terms that determine a law's shape at standstill; the last shape is a jump."""
-
-
-def joint_folds(whole: Statistics, folds: Sequence[Statistics], fit: Fit) -> tuple[Array, Array, Array, Array]:
-    """Compute the first four attributes of `Trials` from a fit of all joints with all terms to the whole log."""
-    splits = [list(_eliminated(whole, None, fit)), *(list(_eliminated(whole, fold, fit)) for fold in folds)]
-    A, b, held, held_right = (np.stack([[joint[k] for joint in joints] for joints in splits], axis=1) for k in range(4))
-    return A, b, held[:, 1:], held_right[:, 1:]
 
 
 def _eliminated(whole: Statistics, fold: Statistics | None, fit: Fit) -> Iterable[tuple[Array, Array, Array, Array]]:
@@ -203,6 +196,16 @@ class Trials:
         scores = near.score[place] + np.sum(held * (2 * near.tilt[place]), axis=1)
         scores = scores + (held[:, None] @ near.curved[place] @ held[..., None])[:, 0, 0]
         return Tried(near.internal[place, 0] + step[0], scores / self.scale)
+
+
+def make_trials(whole: Statistics, folds: Sequence[Statistics], fit: Fit) -> Trials:
+    """Prepare the trials of all terms with columns from a fit of all joints with all terms to the whole log."""
+    splits = [list(_eliminated(whole, None, fit)), *(list(_eliminated(whole, fold, fit)) for fold in folds)]
+    A, b, held, held_right = (np.stack([[joint[k] for joint in joints] for joints in splits], axis=1) for k in range(4))
+    free = fit.laws.free.copy()
+    free[:, len(fit.laws.law.parameters) :] = True
+    overdispersion = max(1.0, fit.chi_square / max(whole.count - fit.internal.size, 1))
+    return Trials(A, b, held[:, 1:], held_right[:, 1:], replace(fit.laws, free=free), overdispersion)
 
 
 def _step(around: Around, joint: int, wanted: BoolArray, low: Array, neutral: Array) -> Array:
