@@ -1,6 +1,6 @@
 """Causes of spans that the whole-log fit set aside: payloads for `[[robot.payload]]`, forces and rubbing joints."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
 from typing import Any
@@ -39,14 +39,6 @@ class Carried:
         return payload_entry(self.link, self.mass, self.com.tolist(), sorted(self.spans))
 
 
-@dataclass(frozen=True, eq=False)
-class Rub:
-    """Place where a joint rubs, e.g. "near 0.65 rad", and the spans in which it does."""
-
-    where: str
-    spans: frozenset[Span]
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class CausesOfSpans:
     """Causes of the spans that a fit set aside.
@@ -57,13 +49,14 @@ class CausesOfSpans:
         Payloads that explain spans.
     words
         Words on the cause of other spans, if it is clear.
-    rubbing
-        Joints that rub in some of these.
+    rubbing, rubbed
+        Place where a joint rubs, e.g. "near 0.65 rad", by joint, and the spans in which one does.
     """
 
     carried: Sequence[Carried] = ()
     words: Mapping[Span, str] = field(default_factory=dict)
-    rubbing: Mapping[str, Rub] = field(default_factory=dict)
+    rubbing: Mapping[str, str] = field(default_factory=dict)
+    rubbed: Collection[Span] = ()
 
 
 def find_causes_of_spans(fit: WholeLogFit) -> CausesOfSpans:
@@ -89,16 +82,17 @@ def find_causes_of_spans(fit: WholeLogFit) -> CausesOfSpans:
             causes[spans[place]], only = _words(robot, column, force, form.log.torque[rows, column])
             if only:
                 alone.setdefault(column, {})[spans[place]] = np.percentile(position[:, column], [10, 90])
-    rubbing: dict[str, Rub] = {}
+    rubbing: dict[str, str] = {}
+    rubbed: set[Span] = set()
     for column, ranges in alone.items():
         travel = max(float(np.ptp(form.log.position[:, column])) for form in delayed.forms)
         low, high = max(bounds[0] for bounds in ranges.values()), min(bounds[1] for bounds in ranges.values())
         if len(ranges) > 2 and low < high < low + 0.5 * travel:
-            unit = "m" if robot.prismatic[column] else "rad"
-            rub = Rub(f"near {(low + high) / 2:.2g} {unit}", frozenset(ranges))
-            rubbing[robot.joint_names[column]] = rub
-            causes |= dict.fromkeys(ranges, f"{robot.joint_names[column]} rubs {rub.where}")
-    return CausesOfSpans(carried=carried, words=causes, rubbing=rubbing)
+            name, unit = robot.joint_names[column], "m" if robot.prismatic[column] else "rad"
+            rubbing[name] = f"near {(low + high) / 2:.2g} {unit}"
+            rubbed |= ranges.keys()
+            causes |= dict.fromkeys(ranges, f"{name} rubs {rubbing[name]}")
+    return CausesOfSpans(carried=carried, words=causes, rubbing=rubbing, rubbed=rubbed)
 
 
 def _words(robot: Robot, column: int, force: Force, torque: Array) -> tuple[str, bool]:

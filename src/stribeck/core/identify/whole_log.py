@@ -60,14 +60,14 @@ def identify_whole_log(
         raise NothingIdentifiedError(
             "no joint can be identified from this log: every support phase is shorter than the filters' windows"
         )
-    fit = fit_whole_log(equations, law, rest, settings.priors, progress)
-    for _ in range(ROUNDS if any(form.floats for form in forms) else 0):
+    rounds = ROUNDS if any(form.floats for form in forms) else 0
+    for turn in range(rounds + 1):
+        fit = fit_whole_log(equations, law, rest, settings.priors, progress)
         load, before = fit.bodies[:1, :4], load
-        if np.abs(load - before).max(initial=0.0) < 1.0:  # prior standard deviation
+        if turn == rounds or np.abs(load - before).max(initial=0.0) < 1.0:  # prior standard deviation
             break
         corrected = corrected_robot(robot, equations.corrections, fit.corrections)
         equations = equation_sequence([replace(form, corrected=corrected) for form in forms], top_speed)
-        fit = fit_whole_log(equations, law, rest, settings.priors, progress)
     return fit
 
 
@@ -112,7 +112,7 @@ def described(fit: WholeLogFit) -> Fitted:
         couplings=tuple(robot.couplings),
         set_aside=aside,
         disturbed=f"from {listed_spans(list(chain(*aside)))}" if fit.read.set_aside > FEW else "",
-        rubbing={joint: rub.where for joint, rub in of_spans.rubbing.items()},
+        rubbing=of_spans.rubbing,
         notes=_notes(fit, aside),
     )
     return replace(fitted, findings=find_problems(fit, fitted, causes, of_spans))

@@ -62,8 +62,7 @@ def _of_disturbances(fit: WholeLogFit, of_spans: CausesOfSpans) -> list[Finding]
     problems, carried = [], of_spans.carried
     explained = {span for payload in carried for span in payload.aside}
     if aside := [span for span in chain(*fit.read.spans(used=False)) if span not in explained]:
-        rubs = {span for rub in of_spans.rubbing.values() for span in rub.spans}
-        others = [span for span in aside if span not in rubs]  # a joint rubs whenever it passes the place
+        others = [span for span in aside if span not in of_spans.rubbed]  # a joint rubs whenever it passes the place
         spans, rest = listed_spans(aside, of_spans.words), listed_spans(list(chain(*fit.read.spans(used=True))))
         check = "set-aside" if others else "set-aside.rubs"
         problems.append(Finding.of(check, spans=spans, rest=rest, exclude=others))
