@@ -141,5 +141,5 @@ def summed(parts: Sequence[WeakEquations], columns: Columns, folds: int, correct
     """Statistics of folds, in which nothing is set aside."""
     size = 3 * columns.per_joint + corrections
     components = first_components(parts[0], np.zeros(3), np.zeros(3))
-    anything = Prediction(np.zeros(size), 1e8 * np.eye(size), components)
+    anything = Prediction(np.zeros(size), 1e8 * np.eye(size), components, 1.0)
     return accumulate(parts, [range(k, len(parts), folds) for k in range(folds)], folds, columns, anything)[0]

@@ -190,9 +190,9 @@ def test_friction_and_torque_that_change_over_position_are_found(arm: Robot) -> 
 
 
 def test_the_simplest_law_wins_where_a_log_is_short_and_noisy(arm: Robot) -> None:
-    log, load = plain_log(arm, 9.0, 5)
+    log, load = plain_log(arm, 9.0, 9)
     torque = log.torque + 0.02 * np.abs(load) * np.sign(log.velocity)
-    noisy = with_noise(replace(log, torque=torque), position=3e-3, torque=5.0, seed=6)
+    noisy = with_noise(replace(log, torque=torque), position=3e-3, torque=5.0, seed=10)
     result = identify(noisy, arm, AUTO)
     assert all(own <= {"viscous"} for own in kept(result).values())
     for joint in result.joints.values():

@@ -9,7 +9,7 @@ from tests.whole_log.synthetic import some_equations
 from stribeck.core.base.typing import Array
 from stribeck.core.equations.weak_equations import WeakEquations, autocorrelation
 from stribeck.core.estimator.noise.likelihood import make_groups, more_likely
-from stribeck.core.estimator.noise.outliers import outlying_windows
+from stribeck.core.estimator.noise.outliers import CONTRADICTS, Prediction, outlying_windows
 from stribeck.core.estimator.noise.variance_components import VarianceComponents
 from stribeck.core.estimator.noise.whitening import make_whitener
 
@@ -106,7 +106,7 @@ def test_variance_components_are_found_from_residuals() -> None:
     components = VarianceComponents(np.full((2, 3), 1.0), np.full(6, 1.0), np.ones((2, 5)), *zeros, np.ones(4))
     for _ in range(15):
         whitened = [(groups, groups.whitener(components), residual) for groups, residual in parts]
-        components = more_likely(components, whitened, 1.0)
+        components = more_likely(components, whitened, np.zeros((0, 0)))
     shown = [0, 2, 4, 5, 6, 7, 8, 9, 10, 11]  # the first joint always swings, the second always stands
     np.testing.assert_allclose(components.away_from_contacts[shown], TRUTH.away_from_contacts[shown], rtol=0.5)
     assert np.ptp(components.root[:3]) == np.ptp(components.root[3:]) == 0  # one for all directions
@@ -140,3 +140,14 @@ def test_an_outlier_lasts_as_long_as_its_shoulders() -> None:
     sizes = np.array([[1.0, 5.0, 20.0, 6.0, 1.0, 5.0, 1.0], [1.0, 1.0, 7.0, 1.0, 5.0, 1.0, 1.0]]).T
     np.testing.assert_array_equal(np.flatnonzero(outlying_windows(sizes, 10.0)), [1, 2, 3, 4, 5])
     assert not outlying_windows(sizes, 21.0).any()
+
+
+def test_a_segment_contradicts_the_pilot_by_its_marginal_chi_square() -> None:
+    generator = np.random.default_rng(1)
+    for size in np.geomspace(1, 30, 20):
+        design, values, spread = (generator.standard_normal(shape) for shape in ((20, 8), 8, (8, 8)))
+        prediction = Prediction(values, covariance := spread @ spread.T, TRUTH, 1.0)
+        residual = size * generator.standard_normal(20)
+        left, marginal = design @ values + residual, np.eye(20) + design @ covariance @ design.T
+        expected = residual @ np.linalg.solve(marginal, residual) > CONTRADICTS * 20
+        assert prediction.contradicts(design.T @ design, design.T @ left, float(left @ left), 20) == expected

@@ -62,7 +62,7 @@ def cut_segments(
         for phase in (phase for phase in phases if phase.kind != "touching"):
             part = next(part for part in unbroken if part.start <= phase.start < part.stop)
             first, last = max(phase.start, part.start + margin), min(phase.stop, part.stop - margin)
-            begins = phase.start if phase.steps and phase.start > part.start else None
+            begins = phase.start if phase.steps else None  # a log may begin with a contact change
             ends = phase.stop if phase.steps and phase.stop < part.stop else None
             settling = 0.02 if not phase.feet else 0.05 if set(phase.feet) <= set(before) else 0.07  # [s]; feet chatter
             duration = (phase.stop - phase.start) * period if hurried else np.inf

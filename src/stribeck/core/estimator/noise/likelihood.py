@@ -1,4 +1,4 @@
-"""Variance components by maximum likelihood, from groups of windows (docs/estimator-fit.md, equation 15).
+"""Variance components by restricted maximum likelihood, from groups of windows (docs/estimator-fit.md, equation 15).
 
 A group contains as many windows as errors reach over, or all of a shorter segment. Every other group is used: these
 share no error and are whitened individually, while each group contains the correlation of its errors.
@@ -74,33 +74,36 @@ def make_groups(part: WeakEquations, first: int, step: int, design: Array) -> Gr
 
 
 def more_likely(
-    components: VarianceComponents, parts: Iterable[tuple[Groups, Array, Array]], freedom: float
+    components: VarianceComponents, parts: Iterable[tuple[Groups, Array, Array]], covariance: Array
 ) -> VarianceComponents:
-    """Update variance components by one step of maximum likelihood.
+    """Update variance components by one step of restricted maximum likelihood.
 
-    `parts` are groups with their whitener by these components, shape (g, b, b), and residual, shape (g, b).
+    `parts` are groups with their whitener by these components, shape (g, b, b), and residual of a fit, shape (g, b);
+    `covariance` is C of the fit, shape (D, D).
 
-    With Sigma = ... + s_c^2 V_c, the likelihood has its maximum where
+    With Sigma = ... + s_c^2 V_c and the design X, the likelihood has its maximum where
 
-        e^T Sigma^-1 V_c Sigma^-1 e = tr(Sigma^-1 V_c)
+        e^T Sigma^-1 V_c Sigma^-1 e = tr(P V_c),    P = Sigma^-1 - Sigma^-1 X C X^T Sigma^-1
 
-    for every component c; each variance is multiplied by the ratio of both sides (Anderson 1973, iterated). Both sides
-    are sums over windows: over all they give s_c, over those near contact changes the contact variance scale. The three
-    directions of a linear or an angular acceleration, a force or a moment have the same component. `freedom` is the
-    number of equations divided by their degrees of freedom [1].
+    for every component c, because the fit has absorbed a part of each error (Patterson and Thompson 1971); each
+    variance is multiplied by the ratio of both sides (Anderson 1973, iterated). Both sides are sums over windows: over
+    all they give s_c, over those near contact changes the contact variance scale. The three directions of a linear or
+    an angular acceleration, a force or a moment have the same component.
     """
     sums = np.zeros((2, len(components.away_from_contacts), BINS))
     encoder_sums = np.zeros((2, len(components.encoder_scale)))
     for groups, inverse, residual in parts:
         part = groups.part
         encoder, _, other = components.sources(part)
-        white = inverse @ residual[:, :, None]
-        of_each = []
+        white, design = inverse @ residual[:, :, None], inverse @ groups.design[:, :, :-1]
+        absorbed, used, of_each = design @ covariance, groups.of_windows(part.used)[:, :, None], []
         for source in (other, encoder):
             effect = inverse @ _innovations(groups.of_windows(source.response), source.correlation)
-            squares = (effect.transpose(0, 2, 1) @ white)[:, :, 0] ** 2 * freedom
+            along = effect.transpose(0, 2, 1)
+            squares = (along @ white)[:, :, 0] ** 2
+            expected = (along**2).sum(axis=2) - ((along @ design) * (along @ absorbed)).sum(axis=2)
             size = (2, len(white), part.lags, effect.shape[2] // part.lags)
-            of_each.append(np.stack([squares, (effect**2).sum(axis=1)]).reshape(size))
+            of_each.append(used * np.stack([squares, expected]).reshape(size))
         bins, which = groups.of_windows(bin_of(part)), components.which(part)
         for k in range(2):
             np.add.at(sums[k], (which, bins[:, :, None]), of_each[0][k])
@@ -111,8 +114,10 @@ def more_likely(
     values = components.away_from_contacts * _ratio(*sums.sum(axis=2))
     by_kind = [sums[:, components.kinds == kind].sum(axis=1) for kind in (0, 1)]
     contact_scale = components.contact_scale * np.stack([_ratio(*sides) for sides in by_kind])
-    contact_scale /= np.maximum(contact_scale[:, [AWAY]], 1e-12)
-    contact_scale[np.stack(by_kind)[:, 1] == 0] = 1.0  # where no window is
+    for scale, (_, expected) in zip(contact_scale, by_kind, strict=True):
+        reference = AWAY if expected[AWAY] else np.argmax(expected)  # fast gaits are never far from contact changes
+        scale /= max(scale[reference], 1e-12)
+        scale[expected == 0] = 1.0  # where no window is
     root, wrench = np.split(values[joints:], [len(components.root)])
     return replace(
         components,

@@ -5,6 +5,7 @@ Residuals standardized by a robust scale: Rousseeuw and Leroy 1987.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,11 @@ from stribeck.core.equations.constants import OUTLIER, PILOT_OUTLIER, PILOT_OUTL
 from stribeck.core.equations.weak_equations import WeakEquations
 from stribeck.core.estimator.noise.likelihood import Groups
 from stribeck.core.estimator.noise.variance_components import VarianceComponents, means
+from stribeck.core.estimator.solver.positive_definite import inverse_of, solution_of
+
+CONTRADICTS = 10.0
+"""Chi^2 per equation relative to usual segments, from which a segment contradicts the pilot [1]: at most 8 for
+undisturbed segments, 12 to 250 where a foot of a quadruped touches the ground unnoticed, or slips."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,11 +32,14 @@ class Prediction:
         Coefficients, then corrections, shape (D,), with their covariance, shape (D, D).
     components
         Variance components of the errors.
+    usual
+        Median chi^2 per equation of the pilot's segments [1].
     """
 
     values: Array
     covariance: Array
     components: VarianceComponents
+    usual: float
 
     def set_aside(self, part: WeakEquations, rows: Array) -> WeakEquations:
         """Reject windows that are too far from their prediction.
@@ -51,6 +60,21 @@ class Prediction:
                 return part
         reach = np.ones(2 * part.lags + 1)  # windows that share errors with it go too
         return replace(part, set_aside=np.convolve(outlying, reach)[part.lags : -part.lags] > 0)
+
+    def contradicts(self, information: Array, right: Array, square: float, count: int) -> bool:
+        """Check that a segment of `count` equations contradicts the pilot, by sums over its whitened equations.
+
+        These are X^T X, shape (D, D), X^T y, shape (D,), and y^T y. With the residual r at the predicted values and
+        their covariance C, r^T (I + X C X^T)^-1 r is chi^2 after the segment has corrected the values, including the
+        cost of this change.
+        """
+        limit, gap = CONTRADICTS * self.usual * count, right - information @ self.values
+        size = square - float(self.values @ (right + gap))
+        return size > limit and size - float(gap @ solution_of(self._precision + information, gap)) > limit
+
+    @cached_property
+    def _precision(self) -> Array:
+        return inverse_of(self.covariance)
 
     def _standardized(self, part: WeakEquations, slopes: Array, residual: Array, windows: int, limit: float) -> Array:
         """Standardize means of the residuals of consecutive windows; the prediction's error counts above a limit."""

@@ -78,32 +78,34 @@ class LinearFit:
         return np.stack([product_of(columns) for columns in self.whitened()])
 
     @cached_property
-    def _solution(self) -> tuple[Array, Array, float]:
-        """Coefficients and coordinates, shape (D,), their covariance, shape (D, D), and `freedom`."""
-        product, (precision, pull), count = self.products.sum(axis=0), self.prior(self.model), int(self.counts.sum())
-        covariance = inverse_of(product[:-1, :-1] + precision)
-        known = len(covariance) - np.sum(precision * covariance)
-        return covariance @ (product[:-1, -1] + pull), covariance, count / max(count - known, 1.0)
+    def covariance(self) -> Array:
+        """Covariance of coefficients and coordinates, shape (D, D)."""
+        return inverse_of(self.products.sum(axis=0)[:-1, :-1] + self.prior(self.model)[0])
 
-    @property
+    @cached_property
     def values(self) -> Array:
         """Coefficients, coordinates, and -1, shape (D + 1,)."""
-        return np.append(self._solution[0], -1.0)
+        return np.append(self.covariance @ (self.products.sum(axis=0)[:-1, -1] + self.prior(self.model)[1]), -1.0)
 
     @property
-    def freedom(self) -> float:
-        """Number of equations divided by their degrees of freedom [1]."""
-        return self._solution[2]
+    def sizes(self) -> Array:
+        """Chi^2 per equation of each segment [1], shape (G,)."""
+        return np.asarray((self.products @ self.values @ self.values) / np.maximum(self.counts, 1))
+
+    @property
+    def usual(self) -> float:
+        """Median chi^2 per equation of the segments that are not set aside [1], at least 0.1: logs may be exact."""
+        return max(0.1, float(np.median(self.sizes[self.counts > 0]))) if self.counts.any() else 1.0
 
     @cached_property
     def prediction(self) -> Prediction:
         """Prediction of coefficients and corrections."""
-        values, covariance = (array.copy() for array in self._solution[:2])
+        values, covariance = self.values[:-1].copy(), self.covariance.copy()
         slopes, places = self.model.slopes(np.zeros(self.model.layout.size)), slice(len(self.precision), None)
         values[places] = slopes.pushed(values[places, None])[:, 0]
         covariance[places] = slopes.pushed(covariance[places])
         covariance[:, places] = slopes.pushed(covariance[:, places].T).T
-        return Prediction(values, covariance, self.components)
+        return Prediction(values, covariance, self.components, self.usual)
 
     @property
     def late(self) -> tuple[float, float]:

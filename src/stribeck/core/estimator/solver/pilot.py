@@ -21,9 +21,9 @@ from stribeck.core.estimator.model.basis import Basis
 from stribeck.core.estimator.model.corrections import ModelCorrections, model_corrections
 from stribeck.core.estimator.model.terms import Columns, Lags
 from stribeck.core.estimator.noise.likelihood import make_groups, more_likely
-from stribeck.core.estimator.noise.outliers import without_outliers
+from stribeck.core.estimator.noise.outliers import CONTRADICTS, without_outliers
 from stribeck.core.estimator.noise.variance_components import VarianceComponents, first_components
-from stribeck.core.estimator.solver.disturbances import consistent, undisturbed
+from stribeck.core.estimator.solver.disturbances import consistent, undisturbed, without
 from stribeck.core.estimator.solver.linear_fit import LinearFit, residuals
 from stribeck.core.settings import Priors
 
@@ -70,7 +70,9 @@ def _pilot_fits(
         model = model.without_delay if delay is None else model
         components = first_components(parts[0], rest, np.where(rest > 0, torque, 0.0), layout.sizes["wrenches"] > 0)
         first = _linear_fit(parts, by_joint, columns, model, components, delay or 0.0, operations)
-        return _alternate(undisturbed(consistent(first)), rounds, basis)
+        pilot = _alternate(undisturbed(consistent(first)), rounds, basis)
+        far = pilot.sizes > CONTRADICTS * pilot.usual
+        return _alternate(without(pilot, far), rounds, basis) if far.any() else pilot
 
     return fit
 
@@ -186,7 +188,7 @@ def _alternate(fit: LinearFit, rounds: int, basis: Basis) -> LinearFit:
     first = fit.components
     outliers = any(group.part.set_aside is not None for group in fit.groups)
     for number in range(1, rounds + 1):
-        values, freedom = fit.values, fit.freedom
+        values, covariance = fit.values, fit.covariance
         left = residuals(fit.groups, values)
         if number == ROUNDS or outliers:
             groups = without_outliers(fit.groups, left, fit.components)
@@ -197,7 +199,7 @@ def _alternate(fit: LinearFit, rounds: int, basis: Basis) -> LinearFit:
             reversal = _near_standstill(values[: len(fit.precision)], basis)
             fit = replace(fit, components=replace(fit.components, reversal=reversal))
         parts = zip(fit.groups, fit.whiteners, left, strict=True)
-        before, fit = fit, replace(fit, components=more_likely(fit.components, parts, freedom))
+        before, fit = fit, replace(fit, components=more_likely(fit.components, parts, covariance))
         grown = float(np.max(fit.components.model / np.maximum(before.components.model, 1e-12)))
         if number >= (2 if outliers else 1) * ROUNDS and grown < 1.2:
             break
@@ -244,7 +246,7 @@ def _linear_fit(
         return whole
 
     groups = [  # the designs of all parts at once would take gigabytes
-        make_groups(part, k % (step - 1), step, design(part, each))
+        make_groups(part, min(k % step, len(part.time) // part.lags - 1), step, design(part, each))
         for k, (part, each) in enumerate(zip(parts, own, strict=True))  # places between contact changes are among them
     ]
     functions = len(columns.basis.variance)

@@ -174,6 +174,9 @@ def _of(
         loads=np.stack([np.full(joints, len(load)), load.sum(axis=0), (load**2).sum(axis=0)]),
         effects={part.gait: effects} if sampled else {},
     )
+    if prediction.contradicts(statistics.information, statistics.right, statistics.square, count):
+        nothing = replace(statistics.without(statistics), effects={})
+        return nothing, replace(part, set_aside=np.ones(len(part.time), dtype=bool))
     return statistics, part
 
 
