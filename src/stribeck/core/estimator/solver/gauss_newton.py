@@ -5,8 +5,8 @@ With the gradient g of a cost and Gauss-Newton's matrix H of its second derivati
     clip(x - (H + lambda diag H)^-1 g)
 
 in all coordinates that are not held at a bound (Levenberg 1944; Marquardt 1963; bounds: Bertsekas 1982). The damping
-lambda decreases to an eighth if the cost decreases, and otherwise grows by the same factor. All constants are chosen by
-judgment.
+lambda decreases to an eighth if the cost decreases, and otherwise grows by the same factor, at least to its first
+value. All constants are chosen by judgment.
 """
 
 from dataclasses import dataclass
@@ -46,8 +46,8 @@ class Minimum:
 
 def minimise(problem: Problem, start: Array, low: Array, high: Array) -> Minimum:
     """Run descents from `start`, shape (b, m), between bounds of the same shape."""
-    x = np.clip(start, low, high)
-    cost, damping = problem.costs(x), np.full(len(x), 1e-3)
+    x, first = np.clip(start, low, high), 1e-3
+    cost, damping = problem.costs(x), np.full(len(x), first)
     converged, going, subproblem, known = np.zeros(len(x), dtype=bool), np.arange(len(x)), problem, None
     for _ in range(100):
         gradient, hessian = known = known or subproblem.derivatives(x[going])
@@ -60,8 +60,7 @@ def minimise(problem: Problem, start: Array, low: Array, high: Array) -> Minimum
         better = gain > 0
         x[going[better]], cost[going[better]] = tried[better], after[better]
         known = None if better.any() else known
-        damping[going] *= np.where(better, 1 / 8, 8)
-        damping = np.maximum(damping, 1e-9)
+        damping[going] = np.where(better, np.maximum(damping[going] / 8, 1e-9), np.maximum(damping[going] * 8, first))
         least = np.maximum(CONVERGED, ROUNDING * np.abs(cost[going]))
         converged[going] = (np.abs(gain) < least) | (damping[going] > 1e8)  # no step decreases the cost
         if converged[going].any():
