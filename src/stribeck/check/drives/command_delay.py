@@ -17,11 +17,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from stribeck.check.drives.joint_simulation import STEP, Pieces, linearize
+from stribeck.check.drives.joint_simulation import STEP, OutputErrors, Pieces
 from stribeck.core.base.typing import Array, BoolArray, IntArray
 from stribeck.core.dynamics.rooted import joint_inertia
 from stribeck.core.equations.friction_torque.inverse_dynamics import torque_chunks
 from stribeck.core.equations.friction_torque.preparation import Logs, PreparedLog
+from stribeck.core.estimator.solver.gauss_newton import minimise
 from stribeck.core.log import RobotLog
 from stribeck.core.robot import Robot
 from stribeck.core.settings import FilterSettings, Settings
@@ -50,8 +51,7 @@ def command_delays(logs: Logs, robot: Robot, settings: Settings) -> tuple[Array,
     if pieces is None:
         return np.zeros(size), np.full(size, UNKNOWN)
     joints = np.unique(pieces.joint)
-    value, error = _fit(pieces, robot)
-    (common, of_common), estimates = pooled(value[joints], error[joints])
+    (common, of_common), estimates = pooled(*_fit(pieces, robot))
     delay, spread = np.full(size, common), np.full(size, of_common)
     delay[joints], spread[joints] = estimates
     # standard error of all delays per sampling period [1]: between samples of a log, commands are interpolated
@@ -193,61 +193,18 @@ def _fit(pieces: Pieces, robot: Robot) -> tuple[Array, Array]:
     Returns
     -------
     delay, error
-        Delays and standard errors [s], shape (n,) each; the standard errors allow for correlation within a piece.
+        Delays of the joints with pieces, and their standard errors [s], shape (b,) each.
     """
-    size = len(robot.joint_names)
+    joints = np.unique(pieces.joint)
     assert robot.command_gains is not None
-    kp = np.maximum(robot.command_gains[0], 1e-9)
-    torque = np.full(size, 1e-9)
-    np.maximum.at(torque, pieces.joint, 0.3 * np.abs(pieces.others).max(axis=0))
-    scale = np.stack([np.full(size, 0.01), 1e-3 * kp, 0.02 * kp, torque, torque])  # delay, A, b, F, o
-    start = np.stack([np.full(size, 0.02), 1e-3 * kp, 0.02 * kp, 0.5 * torque, 0 * torque])
-    correlation = np.zeros(size)
+    kp, torque = np.maximum(robot.command_gains[0], 1e-9)[joints], np.full(len(joints), 1e-9)
+    np.maximum.at(torque, np.searchsorted(joints, pieces.joint), np.abs(pieces.others).max(axis=0))
+    start = np.stack([np.full(len(kp), 0.02), 1e-3 * kp, 0.02 * kp, 0.15 * torque, 0 * torque], axis=1)
+    low = np.broadcast_to([EARLIEST, 0.0, 0.0, 0.0, -np.inf], start.shape)
+    high = np.broadcast_to([LATEST, np.inf, np.inf, np.inf, np.inf], start.shape)
+    enough, correlation = 0.2, np.zeros(len(kp))  # smallest increase of the log-likelihood per step [1]
     for step in (4 * STEP, STEP):
-        values, error, correlation = _minimize(pieces, start, scale, correlation, step)
-    return values[0] - 0.5 * STEP, error
-
-
-def _minimize(
-    pieces: Pieces, values: Array, scale: Array, correlation: Array, longest: float
-) -> tuple[Array, Array, Array]:
-    """Minimize the residuals of all joints at once by Levenberg and Marquardt's method.
-
-    Return parameters, shape (5, n), standard errors of delays [s], and correlations of successive residuals [1].
-    """
-    size = values.shape[1]
-    lower = np.array([EARLIEST, 0.0, 0.0, 0.0, -np.inf])[:, None]
-    upper = np.array([LATEST, np.inf, np.inf, np.inf, np.inf])[:, None]
-    damping, best, kept, lagged = np.full(size, 1e-3), np.full(size, np.inf), values, np.zeros(size)
-    information, right = np.zeros((size, 5, 5)), np.zeros((size, 5))
-    scatter, number = np.zeros((size, 5, 5)), np.bincount(pieces.joint, minlength=size)
-    active = number > 0
-    most_steps = 40  # of the Levenberg-Marquardt method
-    for _ in range(most_steps):
-        subset = pieces.take(np.flatnonzero(active[pieces.joint]))
-        residual, slopes = linearize(subset, values, scale, correlation, longest)
-        cost = np.bincount(subset.joint, (residual**2).sum(axis=0), size)
-        better = active & (cost <= best)
-        kept, best = np.where(better, values, kept), np.where(better, cost, best)
-        lagged = np.where(better, np.bincount(subset.joint, (residual[1:] * residual[:-1]).sum(axis=0), size), lagged)
-        damping = np.where(better, damping / 5, damping * 10)
-        gradient = np.einsum("atb,tb->ba", slopes, residual)
-        for total, terms in (
-            (information, np.einsum("atb,ctb->bac", slopes, slopes)),
-            (right, gradient),
-            (scatter, gradient[:, :, None] * gradient[:, None, :]),
-        ):
-            total[better] = 0.0
-            places = better[subset.joint]
-            np.add.at(total, subset.joint[places], terms[places])
-        blocked = np.where(right.T < 0, kept <= lower, kept >= upper).T  # cost falls beyond a bound
-        ridge = (damping[:, None, None] * information + 1e-12 + 1e12 * blocked[:, :, None]) * np.eye(5)
-        step = np.linalg.solve(information + ridge, right[:, :, None])[:, :, 0].T
-        values = np.clip(kept + scale * step, lower, upper)
-        active &= np.abs((values - kept) / scale).max(axis=0) > 0.02
-        if not active.any():
-            break
-    inverse = np.linalg.pinv(information)
-    scatter *= (number / np.maximum(number - 5, 0.5))[:, None, None]
-    error = scale[0] * np.sqrt(np.einsum("nij,njk,nki->ni", inverse, scatter, inverse)[:, 0])
-    return kept, np.where(active, UNKNOWN, error), lagged / np.maximum(best, 1e-30)
+        fits = OutputErrors(pieces, joints, correlation, step)
+        minimum = minimise(fits, start, low, high, enough)
+        error, correlation = fits.uncertainty(minimum.x)
+    return minimum.x[:, 0] - 0.5 * STEP, np.where(minimum.converged, error, UNKNOWN)

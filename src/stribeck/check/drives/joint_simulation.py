@@ -1,10 +1,12 @@
 """Simulation of single joints from their commands, along the measured motion of all others (`command_delay`)."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from stribeck.core.base.typing import Array, BoolArray, IntArray
+from stribeck.core.estimator.solver.positive_definite import inverse_of
 
 STEP = 5e-4
 """Longest time step of the simulation [s]."""
@@ -51,22 +53,94 @@ class Pieces:
         return replace(self, **{name: array[..., numbers] for name, array in arrays.items() if np.ndim(array)})
 
 
-def linearize(pieces: Pieces, values: Array, scale: Array, correlation: Array, step: float) -> tuple[Array, Array]:
-    """Compute residuals [rad], shape (T, B), and slopes by each parameter over its scale, shape (5, T, B).
+class _Fit(NamedTuple):
+    """Cost of one joint's N residuals e with slopes J, and correlation of successive residuals [1].
 
-    Both are whitened, e(t) - rho e(t - 1), with the correlation rho of successive residuals of each joint [1], shape
-    (n,). The initial state of each piece is fitted, too: residuals and slopes are orthogonal to its effect.
+    Gradients J^T e of its pieces, shape (pieces, 5), and information J^T J, shape (5, 5), are divided by the residuals'
+    variance.
     """
-    small = 1e-3
-    changes = np.concatenate([np.zeros((1, 7)), small * np.eye(7)])  # of five parameters, position and velocity
-    parameters = (values + changes[:, :5, None] * scale)[:, :, pieces.joint]
-    fast = np.abs(pieces.velocity).max(axis=0)
-    starts = np.stack([pieces.position[0] + 0 * fast, pieces.velocity[0]]) + changes[:, 5:, None] * np.stack(
-        [0.03 * fast, fast]
-    )
-    motion = simulate(pieces, parameters, starts, step)
-    both = np.concatenate([(pieces.position - motion[0])[None], (motion[1:] - motion[0]) / small])
-    rho = correlation[pieces.joint]
+
+    cost: float
+    gradients: Array
+    information: Array
+    correlation: float
+
+
+@dataclass(frozen=True, eq=False)
+class OutputErrors:
+    """Fits of the simulation to measured positions, one descent per joint (`gauss_newton.Problem`).
+
+    Coordinates are delay [s], A [kg m^2], b [N m s/rad], F and o [N m]. The cost N / 2 log(e^T e) is the negative
+    log-likelihood of N residuals for noise of unknown variance.
+
+    Attributes
+    ----------
+    pieces, joints
+        Pieces of b joints, and the joints' columns in the log, ascending, shape (b,).
+    correlation
+        Correlation rho of successive residuals [1], shape (b,); residuals are whitened, e(t) - rho e(t - 1).
+    step
+        Longest time step of the simulation [s].
+    fits
+        Fits by joint and coordinates, because one simulation yields cost and derivatives.
+    """
+
+    pieces: Pieces
+    joints: IntArray
+    correlation: Array
+    step: float
+    fits: dict[tuple[int, bytes], _Fit] = field(default_factory=dict)
+
+    def of(self, rows: IntArray) -> "OutputErrors":
+        """Select some of the joints."""
+        pieces = self.pieces.take(np.flatnonzero(np.isin(self.pieces.joint, self.joints[rows])))
+        return replace(self, pieces=pieces, joints=self.joints[rows], correlation=self.correlation[rows])
+
+    def costs(self, x: Array) -> Array:
+        """Simulate the joints and compute the cost of each at its coordinates, shape (b, 5) -> (b,)."""
+        place = np.searchsorted(self.joints, self.pieces.joint)
+        residual, slopes = linearize(self.pieces, x[place].T, self.correlation[place], self.step)
+        for k, (joint, point) in enumerate(zip(self.joints.tolist(), x, strict=True)):
+            e, J, known = residual[:, place == k], slopes[:, :, place == k], self.pieces.known[:, place == k]
+            square = max(float(np.sum(e**2)), 1e-30)
+            weight = known.sum() / square
+            gradients, information = np.einsum("atb,tb->ba", J, e), np.tensordot(J, J, ((1, 2), (1, 2)))
+            cost, correlation = 0.5 * known.sum() * np.log(square), np.sum(e[1:] * e[:-1]) / square
+            self.fits[joint, point.tobytes()] = _Fit(cost, weight * gradients, weight * information, correlation)
+        return np.array([fit.cost for fit in self._at(x)])
+
+    def derivatives(self, x: Array) -> tuple[Array, Array]:
+        """Look up gradients, shape (b, 5), and Gauss-Newton's second derivatives, shape (b, 5, 5)."""
+        fits = self._at(x)
+        return -np.stack([fit.gradients.sum(axis=0) for fit in fits]), np.stack([fit.information for fit in fits])
+
+    def uncertainty(self, x: Array) -> tuple[Array, Array]:
+        """Compute standard errors of delays [s] and correlations of successive residuals [1], shape (b,) each.
+
+        The errors allow for correlation within a piece.
+        """
+        fits = self._at(x)
+        effects = [fit.gradients @ inverse_of(fit.information)[0] for fit in fits]
+        errors = [np.linalg.norm(effect) * np.sqrt(len(effect) / max(len(effect) - 5, 0.5)) for effect in effects]
+        return np.array(errors), np.array([fit.correlation for fit in fits])
+
+    def _at(self, x: Array) -> list[_Fit]:
+        return [self.fits[joint, point.tobytes()] for joint, point in zip(self.joints.tolist(), x, strict=True)]
+
+
+def linearize(pieces: Pieces, values: Array, rho: Array, step: float) -> tuple[Array, Array]:
+    """Compute residuals [rad], shape (T, B), and slopes by each parameter, shape (5, T, B), for values of shape (5, B).
+
+    Both are whitened, e(t) - rho e(t - 1). The initial state of each piece is fitted, too: residuals and slopes are
+    orthogonal to its effect.
+    """
+    fast, torque = np.abs(pieces.velocity).max(axis=0), np.abs(pieces.others).max(axis=0) + 1e-9
+    scales = [0.01 + 0 * fast, 1e-3 * pieces.kp, 0.02 * pieces.kp, 0.3 * torque, 0.3 * torque, 0.03 * fast, fast]
+    change = 1e-3 * np.stack(scales)  # of five parameters, position and velocity
+    point = np.concatenate([values, pieces.position[:1], pieces.velocity[:1]])
+    points = point + np.concatenate([np.zeros((1, 7)), np.eye(7)])[:, :, None] * change
+    motion = simulate(pieces, points[:, :5], points[:, 5:], step)
+    both = np.concatenate([(pieces.position - motion[0])[None], (motion[1:] - motion[0]) / change[:, None]])
     first = np.sqrt(1 - rho**2) * both[:, :1]
     both = pieces.known * np.concatenate([first, both[:, 1:] - rho * both[:, :-1]], axis=1)
     state, _ = np.linalg.qr(both[6:].transpose(2, 1, 0))  # (B, T, 2)

@@ -7,16 +7,12 @@ from numpy.typing import NDArray
 
 from stribeck.core.base.typing import Array
 from stribeck.core.equations.constants import MOST_ROUNDS, ROUNDS
-from stribeck.core.estimator.noise.outliers import without_outliers
+from stribeck.core.estimator.noise.outliers import CONTRADICTS, without_outliers
 from stribeck.core.estimator.solver.linear_fit import LinearFit, fitted, product_of, residuals
 
 INCONSISTENT = 20.0
 """Chi^2 per equation relative to consistent segments, from which a segment is rejected [1]; undisturbed ones reach
 17."""
-WORSE = 10.0
-"""Chi^2 per equation of undisturbed segments, predicted from all others, from which disturbances are sought, and its
-ratio to the prediction without the disturbed ones [1]. Undisturbed logs reach a ratio of 6, payloads start at 60."""
-
 
 ENOUGH_FOR_QUARTERS = 24
 """Fewest segments of a pilot that is searched for a consistent quarter [1]: six, more than their own fit explains."""
@@ -76,7 +72,8 @@ def consistent(fit: LinearFit) -> LinearFit:
     may explain far more than half. If a quarter is explained four times better, most of the log is disturbed, and the
     quarter is used instead. Segments are candidates if their chi^2 per equation exceeds `INCONSISTENT` times the median
     of this part, for example due to a payload, a moving base or a guiding hand. They are rejected only if the others
-    are predicted far better without them: the segments of a poor model differ as much, but teach about each other.
+    are predicted far better without them, by `CONTRADICTS`: the segments of a poor model differ as much, but teach
+    about each other. Undisturbed logs reach a ratio of 6, payloads start at 60.
     """
     groups, widest, everything = fit.groups, fit.model.widest, np.arange(len(fit.groups))
     modes = np.unique([group.part.standing for group in groups], axis=0, return_inverse=True)[1]
@@ -94,7 +91,7 @@ def consistent(fit: LinearFit) -> LinearFit:
         return fit
     of_all, of_rest = (fit.held_out(places, widest) for places in (everything, everything[~far]))
     of_all = of_all[~far]
-    if np.median(of_all) < WORSE or np.median(of_all / np.maximum(of_rest, 1e-300)) < WORSE:
+    if np.median(of_all) < CONTRADICTS or np.median(of_all / np.maximum(of_rest, 1e-300)) < CONTRADICTS:
         return fit
     return without(fit, far)
 

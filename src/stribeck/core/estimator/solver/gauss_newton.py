@@ -44,8 +44,11 @@ class Minimum:
     converged: NDArray[np.bool_]
 
 
-def minimise(problem: Problem, start: Array, low: Array, high: Array) -> Minimum:
-    """Run descents from `start`, shape (b, m), between bounds of the same shape."""
+def minimise(problem: Problem, start: Array, low: Array, high: Array, tolerance: float = CONVERGED) -> Minimum:
+    """Run descents from `start`, shape (b, m), between bounds of the same shape.
+
+    A descent ends after a step that changes its cost by less than `tolerance`.
+    """
     x, first = np.clip(start, low, high), 1e-3
     cost, damping = problem.costs(x), np.full(len(x), first)
     converged, going, subproblem, known = np.zeros(len(x), dtype=bool), np.arange(len(x)), problem, None
@@ -61,7 +64,7 @@ def minimise(problem: Problem, start: Array, low: Array, high: Array) -> Minimum
         x[going[better]], cost[going[better]] = tried[better], after[better]
         known = None if better.any() else known
         damping[going] = np.where(better, np.maximum(damping[going] / 8, 1e-9), np.maximum(damping[going] * 8, first))
-        least = np.maximum(CONVERGED, ROUNDING * np.abs(cost[going]))
+        least = np.maximum(tolerance, ROUNDING * np.abs(cost[going]))
         converged[going] = (np.abs(gain) < least) | (damping[going] > 1e8)  # no step decreases the cost
         if converged[going].any():
             going = np.flatnonzero(~converged)
