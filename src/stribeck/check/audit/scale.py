@@ -1,6 +1,7 @@
 """Scale of torques and external torques, by the model, its effort limits and the robot's weight."""
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from math import ceil
 from pathlib import Path
 
@@ -46,8 +47,13 @@ def _off(estimate: GainFit) -> bool:
 
 def check_scales(evidence: AuditData, fits: dict[int, GainFit], joints: list[int]) -> list[Finding]:
     """Report torques of implausible size: gains that differ from one, and exceeded bounds."""
+    positive = all(estimate.gain > 0 for estimate in fits.values())
+    if positive and evidence.robot.settings.fit_armature is True:  # rotors look like gains
+        evidence = replace(evidence, robot=replace(evidence.robot, torque_source="motor_side_sensor"))
+        largest = max((estimate.swing for estimate in fits.values()), default=0.0)
+        fits = {k: refit for k in fits if (refit := fit(evidence, k)) and judged(refit, largest)}
     off = {k: estimate for k, estimate in fits.items() if _off(estimate) and _surely(estimate)}
-    competing = compete(evidence, joints) if all(estimate.gain > 0 for estimate in fits.values()) else []
+    competing = compete(evidence, joints) if positive else []
     all_off = concerns_most(len(off), len(fits), evidence.joints)
     possible = [cause for cause in competing if not all_off or cause.kind != "none"]  # then there is some cause
     if causes := _causes(evidence, rivals(possible), bool(off)):

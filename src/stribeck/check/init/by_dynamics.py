@@ -1,7 +1,6 @@
 """Settings found with the model's dynamics: the audit's findings, and order and signs of a log's columns."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from stribeck.check.audit import delays, findings, gather
 from stribeck.check.audit.change import ColumnChange
@@ -60,10 +59,6 @@ def answer_by_dynamics(draft: Draft, source: Recording, unsure: Sequence[str]) -
         columns = [robot.joint_names.index(joint) for joint in unsure]
         if not _write_columns(draft, robot, find_columns_by_dynamics(read, robot, columns), read):
             break
-    if robot.torque_source == "link_side_sensor" and any(finding.check in ASKED for finding in problems):
-        # The source is a guess, and rotors, whose inertia a torque before the gear contains, look like a gain.
-        evidence = gather(prepared, replace(robot, torque_source="motor_side_sensor"), robot.settings)
-        problems = findings(evidence, delays(evidence), robot.settings)
     unknown = prepared.log.unscaled.keys()
     for finding in (*problems, *(gain_finding for gain_finding in of_gains if unknown & set(gain_finding.joints))):
         asked = finding.stops or finding not in problems or finding.check in ASKED
