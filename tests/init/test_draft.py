@@ -10,7 +10,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.csv
 import pytest
-from tests.arm import URDF
+from tests.arm import URDF, arm_log, write_arm
 from tests.commanded import QUADRUPED
 from tests.models import CASSIE, EXAMPLES, STRIBECK, example_log, example_robot
 
@@ -314,3 +314,11 @@ def test_angles_of_the_motors_shafts_are_asked_for_with_gear_ratios(tmp_path: Pa
     assert "TODO: are these angles" in text
     read = read_log(path, robot)
     np.testing.assert_allclose(read.position[:, :5], log.position[:, :5], rtol=0.03, atol=0.01)
+
+
+def test_degrees_scale_only_joints_that_turn(tmp_path: Path) -> None:
+    log = arm_log(Robot.from_file(write_arm(tmp_path)), rate=250.0)
+    degrees = log.position * [180 / np.pi, 180 / np.pi, 1.0]
+    path = written(log, tmp_path / "log.npz", position=degrees, velocity=None, acceleration=None)
+    read = read_log(path, drafted(tmp_path / "arm.urdf", path, tmp_path)[0])
+    np.testing.assert_allclose(read.position, log.position, rtol=1e-4)

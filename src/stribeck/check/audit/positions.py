@@ -58,9 +58,12 @@ def _degrees(evidence: AuditData) -> list[Finding]:
     wrong = in_degrees(robot, lowest, highest, steps / evidence.prepared.sampling.period)
     if not wrong.any():
         return []
-    units = [Setting("log.position", "unit", "deg")]
-    units += [Setting("log.desired_position", "unit", "deg")] * (log.command is not None)
-    units += [Setting("log.velocity", "unit", "deg/s")] * (log.velocity is not None)
+    channels = {"position": "deg"} | ({"desired_position": "deg"} if log.command is not None else {})
+    channels |= {"velocity": "deg/s"} if log.velocity is not None else {}
+    turning = {name: np.pi / 180 for name, slides in zip(robot.joint_names, robot.prismatic, strict=True) if not slides}
+    units = [Setting(f"log.{channel}", "unit", unit) for channel, unit in channels.items()]
+    if any(robot.prismatic):  # a unit would apply to these as well
+        units = [scale_setting(robot, turning, channel, digits=6) for channel in channels]
     reach = float(np.maximum(-lowest, highest)[~np.array(robot.prismatic)].max())
     names = [robot.joint_names[k] for k in np.flatnonzero(wrong)]
     return [Finding.of("position-degrees", names, reach=reach, settings=units)]

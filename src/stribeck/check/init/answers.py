@@ -8,7 +8,7 @@ import numpy as np
 
 from stribeck.check.audit.positions import in_millimeters
 from stribeck.check.init import columns
-from stribeck.check.init.by_dynamics import answer_by_dynamics, write_scale
+from stribeck.check.init.by_dynamics import answer_by_dynamics, write_scale, write_units_as_scales
 from stribeck.check.init.draft import Draft, ask_for_ankles, ask_for_torque_source, write_contacts
 from stribeck.check.init.joints import match_joints
 from stribeck.check.init.model import read_model
@@ -81,6 +81,7 @@ def _answer_from_log(draft: Draft, log: Path) -> None:
     _write_torque_source(draft, source, torque_source)
     if unsure is None or placeholder:
         return
+    write_units_as_scales(draft)
     robot = draft.robot()
     try:
         read = draft.read(source)
@@ -107,6 +108,7 @@ def _answer_from_log(draft: Draft, log: Path) -> None:
             draft.set("log.desired_position", "unit", unit, "as the positions.")
         if channel == "position" and unit == "deg":
             _ask_for_normalized(draft, read, robot)
+    write_units_as_scales(draft)
     if not timed:
         draft.ask("log.rate", "without a rate, nothing else was checked; `stribeck inspect` checks signs and units.")
     elif read.command is None:  # order and signs of commands are those of the positions

@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from stribeck.check.audit import delays, findings, gather
 from stribeck.check.audit.change import ColumnChange
 from stribeck.check.drives import find_torques
@@ -13,6 +15,7 @@ from stribeck.core.base.typing import Array
 from stribeck.core.equations.friction_torque.preparation import prepare
 from stribeck.core.errors import LogError, SettingsError, errors_about
 from stribeck.core.log import RobotLog
+from stribeck.core.log.channels import ANGLE, SPEED
 from stribeck.core.robot import Robot
 from stribeck.core.robot.scale_setting import scale_setting
 from stribeck.io import Recording
@@ -70,6 +73,16 @@ def _write_unit(draft: Draft, unit: str, log: RobotLog) -> None:
     draft.guess("log.position", "unit", unit, f"is this the unit of the positions? {why}")
     if log.velocity is not None:
         draft.set("log.velocity", "unit", f"{unit}/s", "as the positions.")
+    write_units_as_scales(draft)
+
+
+def write_units_as_scales(draft: Draft) -> None:
+    """Write units of angles as scales if the model has prismatic joints, to which a channel's unit applies as well."""
+    slides, tables = np.array(draft.robot().prismatic), draft.table("log")
+    for channel, factors in (("position", ANGLE), ("velocity", SPEED)) if slides.any() else ():
+        if unit := tables.get(channel, {}).pop("unit", None):
+            draft.notes.setdefault(f"log.{channel}.scale", []).extend(draft.notes.pop(f"log.{channel}.unit", []))
+            write_scale(draft, channel, np.where(slides, 1.0, factors[unit]))
 
 
 def _write_ratios(draft: Draft, ratios: Array, of_torques: Array) -> None:
