@@ -322,3 +322,10 @@ def test_degrees_scale_only_joints_that_turn(tmp_path: Path) -> None:
     path = written(log, tmp_path / "log.npz", position=degrees, velocity=None, acceleration=None)
     read = read_log(path, drafted(tmp_path / "arm.urdf", path, tmp_path)[0])
     np.testing.assert_allclose(read.position, log.position, rtol=1e-4)
+
+
+def test_currents_show_no_gear_ratios(tmp_path: Path) -> None:
+    log, constants = noisy_log("ur5"), np.array([11.0, 9.0, 7.0, 4.0, 5.0, 3.0])
+    current, angle = log.torque / constants, np.rad2deg(log.position)
+    path = written(log, tmp_path / "log.npz", position=None, torque=None, velocity=None, q_deg=angle, iq=current)
+    assert drafted(ARM, path, tmp_path)[0].log_table.position.unit == "deg"

@@ -133,7 +133,7 @@ def gear_ratios_by_dynamics(log: RobotLog, robot: Robot) -> tuple[Array, Array] 
     """
     log, turning = _take_excerpt(log), ~np.array(robot.prismatic)
     given = _try(log, robot, ColumnChange.none(len(turning)))
-    if not np.median(np.nan_to_num(given.left)) > POOR or log.command is not None:
+    if not np.median(np.nan_to_num(given.left)) > POOR or log.command is not None or log.unscaled:
         return None
     radians = ANGLE[robot.log_table.position.unit or "rad"]
 
