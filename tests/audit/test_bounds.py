@@ -110,8 +110,7 @@ def test_joints_that_stand_still_without_a_torque_are_in_no_other_unit(tmp_path:
 def test_rotors_are_no_gains_while_the_source_of_the_torque_is_a_guess(tmp_path: Path) -> None:
     robot = Robot.from_file(write_arm(tmp_path, "[identify]\nfit_armature = true\n"))
     log = arm_log(robot, rate=250.0)
-    rotors = replace(log, torque=log.torque + [3.0, 1.0, 5.0] * log.acceleration)
-    assert checks_of(rotors, robot) == ([], "")
+    assert checks_of(replace(log, torque=log.torque + [3.0, 1.0, 5.0] * log.acceleration), robot) == ([], "")
 
 
 ROBOT = example_robot("go2")

@@ -103,20 +103,21 @@ def test_no_drift_is_tried_where_speed_rises_with_time(arm: Robot) -> None:
     assert all(joint.terms["coulomb_drift"].reason.startswith("the speed changes steadily") for joint in found)
 
 
-def test_friction_of_a_robot_that_warms_up_is_the_mean_and_its_interval_contains_the_change(arm: Robot) -> None:
+@pytest.mark.parametrize(("cold", "verdict"), [(1.0, "identified"), (3.0, "weak")])
+def test_friction_of_a_robot_that_warms_up_is_the_mean_and_its_interval_contains_the_change(arm, cold, verdict):
     """Viscous friction settles at 60 % with a time constant of a third of the log."""
     log, _ = plain_log(arm, 30.0, 7)
-    cooled = 1 - 0.4 * (1 - np.exp(-log.time / 10.0)) / (1 - np.exp(-3.0))
+    cooled = cold - (cold - 0.6) * (1 - np.exp(-log.time / 10.0)) / (1 - np.exp(-3.0))
     torque = log.torque + ((cooled - 1) * PLAIN["viscous"])[:, None] * log.velocity
     result = identify(with_noise(replace(log, torque=torque), position=5e-5, torque=0.1, seed=8), arm, AUTO)
     (finding,) = result.findings
     assert (finding.check, finding.joints) == ("friction-drift", arm.joint_names)
     for joint in result.joints.values():
-        assert joint.verdict == "identified"
+        assert (joint.verdict, joint.remedy) == (verdict, finding.cure if verdict == "weak" else None)
         for point in joint.curve:
-            shares = np.array([1.0, cooled.mean(), 0.6])
+            shares = np.array([cold, cooled.mean(), 0.6])
             start, mean, end = PLAIN["coulomb"] + shares * PLAIN["viscous"] * point.velocity
-            assert point.value == pytest.approx(mean, rel=0.02)
+            assert point.value == pytest.approx(mean, rel=0.02 * cold)
             assert point.interval_95[0] < end < start < point.interval_95[1]
 
 

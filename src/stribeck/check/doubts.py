@@ -4,14 +4,23 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from stribeck.core.base.finding import Finding
+from stribeck.core.friction.terms.motion import drift
+from stribeck.core.judgement.curve import WIDEST, relative_width
 from stribeck.core.judgement.reason import Reason
 from stribeck.core.result import JointResult
+from stribeck.core.result.tables import least_known
+
+WIDENS = ("friction-drift", "command-delay")
+"""Checks whose findings, if they name joints, widen the curves of these."""
 
 
 def doubted(joints: Mapping[str, JointResult], findings: Sequence[Finding]) -> dict[str, JointResult]:
     """Make identified joints weak if a finding names such a fault; its remedy is the next step.
 
+    A joint whose curve is wide because of a finding gets its remedy, because longer motion would not help.
     A wrong gain of the torque scales friction by the same factor. The intervals then contain friction with and without
     the remedy.
     """
@@ -22,7 +31,20 @@ def doubted(joints: Mapping[str, JointResult], findings: Sequence[Finding]) -> d
                 why = Reason(finding.doubt, remedy=finding.cure)
                 joint = replace(judged[name], verdict="weak", **why.fields)
                 judged[name] = _scaled(joint, 1 / finding.gains[name]) if name in finding.gains else joint
+    for finding in (finding for finding in findings if finding.check in WIDENS):
+        for name in finding.joints:
+            if name in judged and judged[name].verdict == "weak" and _wide(judged[name], finding.check):
+                judged[name] = replace(judged[name], remedy=finding.cure)
     return judged
+
+
+def _wide(joint: JointResult, check: str) -> bool:
+    """Whether the curve is wide, and not only because of few samples: a drift is most of the interval's square."""
+    if joint.remedy or relative_width(joint.curve) <= WIDEST:
+        return False
+    point, values = least_known(joint.curve), {name: each.value for name, each in joint.parameters.items()}
+    change = float(drift(values, np.array([point.velocity]))[0])
+    return check != "friction-drift" or 2 * change**2 > point.half_width**2
 
 
 def _scaled(joint: JointResult, factor: float) -> JointResult:
