@@ -146,10 +146,11 @@ def test_a_finding_names_its_channel(lie: str, channel: str, honest: dict[str, C
 def test_the_remedy_of_a_sign_starts_from_the_current_scale(honest: dict[str, CleanLog]) -> None:
     log, robot = FAULTS["one torque inverted"].apply(honest["panda"].log, honest["panda"].robot)
     table = robot.log_table.model_copy(update={"torque": robot.log_table.torque.model_copy(update={"scale": -1.0})})
-    robot = replace(robot, log_table=table)
-    (finding,) = audit(prepare(log, robot, robot.settings), robot, robot.settings)
+    of = (robot := replace(robot, log_table=table)), robot.settings
+    (finding,) = audit(prepare(log, *of), *of)
     for name in robot.joint_names:
         assert f"{name} = {1 if name in finding.joints else -1}" in finding.cure
+    assert "desired_position" in audit(prepare(replace(log, command=log.torque), *of), *of)[0].cure  # has no scale
 
 
 def test_the_scale_of_a_position_includes_joints_without_a_torque(arm: Robot) -> None:

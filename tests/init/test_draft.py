@@ -318,8 +318,7 @@ def test_angles_of_the_motors_shafts_are_asked_for_with_gear_ratios(tmp_path: Pa
 
 def test_degrees_scale_only_joints_that_turn(tmp_path: Path) -> None:
     log = arm_log(Robot.from_file(write_arm(tmp_path)), rate=250.0)
-    degrees = log.position * [180 / np.pi, 180 / np.pi, 1.0]
-    path = written(log, tmp_path / "log.npz", position=degrees, velocity=None, acceleration=None)
+    path = written(log, tmp_path / "log.npz", position=log.position * [57.2958, 57.2958, 1.0], velocity=None)
     read = read_log(path, drafted(tmp_path / "arm.urdf", path, tmp_path)[0])
     np.testing.assert_allclose(read.position, log.position, rtol=1e-4)
 

@@ -91,6 +91,8 @@ def _signs(evidence: AuditData, fits: dict[int, GainFit], joints: list[int]) -> 
     names = [evidence.joints[k] for k in sorted(opposite)]
     most = concerns_most(len(opposite), len(opposite | agreeing | set(fits)), joints)
     same, other = (_percent(float(np.median([shares[k][side] for k in opposite]))) for side in (0, 1))
+    if evidence.prepared.log.command is not None:  # it has no scale
+        return [Finding.of("torque-sign.command", names, stops=most, same=same, other=other)]
     inverted = evidence.joints if most and len(joints) > 1 and not agreeing else names
     setting = scale_setting(evidence.robot, dict.fromkeys(inverted, -1.0))
     return [Finding.of("torque-sign", names, stops=most, same=same, other=other, settings=[setting])]
