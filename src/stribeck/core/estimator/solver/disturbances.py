@@ -93,14 +93,9 @@ def consistent(fit: LinearFit) -> LinearFit:
     of_all = of_all[~far]
     if np.median(of_all) < CONTRADICTS or np.median(of_all / np.maximum(of_rest, 1e-300)) < CONTRADICTS:
         return fit
-    return without(fit, far)
-
-
-def without(fit: LinearFit, segments: NDArray[np.bool_]) -> LinearFit:
-    """Set some of the G segments aside."""
     groups = [
         replace(each, part=replace(each.part, set_aside=np.ones(len(each.part.time), dtype=bool))) if aside else each
-        for each, aside in zip(fit.groups, segments, strict=True)
+        for each, aside in zip(groups, far, strict=True)
     ]
     return replace(fit, groups=groups)
 

@@ -88,14 +88,11 @@ class LinearFit:
         return np.append(self.covariance @ (self.products.sum(axis=0)[:-1, -1] + self.prior(self.model)[1]), -1.0)
 
     @property
-    def sizes(self) -> Array:
-        """Chi^2 per equation of each segment [1], shape (G,)."""
-        return np.asarray((self.products @ self.values @ self.values) / np.maximum(self.counts, 1))
-
-    @property
     def usual(self) -> float:
         """Median chi^2 per equation of the segments that are not set aside [1], at least 0.1: logs may be exact."""
-        return max(0.1, float(np.median(self.sizes[self.counts > 0]))) if self.counts.any() else 1.0
+        used = self.counts > 0
+        sizes = (self.products[used] @ self.values @ self.values) / self.counts[used]
+        return max(0.1, float(np.median(sizes))) if used.any() else 1.0
 
     @cached_property
     def prediction(self) -> Prediction:

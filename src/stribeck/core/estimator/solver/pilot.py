@@ -21,9 +21,9 @@ from stribeck.core.estimator.model.basis import Basis
 from stribeck.core.estimator.model.corrections import ModelCorrections, model_corrections
 from stribeck.core.estimator.model.terms import Columns, Lags
 from stribeck.core.estimator.noise.likelihood import make_groups, more_likely
-from stribeck.core.estimator.noise.outliers import CONTRADICTS, without_outliers
+from stribeck.core.estimator.noise.outliers import without_outliers
 from stribeck.core.estimator.noise.variance_components import VarianceComponents, first_components
-from stribeck.core.estimator.solver.disturbances import consistent, undisturbed, without
+from stribeck.core.estimator.solver.disturbances import consistent, undisturbed
 from stribeck.core.estimator.solver.linear_fit import LinearFit, residuals
 from stribeck.core.settings import Priors
 
@@ -70,9 +70,7 @@ def _pilot_fits(
         model = model.without_delay if delay is None else model
         components = first_components(parts[0], rest, np.where(rest > 0, torque, 0.0), layout.sizes["wrenches"] > 0)
         first = _linear_fit(parts, by_joint, columns, model, components, delay or 0.0, operations)
-        pilot = _alternate(undisturbed(consistent(first)), rounds, basis)
-        far = pilot.sizes > CONTRADICTS * pilot.usual
-        return _alternate(without(pilot, far), rounds, basis) if far.any() else pilot
+        return _alternate(undisturbed(consistent(first)), rounds, basis)
 
     return fit
 
