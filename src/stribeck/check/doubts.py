@@ -13,9 +13,6 @@ from stribeck.core.judgement.reason import Reason
 from stribeck.core.result import JointResult
 from stribeck.core.result.tables import least_known
 
-WIDENS = ("friction-drift", "command-delay")
-"""Checks whose findings, if they name joints, widen the curves of these."""
-
 
 def doubted(joints: Mapping[str, JointResult], findings: Sequence[Finding]) -> dict[str, JointResult]:
     """Make identified joints weak if a finding names such a fault; its remedy is the next step.
@@ -31,8 +28,8 @@ def doubted(joints: Mapping[str, JointResult], findings: Sequence[Finding]) -> d
                 why = Reason(finding.doubt, remedy=finding.cure)
                 joint = replace(judged[name], verdict="weak", **why.fields)
                 judged[name] = _scaled(joint, 1 / finding.gains[name]) if name in finding.gains else joint
-    for finding in (finding for finding in findings if finding.check in WIDENS):
-        for name in finding.joints:
+    for finding in findings:
+        for name in finding.joints if finding.check in ("friction-drift", "command-delay") else ():
             if name in judged and judged[name].verdict == "weak" and _wide(judged[name], finding.check):
                 judged[name] = replace(judged[name], remedy=finding.cure)
     return judged
