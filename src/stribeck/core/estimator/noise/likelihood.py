@@ -96,12 +96,12 @@ def more_likely(
         part = groups.part
         encoder, _, other = components.sources(part)
         white, design = inverse @ residual[:, :, None], inverse @ groups.design[:, :, :-1]
-        absorbed, used, of_each = design @ covariance, groups.of_windows(part.used)[:, :, None], []
+        absorbed = design @ covariance @ design.transpose(0, 2, 1)
+        used, of_each = groups.of_windows(part.used)[:, :, None], []
         for source in (other, encoder):
             effect = inverse @ _innovations(groups.of_windows(source.response), source.correlation)
-            along = effect.transpose(0, 2, 1)
-            squares = (along @ white)[:, :, 0] ** 2
-            expected = (along**2).sum(axis=2) - ((along @ design) * (along @ absorbed)).sum(axis=2)
+            squares = (effect.transpose(0, 2, 1) @ white)[:, :, 0] ** 2
+            expected = (effect * (effect - absorbed @ effect)).sum(axis=1)
             size = (2, len(white), part.lags, effect.shape[2] // part.lags)
             of_each.append(used * np.stack([squares, expected]).reshape(size))
         bins, which = groups.of_windows(bin_of(part)), components.which(part)
