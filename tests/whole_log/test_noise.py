@@ -146,6 +146,7 @@ def test_a_segment_contradicts_the_pilot_by_its_marginal_chi_square() -> None:
     generator = np.random.default_rng(1)
     for size in np.geomspace(1, 30, 20):
         design, values, spread = (generator.standard_normal(shape) for shape in ((20, 8), 8, (8, 8)))
+        spread[0] = 0.0  # held
         prediction = Prediction(values, covariance := spread @ spread.T, TRUTH, 1.0)
         residual = size * generator.standard_normal(20)
         left, marginal = design @ values + residual, np.eye(20) + design @ covariance @ design.T

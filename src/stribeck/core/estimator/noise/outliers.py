@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from stribeck.core.base.typing import Array
+from stribeck.core.base.typing import Array, IntArray
 from stribeck.core.equations.constants import OUTLIER, PILOT_OUTLIER, PILOT_OUTLIER_OF_MEANS, SHOULDER
 from stribeck.core.equations.weak_equations import WeakEquations
 from stribeck.core.estimator.noise.likelihood import Groups
@@ -70,11 +70,17 @@ class Prediction:
         """
         limit, gap = CONTRADICTS * self.usual * count, right - information @ self.values
         size = square - float(self.values @ (right + gap))
-        return size > limit and size - float(gap @ solution_of(self._precision + information, gap)) > limit
+        if size <= limit:
+            return False
+        free, precision = self._free
+        change = solution_of(precision + information[np.ix_(free, free)], gap[free])
+        return size - float(gap[free] @ change) > limit
 
     @cached_property
-    def _precision(self) -> Array:
-        return inverse_of(self.covariance)
+    def _free(self) -> tuple[IntArray, Array]:
+        """Places of the values that are not held, shape (k,), and the inverse of their covariance, shape (k, k)."""
+        free = np.flatnonzero(np.diag(self.covariance))
+        return free, inverse_of(self.covariance[np.ix_(free, free)])
 
     def _standardized(self, part: WeakEquations, slopes: Array, residual: Array, windows: int, limit: float) -> Array:
         """Standardize means of the residuals of consecutive windows; the prediction's error counts above a limit."""

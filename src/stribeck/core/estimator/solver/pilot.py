@@ -30,8 +30,8 @@ from stribeck.core.settings import Priors
 LONGEST_DELAY, OPERATIONS = 0.1, 3e9
 """Limits that save time: largest delay in the search [s], and operations for a sum of products [1]."""
 
-LINEAR = 0.5e-3
-"""Largest delay in which torques are treated as linear [s]."""
+LINEAR = 1e-3
+"""Largest delay in which torques are treated as linear, and which is corrected without a search [s]."""
 
 SLOW = 0.25
 """Share of the top speed [1] up to which friction counts as friction near standstill, chosen by judgment."""
