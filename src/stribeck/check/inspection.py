@@ -230,10 +230,9 @@ def _inspect_joint(evidence: AuditData, k: int, lag: Lag | None, opposite: bool)
     correlation = None
     if len(torque) > 1 and torque.std() > 0 and model.std() > 0:
         correlation = float(np.corrcoef(torque, model)[0, 1])
-    slowest, fastest = (float(ends[k]) for ends in evidence.velocity_range)
     return JointInspection(
         position_range=_span(log.position[:, column]),
-        velocity_range=(slowest, fastest),
+        velocity_range=_span(np.stack(evidence.velocity_range)[:, k]),
         torque_range=_span(log.torque[:, column] / (gain or 1.0)),
         correlation=correlation,
         delay=lag.delay if lag else None,

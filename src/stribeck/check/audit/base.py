@@ -57,15 +57,15 @@ def check_contacts(evidence: AuditData) -> list[Finding]:
     others = np.column_stack([np.delete(lift, k, axis=1).min(axis=1) for k in range(len(feet))])
     ground = np.where(standing, height, np.inf).min(axis=1, keepdims=True)  # a swinging foot may be below it
     above = np.where(standing, height - ground, 0.0)
+    wrong = {
+        "logged as standing, but is above another standing foot": (standing, above),
+        "not logged as standing, but all other feet are above it": (~standing, others),
+    }
     parts = [
-        f"{foot} is logged as standing, but is above another standing foot"
-        for k, foot in enumerate(feet)
-        if _repeats(standing[:, k], above[:, k])
-    ]
-    parts += [
-        f"{foot} is not logged as standing, but all other feet are above it"
-        for k, foot in enumerate(feet)
-        if _repeats(~standing[:, k], others[:, k])
+        f"{foot} is {what}"
+        for what, (flags, lifts) in wrong.items()
+        for foot, flag, high in zip(feet, flags.T, lifts.T, strict=True)
+        if _repeats(flag, high)
     ]
     return [Finding.of("contact-stuck", evidence="; ".join(parts))] if parts else []
 

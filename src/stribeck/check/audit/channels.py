@@ -23,8 +23,8 @@ def check_channels(evidence: AuditData) -> list[Finding]:
     """Report faults of positions and torques that are visible without a model."""
     log, robot, sampling = evidence.prepared.log, evidence.robot, evidence.prepared.sampling
     faults: dict[tuple[str, str], dict[str, str]] = defaultdict(dict)
-    frozen: dict[str, list[Span]] = defaultdict(list)
-    constant = np.ptp(log.torque, axis=0) == 0
+    frozen: dict[tuple[str, str], list[Span]] = defaultdict(list)
+    constant, since = np.ptp(log.torque, axis=0) == 0, log.time - log.start
     moving = [column for number, column in enumerate(robot.torque_controlled.tolist()) if evidence.moves(number)]
     steps = {column: step for column in moving if (step := coarse_step(log.torque[:HELD_ROWS, column]))}
     shortest = max(FROZEN_SAMPLES, round(0.2 / sampling.period))  # 0.2 s
@@ -46,15 +46,14 @@ def check_channels(evidence: AuditData) -> list[Finding]:
                 if held := held_for(values[:HELD_ROWS]):
                     faults["channel-held", channel][joint] = f" ({held} samples)"
         for channel, slices in parts.items():
-            spans = [Span(log.time[part.start] - log.start, log.time[part.stop - 1] - log.start) for part in slices]
-            if spans:
-                frozen[channel] = list({*frozen[channel], *spans})
-                faults["channel-frozen", channel][joint] = f" ({listed_spans(spans)})"
-    problems = []
-    for (check, channel), joints in faults.items():
-        setting, spans = unmeasured(robot, joints), frozen[channel] if check == "channel-frozen" else []
-        problems.append(Finding.of(check, joints, channel=channel, settings=[setting], exclude=spans))
-    return problems
+            if spans := [Span(since[part.start], since[part.stop - 1]) for part in slices]:
+                fault = "channel-frozen", channel
+                frozen[fault] = list({*frozen[fault], *spans})
+                faults[fault][joint] = f" ({listed_spans(spans)})"
+    return [
+        Finding.of(check, joints, channel=channel, settings=[unmeasured(robot, joints)], exclude=frozen[check, channel])
+        for (check, channel), joints in faults.items()
+    ]
 
 
 def unmeasured(robot: Robot, joints: Iterable[str]) -> Setting:

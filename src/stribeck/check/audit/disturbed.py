@@ -51,12 +51,9 @@ def explained(whole: AuditData, rest: AuditData) -> set[str]:
     """Find the joints that model and friction explain in the larger part of a log, under the loads of the whole log."""
     if 2 * len(rest.rows) < len(whole.rows):
         return set()
-    loads = [np.nan_to_num(part.model).std(axis=0) for part in (whole, rest)]
-    return {
-        name
-        for k, name in enumerate(whole.joints)
-        if loads[1][k] > 0.7 * loads[0][k] and unexplained(rest, k, 1.0) < 0.1
-    }
+    load, kept = (np.nan_to_num(part.model).std(axis=0) for part in (whole, rest))
+    loaded = np.flatnonzero(kept > 0.7 * load).tolist()
+    return {whole.joints[k] for k in loaded if unexplained(rest, k, 1.0) < 0.1}
 
 
 def _residual(shapes: Array, torque: Array) -> tuple[Array, Array]:

@@ -165,8 +165,7 @@ def _gram(evidence: AuditData, among: Sequence[int], slopes: Array) -> tuple[lis
         bodies = np.einsum("rbp,bpc->rbc", of_bodies[sliding, k].reshape(len(at), -1, SIZE), slopes)
         model = evidence.model[at, k]
         design = np.column_stack([torque - model, model, gravity[sliding, k], bodies.reshape(len(at), -1)])
-        chosen = np.isin(np.arange(count), at)
-        design, load = without(friction_shapes(evidence, k, chosen), design, torque)
+        design, load = without(friction_shapes(evidence, k, at), design, torque)
         if float(load @ load) <= 1e-6 * float(torque @ torque):
             continue
         error = design[:, 0] - design[:, 1:] @ np.linalg.lstsq(design[:, 1:], design[:, 0], rcond=1e-6)[0]

@@ -27,13 +27,9 @@ def check_torques(evidence: AuditData, left_out: Collection[str] = ()) -> list[F
     joints = [k for k in joints if evidence.joints[k] not in names]
     every = {k: estimate for k in joints if (estimate := fit(evidence, k)) is not None}
     largest = max((estimate.swing for estimate in every.values()), default=0.0)
-    dead = [evidence.joints[k] for k, estimate in every.items() if _only_noise(evidence, k, estimate, largest)]
-    if dead:
-        setting = unmeasured(evidence.robot, dead)
-        return [
-            Finding.of("channel-dead.noise", dead, channel="torque", settings=[setting]),
-            *check_torques(evidence, [*left_out, *dead]),
-        ]
+    if dead := [evidence.joints[k] for k, estimate in every.items() if _only_noise(evidence, k, estimate, largest)]:
+        noise = Finding.of("channel-dead.noise", dead, channel="torque", settings=[unmeasured(evidence.robot, dead)])
+        return [noise, *check_torques(evidence, [*left_out, *dead])]
     fits = {k: estimate for k, estimate in every.items() if judged(estimate, largest)}
     signed = {k: estimate for k, estimate in fits.items() if estimate.gain > 0 or _opposite(estimate)}
     return [*swapped, *_signs(evidence, fits, joints), *check_scales(evidence, signed, joints)]
@@ -140,9 +136,8 @@ def _touches_zero(evidence: AuditData, k: int) -> bool:
 
 def _folded(evidence: AuditData, k: int) -> bool:
     """Whether the absolute value of the model's torque explains a torque better than the signed value."""
-    model = evidence.model[:, k]
-    torque = np.abs(evidence.torque[:, k])
-    plain, folded = fit(evidence, k), fit(evidence, k, model=np.abs(model), torque=torque)
+    model, torque = np.abs(evidence.model[:, k]), np.abs(evidence.torque[:, k])
+    plain, folded = fit(evidence, k), fit(evidence, k, model=model, torque=torque)
     if plain is None or folded is None:
         return False
     return folded.share > 0.6 and 0.5 < folded.gain < 2 and folded.residual < 0.7 * plain.residual

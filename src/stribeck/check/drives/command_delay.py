@@ -11,7 +11,7 @@ A, b, F, o and the initial state of each piece minimize the distance to measured
 System Identification, 1999, section 7.2).
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -51,7 +51,7 @@ def command_delays(logs: Logs, robot: Robot, settings: Settings) -> tuple[Array,
     if pieces is None:
         return np.zeros(size), np.full(size, UNKNOWN)
     joints = np.unique(pieces.joint)
-    (common, of_common), estimates = pooled(*_fit(pieces, robot))
+    (common, of_common), estimates = pooled(*_fit(pieces))
     delay, spread = np.full(size, common), np.full(size, of_common)
     delay[joints], spread[joints] = estimates
     # standard error of all delays per sampling period [1]: between samples of a log, commands are interpolated
@@ -101,6 +101,7 @@ class _Piece:
     rows: IntArray
     stride: int
     period: float
+    position: Array
     velocity: Array
     inertia: Array
     others: Array
@@ -131,8 +132,8 @@ def _pieces(logs: Logs, robot: Robot, settings: Settings) -> Pieces | None:
         assert piece.log.command is not None
         return np.asarray(piece.log.command[rows.clip(0, len(piece.log.time) - 1), piece.joint])
 
-    def padded(values: Iterable[Array]) -> Array:
-        return np.stack([np.pad(value, (0, longest - len(value)), mode="edge") for value in values], axis=1)
+    def padded(name: str) -> Array:
+        return np.stack([np.pad(getattr(p, name), (0, longest - len(p.rows)), mode="edge") for p in chosen], axis=1)
 
     return Pieces(
         joint=joint,
@@ -140,14 +141,11 @@ def _pieces(logs: Logs, robot: Robot, settings: Settings) -> Pieces | None:
         command=np.stack([command(piece) for piece in chosen], axis=1),
         lead=lead,
         stride=stride,
-        position=padded(piece.log.position[piece.rows, piece.joint] for piece in chosen),
-        velocity=padded(piece.velocity for piece in chosen),
-        inertia=padded(piece.inertia for piece in chosen),
-        others=padded(piece.others for piece in chosen),
         period=period,
         kp=np.maximum(kp, 1e-9)[joint],
         kd=kd[joint],
         limit=limits[joint],
+        **{name: padded(name) for name in ("position", "velocity", "inertia", "others")},
     )
 
 
@@ -165,7 +163,7 @@ def _cut(prepared: PreparedLog, robot: Robot, settings: Settings) -> Iterator[_P
         others = needed - inertia * samples.acceleration
         for k, joint in enumerate(known.tolist()):
             for run in _moving(samples.velocity[:, k], samples.usable[:, k], chunk.runs(), stride * period):
-                along = (samples.velocity[run, k], inertia[run, k], others[run, k])
+                along = (position[run, joint], samples.velocity[run, k], inertia[run, k], others[run, k])
                 yield _Piece(log, joint, chunk.rows[run], stride, stride * period, *along)
 
 
@@ -184,7 +182,7 @@ def _moving(velocity: Array, usable: BoolArray, runs: Iterator[slice], period: f
                     yield slice(start, stop)
 
 
-def _fit(pieces: Pieces, robot: Robot) -> tuple[Array, Array]:
+def _fit(pieces: Pieces) -> tuple[Array, Array]:
     """Fit the simulation of all joints twice; the second fit whitens residuals by their correlation in the first.
 
     Inexact models and friction laws leave slow residuals, which hide the delay; fast residuals follow the commands. The
@@ -195,9 +193,8 @@ def _fit(pieces: Pieces, robot: Robot) -> tuple[Array, Array]:
     delay, error
         Delays of the joints with pieces, and their standard errors [s], shape (b,) each.
     """
-    joints = np.unique(pieces.joint)
-    assert robot.command_gains is not None
-    kp, torque = np.maximum(robot.command_gains[0], 1e-9)[joints], np.full(len(joints), 1e-9)
+    joints, first = np.unique(pieces.joint, return_index=True)
+    kp, torque = pieces.kp[first], np.full(len(joints), 1e-9)
     np.maximum.at(torque, np.searchsorted(joints, pieces.joint), np.abs(pieces.others).max(axis=0))
     start = np.stack([np.full(len(kp), 0.02), 1e-3 * kp, 0.02 * kp, 0.15 * torque, 0 * torque], axis=1)
     low = np.broadcast_to([EARLIEST, 0.0, 0.0, 0.0, -np.inf], start.shape)

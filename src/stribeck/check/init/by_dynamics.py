@@ -119,11 +119,8 @@ def _write_columns(draft: Draft, robot: Robot, columns: ColumnChange, log: Robot
         names = {label: moved.get(joint, joint) for label, joint in table.get("joint_names", {}).items()}
         why = "In it the model explains the torques far better than in the log's order"
         draft.guess("log", "joint_order" if order else "joint_names", order or names, f"is this right? {why}.")
-    channels = {"position": columns.position, "torque": columns.torque}
-    if log.velocity is not None:
-        channels["velocity"] = columns.position
-    for channel, signs in channels.items():
-        if write_scale(draft, channel, signs):
+    for channel, signs in (("position", columns.position), ("torque", columns.torque), ("velocity", columns.position)):
+        if getattr(log, channel) is not None and write_scale(draft, channel, signs):
             changed = True
             draft.note(f"log.{channel}.scale", "only these signs agree with the model.")
     return changed
