@@ -211,9 +211,7 @@ def _pairs(evidence: AuditData, foot: IntArray) -> tuple[IntArray, IntArray, Arr
 def _standing_sole(evidence: AuditData) -> IntArray:
     """Find the number of a standing sole in each bin, -1 without one, shape (B,)."""
     soles = {name: k for k, (name, foot) in enumerate(evidence.robot.contacts.items()) if foot.kind == "surface"}
-    of_support = [
-        min((soles[foot] for foot in name.split("+") if foot in soles), default=-1) for name in evidence.support_names
-    ]
+    of_support = [min((soles[foot] for foot in feet if foot in soles), default=-1) for feet in evidence.support_feet]
     return np.array(of_support, dtype=np.int64)[evidence.support]
 
 

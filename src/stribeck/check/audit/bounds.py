@@ -57,9 +57,8 @@ def _weight_carried(evidence: AuditData) -> float | None:
     robot, log = evidence.robot, evidence.prepared.log
     if robot.base == "fixed":
         return None
-    feet_of = [[foot for foot in name.split("+") if foot in robot.contacts] for name in evidence.support_names]
-    standing = np.array([bool(feet) for feet in feet_of], dtype=bool)
-    bins = np.flatnonzero(standing[evidence.support]) if len(standing) else np.empty(0, dtype=np.int64)
+    feet_of = evidence.support_feet
+    bins = np.flatnonzero(np.array([bool(feet) for feet in feet_of], dtype=bool)[evidence.support])
     if len(bins) < LEAST_BINS:
         return None
     bins = bins[:: -(-len(bins) // 200)]

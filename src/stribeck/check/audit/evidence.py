@@ -65,6 +65,11 @@ class AuditData:
         """Names of the k joints."""
         return tuple(self.robot.joint_names[column] for column in self.robot.torque_controlled)
 
+    @property
+    def support_feet(self) -> list[list[str]]:
+        """Standing feet of each support."""
+        return [[foot for foot in name.split("+") if foot in self.robot.contacts] for name in self.support_names]
+
     @cached_property
     def top_speed(self) -> Array:
         """99th percentile of each joint's speed, shape (k,)."""

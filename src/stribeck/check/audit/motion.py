@@ -139,11 +139,10 @@ def gravity_torques(evidence: AuditData, robot: Robot, directions: Array) -> Arr
     turned = None
     if robot.base == "floating" and log.base_orientation is not None:
         turned = root_quaternions(robot, position, log.base_orientation[evidence.rows])
-    for k, name in enumerate(evidence.support_names):
+    for k, feet in enumerate(evidence.support_feet):
         rows = np.flatnonzero(evidence.support == k)
         if not len(rows):
             continue
-        feet = [foot for foot in name.split("+") if foot in robot.contacts]
         sole = next((foot for foot in feet if robot.contacts[foot].kind == "surface"), None)
         tree = robot.rooted_at(sole) if sole else robot.tree
         for axis, gravity in enumerate(directions):

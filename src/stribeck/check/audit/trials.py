@@ -111,7 +111,7 @@ def _motion_of_feet(evidence: AuditData) -> float:
     turn = Rotation.from_quat(root_quaternions(robot, log.position, log.base_orientation))
     together = evidence.run[1:] == evidence.run[:-1]
     standing = {
-        foot: np.array([foot in name.split("+") for name in evidence.support_names])[evidence.support]
+        foot: np.array([foot in feet for feet in evidence.support_feet], dtype=bool)[evidence.support]
         for foot, contact in robot.contacts.items()
         if contact.kind != "wheel"
     }

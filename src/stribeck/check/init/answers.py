@@ -131,11 +131,8 @@ def _find_channels(draft: Draft, log: Path) -> tuple[Recording, TorqueSource | N
     if "torque" not in source.channels and "desired_position" in source.channels:
         torque_source = "command"
     for channel in ("torque", "velocity"):
-        if {channel, "position"} <= source.channels.keys():
-            with suppress(LogError):  # text
-                loaded, _ = source.load({"position": [0], channel: range(source.channels[channel].columns)})
-                if word_size(np.asarray(loaded[channel], dtype=float)):
-                    draft.set(f"log.{channel}", "unwrap", True, "negative integers were stored as unsigned ones.")
+        if word_size(columns.numbers(source, channel)):
+            draft.set(f"log.{channel}", "unwrap", True, "negative integers were stored as unsigned ones.")
     used = str(table.get("torque", {}).get("name", ""))
     of_motors = [name for name in source.others if columns.is_motor_torque(name) and name not in used]
     if of_motors and not columns.is_motor_torque(used):
@@ -185,12 +182,8 @@ def _ask_for_channels(draft: Draft, source: Recording, torque_source: TorqueSour
 
 def _find_time_unit(draft: Draft, source: Recording) -> bool:
     """Find the unit of time, or the rate of rows whose clock is coarse; return whether the rate is a placeholder."""
-    stamps = np.zeros(0)
-    if "time" in source.channels:
-        with suppress(LogError):  # text
-            loaded, _ = source.load({name: [0] for name in ("time", "position") if name in source.channels})
-            stamps = np.asarray(loaded["time"], dtype=float).reshape(-1)
-            stamps = stamps[np.isfinite(stamps)] - stamps[np.isfinite(stamps)][:1]
+    stamps = columns.numbers(source, "time")[:, 0]
+    stamps = stamps[np.isfinite(stamps)] - stamps[np.isfinite(stamps)][:1]
     if not stamps.any():
         draft.guess("log", "rate", 1000.0, QUESTIONS["time"])  # nothing is derived from this rate
         return True
@@ -219,10 +212,9 @@ def _decide_base(draft: Draft, source: Recording) -> None:
             draft.set("robot", "position_controlled", [*given, *wheels], why)
         return
     labels: tuple[str, ...] = ()
-    for name in ("contact", "foot_wrench"):
+    for name, width in (("contact", 1), ("foot_wrench", len(WRENCH))):
         if name in source.channels:
             given = source.channels[name].labels
-            width = len(WRENCH) if name == "foot_wrench" else 1
             feet = tuple(dict.fromkeys(label.rsplit(".", 1)[0] if width > 1 else label for label in given or ()))
             labels = labels or feet
             if given is None and source.channels[name].columns == width * len(facts.feet):

@@ -1,6 +1,7 @@
 """Channels of a log with other names and units than the standard ones."""
 
 import re
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,7 @@ import numpy as np
 from stribeck.check.audit.positions import in_degrees
 from stribeck.check.init.names import WORDS, split
 from stribeck.core.base.typing import Array, TorqueSource
+from stribeck.core.errors import LogError
 from stribeck.core.log import RobotLog
 from stribeck.core.log.channels import JOINT_CHANNELS
 from stribeck.core.log.clock import plausible_units
@@ -30,6 +32,22 @@ def is_motor_torque(name: str) -> bool:
     """Whether a name suggests measured torques of motors."""
     terms = set(words(name))
     return bool(KINDS["torque"] & terms and KINDS["motors"] & terms and not KINDS["commands"] & terms)
+
+
+def numbers(source: Recording, channel: str) -> Array:
+    """Load a channel, shape (T, columns); without rows if the log lacks it, or if it contains text."""
+    with suppress(LogError):
+        if channel in source.channels:
+            clock = {"position": [0]} if "position" in source.channels else {}  # messages are joined on its stamps
+            loaded, _ = source.load(clock | {channel: range(source.channels[channel].columns)})
+            return np.asarray(loaded[channel], dtype=float)
+    return np.empty((0, 1))
+
+
+def constant_columns(source: Recording, channel: str) -> list[int]:
+    """Find the columns of a channel that never change."""
+    values = np.nan_to_num(numbers(source, channel))
+    return np.flatnonzero(np.ptp(values, axis=0) == 0).tolist() if len(values) else []
 
 
 def find_columns(source: Recording) -> tuple[dict[str, dict[str, Any]], TorqueSource | None]:

@@ -1,13 +1,13 @@
 """Matching of a log's joints with the joints of a model, by name or order."""
 
 from collections.abc import Sequence
-from contextlib import suppress
 
 import numpy as np
 
+from stribeck.check.init.columns import constant_columns
 from stribeck.check.init.draft import Draft
 from stribeck.check.init.names import QUESTIONS, is_prefixed, match, words
-from stribeck.core.errors import LogError, listed
+from stribeck.core.errors import listed
 from stribeck.core.log.channels import JOINT_CHANNELS
 from stribeck.io import Recording
 
@@ -49,9 +49,8 @@ def match_joints(draft: Draft, source: Recording) -> list[str] | None:
 
 def _moving(source: Recording, joints: Sequence[str]) -> list[str]:
     """Find the joints of a log whose position changes; messages may have places for more motors than a robot has."""
-    labels = np.array(source.channels["position"].labels or ())
-    position = np.asarray(source.load({"position": range(len(labels))})[0]["position"], dtype=float)
-    return [joint for joint in joints if joint not in labels[np.ptp(np.nan_to_num(position), axis=0) == 0].tolist()]
+    labels, still = source.channels["position"].labels or (), constant_columns(source, "position")
+    return [joint for joint in joints if labels.index(joint) not in still]
 
 
 def _match(draft: Draft, source: Recording) -> tuple[list[str], list[str], list[str]]:
@@ -99,7 +98,8 @@ def _assign_in_order(draft: Draft, source: Recording) -> tuple[list[str], list[s
     """Assign unnamed columns in the model's order, first without hands; columns without a torque may be grippers."""
     every, arms, columns = draft.facts.joints, _without_hands(draft.facts.joints), source.channels["position"].columns
     joints = list(arms if columns <= len(arms) and columns < len(every) else every)[:columns]
-    spare, idle, question = columns - len(joints), _idle_columns(source), "the log has no column names"
+    spare, torque, question = columns - len(joints), source.channels.get("torque"), "the log has no column names"
+    idle = constant_columns(source, "torque") if torque and torque.columns == columns else []
     if spare and len(idle) == spare:
         question += f", and no torque in columns {', '.join(str(column + 1) for column in idle)}, as of grippers"
     else:
@@ -108,15 +108,3 @@ def _assign_in_order(draft: Draft, source: Recording) -> tuple[list[str], list[s
     order = [f"unknown_{idle.index(k)}" if k in idle else next(left) for k in range(columns)]
     draft.guess("log", "joint_order", order, f"{question}; is this their order?")
     return joints, joints, []
-
-
-def _idle_columns(source: Recording) -> list[int]:
-    """Find the columns whose torque never changes."""
-    count = source.channels["torque"].columns if "torque" in source.channels else 0
-    if count != source.channels["position"].columns:
-        return []
-    with suppress(LogError):  # text
-        loaded, _ = source.load({"position": [0], "torque": range(count)})
-        torque = np.nan_to_num(np.asarray(loaded["torque"], dtype=float))
-        return np.flatnonzero(np.ptp(torque, axis=0) == 0).tolist()
-    return []
