@@ -7,8 +7,8 @@ import numpy as np
 
 from stribeck.check.audit.evidence import AuditData
 from stribeck.core.base.finding import Finding, Setting
-from stribeck.core.base.spans import Span, listed_spans
-from stribeck.core.base.typing import Array
+from stribeck.core.base.spans import Span, listed_spans, runs_of
+from stribeck.core.base.typing import Array, BoolArray
 from stribeck.core.robot import Robot
 
 FROZEN_SAMPLES = 20
@@ -88,11 +88,8 @@ def constant_parts(values: Array, segments: tuple[slice, ...], shortest: int) ->
     if not np.any(np.abs(np.diff(thin)) <= rounding):
         return parts
     for segment in segments:
-        same = np.concatenate([[False], np.abs(np.diff(values[segment])) <= rounding, [False]])
-        edges = np.flatnonzero(same[1:] != same[:-1])
-        for start, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
-            if stop - start + 1 >= shortest:
-                parts.append(slice(segment.start + start, segment.start + stop + 1))
+        runs = runs_of(np.abs(np.diff(values[segment])) <= rounding) + segment.start  # of steps
+        parts += [slice(first, last + 1) for first, last in runs.tolist() if last + 1 - first >= shortest]
     return parts
 
 
@@ -135,11 +132,7 @@ def _flickers(position: Array, parts: list[slice]) -> bool:
 
     A last digit that changes occasionally at rest is not such noise.
     """
-    steps = np.diff(position)
-    rest = np.ones(len(steps), dtype=bool)
-    for part in parts:
-        rest[part.start : part.stop] = False
-    steps = steps[rest]
+    steps = np.diff(position)[_outside(parts, len(position))[:-1]]
     if len(steps) < FROZEN_SAMPLES:
         return False
     unchanged = np.abs(steps) <= ROUNDING * float(np.abs(position).max())
@@ -148,13 +141,17 @@ def _flickers(position: Array, parts: list[slice]) -> bool:
     return bool(turns.mean() > 0.1 and unchanged.mean() < 0.05 and unchanged[near_turns].mean() < 0.05)
 
 
+def _outside(parts: list[slice], count: int) -> BoolArray:
+    """Mask the samples of a log outside of some parts, shape (count,)."""
+    outside = np.ones(count, dtype=bool)
+    for part in parts:
+        outside[part] = False
+    return outside
+
+
 def _frozen_torques(torque: Array, position: Array, parts: list[slice]) -> list[slice]:
     """Find the parts where a joint moves whose torque is constant, and otherwise changes at almost every sample."""
-    frozen = np.zeros(len(torque), dtype=bool)
-    for part in parts:
-        frozen[part] = True
-    changes = np.diff(torque) != 0
-    rest = changes[~frozen[1:]]
+    rest = np.diff(torque)[_outside(parts, len(torque))[1:]] != 0
     if len(rest) == 0 or rest.mean() < 0.5:
         return []
     extreme = [torque[part.start] in (torque.min(), torque.max()) for part in parts]
@@ -180,8 +177,7 @@ def clipped(torque: Array, position: Array) -> float:
         moving = steps > 0.01 * np.percentile(steps, 99)
         levels = np.unique(values[values > top - 0.1 * (top - values.min())])
         near = int(np.count_nonzero(values >= levels[-min(4, len(levels))])) - count
-        edges = np.flatnonzero(np.diff(at_extreme.astype(np.int8), prepend=0, append=0))
-        long = np.count_nonzero(edges[1::2] - edges[::2] >= 4)
+        long = np.count_nonzero(np.diff(runs_of(at_extreme)) >= 4)
         if len(levels) > 4 and long >= 2 and count > 5 * near and moving[at_extreme].mean() > 0.5:
             share += count / len(values)
     return share

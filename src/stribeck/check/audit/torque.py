@@ -173,11 +173,9 @@ def _swapped(evidence: AuditData, joints: list[int]) -> list[Finding]:
     cycles = [some for some in cycles if np.prod(factor[some]) > 30.0 ** (len(some) / 2)]
     if not cycles:
         return []
-    parts = []
-    for some in cycles:
-        gains = ", ".join(f"{gain[i, i]:.2f}" for i in some)
-        parts.append(" and ".join(evidence.joints[joints[i]] for i in some) + f" (gains on their own models: {gains})")
-    names = [evidence.joints[joints[i]] for some in cycles for i in some]
+    groups = [{evidence.joints[joints[i]]: f"{gain[i, i]:.2f}" for i in some} for some in cycles]
+    parts = [f"{' and '.join(group)} (gains on their own models: {', '.join(group.values())})" for group in groups]
+    names = [name for group in groups for name in group]
     most = len(names) >= MOST * len(evidence.joints)
     return [Finding.of("joints-swapped", names, stops=most, groups=listed(parts))]
 

@@ -18,6 +18,7 @@ from itertools import pairwise
 import numpy as np
 
 from stribeck.check.drives.joint_simulation import STEP, OutputErrors, Pieces
+from stribeck.core.base.spans import runs_of
 from stribeck.core.base.typing import Array, BoolArray, IntArray
 from stribeck.core.dynamics.rooted import joint_inertia
 from stribeck.core.equations.friction_torque.inverse_dynamics import torque_chunks
@@ -174,8 +175,7 @@ def _moving(velocity: Array, usable: BoolArray, runs: Iterator[slice], period: f
     length = max(FEWEST, round(LONGEST / period))
     for run in runs:
         moves = usable[run] & (np.abs(velocity[run]) > moving * top)
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], moves, [False]]).astype(int))).reshape(-1, 2)
-        for first, last in (edges + run.start).tolist():
+        for first, last in (runs_of(moves) + run.start).tolist():
             count = -(-(last - first) // length)
             for start, stop in pairwise(np.linspace(first, last, count + 1).astype(int).tolist()):
                 if stop - start >= FEWEST:

@@ -51,14 +51,13 @@ def find_gains(prepared: Logs, robot: Robot, settings: Settings) -> dict[str, Ga
     LogError
         If the torque of a joint has the wrong sign.
     """
-    rough = prepared[0].log.unscaled
     models = [robot, *(_drawn(robot, settings.priors, seed) for seed in range(MODELS))]
     logs = [
         (evidence, np.stack([gravity_torques(evidence, model, robot.gravity[None])[..., 0] for model in models]))
         for evidence in (gather(part, robot, settings) for part in prepared)
     ]
-    known = [robot.joint_names[column] for column in robot.torque_controlled]
-    gains = {name: _gain(logs, known.index(name), factor) for name, factor in rough.items()}
+    joints, rough = logs[0][0].joints, prepared[0].log.unscaled
+    gains = {name: _gain(logs, joints.index(name), factor) for name, factor in rough.items()}
     rough_ones = [gain for gain in gains.values() if np.isfinite(gain.value)]
     sure = [gain for gain in rough_ones if not gain.unknown]
     usual = float(np.median([gain.value for gain in sure or rough_ones] or [1.0]))

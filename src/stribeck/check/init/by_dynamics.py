@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stribeck.check.audit import delays, findings, gather
+from stribeck.check.audit import audit
 from stribeck.check.audit.change import ColumnChange
 from stribeck.check.drives import find_torques
 from stribeck.check.init.draft import Draft
@@ -40,11 +40,10 @@ def answer_by_dynamics(draft: Draft, source: Recording, unsure: Sequence[str]) -
                 return
             (prepared,), of_gains, *_ = find_torques([prepare(read, robot, robot.settings)], robot, robot.settings)
             with errors_about(source.path):
-                evidence = gather(prepared, robot, robot.settings)
+                problems = audit(prepared, robot, robot.settings)
         except (LogError, SettingsError) as error:
             draft.ask("robot", f"the log cannot be used with these settings: {error}.")
             return
-        problems = findings(evidence, delays(evidence), robot.settings)
         unexplained = {*ASKED[:-1], "torque-unexplained"}  # maybe due to positions in another unit
         unit = robot.log_table.position.unit or any(finding.check in unexplained for finding in problems)
         if unit is True and (unit := unit_by_dynamics(read, robot)):

@@ -20,8 +20,7 @@ def match_joints(draft: Draft, source: Recording) -> list[str] | None:
     unsure
         Joints that were not matched by name; None if the log has no joint of the model.
     """
-    facts, robot = draft.facts, draft.document["robot"]
-    position = source.channels["position"]
+    facts, position = draft.facts, source.channels["position"]
     torque = source.channels["torque" if "torque" in source.channels else "desired_position"]
     numbers = [label for channel in (position, torque) for label in channel.labels or ()]
     counted_apart = position.labels != torque.labels and all(label.isdecimal() for label in numbers)  # q0, but tau1
@@ -31,10 +30,9 @@ def match_joints(draft: Draft, source: Recording) -> list[str] | None:
         draft.ask("log", QUESTIONS["joints"].format(listed(position.labels or ()), listed(facts.joints)))
         return None
     if missing := [joint for joint in facts.joints if joint not in names]:
-        ranges = {joint: facts.range[joint] for joint in missing}
-        robot["locked"] = robot.get("locked", {}) | {
-            joint: float(np.clip(0.0, low, high)) if low <= high else 0.0 for joint, (low, high) in ranges.items()
-        }
+        for joint in missing:
+            low, high = facts.range[joint]
+            draft.table("robot.locked")[joint] = float(np.clip(0.0, low, high)) if low <= high else 0.0
         draft.ask("robot.locked", f"the log lacks {', '.join(missing)}; at which positions are they locked [rad or m]?")
     if extra := extra if missing else _moving(source, extra):
         same = f" which of them are {', '.join(missing)}?" if missing else " do they move parts with a mass?"

@@ -33,9 +33,7 @@ def likeness(name: str, other: str) -> float:
     """Compute the similarity of two names, from 0 to 1; 0 if their sides or numbers differ."""
     a, b = words(name), words(other)
     numbers = [{int(word) for word in parts if word.isdigit()} for parts in (a, b)]
-    if any(set(a) & side != set(b) & side for side in ({"left", "right"}, {"front", "rear"})) or (
-        all(numbers) and numbers[0] != numbers[1]
-    ):
+    if (set(a) ^ set(b)) & {"left", "right", "front", "rear"} or (all(numbers) and numbers[0] != numbers[1]):
         return 0.0
     shared = len(set(a) & set(b)) / len(set(a) | set(b))
     return 0.5 * shared + 0.5 * SequenceMatcher(None, " ".join(sorted(a)), " ".join(sorted(b))).ratio()

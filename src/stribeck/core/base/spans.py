@@ -6,6 +6,10 @@ from math import ceil, floor
 from pathlib import PurePath
 from typing import NamedTuple
 
+import numpy as np
+
+from stribeck.core.base.typing import BoolArray, IntArray
+
 
 class Span(NamedTuple):
     """Start and end [s] after the start of the log, and the file name of the log if there are several."""
@@ -53,6 +57,11 @@ def longest(spans: Sequence[Span], most: int = 20) -> list[Span]:
 def outward(span: Span) -> tuple[float, float]:
     """Round start and end outward to tenths of a second."""
     return max(0, floor(10 * span.start)) / 10, ceil(10 * span.end) / 10
+
+
+def runs_of(flags: BoolArray) -> IntArray:
+    """Find the runs of true flags: first place, and the place after the last, shape (runs, 2)."""
+    return np.flatnonzero(np.diff(flags, prepend=False, append=False)).reshape(-1, 2)
 
 
 def _ends(span: Span) -> list[str]:

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from stribeck.core.base.spans import Span
-from stribeck.core.base.typing import Array, BoolArray, IntArray
+from stribeck.core.base.spans import Span, runs_of
+from stribeck.core.base.typing import Array, BoolArray
 from stribeck.core.equations import constants
 from stribeck.core.equations.weak_equations import WeakEquations
 from stribeck.core.equations.whole_log.equation_sequence import EquationSequence
@@ -90,16 +90,11 @@ class Reading:
         if not windows:
             return []
         time, kept = (np.concatenate(arrays) for arrays in zip(*windows, strict=True))
-        for first, last in _runs(kept):
+        for first, last in runs_of(kept):
             if first > 0 and last < len(kept) and time[last] - time[first] < REST:
                 kept[first:last] = False
         half = WINDOW_LENGTH / 2
-        return [(float(time[a]) - half, float(time[b - 1]) + half) for a, b in _runs(kept == used)]
-
-
-def _runs(flags: BoolArray) -> IntArray:
-    """Find the runs of true flags: first place, and the place after the last, shape (runs, 2)."""
-    return np.flatnonzero(np.diff(flags, prepend=False, append=False)).reshape(-1, 2)
+        return [(float(time[a]) - half, float(time[b - 1]) + half) for a, b in runs_of(kept == used)]
 
 
 def read_with_pilot(

@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from stribeck.core.base.spans import Span, listed_spans
+from stribeck.core.base.spans import Span, listed_spans, runs_of
 from stribeck.core.equations.constants import ROUNDS
 from stribeck.core.equations.friction_torque.preparation import Logs, PreparedLog, Progress, quiet
 from stribeck.core.equations.whole_log.build import weak_form
@@ -159,8 +159,7 @@ def _without(log: RobotLog, parts: Sequence[slice], spans: Sequence[Span]) -> li
         kept[part] = True
     for span in spans:
         kept[(since >= span.start) & (since <= span.end)] = False
-    edges = np.flatnonzero(np.diff(kept, prepend=False, append=False))
-    return [slice(*pair) for pair in edges.reshape(-1, 2).tolist()]
+    return [slice(*run) for run in runs_of(kept).tolist()]
 
 
 def usual_corrections(prepared: Logs, robot: Robot) -> Literal["inertia", "calibration"]:

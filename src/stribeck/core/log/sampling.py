@@ -209,8 +209,7 @@ def _cut(log: RobotLog, keep: BoolArray) -> RobotLog:
 def _split(time: Array, longest: float) -> tuple[tuple[slice, ...], tuple[tuple[float, float], ...]]:
     """Find the segments between steps longer than `longest` [s], and those steps."""
     ends = np.flatnonzero(np.diff(time) > longest) + 1
-    edges = [0, *ends.tolist(), len(time)]
-    segments = tuple(slice(start, stop) for start, stop in pairwise(edges))
+    segments = tuple(slice(*edges) for edges in pairwise([0, *ends.tolist(), len(time)]))
     return segments, tuple((float(time[end - 1]), float(time[end])) for end in ends)
 
 
