@@ -67,6 +67,8 @@ def arm_log(robot: Robot, duration: float = 20.0, rate: float = 1000.0, seed: in
 
 def save_npz(log: RobotLog, path: Path, **changed: object) -> Path:
     """Write a log's channels under their standard names; some are changed, or omitted if None."""
-    arrays: dict[str, object] = {**log.channels(), "joint_names": np.array(log.joint_names), **changed}
+    feet = np.array(log.foot_names) if log.foot_names else None
+    names = {"joint_names": np.array(log.joint_names), "foot_names": feet}
+    arrays: dict[str, object] = {**log.channels(), **names, **changed}
     np.savez(path, **{name: array for name, array in arrays.items() if array is not None})
     return path

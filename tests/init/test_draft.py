@@ -1,7 +1,6 @@
 """`stribeck init` drafts robot files for logs with other names, units, signs and orders, and friction is found."""
 
 import re
-import sys
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -10,12 +9,12 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.csv
 import pytest
-from tests.arm import URDF, arm_log, write_arm
+from tests.arm import URDF, arm_log, save_npz, write_arm
+from tests.cli.test_cli import refused, run
 from tests.commanded import QUADRUPED
 from tests.models import CASSIE, EXAMPLES, STRIBECK, example_log, example_robot
 
 from stribeck import Robot, Settings, identify, read_log
-from stribeck.app.cli import main
 from stribeck.check.init import draft_robot_file
 from stribeck.check.init.model import read_model
 from stribeck.check.init.names import match
@@ -45,15 +44,6 @@ def turned(log: RobotLog, joints: list[int]) -> RobotLog:
     return replace(log, position=log.position * signs, torque=log.torque * signs)
 
 
-def written(log: RobotLog, path: Path, **changed: object) -> Path:
-    arrays: dict[str, object] = {**log.channels(), "joint_names": np.array(log.joint_names)}
-    if log.foot_names:
-        arrays["foot_names"] = np.array(log.foot_names)
-    arrays |= changed
-    np.savez(path, **{name: array for name, array in arrays.items() if array is not None})
-    return path
-
-
 def drafted(model: str | Path, log: Path | None, folder: Path) -> tuple[Robot, str]:
     output = folder / "robot.toml"
     output.write_text(draft_robot_file(str(model), log, output).text)
@@ -63,7 +53,7 @@ def drafted(model: str | Path, log: Path | None, folder: Path) -> tuple[Robot, s
 def test_an_arm_in_degrees_with_other_names_signs_and_units(tmp_path: Path) -> None:
     log = noisy_log("ur5")
     odd = turned(log, [1, 3])
-    path = written(
+    path = save_npz(
         odd,
         tmp_path / "log.npz",
         joint_names=None,
@@ -92,7 +82,7 @@ def test_columns_without_names_in_another_order(tmp_path: Path) -> None:
     log = noisy_log("ur5")
     log, order = replace(log, external_torque=1e-3 * log.position), [2, 0, 1, 3, 5, 4]
     other = {name: getattr(log, name)[:, order] for name in ("position", "torque", "external_torque")}
-    path = written(log, tmp_path / "log.npz", joint_names=None, **other)
+    path = save_npz(log, tmp_path / "log.npz", joint_names=None, **other)
     robot, _ = drafted(ARM, path, tmp_path)
     assert robot.log_table.joint_order == [log.joint_names[k] for k in order]
     np.testing.assert_array_equal(read_log(path, robot).position, log.position)
@@ -105,7 +95,7 @@ def test_a_quadruped_numbered_breadth_first_with_its_quaternion_s_scalar_first(t
     assert np.argsort(legs_last).tolist() in other_orders(robot)
     other = {name: getattr(log, name)[:, legs_last] for name in ("position", "torque")}
     other["base_orientation"] = log.base_orientation[:, [3, 0, 1, 2]]
-    path = written(log, tmp_path / "log.npz", joint_names=None, **other)
+    path = save_npz(log, tmp_path / "log.npz", joint_names=None, **other)
     found, _ = drafted("package:go2", path, tmp_path)
     assert found.base == "floating"
     feet = {name: (foot.frame, foot.kind) for name, foot in found.contacts.items()}
@@ -124,7 +114,7 @@ def test_a_humanoid_with_other_names_and_joints_that_count_the_other_way(tmp_pat
     odd = turned(log, joints)
     odd.torque[:, [log.joint_names.index(name) for name in robot.position_controlled]] = 0.0
     arrays = {name: getattr(odd, name)[:, kept] for name in ("position", "torque")}
-    path = written(odd, tmp_path / "log.npz", joint_names=np.array(names)[kept], **arrays)
+    path = save_npz(odd, tmp_path / "log.npz", joint_names=np.array(names)[kept], **arrays)
     found, text = drafted("package:talos_reduced", path, tmp_path)
     assert {name: foot.kind for name, foot in found.contacts.items()} == dict.fromkeys(("left", "right"), "surface")
     assert set(found.position_controlled) == set(robot.position_controlled)
@@ -136,7 +126,7 @@ def test_a_humanoid_with_other_names_and_joints_that_count_the_other_way(tmp_pat
 
 
 def test_a_standard_log_needs_no_settings(tmp_path: Path) -> None:
-    path = written(noisy_log("ur5"), tmp_path / "log.npz")
+    path = save_npz(noisy_log("ur5"), tmp_path / "log.npz")
     robot, text = drafted(ARM, path, tmp_path)
     assert "[log" not in text
     assert robot.base == "fixed"
@@ -207,26 +197,14 @@ def test_names_are_matched_by_their_meaning() -> None:
     assert match([*names, "motor_7"], [*joints, "joint_1"]) == dict(zip(names, joints, strict=True))
 
 
-def ended(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *command: object) -> tuple[int, str]:
-    monkeypatch.setattr(sys, "argv", ["stribeck", "init", *map(str, command)])
-    try:
-        main()
-    except SystemExit as end:
-        printed = capsys.readouterr()
-        return (int(end.code), printed.err) if end.code else (0, printed.out)
-    return 0, capsys.readouterr().out
-
-
-def test_the_command_asks_open_questions(tmp_path, capsys, monkeypatch):
+def test_the_command_asks_open_questions(tmp_path, capsys):
     output = tmp_path / "robot.toml"
-    code, said = ended(capsys, monkeypatch, "package:panda", "-o", output)
-    assert code == 0
-    assert "is the torque measured behind the gear" in said
+    assert run("init", "package:panda", "-o", output) == 0
+    assert "is the torque measured behind the gear" in capsys.readouterr().out
     assert (robot := Robot.from_file(output)).base == "fixed"
     assert robot.settings.fit_armature is True  # while the source of the torques is a guess
     assert "# TODO: is the torque" in output.read_text()
-    code, said = ended(capsys, monkeypatch, "package:panda", "-o", output)
-    assert (code, "already exists" in said) == (2, True)
+    assert "already exists" in refused(capsys, "init", "package:panda", "-o", output)
 
 
 TIME = np.arange(400) / 200
@@ -268,7 +246,7 @@ def test_nameless_columns_without_a_torque_are_asked_for_as_grippers(tmp_path: P
 def test_rows_between_ticks_of_a_coarse_clock_are_evenly_spaced(repeats, unit, tmp_path):
     log = noisy_log("ur5")
     ticks = np.floor(np.arange(len(log.time)) / repeats) * repeats / 250.0
-    path = written(log, tmp_path / "log.npz", time=ticks / unit)
+    path = save_npz(log, tmp_path / "log.npz", time=ticks / unit)
     robot, text = drafted(ARM, path, tmp_path)
     assert robot.log_table.rate == pytest.approx(250.0, rel=2e-3)
     assert "TODO: most stamps repeat" in text
@@ -285,7 +263,7 @@ def test_rows_between_ticks_of_a_coarse_clock_are_evenly_spaced(repeats, unit, t
 def test_currents_stored_as_unsigned_integers_are_unwrapped(tmp_path: Path) -> None:
     log = noisy_log("ur5")
     counts = np.round(100 * log.torque)
-    path = written(log, tmp_path / "log.npz", torque=None, present_current=(counts % 65536).astype(np.uint16))
+    path = save_npz(log, tmp_path / "log.npz", torque=None, present_current=(counts % 65536).astype(np.uint16))
     robot, text = drafted(ARM, path, tmp_path)
     assert robot.log_table.torque.unwrap
     assert "negative integers were stored as unsigned ones" in text
@@ -297,7 +275,7 @@ def test_normalized_positions_are_asked_for_with_the_keys_to_set(tmp_path):
     """As LeRobot writes them, -100 to 100 of each joint's range, which could be degrees."""
     log, (low, high) = noisy_log("ur5"), example_robot("ur5").position_limits
     normalized = 200 * (log.position - low) / (high - low) - 100
-    path = written(log, tmp_path / "log.npz", position=normalized, velocity=None, acceleration=None)
+    path = save_npz(log, tmp_path / "log.npz", position=normalized, velocity=None, acceleration=None)
     _, text = drafted(ARM, path, tmp_path)
     note = " ".join(line.lstrip("# ") for line in text.splitlines() if line.startswith("# "))
     scale, offset = re.findall(r"(?:scale|offset) = (?:{[^}]*}|[-+.e\d]*\d)", note)
@@ -309,7 +287,7 @@ def test_normalized_positions_are_asked_for_with_the_keys_to_set(tmp_path):
 
 def test_angles_of_the_motors_shafts_are_asked_for_with_gear_ratios(tmp_path: Path) -> None:
     log, ratio = noisy_log("ur5"), np.array([100.0, 100.0, 50.0, 9.0, 9.0, 6.0])
-    path = written(log, tmp_path / "log.npz", position=log.position * ratio, torque=log.torque / ratio, velocity=None)
+    path = save_npz(log, tmp_path / "log.npz", position=log.position * ratio, torque=log.torque / ratio, velocity=None)
     robot, text = drafted(ARM, path, tmp_path)
     assert "TODO: are these angles" in text
     read = read_log(path, robot)
@@ -318,7 +296,7 @@ def test_angles_of_the_motors_shafts_are_asked_for_with_gear_ratios(tmp_path: Pa
 
 def test_degrees_scale_only_joints_that_turn(tmp_path: Path) -> None:
     log = arm_log(Robot.from_file(write_arm(tmp_path)), rate=250.0)
-    path = written(log, tmp_path / "log.npz", position=log.position * [57.2958, 57.2958, 1.0], velocity=None)
+    path = save_npz(log, tmp_path / "log.npz", position=log.position * [57.2958, 57.2958, 1.0], velocity=None)
     read = read_log(path, drafted(tmp_path / "arm.urdf", path, tmp_path)[0])
     np.testing.assert_allclose(read.position, log.position, rtol=1e-4)
 
@@ -326,5 +304,5 @@ def test_degrees_scale_only_joints_that_turn(tmp_path: Path) -> None:
 def test_currents_show_no_gear_ratios(tmp_path: Path) -> None:
     log, constants = noisy_log("ur5"), np.array([11.0, 9.0, 7.0, 4.0, 5.0, 3.0])
     current, angle = log.torque / constants, np.rad2deg(log.position)
-    path = written(log, tmp_path / "log.npz", position=None, torque=None, velocity=None, q_deg=angle, iq=current)
+    path = save_npz(log, tmp_path / "log.npz", position=None, torque=None, velocity=None, q_deg=angle, iq=current)
     assert drafted(ARM, path, tmp_path)[0].log_table.position.unit == "deg"

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.cli.test_cli import run
 from tests.mujoco_arm import JOINTS, friction, record, urdf
 
-from stribeck.app.cli import main
 from stribeck.check.init.model import read_model
 from stribeck.core.result import read_result
 
@@ -36,18 +36,13 @@ FAULTS = {
 
 @pytest.mark.parametrize("case", [pytest.param("limits", marks=pytest.mark.long), "tool"])
 def test_friction_is_found(case, recorded, tmp_path, capsys, monkeypatch):
-    def run(*words: str) -> None:
-        monkeypatch.setattr("sys.argv", ["stribeck", *words])
-        with pytest.raises(SystemExit, match="0"):
-            main()
-
     text, words = FAULTS[case]
     (tmp_path / "arm.urdf").write_text(text)
     more = [f"camera_{k}" for k in range(3)]  # joints that the model lacks
     wide = {name: np.pad(own, ((0, 0), (0, 3))) for name, own in recorded.items() if own.ndim == 2}
     np.savez(tmp_path / "log.npz", **recorded | wide, joint_names=np.array([*JOINTS, *more]))
     monkeypatch.chdir(tmp_path)
-    run("init", "arm.urdf", "log.npz")
+    assert run("init", "arm.urdf", "log.npz") == 0
     told = capsys.readouterr().out
     assert words in told
     if case == "tool":
@@ -55,7 +50,7 @@ def test_friction_is_found(case, recorded, tmp_path, capsys, monkeypatch):
         assert "which of them are finger 1, finger 2?" in asked
         assert "TODO: the log lacks finger 1, finger 2; at which positions" in told
         assert "# free and planar joints are locked: changer." in Path("robot.toml").read_text()
-    run("identify", "log.npz", "-r", "robot.toml", "-o", "out", "--method", "curve-fit")
+    assert run("identify", "log.npz", "-r", "robot.toml", "-o", "out", "--method", "curve-fit") == 0
     for name, truth in zip(JOINTS, friction(np.ones(3)), strict=True):
         joint = read_result("out/result.json").joints[name]
         assert joint.verdict == "identified"

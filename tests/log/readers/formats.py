@@ -10,7 +10,7 @@ import pyarrow.csv
 import pyarrow.parquet
 import scipy.io
 from rosbags import rosbag1, rosbag2
-from tests.log.readers.messages import ROS1, messages_of, write_bag, write_messages
+from tests.log.readers.messages import ROS1, messages_of, send, write_bag, write_messages
 
 from stribeck.core.log import RobotLog
 from stribeck.core.settings import LogTable
@@ -131,11 +131,7 @@ def write_hdf5_of_matlab(path, contents):
     """Write a file like MATLAB's `save -v7.3` and matio: axes in the opposite order, texts in cells of references."""
     with h5py.File(path, "w", userblock_size=512) as file:
         for name, value in contents.items():
-            if isinstance(value, dict):
-                for key, part in value.items():
-                    _store_for_matlab(file, f"{name}/{key}", part)
-            else:
-                _store_for_matlab(file, name, value)
+            _store_for_matlab(file, name, value)
     with path.open("r+b") as file:
         file.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM")
     return path
@@ -205,12 +201,7 @@ def write_bag_of_ros1(folder, log):
 
 
 def write_messages_of_ros1(path, messages):
-    with rosbag1.Writer(path) as writer:
-        connections = {}
-        for topic, kind, stamp, message in messages:
-            if topic not in connections:
-                connections[topic] = writer.add_connection(topic, kind, typestore=ROS1)
-            writer.write(connections[topic], stamp, ROS1.serialize_ros1(message, kind))
+    send(rosbag1.Writer(path), messages, ROS1, ROS1.serialize_ros1)
     return path
 
 

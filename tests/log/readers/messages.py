@@ -95,13 +95,18 @@ def write_bag(path, messages, store=STORE, version=9, plugin=rosbag2.StoragePlug
     writer = rosbag2.Writer(path, version=version, storage_plugin=plugin)
     if compression:
         writer.set_compression(compression, rosbag2.CompressionFormat.ZSTD)
+    send(writer, messages, store, store.serialize_cdr)
+    return path
+
+
+def send(writer, messages, store, serialize):
+    """Write (topic, type, stamp, message) by the writer of a bag."""
     with writer:
         connections = {}
         for topic, kind, stamp, message in messages:
             if topic not in connections:
                 connections[topic] = writer.add_connection(topic, kind, typestore=store)
-            writer.write(connections[topic], int(stamp), store.serialize_cdr(message, kind))
-    return path
+            writer.write(connections[topic], int(stamp), serialize(message, kind))
 
 
 def write_as(inside, define, folder, messages):

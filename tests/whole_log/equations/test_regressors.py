@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from stribeck import Robot, RobotLog
 from stribeck.core.base.typing import Array
 from stribeck.core.dynamics.root_motion import standing_root
-from stribeck.core.dynamics.rooted import rooted_inverse_dynamics
+from stribeck.core.dynamics.rooted import RootMotion, rooted_inverse_dynamics
 from stribeck.core.dynamics.state import Orientation, State
 from stribeck.core.equations.whole_log.corrections import CORRECTIONS
 from stribeck.core.equations.whole_log.regressors import inertia_regressors, zero_regressors
@@ -21,7 +21,7 @@ from stribeck.simulation.robots import MODELS
 FEET = [("toro.toml", "left_foot"), ("toro.toml", "right_foot"), ("arm.toml", "")]
 
 
-def case(file: str, foot: str) -> tuple[Robot, RootedModel, State]:
+def case(file: str, foot: str) -> tuple[Robot, RootedModel, State, RootMotion | None]:
     robot = Robot.from_file(MODELS / file)
     generator = np.random.default_rng(4)
     joints = len(robot.joint_names)
@@ -29,7 +29,8 @@ def case(file: str, foot: str) -> tuple[Robot, RootedModel, State]:
     orientation = Orientation(turn / np.linalg.norm(turn, axis=1, keepdims=True), np.zeros((5, 3)), np.zeros((5, 3)))
     position, velocity, acceleration = 0.5 * generator.standard_normal((3, 5, joints))
     state = State(position, velocity, acceleration, orientation if foot else None)
-    return robot, robot.rooted_at(foot) if foot else robot.tree, state
+    root = standing_root(robot, foot, state) if foot else None
+    return robot, robot.rooted_at(foot) if foot else robot.tree, state, root
 
 
 def torque(robot: Robot, rooted: RootedModel, foot: str, state: State) -> Array:
@@ -39,9 +40,8 @@ def torque(robot: Robot, rooted: RootedModel, foot: str, state: State) -> Array:
 
 @pytest.mark.parametrize(("file", "foot"), FEET)
 def test_inverse_dynamics_is_linear_in_the_bodies(file: str, foot: str) -> None:
-    robot, rooted, state = case(file, foot)
+    robot, rooted, state, root = case(file, foot)
     joints = np.arange(len(robot.joint_names))
-    root = standing_root(robot, foot, state) if foot else None
     columns = inertia_regressors(robot, rooted, rooted.root_size + joints, state, root)
     model = robot.tree.model
     bodies = np.concatenate([model.inertias[body].toDynamicParameters() for body in range(1, model.njoints)])
@@ -51,10 +51,9 @@ def test_inverse_dynamics_is_linear_in_the_bodies(file: str, foot: str) -> None:
 
 @pytest.mark.parametrize(("file", "foot"), FEET)
 def test_encoder_zeros_have_the_effect_of_their_columns(file: str, foot: str) -> None:
-    robot, rooted, state = case(file, foot)
+    robot, rooted, state, root = case(file, foot)
     joints = np.arange(len(robot.joint_names))
     zeros = 1e-4 * np.random.default_rng(5).standard_normal(len(joints))
-    root = standing_root(robot, foot, state) if foot else None
     columns = zero_regressors(rooted, rooted.root_size + joints, state, root)
     true = replace(state, position=state.position - zeros)
     change = torque(robot, rooted, foot, true) - torque(robot, rooted, foot, state)
@@ -62,10 +61,9 @@ def test_encoder_zeros_have_the_effect_of_their_columns(file: str, foot: str) ->
 
 
 def test_a_tilted_imu_has_the_effect_of_its_columns() -> None:
-    robot, rooted, state = case("toro.toml", "left_foot")
+    robot, rooted, state, root = case("toro.toml", "left_foot")
     joints = np.arange(len(robot.joint_names))
     turn = 1e-4 * np.array([1.0, -2.0, 0.5])
-    root = standing_root(robot, "left_foot", state)
     columns = zero_regressors(rooted, rooted.root_size + joints, state, root)[:, :, len(joints) :]
     quaternion = [pin.Quaternion(q) * pin.Quaternion(pin.exp3(-turn)) for q in state.orientation.quaternion]
     true = replace(state.orientation, quaternion=np.stack([q.coeffs() for q in quaternion]))
