@@ -20,7 +20,8 @@ TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 
 URDF = (Path(__file__).parent / "reader.urdf").read_text()
 
 
-def robot_in(folder: Path, name: str, text: str, base: str) -> Robot:
+def exported(folder: Path, name: str, text: str, base: str, path: Path) -> Robot:
+    """Write a robot to a folder and export a result of it, which is read again; return the corrected robot."""
     (folder / "parts").mkdir(parents=True)
     (folder / "shapes").mkdir()
     (folder / name).write_text(text)
@@ -28,17 +29,18 @@ def robot_in(folder: Path, name: str, text: str, base: str) -> Robot:
     (folder / "parts/more.xml").write_text(MORE)
     (folder / "shapes/block.obj").write_text(TETRAHEDRON)
     (folder / "robot.toml").write_text(f'[robot]\nmodel = "{name}"\nbase = "{base}"\n')
-    return Robot.from_file(folder / "robot.toml")
+    robot = Robot.from_file(folder / "robot.toml")
+    result, corrected = found_in(robot)
+    export(result, robot, path, "mjcf" if path.suffix == ".xml" else "urdf", inertia=True)
+    assert_same_dynamics(corrected, read_again(robot, path))
+    return corrected
 
 
 @pytest.mark.parametrize("rule", ["auto", "true"])
 @pytest.mark.parametrize("place", ["robot/new.xml", "out/deep/new.xml"])
 def test_mjcf_with_includes_classes_and_shapes(rule: str, place: str, tmp_path: Path) -> None:
-    robot = robot_in(tmp_path / "robot", "reader.xml", MJCF.format(rule=rule), "floating")
-    result, corrected = found_in(robot)
     path = tmp_path / place
-    export(result, robot, path, "mjcf", inertia=True)
-    assert_same_dynamics(corrected, read_again(robot, path))
+    exported(tmp_path / "robot", "reader.xml", MJCF.format(rule=rule), "floating", path)
     old, new = (mujoco.MjModel.from_xml_path(str(file)) for file in (tmp_path / "robot/reader.xml", path))
     assert (new.nu, new.nsensor, new.nmesh, new.ngeom, new.nbody) == (1, 1, 1, old.ngeom, old.nbody)
     np.testing.assert_array_equal(new.dof_armature, old.dof_armature)
@@ -49,11 +51,8 @@ def test_mjcf_with_includes_classes_and_shapes(rule: str, place: str, tmp_path: 
 
 @pytest.mark.parametrize("place", ["robot/new.urdf", "out/new.urdf"])
 def test_urdf_keeps_the_rest_and_links_that_are_fixed_to_each_other_share_in_proportion(place, tmp_path):
-    robot = robot_in(tmp_path / "robot", "arm.urdf", URDF.format(compiler="", mesh="shapes/block.obj"), "fixed")
-    result, corrected = found_in(robot)
-    path = tmp_path / place
-    export(result, robot, path, "urdf", inertia=True)
-    assert_same_dynamics(corrected, read_again(robot, path))
+    path, text = tmp_path / place, URDF.format(compiler="", mesh="shapes/block.obj")
+    corrected = exported(tmp_path / "robot", "arm.urdf", text, "fixed", path)
     text = path.read_text()
     assert all(words in text for words in ("whose it is", "xmlns:xacro", "package://arm/tube.stl", 'other="kept"'))
     mesh = text.partition('<mesh filename="')[2].partition('"')[0]
