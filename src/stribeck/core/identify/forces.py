@@ -54,13 +54,15 @@ def find_force(tree: RootedModel, columns: IntArray, position: Array, residual: 
     if len(remainder) < 10:  # too few windows to distinguish causes
         return None
     shares = np.sum(remainder**2, axis=0) / np.sum(remainder**2)
-    if shares.max() > EXPLAINED:
-        return Force(int(shares.argmax()), None)
+    alone = 1 - shares.max()  # left by an error of one torque
     links = _links(tree, columns, position)
     disturbed = np.count_nonzero(shares > 0.01)  # joints with at least 1 % of chi^2
     for constant in (True, False) if disturbed > 3 else (True,):
         rests, sizes, reaches = np.array([_point_force(weight, remainder, link, constant) for link in links]).T
-        alike = np.flatnonzero(rests <= max(1.5 * rests.min(), 1e-3))  # links that explain the span about equally well
+        most = max(1.5 * rests.min(), 1e-3)
+        if alone < min(1 - EXPLAINED, most):
+            return Force(int(shares.argmax()), None)
+        alike = np.flatnonzero(rests <= most)  # links that explain the span about equally well
         if rests.min() < 1 - EXPLAINED and len(alike) <= 2:
             joint = next((k for k in alike.tolist() if reaches[k] < 1.1), int(alike[-1]))  # within the link's extent
             return Force(joint, float(sizes[joint]))
