@@ -25,7 +25,7 @@ of one type, and with temperature and load.
 """
 TAIL = """
 Each name links to the result, which [export](export.md) and [compare](compare.md) read
-(`python -m studies.robots`, 2026-11-29). All joints, intervals and sources:
+(`python -m studies.robots`, 2026-11-30). All joints, intervals and sources:
 
 [Tables of eleven data sets](../examples/real_robots/friction.md)
 """
