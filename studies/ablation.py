@@ -60,6 +60,7 @@ MECHANISMS: dict[str, dict[str, object]] = {
     "reweighting": {f"{PILOT}.undisturbed": lambda fit: fit},
     "median deviations": {f"{PILOT}.without_outliers": lambda groups, *_: groups},
     "window test": {f"{NOISE}.outliers.Prediction.set_aside": lambda _, part, __: part},
+    "segment test": {f"{NOISE}.outliers.Prediction.contradicts": lambda *_: False},
     "spikes": {"identify.whole_log.without_spikes": lambda signal, *_, **__: (signal, 0)},
     "torque delay": {f"{PILOT}._delay_pays": lambda *_: False},
     "variance components": {f"{PILOT}.more_likely": lambda components, *_: components},
