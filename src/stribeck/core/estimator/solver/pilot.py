@@ -243,9 +243,13 @@ def _linear_fit(
         whole[:, -1 - len(slopes) : -1] = slopes.pulled(whole[:, -1 - len(slopes) : -1].T).T
         return whole
 
+    def first(k: int, part: WeakEquations) -> int:
+        """Vary the first group from segment to segment; late windows of short steps are among them, too."""
+        return min(k % step, len(part.time) // part.lags - 1) if part.gait >= 0 else int(k % (step - 1))
+
     groups = [  # the designs of all parts at once would take gigabytes
-        make_groups(part, min(k % step, len(part.time) // part.lags - 1), step, design(part, each))
-        for k, (part, each) in enumerate(zip(parts, own, strict=True))  # places between contact changes are among them
+        make_groups(part, first(k, part), step, design(part, each))
+        for k, (part, each) in enumerate(zip(parts, own, strict=True))
     ]
     functions = len(columns.basis.variance)
     largest = np.sqrt(np.mean(np.concatenate([block[:, :, functions:] for block in own]) ** 2, axis=0))
