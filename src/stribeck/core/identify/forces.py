@@ -78,7 +78,8 @@ def _links(tree: RootedModel, columns: IntArray, position: Array) -> list[Link]:
     for row, posture in enumerate(position):
         pin.computeJointJacobians(model, data, posture[tree.columns])
         for k, joint in enumerate(joints):
-            jacobians[k, row] = pin.getJointJacobian(model, data, joint, pin.LOCAL_WORLD_ALIGNED)[:, places]
+            jacobian = pin.getJointJacobian(model, data, joint, pin.LOCAL_WORLD_ALIGNED)
+            jacobians[k, row] = jacobian.reshape(6, -1)[:, places]  # that of a single joint is a vector
             turns[k, row] = data.oMi[joint].rotation
     return [
         (jacobian[:, :3], jacobian[:, 3:], turn, _tip(model, joint))
