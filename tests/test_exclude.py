@@ -80,6 +80,18 @@ def test_the_link_that_is_pushed_is_named_with_the_force(corrections: str, tmp_p
     assert re.search(r"(15|16)[.\d]* to [.\d]+ s \(the torque of shoulder 1 is clipped\)", text)
 
 
+def test_a_push_of_the_only_joint_is_named(tmp_path: Path) -> None:
+    log = record([1.5, 0.0, 0.0], 16.0)
+    log["torque"][(log["time"] > 6) & (log["time"] < 9), 0] += 20.0
+    first = {name: log[name][:, :1] for name in ("position", "torque")}
+    write_case(tmp_path, first | {"time": log["time"], "joint_names": np.array(["shoulder 1"])})
+    with (tmp_path / "robot.toml").open("a") as file:
+        file.write('\n[robot.locked]\n"elbow 2" = 0.0\n"wrist 3" = 0.0\n')
+    assert identify(tmp_path, "out") == 0
+    (text,) = (each.text for each in read_result(tmp_path / "out/result.json").findings if each.check == "set-aside")
+    assert "only the torque of shoulder 1 disagrees" in text
+
+
 @pytest.mark.parametrize(
     "name", ["log.npz", "log", "./log.npz", "{folder}/log.npz", "{folder}/../{folder.name}/log.npz"]
 )
