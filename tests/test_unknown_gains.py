@@ -23,8 +23,8 @@ def commands(folder: Path) -> tuple[dict, dict]:
 
 
 def currents(folder: Path) -> tuple[dict, dict]:
-    drives = arm_drives(4, latency=0.0)
-    log = arm_log(drives, 4, 30.0, policy=1000.0, rate=250.0)
+    drives = arm_drives(5, latency=0.0)
+    log = arm_log(drives, 5, 30.0, policy=1000.0, rate=250.0)
     kp, kd = np.array([(drive.kp, drive.kd) for drive in drives.values()]).T
     torque = kp * (log.pop("desired_position") - log["position"]) - kd * log["velocity"]
     np.savez(folder / "log.npz", joint_names=list(drives), torque=torque / [*CONSTANTS.values()], **log)
