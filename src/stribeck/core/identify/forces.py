@@ -54,7 +54,7 @@ def find_force(tree: RootedModel, columns: IntArray, position: Array, residual: 
     if len(remainder) < 10:  # too few windows to distinguish causes
         return None
     shares = np.sum(remainder**2, axis=0) / np.sum(remainder**2)
-    alone = 1 - shares.max()  # left by an error of one torque
+    alone = 1 - shares.max()  # share of chi^2 that an error of a single torque leaves [1]
     links = _links(tree, columns, position)
     disturbed = np.count_nonzero(shares > 0.01)  # joints with at least 1 % of chi^2
     for constant in (True, False) if disturbed > 3 else (True,):

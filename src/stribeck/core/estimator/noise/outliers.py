@@ -1,4 +1,4 @@
-"""Windows with outliers: pushes, impacts, bumps (docs/estimator-fit.md, "Outliers").
+"""Windows with outliers, and segments that contradict: pushes, impacts, slip (docs/estimator-fit.md, "Outliers").
 
 Residuals standardized by a robust scale: Rousseeuw and Leroy 1987.
 """
