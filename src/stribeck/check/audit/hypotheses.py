@@ -116,9 +116,8 @@ def _ranked(evidence: AuditData, joints: Sequence[int]) -> list[Hypothesis]:
             cost = 0.5 * float(marginal[0, 0] - along @ fitted + np.linalg.slogdet(inner)[1] + volume)
             if (kind, places) not in causes or cost < causes[kind, places].cost:
                 squares = float(marginal[0, 0]), float(marginal[0, 0] - along @ fitted)
-                # a cause explains all torques, or this share of the squares that usual errors of bodies leave [1]
-                most_left = 0.5
-                explains = squares[1] < max(samples, most_left * squares[0])
+                # a cause explains all torques, or half of the squares that usual errors of bodies leave
+                explains = squares[1] < max(samples, 0.5 * squares[0])
                 values = np.resize(size * fitted, len(places)) if "gain" in kind else np.asarray(size * fitted)
                 causes[kind, places] = Hypothesis(kind, places, cost, values, explains)
     return sorted((cause for cause in causes.values() if _possible(evidence, cause)), key=lambda cause: cause.cost)
@@ -146,8 +145,6 @@ def _gram(evidence: AuditData, among: Sequence[int], slopes: Array) -> tuple[lis
     robot, count = evidence.robot, len(evidence.rows)
     rows = np.unique(np.linspace(0, count - 1, min(count, 1500)).astype(int))
     rows = rows[np.isfinite(evidence.model[rows]).all(axis=1)]
-    if len(rows) < FEWEST_BINS:
-        return [], np.zeros((0, 0)), 0.0
     known, log = robot.torque_controlled, evidence.prepared.log
     position = log.position[evidence.rows[rows]]
     motion = np.zeros((2, *position.shape))
@@ -166,12 +163,9 @@ def _gram(evidence: AuditData, among: Sequence[int], slopes: Array) -> tuple[lis
         model = evidence.model[at, k]
         design = np.column_stack([torque - model, model, gravity[sliding, k], bodies.reshape(len(at), -1)])
         design, load = without(friction_shapes(evidence, k, at), design, torque)
-        if float(load @ load) <= 1e-6 * float(torque @ torque):
-            continue
         error = design[:, 0] - design[:, 1:] @ np.linalg.lstsq(design[:, 1:], design[:, 0], rcond=1e-6)[0]
-        most_left = 0.5  # share of the torque without friction that no cause explains [1]; other joints are left out
-        if float(error @ error) > most_left * float(load @ load):
-            continue
+        if float(load @ load) <= max(1e-6 * float(torque @ torque), 2 * float(error @ error)):
+            continue  # friction hides the model, or no cause explains half of the torque without friction
         variance = max(float(error @ error) / len(at), FLOOR * float(torque.var()))
         joints.append(k)
         share = effective_share(design[:, 1], error, evidence.run[at])

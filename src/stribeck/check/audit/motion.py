@@ -136,9 +136,8 @@ def gravity_torques(evidence: AuditData, robot: Robot, directions: Array) -> Arr
     log = evidence.prepared.log
     position = log.position[evidence.rows]
     still, torques = np.zeros_like(position), np.full((*evidence.model.shape, len(directions)), np.nan)
-    turned = None
-    if robot.base == "floating" and log.base_orientation is not None:
-        turned = root_quaternions(robot, position, log.base_orientation[evidence.rows])
+    attitude = log.base_orientation if robot.base == "floating" else None
+    turned = None if attitude is None else root_quaternions(robot, position, attitude[evidence.rows])
     for k, feet in enumerate(evidence.support_feet):
         rows = np.flatnonzero(evidence.support == k)
         if not len(rows):

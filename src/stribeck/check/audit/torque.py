@@ -1,6 +1,7 @@
 """Comparison of torques with the model: swapped joints, unsigned torques, signs, and unexplained torques."""
 
 from collections.abc import Collection
+from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -11,7 +12,7 @@ from stribeck.check.audit.channels import unmeasured
 from stribeck.check.audit.evidence import LEAST_BINS, AuditData
 from stribeck.check.audit.regression import GainFit, fit, friction_shapes, unexplained, without
 from stribeck.check.audit.scale import BINS_FOR_GAIN, NEAR, SURE, check_scales, judged
-from stribeck.check.audit.units import MOST, concerns_most
+from stribeck.check.audit.units import FAR, MOST, concerns_most
 from stribeck.core.base.finding import Finding, listed
 from stribeck.core.base.typing import Array
 from stribeck.core.robot.scale_setting import scale_setting
@@ -31,8 +32,18 @@ def check_torques(evidence: AuditData, left_out: Collection[str] = ()) -> list[F
         noise = Finding.of("channel-dead.noise", dead, channel="torque", settings=[unmeasured(evidence.robot, dead)])
         return [noise, *check_torques(evidence, [*left_out, *dead])]
     fits = {k: estimate for k, estimate in every.items() if judged(estimate, largest)}
+    fits = fits if fits or len(every) < 2 else _enlarged(every)
     signed = {k: estimate for k, estimate in fits.items() if estimate.gain > 0 or _opposite(estimate)}
     return [*swapped, *_signs(evidence, fits, joints), *check_scales(evidence, signed, joints)]
+
+
+def _enlarged(every: dict[int, GainFit]) -> dict[int, GainFit]:
+    """Give all joints their mean gain if it is surely above any error of a model: disturbances hide each gain."""
+    gains, errors = np.array([(fitted.gain, fitted.error + 1e-9) for fitted in every.values()]).T
+    error = float(np.sum(errors**-2.0) ** -0.5)
+    gain = float(np.sum(gains / errors**2)) * error**2
+    large = gain > max(FAR**2, SURE * error)
+    return {k: replace(fitted, gain=gain, error=error) for k, fitted in every.items() if large}
 
 
 def _only_noise(evidence: AuditData, k: int, estimate: GainFit, largest: float) -> bool:

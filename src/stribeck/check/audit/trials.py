@@ -35,21 +35,18 @@ def check_by_trial(evidence: AuditData, settings: Settings) -> list[Finding]:
     examined = {evidence.robot.joint_names[column] for column in shown} & set(evidence.joints)
     legs, contacts = ({}, {}) if fixed else _exchanges(evidence)
     names: list[str] = []
-    # dissipation above which a position has the right sign [1]: with the wrong one, friction drives
-    resists = 0.5 if fixed else 0.0
     far_better = 0.6  # relative cost [1] up to which feet show an inverted axis although its friction resists
     while len(names) < len(examined):
         signs = {name: (_inverted(evidence, name, settings if fixed else None),) for name in examined - set(names)}
         trials = signs if names else {**signs, **legs, **contacts}
         costs = {key: min(map(cost_of, variants)) for key, variants in trials.items()}
-        better = 0.8  # largest cost relative to the cost without a change and to the next best trial's [1]
         logarithms = {key: float(np.log(max(share, 1e-300))) for key, share in ({"": cost} | costs).items()}
-        best = winner(logarithms, -float(np.log(better)))
+        best = winner(logarithms, float(np.log(1.25)))  # relative to no change and to the next best trial
         if not best:
             break
         if best in signs and (fixed or costs[best] > far_better * cost):
             as_given = fit(evidence, evidence.joints.index(best))
-            if as_given and as_given.dissipation > resists:
+            if as_given and as_given.dissipation > (0.5 if fixed else 0.0):  # with the wrong sign, friction drives
                 break
         if best in contacts:
             setting = contact_setting(evidence.prepared.support.source)
