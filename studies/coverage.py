@@ -75,6 +75,8 @@ class Dirt:
         Torque that is added to the log.
     carried
         Coulomb friction relative to the mean load [1] that `change` adds.
+    late
+        Delay of the torques [ms].
     """
 
     machine: Machine = ARM
@@ -83,6 +85,7 @@ class Dirt:
     bristles: float = 0.0
     change: Change | None = None
     carried: float = 0.0
+    late: int = 0
 
 
 def warming(log: RobotLog, coulomb: Array, _: Array) -> Array:
@@ -96,6 +99,13 @@ def uneven(log: RobotLog, coulomb: Array, _: Array) -> Array:
     stretch = (log.time / 1.6).astype(int)
     drawn = np.random.default_rng(1).standard_normal((stretch[-1] + 1, len(coulomb)))
     return np.asarray(0.2 * coulomb * drawn[stretch])
+
+
+def pushes(log: RobotLog, coulomb: Array, _: Array) -> Array:
+    """Add pushes by a hand of 0.3 s, every 2.1 s."""
+    times = log.time - log.time[0]
+    drawn = np.random.default_rng(1).choice([-8.0, 8.0], (int(times[-1] / 2.1) + 1, len(coulomb)))
+    return np.asarray(drawn[(times / 2.1).astype(int)] * (times % 2.1 < 0.3)[:, None])
 
 
 TROT = replace(QUADRUPED, gait="trot")
@@ -113,6 +123,8 @@ DIRT = {
     "torque ripple": Dirt(change=ripple(18)),
     "friction settles within the log": Dirt(change=warming),
     "offset changes every 1.6 s": Dirt(change=uneven),
+    "pushed every 2.1 s": Dirt(change=pushes),
+    "torques 8 ms late": Dirt(late=8),
 }
 DAYS = {"four days, payloads declared": True, "four days, payloads unknown": False}
 PAYLOADS, FLANGE, REACH = (0.0, 1.2, 0.0, 2.0), "tool0", (0.0, 0.0, 0.05)
@@ -156,6 +168,7 @@ def dirty(case: Dirt, robot: Robot, seed: int) -> tuple[RobotLog, Curve]:
         log = replace(log, torque=carried + bristles_along(log, bristles))
     if case.change:
         log = replace(log, torque=log.torque + case.change(log, coulomb, carried) * (coulomb > 0))
+    log = replace(log, torque=np.roll(log.torque, case.late, axis=0)).take(slice(case.late, None))
     loads = dict(zip(log.joint_names, np.abs(carried).mean(axis=0).tolist(), strict=True))
     log = with_noise(replace(log, foot_wrench=None), position=ENCODER, torque=TORQUE, seed=seed)
     log = quantized(log.take(slice(None, None, round(1000 / case.rate))), case.bits)

@@ -16,12 +16,11 @@ prints an example with its evidence.
 | logs | faults | cause named | wrong cause |
 |---|---:|---:|---:|
 | UR5, wrong model | 32 | 27 (4 more among others) | 1 |
-| quadruped's walk | 34 | 25 (1 more among others) | 5 |
+| quadruped's walk | 34 | 26 (1 more among others) | 5 |
 | G1's walk (no threshold was chosen on it) | 45 | 37 | 2 |
 
-Four faults of the G1 leave wrong joints identified. One remedy, for torques 0.4 s late in the walk, makes a weak
-joint worse. Without a fault, nothing is found (`python -m studies.first_hour`, 2026-11-29). Friction that drives
-compensate is not detected.
+Four faults of the G1 leave wrong joints identified. No remedy makes a joint worse. Without a fault, nothing is
+found (`python -m studies.first_hour`, 2026-11-30). Friction that drives compensate is not detected.
 
 *Generated from `src/stribeck/core/base/findings.toml`.*
 """
@@ -36,8 +35,8 @@ that would make every number wrong *stops* `identify` unless you pass `--force`.
 
 A fit may converge although the law does not describe the friction, or although another effect looks like friction.
 Effects that move the friction curve by less than its interval are notes. In simulation, these checks name 7 of
-17 causes in logs of the humanoid on which their thresholds were chosen, and 19 of 39 in logs of a G1 and an arm. They
-report 9 causes in 836 cases without them (`python -m studies.misfits`, 2026-11-28).
+17 causes in logs of the humanoid on which their thresholds were chosen, and 17 of 39 in logs of a G1 and an arm. They
+report 8 causes in 836 cases without them (`python -m studies.misfits`, 2026-11-30).
 """,
 )
 
