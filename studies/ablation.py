@@ -12,7 +12,7 @@ points (`studies.legs`) and processor time are sums over the logs with known fri
 """
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import lru_cache
@@ -90,16 +90,22 @@ MECHANISMS: dict[str, dict[str, object]] = {
 SHARE = 1 / 8
 """Part of the walks of 44 s that is used [1]."""
 WALKS = (("G1", "clean"), ("TORO-like", "A"))
-REAL = ("airbot-play", "tx40", "kuka-lwr4", "kinova-gen3", "double-pendulum")
+LAST = ", last log"
+REAL = {
+    f"{robot}{log}": robot
+    for robot in ("airbot-play", "tx40", "kuka-lwr4", "kinova-gen3", "double-pendulum", "dfki-pendulum")
+    for log in ("", LAST)
+}
+"""Real robot of each case: its first log is judged by the second, its last one by the first."""
 LEGS = ("solo12-walk-7",)
 EVERYDAY = ("trot/trot.npz", "payload/log.npz")
-DIRTY = ("10-bit encoders", "LuGre", "friction grows with the load")
+DIRTY = ("10-bit encoders", "LuGre", "friction grows with the load", "pushed every 2.1 s", "torques 8 ms late")
 ROBOTS = (
     {f"{robot}, {case}": robot for robot, case in WALKS}
     | {name: name.split("-")[0] for name in LEGS}
     | {name: name.split("/")[0] for name in EVERYDAY}
     | dict.fromkeys(DIRTY, "arm")
-    | {robot: robot for robot in REAL}
+    | REAL
 )
 """Robot of each case."""
 
@@ -130,8 +136,7 @@ def measured(robot: str) -> tuple[Robot, list[RobotLog]]:
 
 def run(case: str, without: str) -> Row:
     """Identify a case without a mechanism."""
-    prepare: Callable[[str], object] = measured if case in REAL else known
-    prepare(case)
+    measured(REAL[case]) if case in REAL else known(case)
     with ExitStack() as changed:
         for place, replacement in MECHANISMS[without].items():
             changed.enter_context(patch(f"stribeck.core.{place}", replacement))
@@ -143,10 +148,11 @@ def run(case: str, without: str) -> Row:
         return row | {"seconds": rounded(time.process_time() - begin)}
 
 
-def on_the_next_log(robot: str) -> Row:
+def on_the_next_log(case: str) -> Row:
     """Compute each joint's torque error on the next log; NaN without friction."""
-    machine, logs = measured(robot)
-    pair, results = baselines.run_pair(machine, logs[0], logs[1], {"default": {}})
+    machine, logs = measured(REAL[case])
+    first = -1 if case.endswith(LAST) else 0
+    pair, results = baselines.run_pair(machine, logs[first], logs[first + 1], {"default": {}})
     joints = result.joints.values() if (result := results["default"]) else ()
     return {"identified": sum(joint.verdict == "identified" for joint in joints), "errors": pair["errors"]["default"]}
 
