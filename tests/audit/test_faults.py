@@ -126,6 +126,13 @@ def test_a_joint_that_stands_still_has_no_gain(moves: bool, honest: dict[str, Cl
     assert [finding.joints for finding in found] == [(evidence.joints[1],)] * moves
 
 
+def test_a_model_that_is_unknown_for_one_joint_says_nothing_about_gains(honest: dict[str, CleanLog]) -> None:
+    arm = honest["panda"]
+    evidence = gather(prepare(arm.log, arm.robot, arm.robot.settings), arm.robot, arm.robot.settings)
+    unknown = np.where(np.arange(len(evidence.joints)) == 1, np.nan, 1.0)
+    assert check_torques(replace(evidence, model=evidence.model * unknown)) == []
+
+
 @pytest.mark.parametrize(("noise", "found"), [(0.0, True), (2.0, False)])
 def test_a_delay_that_explains_almost_nothing_is_not_reported(noise, found, honest):
     arm = honest["panda"]

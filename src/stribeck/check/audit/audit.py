@@ -86,7 +86,7 @@ def _without_disturbances(evidence: AuditData, lags: dict[str, Lag], left_out: s
     rest = rest_of(evidence, disturbed)
     again = _compare(rest, lags, left_out)
     checks = {finding.check for finding in again}
-    problems = again if "torque-scale" in checks else problems  # the whole log hides it
+    problems = again if "torque-scale" in checks else problems  # disturbances hide it in the whole log
     only_there = {joint for finding in problems if finding.check not in checks for joint in finding.joints}
     known = explained(evidence, rest)
     if checks - {finding.check for finding in problems} or only_there - known or not (only_there | alien) & known:

@@ -145,6 +145,8 @@ def _gram(evidence: AuditData, among: Sequence[int], slopes: Array) -> tuple[lis
     robot, count = evidence.robot, len(evidence.rows)
     rows = np.unique(np.linspace(0, count - 1, min(count, 1500)).astype(int))
     rows = rows[np.isfinite(evidence.model[rows]).all(axis=1)]
+    if len(rows) < FEWEST_BINS:
+        return [], np.zeros((0, 0)), 0.0
     known, log = robot.torque_controlled, evidence.prepared.log
     position = log.position[evidence.rows[rows]]
     motion = np.zeros((2, *position.shape))

@@ -38,12 +38,11 @@ def check_torques(evidence: AuditData, left_out: Collection[str] = ()) -> list[F
 
 
 def _enlarged(every: dict[int, GainFit]) -> dict[int, GainFit]:
-    """Give all joints their mean gain if it is surely above any error of a model: disturbances hide each gain."""
-    gains, errors = np.array([(fitted.gain, fitted.error + 1e-9) for fitted in every.values()]).T
+    """Give all joints their mean gain if no model is wrong by so much; empty otherwise. Disturbances hide each gain."""
+    gains, errors = np.array([(e.gain, e.error + 1e-9) for e in every.values()]).T
     error = float(np.sum(errors**-2.0) ** -0.5)
     gain = float(np.sum(gains / errors**2)) * error**2
-    large = gain > max(FAR**2, SURE * error)
-    return {k: replace(fitted, gain=gain, error=error) for k, fitted in every.items() if large}
+    return {k: replace(e, gain=gain, error=error) for k, e in every.items() if gain > max(FAR**2, SURE * error)}
 
 
 def _only_noise(evidence: AuditData, k: int, estimate: GainFit, largest: float) -> bool:

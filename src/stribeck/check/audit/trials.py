@@ -41,13 +41,12 @@ def check_by_trial(evidence: AuditData, settings: Settings) -> list[Finding]:
         trials = signs if names else {**signs, **legs, **contacts}
         costs = {key: min(map(cost_of, variants)) for key, variants in trials.items()}
         logarithms = {key: float(np.log(max(share, 1e-300))) for key, share in ({"": cost} | costs).items()}
-        best = winner(logarithms, float(np.log(1.25)))  # relative to no change and to the next best trial
+        best = winner(logarithms, float(np.log(1.25)))  # the others cost at least 1.25 times as much
         if not best:
             break
-        if best in signs and (fixed or costs[best] > far_better * cost):
-            as_given = fit(evidence, evidence.joints.index(best))
-            if as_given and as_given.dissipation > (0.5 if fixed else 0.0):  # with the wrong sign, friction drives
-                break
+        unsure = best in signs and (fixed or costs[best] > far_better * cost)
+        if unsure and (as_given := fit(evidence, evidence.joints.index(best))) and as_given.dissipation > 0.5 * fixed:
+            break  # with the wrong sign, friction drives
         if best in contacts:
             setting = contact_setting(evidence.prepared.support.source)
             return [Finding.of("contacts-swapped", pairs=best, setting=setting)]
