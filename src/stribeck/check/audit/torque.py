@@ -38,7 +38,7 @@ def check_torques(evidence: AuditData, left_out: Collection[str] = ()) -> list[F
 
 
 def _enlarged(every: dict[int, GainFit]) -> dict[int, GainFit]:
-    """Give all joints their mean gain if no model is wrong by so much; empty otherwise. Disturbances hide each gain."""
+    """Replace gains, each hidden by disturbances, by their weighted mean; empty unless no model is wrong by as much."""
     gains, errors = np.array([(e.gain, e.error + 1e-9) for e in every.values()]).T
     error = float(np.sum(errors**-2.0) ** -0.5)
     gain = float(np.sum(gains / errors**2)) * error**2
